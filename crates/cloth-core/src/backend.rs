@@ -1,0 +1,97 @@
+//! The contract between an application and whatever computes for it.
+
+use std::sync::Arc;
+
+use crate::{Control, Kernels, Model, Precision, Result, SolverConfig, State, StepReport};
+
+/// A way to compute: a CPU, a GPU through some interface. Object safe, chosen at run time.
+pub trait Backend: Send + Sync {
+    /// What it is and what it can do.
+    fn info(&self) -> &BackendInfo;
+
+    /// Makes a solver for a model, in the state [`Model::initial_state`]. All memory is taken here.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::Error) for the settings; `Unsupported`, `LimitExceeded` or
+    /// `OutOfMemory` where the backend cannot hold or compute the model.
+    fn create_solver(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Solver>>;
+
+    /// Makes bare kernels, for tests that run single stages and for steppers of one's own.
+    ///
+    /// # Errors
+    /// As for [`Self::create_solver`].
+    fn create_kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Kernels>>;
+}
+
+/// What a backend is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BackendInfo {
+    /// Name by which it is chosen, such as `cpu`.
+    pub name: &'static str,
+    /// The device, in words.
+    pub device: String,
+    /// Precisions it computes in.
+    pub precisions: Vec<Precision>,
+    /// Further facts for a list of backends: threads, instruction sets, limits.
+    pub details: Vec<(&'static str, String)>,
+}
+
+/// A simulation in progress. It owns all memory that the steps need; nothing is allocated in a step
+/// unless contacts outgrow their buffers.
+pub trait Solver: Send {
+    /// The model it works on.
+    fn model(&self) -> &Arc<Model>;
+
+    /// Replaces the state.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::Error) if it does not fit the model.
+    fn upload(&mut self, state: &State) -> Result<()>;
+
+    /// Sets what holds from the next frame on.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::Error) if an index or number makes no sense.
+    fn set_control(&mut self, control: &Control) -> Result<()>;
+
+    /// Starts to advance by one frame; may return before it is done.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::Error) for a frame of no length; what the device reports.
+    fn advance(&mut self, frame: Frame) -> Result<()>;
+
+    /// Waits for the frame, and says what was done.
+    ///
+    /// # Errors
+    /// [`Error::Diverged`](crate::Error) if the state left the range in which it means anything;
+    /// the state can still be downloaded. What the device reports.
+    fn synchronize(&mut self) -> Result<StepReport>;
+
+    /// Copies the state out; `out` is resized as needed.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn download(&mut self, out: &mut State) -> Result<()>;
+
+    /// Computes vertex normals of the present state: unit vectors, area weighted, zero for a
+    /// particle without triangles. `out` is resized to length n.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()>;
+}
+
+/// A span of time to advance by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// Its length \[s\].
+    pub duration: f64,
+}
+
+impl Frame {
+    /// The frame of a sequence with this many frames per second.
+    #[must_use]
+    pub fn per_second(frames: f64) -> Self {
+        Self { duration: frames.recip() }
+    }
+}

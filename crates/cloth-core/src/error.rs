@@ -1,0 +1,370 @@
+//! Every way in which building a model or running a solver can fail.
+
+use std::fmt;
+
+/// Result with the engine's [`Error`].
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Failure of a backend or of a running solver. Each case names what is wrong and the mend.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// No device that the backend can use.
+    #[error("no {backend} device: {reason}")]
+    NoDevice {
+        /// Name of the backend.
+        backend: &'static str,
+        /// What was looked for, and what to install or choose instead.
+        reason: String,
+    },
+    /// The scene needs something that this backend cannot do.
+    #[error("the {backend} backend does not support {feature}; choose another backend")]
+    Unsupported {
+        /// Name of the backend.
+        backend: &'static str,
+        /// The feature, as a user would name it.
+        feature: String,
+    },
+    /// A size is above a hard limit; found before any work is done.
+    #[error("{limit}: {requested} requested, at most {max} possible; split the scene")]
+    LimitExceeded {
+        /// The limit, as the device or the engine names it.
+        limit: &'static str,
+        /// What the model needs.
+        requested: u64,
+        /// What there is.
+        max: u64,
+    },
+    /// Memory ran out, or would.
+    #[error(
+        "not enough memory: {requested} bytes needed, {available} available; use a smaller model"
+    )]
+    OutOfMemory {
+        /// Bytes that the model needs.
+        requested: u64,
+        /// Bytes that are free.
+        available: u64,
+    },
+    /// A kernel does not compile on this device.
+    #[error("kernel {kernel} does not compile on this device:\n{log}")]
+    KernelCompile {
+        /// Name of the stage.
+        kernel: &'static str,
+        /// The compiler's messages.
+        log: String,
+    },
+    /// The device went away while it worked.
+    #[error("the {backend} device was lost: {reason}; start again from the last checkpoint")]
+    DeviceLost {
+        /// Name of the backend.
+        backend: &'static str,
+        /// What the driver said.
+        reason: String,
+    },
+    /// A buffer of contacts is full and cannot grow.
+    #[error("buffer {buffer} is full: {needed} entries needed, {capacity} possible")]
+    Overflow {
+        /// Name of the buffer.
+        buffer: &'static str,
+        /// Entries that the step needs.
+        needed: u64,
+        /// Entries that fit.
+        capacity: u64,
+    },
+    /// The simulation left the range in which its numbers mean anything.
+    #[error(transparent)]
+    Diverged(#[from] Divergence),
+    /// The model, state or control is not valid.
+    #[error(transparent)]
+    Invalid(#[from] ModelError),
+}
+
+/// Where and how a simulation diverged.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "diverged at substep {step} (t = {time:.6} s): particle {particle} {cause}; the stable time step \
+     is about {stable_time_step:.3e} s (2/omega_max), the one used {time_step:.3e} s: use a smaller time step or softer \
+     springs"
+)]
+pub struct Divergence {
+    /// Substep, counted from the start of the simulation.
+    pub step: u64,
+    /// Simulated time at the end of that substep \[s\].
+    pub time: f64,
+    /// A particle at which it shows.
+    pub particle: u32,
+    /// What is wrong there.
+    pub cause: DivergenceCause,
+    /// Time step that was used \[s\].
+    pub time_step: f64,
+    /// Estimate of the largest stable time step of the explicit scheme, 2/omega_max \[s\].
+    pub stable_time_step: f64,
+}
+
+/// What is wrong with a diverged state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DivergenceCause {
+    /// A position or velocity is NaN or infinite.
+    NonFinite,
+    /// A spring is longer than the bound of [`SolverConfig::strain_bound`](crate::SolverConfig).
+    Strain {
+        /// Relative elongation of the spring, l/L - 1.
+        strain: f64,
+        /// The bound.
+        bound: f64,
+    },
+}
+
+impl fmt::Display for DivergenceCause {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NonFinite => formatter.write_str("is no longer a finite number"),
+            Self::Strain { strain, bound } => {
+                write!(formatter, "has a spring at strain {strain:.3}, above the bound {bound:.3}")
+            }
+        }
+    }
+}
+
+/// A model, state, control or setting that makes no sense. Indices are zero based and count within
+/// the cloth that is named, before it is merged into the composite model.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// The model has no cloth.
+    #[error("the model has no cloth: add at least one")]
+    Empty,
+    /// A number that must be finite is not.
+    #[error("{what} is {value}: give a finite number")]
+    NonFinite {
+        /// The quantity, with its owner and index.
+        what: String,
+        /// Its value.
+        value: f64,
+    },
+    /// A number that must be above zero is not.
+    #[error("{what} is {value}: it must be greater than zero")]
+    NotPositive {
+        /// The quantity, with its owner and index.
+        what: String,
+        /// Its value.
+        value: f64,
+    },
+    /// A number that must be zero or above is not.
+    #[error("{what} is {value}: it must not be negative")]
+    Negative {
+        /// The quantity, with its owner and index.
+        what: String,
+        /// Its value.
+        value: f64,
+    },
+    /// A number outside its range.
+    #[error("{what} is {value}: it must lie between {min} and {max}")]
+    OutOfRange {
+        /// The quantity, with its owner and index.
+        what: String,
+        /// Its value.
+        value: f64,
+        /// Smallest value allowed.
+        min: f64,
+        /// Largest value allowed.
+        max: f64,
+    },
+    /// A mesh without vertices or without triangles.
+    #[error(
+        "cloth {cloth:?}: the mesh has {vertices} vertices and {triangles} triangles: a cloth needs at least one triangle"
+    )]
+    MeshEmpty {
+        /// Name of the cloth.
+        cloth: String,
+        /// Vertices it has.
+        vertices: usize,
+        /// Triangles it has.
+        triangles: usize,
+    },
+    /// A patch with fewer than two rows or columns.
+    #[error(
+        "cloth {cloth:?}: a grid of {columns} x {rows} particles is no patch: use at least 2 x 2"
+    )]
+    GridTooSmall {
+        /// Name of the cloth.
+        cloth: String,
+        /// Particles along the first side.
+        columns: u32,
+        /// Particles along the second side.
+        rows: u32,
+    },
+    /// More particles or springs than 32-bit indices can name.
+    #[error(
+        "the model has {count} {what}, at most {max} can be indexed: use fewer or coarser cloths"
+    )]
+    TooMany {
+        /// What there is too much of.
+        what: &'static str,
+        /// How many.
+        count: u64,
+        /// How many can be named.
+        max: u64,
+    },
+    /// A triangle names a vertex that does not exist.
+    #[error(
+        "cloth {cloth:?}: triangle {triangle} names vertex {vertex}, but there are {vertices}: correct the face"
+    )]
+    TriangleOutOfRange {
+        /// Name of the cloth.
+        cloth: String,
+        /// Index of the triangle.
+        triangle: usize,
+        /// The vertex it names.
+        vertex: u32,
+        /// Vertices there are.
+        vertices: usize,
+    },
+    /// A triangle names a vertex twice.
+    #[error("cloth {cloth:?}: triangle {triangle} uses vertex {vertex} twice: remove the face")]
+    TriangleRepeatsVertex {
+        /// Name of the cloth.
+        cloth: String,
+        /// Index of the triangle.
+        triangle: usize,
+        /// The vertex.
+        vertex: u32,
+    },
+    /// A triangle without area.
+    #[error(
+        "cloth {cloth:?}: triangle {triangle} has no area: remove it or move its vertices apart"
+    )]
+    TriangleDegenerate {
+        /// Name of the cloth.
+        cloth: String,
+        /// Index of the triangle.
+        triangle: usize,
+    },
+    /// Two triangles with the same three vertices.
+    #[error("cloth {cloth:?}: triangles {first} and {second} have the same vertices: remove one")]
+    TriangleDuplicate {
+        /// Name of the cloth.
+        cloth: String,
+        /// The earlier triangle.
+        first: usize,
+        /// The later triangle.
+        second: usize,
+    },
+    /// An edge with more than two triangles.
+    #[error(
+        "cloth {cloth:?}: edge {}-{} belongs to {} triangles ({}): a cloth has at most two at an edge, split the mesh there",
+        edge[0], edge[1], triangles.len(), list(triangles)
+    )]
+    EdgeNonManifold {
+        /// Name of the cloth.
+        cloth: String,
+        /// Vertices of the edge.
+        edge: [u32; 2],
+        /// All its triangles.
+        triangles: Vec<u32>,
+    },
+    /// Two triangles run along an edge in the same direction.
+    #[error(
+        "cloth {cloth:?}: triangles {} and {} wind edge {}-{} the same way: flip one of them",
+        triangles[0], triangles[1], edge[0], edge[1]
+    )]
+    EdgeInconsistent {
+        /// Name of the cloth.
+        cloth: String,
+        /// Vertices of the edge.
+        edge: [u32; 2],
+        /// The two triangles.
+        triangles: [u32; 2],
+    },
+    /// A vertex that no triangle uses has no area and so no mass.
+    #[error(
+        "cloth {cloth:?}: vertex {vertex} belongs to no triangle and would have no mass: remove it"
+    )]
+    VertexIsolated {
+        /// Name of the cloth.
+        cloth: String,
+        /// The vertex.
+        vertex: u32,
+    },
+    /// Two particles of one spring are at the same place, so that the spring has no rest length.
+    #[error("cloth {cloth:?}: vertices {} and {} are at the same place: merge them", vertices[0], vertices[1])]
+    SpringWithoutLength {
+        /// Name of the cloth.
+        cloth: String,
+        /// The two vertices.
+        vertices: [u32; 2],
+    },
+    /// A pin names a particle that does not exist.
+    #[error(
+        "{owner}: pin {pin} does not exist, there are {particles} particles: correct the index"
+    )]
+    PinOutOfRange {
+        /// Whose pin it is.
+        owner: String,
+        /// The index given.
+        pin: u32,
+        /// Particles there are.
+        particles: usize,
+    },
+    /// Two things have the same name.
+    #[error("two {what}s are called {name:?}: rename one")]
+    NameTaken {
+        /// Kind of thing.
+        what: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// An array has the wrong length for this model.
+    #[error(
+        "{what} has {found} entries, the model needs {expected}: use a state of the same model"
+    )]
+    LengthMismatch {
+        /// The array.
+        what: &'static str,
+        /// Entries it has.
+        found: usize,
+        /// Entries it needs.
+        expected: usize,
+    },
+}
+
+fn list(triangles: &[u32]) -> String {
+    let names: Vec<String> = triangles.iter().map(u32::to_string).collect();
+    names.join(", ")
+}
+
+/// `value` if it is finite, else an error that names `what`.
+pub(crate) fn finite(what: impl FnOnce() -> String, value: f64) -> Result<f64, ModelError> {
+    if value.is_finite() { Ok(value) } else { Err(ModelError::NonFinite { what: what(), value }) }
+}
+
+/// All of `values` finite, else an error that names `what`.
+pub(crate) fn finite_all(what: impl Fn() -> String, values: &[f64]) -> Result<(), ModelError> {
+    values.iter().try_for_each(|&value| finite(&what, value).map(|_| ()))
+}
+
+/// `value` if it is finite and above zero, else an error that names `what`.
+pub(crate) fn positive(what: impl Fn() -> String, value: f64) -> Result<f64, ModelError> {
+    finite(&what, value)?;
+    if value > 0.0 { Ok(value) } else { Err(ModelError::NotPositive { what: what(), value }) }
+}
+
+/// `value` if it is finite and not below zero, else an error that names `what`.
+pub(crate) fn not_negative(what: impl Fn() -> String, value: f64) -> Result<f64, ModelError> {
+    finite(&what, value)?;
+    if value >= 0.0 { Ok(value) } else { Err(ModelError::Negative { what: what(), value }) }
+}
+
+/// `value` if it lies in `[min, max]`, else an error that names `what`.
+pub(crate) fn in_range(
+    what: impl Fn() -> String,
+    value: f64,
+    [min, max]: [f64; 2],
+) -> Result<f64, ModelError> {
+    finite(&what, value)?;
+    if (min..=max).contains(&value) {
+        Ok(value)
+    } else {
+        Err(ModelError::OutOfRange { what: what(), value, min, max })
+    }
+}

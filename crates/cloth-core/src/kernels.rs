@@ -1,0 +1,211 @@
+//! The stages of NUMERICS.md as a trait: what a backend computes.
+
+use std::sync::Arc;
+
+use crate::{
+    ContactResponse, Measures, Model, PinAction, Result, SolverConfig, StageTime, State,
+    stepper::{self, FramePlan, Substep},
+};
+
+/// The stages from which steppers are put together, one method each, on memory that the backend
+/// owns.
+///
+/// A backend holds the position x, velocity v, force f and inverse mass w of every particle. Stages
+/// that gather from neighbours read one buffer and write another; which buffer is which stays inside
+/// the backend. The method, the CPU function, the WGSL file, the CUDA file and the equivalence test
+/// of a stage have the same name, and NUMERICS.md has its formula.
+///
+/// The composite stage [`explicit_substep`](Self::explicit_substep) has a default made of the small
+/// ones. A backend overrides it where fusing them pays, and must then give the same bits as the
+/// default does.
+pub trait Kernels: Send {
+    /// The model.
+    fn model(&self) -> &Arc<Model>;
+
+    /// The settings.
+    fn config(&self) -> &SolverConfig;
+
+    /// Copies positions, velocities and held flags in.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn state_write(&mut self, state: &State) -> Result<()>;
+
+    /// Copies positions, velocities and held flags out.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn state_read(&mut self, out: &mut State) -> Result<()>;
+
+    /// Copies the forces \[N\] out, as the last force stage left them.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn forces_read(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()>;
+
+    /// Holds or releases particles. A held particle keeps the velocity it is given, whatever forces
+    /// act on it.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn pins_write(&mut self, pins: &[PinWrite]) -> Result<()>;
+
+    /// Hands over all that is known of a frame before it starts.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn frame_begin(&mut self, plan: &FramePlan) -> Result<()>;
+
+    /// NUMERICS §3: sets f to gravity, uniform fields and drag.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn field_forces(&mut self) -> Result<()>;
+
+    /// NUMERICS §2: adds the forces of springs and their dampers to f.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn spring_forces(&mut self) -> Result<()>;
+
+    /// NUMERICS §3: adds the force of the air to f.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn aerodynamic_forces(&mut self, substep: &Substep) -> Result<()>;
+
+    /// NUMERICS §8: makes sure that every pair that can be in contact now is in the candidate list.
+    ///
+    /// # Errors
+    /// `Overflow` or `OutOfMemory` if the list cannot grow.
+    fn contact_candidates(&mut self) -> Result<()>;
+
+    /// NUMERICS §8: adds the penalty force of all pairs in contact to f.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn contact_forces(&mut self) -> Result<()>;
+
+    /// NUMERICS §4: symplectic Euler, v += h w f, then x += h v.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn integrate_explicit(&mut self, substep: &Substep) -> Result<()>;
+
+    /// NUMERICS §8: momentum exchange and separation of all pairs in contact.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn contact_impulses(&mut self) -> Result<()>;
+
+    /// NUMERICS §4: number of colours of the springs that are strain limited; 0 without a limit.
+    fn strain_limit_colours(&self) -> usize;
+
+    /// NUMERICS §4: shortens the over-long springs of one colour.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn strain_limit(&mut self, substep: &Substep, colour: usize) -> Result<()>;
+
+    /// NUMERICS §7: contact with all colliders.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn collider_response(&mut self, substep: &Substep) -> Result<()>;
+
+    /// NUMERICS §9: vertex normals; `out` is resized to length n.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn vertex_normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()>;
+
+    /// NUMERICS §10: figures of the present state, colliders as at the end of the last frame begun.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn measure(&mut self) -> Result<Measures>;
+
+    /// Counts of the contact stages since the last call.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn contact_statistics(&mut self) -> Result<ContactStatistics>;
+
+    /// All pairs (i, j), i < j, within the contact distance now, ascending: for tests and tools.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn contact_pairs(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()>;
+
+    /// Wall time by stage since the last call.
+    fn stage_times(&mut self) -> Vec<StageTime>;
+
+    /// Composite: one explicit substep. See [`stepper::explicit`](crate::stepper::explicit).
+    ///
+    /// # Errors
+    /// Those of the stages it is made of.
+    fn explicit_substep(&mut self, substep: &Substep) -> Result<()> {
+        stepper::explicit::substep(self, substep)
+    }
+
+    /// Runs `work` as one batch: one thread pool entry, one submission, one graph. Nothing in
+    /// `work` may read results back.
+    fn batch<R: Send>(&mut self, work: impl FnOnce(&mut Self) -> R + Send) -> R
+    where
+        Self: Sized,
+    {
+        work(self)
+    }
+
+    /// Whether contact acts through forces (the penalty response) rather than impulses.
+    fn contact_is_penalty(&self) -> bool {
+        self.model()
+            .self_contact()
+            .is_some_and(|contact| matches!(contact.response, ContactResponse::Penalty { .. }))
+    }
+}
+
+/// A change to one particle, resolved to what a kernel needs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PinWrite {
+    /// The particle.
+    pub particle: u32,
+    /// Whether it is held from now on.
+    pub held: bool,
+    /// New position \[m\], or `None` to leave it.
+    pub position: Option<[f64; 3]>,
+    /// New velocity \[m/s\], or `None` to leave it.
+    pub velocity: Option<[f64; 3]>,
+}
+
+impl PinWrite {
+    /// The change at the start of a frame of `duration` \[s\], for a particle that is now at
+    /// `position` \[m\].
+    #[must_use]
+    pub fn at_frame_start(
+        particle: u32,
+        action: &PinAction,
+        position: [f64; 3],
+        duration: f64,
+    ) -> Self {
+        let (held, velocity) = match action {
+            PinAction::Hold => (true, Some([0.0; 3])),
+            PinAction::MoveTo(target) => {
+                (true, Some(std::array::from_fn(|k| (target[k] - position[k]) / duration)))
+            }
+            PinAction::Release => (false, None),
+        };
+        Self { particle, held, position: None, velocity }
+    }
+}
+
+/// Counts of the contact stages.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ContactStatistics {
+    /// Pairs in contact at the last substep.
+    pub contacts: u64,
+    /// Candidate pairs in the list.
+    pub candidates: u64,
+    /// Times the list was built.
+    pub rebuilds: u32,
+}

@@ -1,0 +1,39 @@
+//! Model, state and solver contract of the cloth engine.
+//!
+//! A [`Model`] says what is simulated and never changes; [`ModelBuilder`] makes and checks it. A
+//! [`Backend`] turns a model into a [`Solver`], which owns all memory, advances a [`State`] by
+//! frames under a [`Control`], and gives a [`StepReport`] of each. Integrators are written once, in
+//! [`stepper`], over the stages of [`Kernels`]; a backend is an implementation of that trait.
+//!
+//! All quantities are in SI units, coordinates are right handed with z up.
+//!
+//! The formulas that all backends implement:
+#![doc = include_str!("../NUMERICS.md")]
+
+mod backend;
+mod config;
+mod control;
+mod error;
+mod kernels;
+mod mesh;
+mod model;
+mod real;
+mod report;
+mod state;
+pub mod stepper;
+
+pub use backend::{Backend, BackendInfo, Frame, Solver};
+pub use config::{ExplicitSettings, Integrator, Precision, SolverConfig, StrainLimit};
+pub use control::{ColliderControl, Control, PinAction, PinControl};
+pub use error::{Divergence, DivergenceCause, Error, ModelError, Result};
+pub use kernels::{ContactStatistics, Kernels, PinWrite};
+pub use mesh::{TextureMap, TriangleMesh, VertexGroup};
+pub use model::{
+    Aerodynamics, Air, Cloth, ClothRange, Collider, ColliderShape, ContactResponse, Field,
+    Geometry, GridPatch, Gust, Mass, Material, MaterialPreset, Model, ModelBuilder, NONE,
+    NetworkSpring, Pose, SelfContact, Spring, SpringClass, SpringCoefficients, SpringColouring,
+    SpringKind, SpringNetwork, SpringRows, Springs, Stencil, WingedEdge, WingedEdges,
+};
+pub use real::Real;
+pub use report::{Measures, StageTime, StepReport};
+pub use state::State;

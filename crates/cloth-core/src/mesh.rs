@@ -1,0 +1,44 @@
+//! Triangle meshes as they come from files or code, before they become cloth.
+
+/// A triangle mesh with optional texture coordinates and named vertex groups.
+///
+/// The mesh is plain data: nothing is checked until [`ModelBuilder`](crate::ModelBuilder) turns it
+/// into cloth.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TriangleMesh {
+    /// Vertex positions \[m\].
+    pub positions: Vec<[f64; 3]>,
+    /// Vertex indices of each triangle, zero based, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Texture coordinates, if the source had any.
+    pub texture: Option<TextureMap>,
+    /// Named sets of vertices, usable as pins.
+    pub groups: Vec<VertexGroup>,
+}
+
+/// Texture coordinates with indices of their own: a vertex on a seam has several coordinates, and
+/// splitting the vertex instead would tear the cloth.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TextureMap {
+    /// Texture coordinates, dimensionless (or metres for a sewing pattern).
+    pub coordinates: Vec<[f64; 2]>,
+    /// For each triangle of the mesh, the index into `coordinates` of each corner.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A named set of vertices.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct VertexGroup {
+    /// Name of the group, unique within its mesh.
+    pub name: String,
+    /// Vertex indices, zero based, ascending.
+    pub vertices: Vec<u32>,
+}
+
+impl TriangleMesh {
+    /// The vertices of the group called `name`.
+    #[must_use]
+    pub fn group(&self, name: &str) -> Option<&VertexGroup> {
+        self.groups.iter().find(|group| group.name == name)
+    }
+}

@@ -1,0 +1,376 @@
+//! From descriptions of cloths to a checked [`Model`].
+
+use std::{collections::HashSet, ops::Range};
+
+use crate::{
+    ModelError, TextureMap, TriangleMesh,
+    error::{finite_all, positive},
+};
+
+use super::{
+    Air, Cloth, ClothRange, Collider, Field, Geometry, GridPatch, Mass, Material, Model,
+    NetworkSpring, SelfContact, SpringClass, SpringKind, SpringNetwork,
+    springs::SpringsBuilder,
+    winged_edge::{NONE, WingedEdges},
+};
+
+/// Collects cloths, colliders and surroundings, and checks them all when the model is built.
+#[derive(Clone, Debug, Default)]
+pub struct ModelBuilder {
+    cloths: Vec<Cloth>,
+    colliders: Vec<Collider>,
+    gravity: [f64; 3],
+    fields: Vec<Field>,
+    air: Option<Air>,
+    self_contact: Option<SelfContact>,
+}
+
+impl ModelBuilder {
+    /// An empty model with standard gravity, (0, 0, -9.81) m/s^2.
+    #[must_use]
+    pub fn new() -> Self {
+        Self { gravity: [0.0, 0.0, -9.81], ..Self::default() }
+    }
+
+    /// Adds a cloth. Its particles follow those of the cloths before it.
+    #[must_use]
+    pub fn cloth(mut self, cloth: Cloth) -> Self {
+        self.cloths.push(cloth);
+        self
+    }
+
+    /// Adds a collider.
+    #[must_use]
+    pub fn collider(mut self, collider: Collider) -> Self {
+        self.colliders.push(collider);
+        self
+    }
+
+    /// Sets the gravity \[m/s^2\].
+    #[must_use]
+    pub const fn gravity(mut self, gravity: [f64; 3]) -> Self {
+        self.gravity = gravity;
+        self
+    }
+
+    /// Adds a field.
+    #[must_use]
+    pub fn field(mut self, field: Field) -> Self {
+        self.fields.push(field);
+        self
+    }
+
+    /// Surrounds the cloths with air.
+    #[must_use]
+    pub const fn air(mut self, air: Air) -> Self {
+        self.air = Some(air);
+        self
+    }
+
+    /// Lets the cloths collide with themselves and each other.
+    #[must_use]
+    pub const fn self_contact(mut self, contact: SelfContact) -> Self {
+        self.self_contact = Some(contact);
+        self
+    }
+
+    /// Checks everything and builds the model.
+    ///
+    /// # Errors
+    /// The first [`ModelError`] found, naming the cloth, collider or field and the index in it.
+    pub fn build(self) -> Result<Model, ModelError> {
+        if self.cloths.is_empty() {
+            return Err(ModelError::Empty);
+        }
+        names_unique("cloth", self.cloths.iter().map(|cloth| cloth.name.as_str()))?;
+        names_unique("collider", self.colliders.iter().map(|collider| collider.name.as_str()))?;
+        finite_all(|| "gravity".into(), &self.gravity)?;
+        self.colliders.iter().try_for_each(Collider::validate)?;
+        for (index, field) in self.fields.iter().enumerate() {
+            field.validate(index)?;
+        }
+        self.air.as_ref().map_or(Ok(()), Air::validate)?;
+        self.self_contact.as_ref().map_or(Ok(()), SelfContact::validate)?;
+        let mut parts = Parts::default();
+        for cloth in self.cloths {
+            parts.add(cloth)?;
+        }
+        Ok(Model {
+            positions: parts.positions,
+            velocities: parts.velocities,
+            masses: parts.masses,
+            pins: parts.pins,
+            triangles: parts.triangles,
+            textures: parts.textures,
+            springs: parts.springs.finish(),
+            cloths: parts.cloths,
+            colliders: self.colliders,
+            gravity: self.gravity,
+            fields: self.fields,
+            air: self.air,
+            self_contact: self.self_contact,
+        })
+    }
+}
+
+/// The composite model while it grows.
+#[derive(Default)]
+struct Parts {
+    positions: Vec<[f64; 3]>,
+    velocities: Vec<[f64; 3]>,
+    masses: Vec<f64>,
+    pins: Vec<u32>,
+    triangles: Vec<[u32; 3]>,
+    textures: Vec<Option<TextureMap>>,
+    springs: SpringsBuilder,
+    cloths: Vec<ClothRange>,
+}
+
+impl Parts {
+    fn add(&mut self, cloth: Cloth) -> Result<(), ModelError> {
+        let Cloth { name, geometry, material, pins, velocity } = cloth;
+        material.validate(&name)?;
+        finite_all(|| format!("velocity of cloth {name:?}"), &velocity)?;
+        let [first_particle, first_triangle] = [self.positions.len(), self.triangles.len()];
+        count_check("particles", first_particle as u64 + geometry.particle_count())?;
+        let texture = match geometry {
+            Geometry::Grid(patch) => {
+                self.grid(&patch, &material, &name)?;
+                None
+            }
+            Geometry::Mesh(mesh) => self.mesh(mesh, &material, &name)?,
+            Geometry::Network(network) => {
+                self.network(&network, &material, &name)?;
+                None
+            }
+        };
+        let particles = first_particle..self.positions.len();
+        let triangles = first_triangle..self.triangles.len();
+        // Two entries for each spring when backends expand the matrix.
+        count_check("springs", 2 * self.springs.len() as u64)?;
+        self.velocities.resize(particles.end, velocity);
+        self.mass(&material, particles.clone(), triangles.clone(), &name)?;
+        self.pin(&pins, particles.clone(), &name)?;
+        self.textures.push(texture);
+        self.cloths.push(ClothRange {
+            name,
+            particles: particles.start as u32..particles.end as u32,
+            triangles: triangles.start as u32..triangles.end as u32,
+            aerodynamics: material.aerodynamics,
+            thickness: material.thickness,
+        });
+        Ok(())
+    }
+
+    fn grid(
+        &mut self,
+        patch: &GridPatch,
+        material: &Material,
+        name: &str,
+    ) -> Result<(), ModelError> {
+        patch.validate(name)?;
+        let first = self.positions.len() as u32;
+        let offsets: Vec<_> = patch
+            .stencil
+            .upper_offsets()
+            .iter()
+            .map(|&(offset, class)| {
+                let kind = spring_kind(material, class, patch.rest_length(offset));
+                (offset.map(i64::from), self.springs.kind(kind))
+            })
+            .collect();
+        let [columns, rows] = [i64::from(patch.columns), i64::from(patch.rows)];
+        for row in 0..patch.rows {
+            for column in 0..patch.columns {
+                self.positions.push(patch.position(column, row));
+                self.springs.row_begin();
+                for &([across, up], kind) in &offsets {
+                    let [i, j] = [i64::from(column) + across, i64::from(row) + up];
+                    if (0..columns).contains(&i) && (0..rows).contains(&j) {
+                        self.springs.spring(first + patch.particle(i as u32, j as u32), kind);
+                    }
+                }
+            }
+        }
+        finite_all(
+            || format!("far corner of cloth {name:?}"),
+            self.positions.last().unwrap_or(&patch.origin),
+        )?;
+        self.triangles.extend(patch.triangles().map(|t| t.map(|vertex| vertex + first)));
+        Ok(())
+    }
+
+    fn mesh(
+        &mut self,
+        mesh: TriangleMesh,
+        material: &Material,
+        name: &str,
+    ) -> Result<Option<TextureMap>, ModelError> {
+        for (i, position) in mesh.positions.iter().enumerate() {
+            finite_all(|| format!("position of vertex {i} of cloth {name:?}"), position)?;
+        }
+        let edges = WingedEdges::build(&mesh, name)?;
+        let mut springs = Vec::with_capacity(2 * edges.edges.len());
+        for edge in &edges.edges {
+            springs.push(NetworkSpring {
+                particles: edge.vertices,
+                class: SpringClass::Stretch,
+                rest_length: None,
+            });
+            if !edge.opposite.contains(&NONE) {
+                springs.push(NetworkSpring {
+                    particles: edge.opposite,
+                    class: SpringClass::Bend,
+                    rest_length: None,
+                });
+            }
+        }
+        let first = self.positions.len() as u32;
+        self.springs(springs, &mesh.positions, material, name)?;
+        self.positions.extend(mesh.positions);
+        self.triangles.extend(mesh.triangles.iter().map(|t| t.map(|vertex| vertex + first)));
+        Ok(mesh.texture)
+    }
+
+    fn network(
+        &mut self,
+        network: &SpringNetwork,
+        material: &Material,
+        name: &str,
+    ) -> Result<(), ModelError> {
+        for (i, position) in network.positions.iter().enumerate() {
+            finite_all(|| format!("position of particle {i} of cloth {name:?}"), position)?;
+        }
+        if network.positions.is_empty() {
+            return Err(ModelError::MeshEmpty { cloth: name.into(), vertices: 0, triangles: 0 });
+        }
+        self.springs(network.springs.clone(), &network.positions, material, name)?;
+        self.positions.extend(&network.positions);
+        Ok(())
+    }
+
+    /// Adds springs in any order; of springs between the same two particles only the one of the
+    /// lowest class stays, so that an edge of a mesh is never doubled by a bend spring.
+    fn springs(
+        &mut self,
+        mut springs: Vec<NetworkSpring>,
+        positions: &[[f64; 3]],
+        material: &Material,
+        name: &str,
+    ) -> Result<(), ModelError> {
+        let first = self.positions.len() as u32;
+        for spring in &mut springs {
+            spring.particles.sort_unstable();
+            if let Some(&pin) =
+                spring.particles.iter().find(|&&index| index as usize >= positions.len())
+            {
+                return Err(ModelError::PinOutOfRange {
+                    owner: format!("cloth {name:?}, end of a spring"),
+                    pin,
+                    particles: positions.len(),
+                });
+            }
+        }
+        springs.sort_by_key(|spring| (spring.particles, spring.class));
+        springs.dedup_by_key(|spring| spring.particles);
+        let mut next = springs.iter().peekable();
+        for i in 0..positions.len() as u32 {
+            self.springs.row_begin();
+            while let Some(spring) = next.next_if(|spring| spring.particles[0] == i) {
+                let [a, b] =
+                    spring.particles.map(|index| glam::DVec3::from(positions[index as usize]));
+                let rest_length = spring.rest_length.unwrap_or_else(|| a.distance(b));
+                if spring.rest_length.is_some() {
+                    positive(|| format!("rest length of a spring of cloth {name:?}"), rest_length)?;
+                }
+                if spring.particles[0] == spring.particles[1] || rest_length <= 0.0 {
+                    return Err(ModelError::SpringWithoutLength {
+                        cloth: name.into(),
+                        vertices: spring.particles,
+                    });
+                }
+                let kind = self.springs.kind(spring_kind(material, spring.class, rest_length));
+                self.springs.spring(first + spring.particles[1], kind);
+            }
+        }
+        Ok(())
+    }
+
+    fn mass(
+        &mut self,
+        material: &Material,
+        particles: Range<usize>,
+        triangles: Range<usize>,
+        name: &str,
+    ) -> Result<(), ModelError> {
+        match material.mass {
+            Mass::PerParticle(mass) => self.masses.resize(particles.end, mass),
+            Mass::PerArea(density) => {
+                self.masses.resize(particles.end, 0.0);
+                for triangle in &self.triangles[triangles] {
+                    let [a, b, c] =
+                        triangle.map(|vertex| glam::DVec3::from(self.positions[vertex as usize]));
+                    let share = density * 0.5 * (b - a).cross(c - a).length() / 3.0;
+                    for vertex in triangle {
+                        self.masses[*vertex as usize] += share;
+                    }
+                }
+            }
+        }
+        for (i, &mass) in self.masses[particles].iter().enumerate() {
+            if mass == 0.0 {
+                return Err(ModelError::VertexIsolated { cloth: name.into(), vertex: i as u32 });
+            }
+            positive(|| format!("mass of particle {i} of cloth {name:?}"), mass)?;
+        }
+        Ok(())
+    }
+
+    fn pin(&mut self, pins: &[u32], particles: Range<usize>, name: &str) -> Result<(), ModelError> {
+        let mut pins = pins.to_vec();
+        pins.sort_unstable();
+        pins.dedup();
+        if let Some(&pin) = pins.last().filter(|&&pin| pin as usize >= particles.len()) {
+            return Err(ModelError::PinOutOfRange {
+                owner: format!("cloth {name:?}"),
+                pin,
+                particles: particles.len(),
+            });
+        }
+        self.pins.extend(pins.iter().map(|pin| pin + particles.start as u32));
+        Ok(())
+    }
+}
+
+fn spring_kind(material: &Material, class: SpringClass, rest_length: f64) -> SpringKind {
+    let coefficients = match class {
+        SpringClass::Stretch => material.stretch,
+        SpringClass::Shear => material.shear,
+        SpringClass::Bend => material.bend,
+    };
+    SpringKind {
+        class,
+        rest_length,
+        stiffness: coefficients.stiffness,
+        damping: coefficients.damping,
+    }
+}
+
+fn count_check(what: &'static str, count: u64) -> Result<(), ModelError> {
+    // One index stays free to mean "none".
+    let max = u64::from(u32::MAX) - 1;
+    if count > max { Err(ModelError::TooMany { what, count, max }) } else { Ok(()) }
+}
+
+fn names_unique<'a>(
+    what: &'static str,
+    names: impl Iterator<Item = &'a str>,
+) -> Result<(), ModelError> {
+    let mut seen = HashSet::new();
+    for name in names {
+        if !seen.insert(name) {
+            return Err(ModelError::NameTaken { what, name: name.into() });
+        }
+    }
+    Ok(())
+}

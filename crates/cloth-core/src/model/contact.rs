@@ -1,0 +1,58 @@
+//! Contact of cloth with itself and with other cloths (NUMERICS §8).
+
+use crate::{
+    ModelError,
+    error::{in_range, not_negative, positive},
+};
+
+/// Particle-particle contact of all cloths with themselves and each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SelfContact {
+    /// Distance of two particles below which they are in contact \[m\].
+    pub distance: f64,
+    /// What contact does.
+    pub response: ContactResponse,
+}
+
+/// What two particles in contact do to each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ContactResponse {
+    /// Approaching pairs exchange momentum along the normal, overlap is pushed apart. Pairs that
+    /// are joined by a spring, or start closer than the contact distance, are left out.
+    Impulse {
+        /// Coefficient of restitution, 0 to 1.
+        restitution: f64,
+        /// Coulomb friction coefficient between cloths.
+        friction: f64,
+    },
+    /// A spring with a damper between each pair in contact, no pair left out.
+    Penalty {
+        /// Stiffness \[N/m\].
+        stiffness: f64,
+        /// Damping along the normal \[N s/m\].
+        damping: f64,
+    },
+}
+
+impl SelfContact {
+    /// Whether pairs joined by a spring or close at the start are left out.
+    #[must_use]
+    pub const fn excludes_neighbours(&self) -> bool {
+        matches!(self.response, ContactResponse::Impulse { .. })
+    }
+
+    pub(crate) fn validate(&self) -> Result<(), ModelError> {
+        positive(|| "distance of the self-contact".into(), self.distance)?;
+        match self.response {
+            ContactResponse::Impulse { restitution, friction } => {
+                in_range(|| "restitution of the self-contact".into(), restitution, [0.0, 1.0])?;
+                not_negative(|| "friction of the self-contact".into(), friction)?;
+            }
+            ContactResponse::Penalty { stiffness, damping } => {
+                positive(|| "stiffness of the self-contact".into(), stiffness)?;
+                not_negative(|| "damping of the self-contact".into(), damping)?;
+            }
+        }
+        Ok(())
+    }
+}

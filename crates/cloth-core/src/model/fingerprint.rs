@@ -1,0 +1,34 @@
+//! Telling models apart.
+
+use std::hash::Hasher;
+
+use fnv::FnvHasher;
+
+use super::Model;
+
+impl Model {
+    /// A hash of what fixes the meaning of a [`State`](crate::State): particles, masses, triangles,
+    /// springs and colliders. The same on every machine; a checkpoint carries it, so that it is not
+    /// continued with another model.
+    #[must_use]
+    pub fn fingerprint(&self) -> u64 {
+        let mut hasher = FnvHasher::default();
+        hasher.write_u64(self.positions.len() as u64);
+        for position in &self.positions {
+            position.iter().for_each(|value| hasher.write_u64(value.to_bits()));
+        }
+        self.masses.iter().for_each(|mass| hasher.write_u64(mass.to_bits()));
+        self.triangles.iter().flatten().for_each(|&vertex| hasher.write_u32(vertex));
+        for spring in self.springs.iter() {
+            spring.particles.iter().for_each(|&particle| hasher.write_u32(particle));
+            hasher.write_u32(spring.kind);
+        }
+        for kind in self.springs.kinds() {
+            for value in [kind.rest_length, kind.stiffness, kind.damping] {
+                hasher.write_u64(value.to_bits());
+            }
+        }
+        hasher.write_u64(self.colliders.len() as u64);
+        hasher.finish()
+    }
+}

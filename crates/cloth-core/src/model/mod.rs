@@ -1,0 +1,210 @@
+//! The immutable description of what is simulated.
+
+mod builder;
+mod collider;
+mod colouring;
+mod contact;
+mod environment;
+mod fingerprint;
+mod geometry;
+mod material;
+mod material_preset;
+mod springs;
+mod stability;
+mod winged_edge;
+
+use std::ops::Range;
+
+pub use builder::ModelBuilder;
+pub use collider::{Collider, ColliderShape, Pose};
+pub use colouring::SpringColouring;
+pub use contact::{ContactResponse, SelfContact};
+pub use environment::{Air, Field, Gust};
+pub use geometry::{Geometry, GridPatch, NetworkSpring, SpringNetwork, Stencil};
+pub use material::{Aerodynamics, Mass, Material, SpringCoefficients};
+pub use material_preset::MaterialPreset;
+pub use springs::{Spring, SpringClass, SpringKind, SpringRows, Springs};
+pub use winged_edge::{NONE, WingedEdge, WingedEdges};
+
+use crate::{State, TextureMap};
+
+/// One cloth, before it becomes part of a model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cloth {
+    /// Name, unique among the cloths of a model.
+    pub name: String,
+    /// Particles and springs.
+    pub geometry: Geometry,
+    /// What it is made of.
+    pub material: Material,
+    /// Particles held in place from the start, as indices within this cloth.
+    pub pins: Vec<u32>,
+    /// Velocity of all its particles at the start \[m/s\].
+    pub velocity: [f64; 3],
+}
+
+/// Where a cloth lies in the composite model, and what holds for it as a whole.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClothRange {
+    /// Name of the cloth.
+    pub name: String,
+    /// Its particles.
+    pub particles: Range<u32>,
+    /// Its triangles.
+    pub triangles: Range<u32>,
+    /// Coefficients of the force of the air.
+    pub aerodynamics: Aerodynamics,
+    /// Thickness \[m\].
+    pub thickness: f64,
+}
+
+/// All cloths of a scene as one system of particles, with its surroundings.
+///
+/// Built by [`ModelBuilder`], which checks everything, and never changed after that; any number of
+/// solvers share it. Backends can rely on it: all numbers are finite, masses are positive, indices
+/// are in range, springs are sorted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Model {
+    positions: Vec<[f64; 3]>,
+    velocities: Vec<[f64; 3]>,
+    masses: Vec<f64>,
+    pins: Vec<u32>,
+    triangles: Vec<[u32; 3]>,
+    textures: Vec<Option<TextureMap>>,
+    springs: Springs,
+    cloths: Vec<ClothRange>,
+    colliders: Vec<Collider>,
+    gravity: [f64; 3],
+    fields: Vec<Field>,
+    air: Option<Air>,
+    self_contact: Option<SelfContact>,
+}
+
+impl Model {
+    /// Number of particles, n.
+    #[must_use]
+    pub fn particle_count(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Particle positions at the start \[m\], length n. They are also the rest shape.
+    #[must_use]
+    pub fn positions(&self) -> &[[f64; 3]] {
+        &self.positions
+    }
+
+    /// Particle masses \[kg\], length n, all positive.
+    #[must_use]
+    pub fn masses(&self) -> &[f64] {
+        &self.masses
+    }
+
+    /// Particles held in place from the start, ascending.
+    #[must_use]
+    pub fn pins(&self) -> &[u32] {
+        &self.pins
+    }
+
+    /// Particles of each triangle.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Texture coordinates of each cloth; their indices count within the cloth.
+    #[must_use]
+    pub fn textures(&self) -> &[Option<TextureMap>] {
+        &self.textures
+    }
+
+    /// All springs.
+    #[must_use]
+    pub fn springs(&self) -> &Springs {
+        &self.springs
+    }
+
+    /// The cloths, in the order of their particles.
+    #[must_use]
+    pub fn cloths(&self) -> &[ClothRange] {
+        &self.cloths
+    }
+
+    /// Index of the cloth that `particle` belongs to.
+    #[must_use]
+    pub fn cloth_of(&self, particle: u32) -> usize {
+        self.cloths.partition_point(|cloth| cloth.particles.end <= particle)
+    }
+
+    /// The cloth called `name`.
+    #[must_use]
+    pub fn cloth(&self, name: &str) -> Option<&ClothRange> {
+        self.cloths.iter().find(|cloth| cloth.name == name)
+    }
+
+    /// The colliders.
+    #[must_use]
+    pub fn colliders(&self) -> &[Collider] {
+        &self.colliders
+    }
+
+    /// Gravity \[m/s^2\].
+    #[must_use]
+    pub fn gravity(&self) -> [f64; 3] {
+        self.gravity
+    }
+
+    /// The fields.
+    #[must_use]
+    pub fn fields(&self) -> &[Field] {
+        &self.fields
+    }
+
+    /// The air, if there is any.
+    #[must_use]
+    pub fn air(&self) -> Option<&Air> {
+        self.air.as_ref()
+    }
+
+    /// Contact of the cloths with themselves and each other, if it is on.
+    #[must_use]
+    pub fn self_contact(&self) -> Option<&SelfContact> {
+        self.self_contact.as_ref()
+    }
+
+    /// The state at time zero.
+    #[must_use]
+    pub fn initial_state(&self) -> State {
+        let mut held = vec![0; self.particle_count()];
+        let mut velocities = self.velocities.clone();
+        for &pin in &self.pins {
+            held[pin as usize] = 1;
+            velocities[pin as usize] = [0.0; 3];
+        }
+        State {
+            time: 0.0,
+            step: 0,
+            positions: self.positions.clone(),
+            velocities,
+            held,
+            colliders: self.colliders.iter().map(|collider| collider.pose).collect(),
+        }
+    }
+
+    /// Sum over the gravity and all uniform fields \[m/s^2\].
+    #[must_use]
+    pub fn uniform_acceleration(&self) -> [f64; 3] {
+        self.fields.iter().fold(self.gravity, |sum, field| match field {
+            Field::Uniform { acceleration } => std::array::from_fn(|k| sum[k] + acceleration[k]),
+            Field::Drag { .. } => sum,
+        })
+    }
+
+    /// Sum over all drag fields of the rate per axis \[1/s\].
+    #[must_use]
+    pub fn drag_rate(&self) -> [f64; 3] {
+        self.fields.iter().fold([0.0; 3], |sum, field| match field {
+            Field::Drag { rate } => std::array::from_fn(|k| sum[k] + rate[k]),
+            Field::Uniform { .. } => sum,
+        })
+    }
+}

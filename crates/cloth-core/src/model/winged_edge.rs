@@ -1,0 +1,231 @@
+//! The winged-edge structure of a triangle mesh (Baumgart 1972, "Winged edge polyhedron
+//! representation"), and the checks that a surface must pass to become cloth.
+
+use crate::{ModelError, TriangleMesh};
+
+/// Index that stands for "none".
+pub const NONE: u32 = u32::MAX;
+
+/// Edges of a triangle mesh with what lies on both sides of each.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct WingedEdges {
+    /// The edges, sorted by their vertices.
+    pub edges: Vec<WingedEdge>,
+    /// For each triangle (a, b, c) the indices of its edges ab, bc and ca.
+    pub triangle_edges: Vec<[u32; 3]>,
+}
+
+/// One edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WingedEdge {
+    /// Its vertices, the smaller index first.
+    pub vertices: [u32; 2],
+    /// Its triangles: first the one that runs from the smaller vertex to the larger, then the one
+    /// that runs back; [`NONE`] on a border.
+    pub triangles: [u32; 2],
+    /// The vertex of each of these triangles that is not on the edge, or [`NONE`].
+    pub opposite: [u32; 2],
+}
+
+impl WingedEdges {
+    /// Builds the structure and checks the mesh: indices in range, no repeated vertex, no triangle
+    /// without area, no triangle twice, at most two triangles at an edge, consistent winding, no
+    /// vertex without a triangle.
+    ///
+    /// # Errors
+    /// The [`ModelError`] of the first defect found, with its index; `cloth` is the name used in it.
+    pub fn build(mesh: &TriangleMesh, cloth: &str) -> Result<Self, ModelError> {
+        triangles_check(mesh, cloth)?;
+        // One entry for each side of each triangle: the edge, then the triangle and its corner.
+        let mut sides: Vec<([u32; 2], u32, u8)> = Vec::with_capacity(3 * mesh.triangles.len());
+        for (t, triangle) in mesh.triangles.iter().enumerate() {
+            for corner in 0..3 {
+                let [a, b] = [triangle[corner], triangle[(corner + 1) % 3]];
+                sides.push(([a.min(b), a.max(b)], t as u32, corner as u8));
+            }
+        }
+        sides.sort_unstable();
+        let mut triangle_edges = vec![[NONE; 3]; mesh.triangles.len()];
+        let mut edges = Vec::with_capacity(sides.len() / 2);
+        for group in sides.chunk_by(|a, b| a.0 == b.0) {
+            let edge_vertices = group[0].0;
+            if group.len() > 2 {
+                return Err(ModelError::EdgeNonManifold {
+                    cloth: cloth.into(),
+                    edge: edge_vertices,
+                    triangles: group.iter().map(|side| side.1).collect(),
+                });
+            }
+            let mut edge =
+                WingedEdge { vertices: edge_vertices, triangles: [NONE; 2], opposite: [NONE; 2] };
+            for &(_, t, corner) in group {
+                let triangle = mesh.triangles[t as usize];
+                let corner = corner as usize;
+                let way = usize::from(triangle[corner] != edge_vertices[0]);
+                if edge.triangles[way] != NONE {
+                    return Err(ModelError::EdgeInconsistent {
+                        cloth: cloth.into(),
+                        edge: edge_vertices,
+                        triangles: [edge.triangles[way], t],
+                    });
+                }
+                edge.triangles[way] = t;
+                edge.opposite[way] = triangle[(corner + 2) % 3];
+                triangle_edges[t as usize][corner] = edges.len() as u32;
+            }
+            edges.push(edge);
+        }
+        Ok(Self { edges, triangle_edges })
+    }
+
+    /// The four wings of an edge: for each of its two triangles the other two edges, in the
+    /// direction of the triangle; [`NONE`] on a border.
+    #[must_use]
+    pub fn wings(&self, edge: u32) -> [[u32; 2]; 2] {
+        self.edges[edge as usize].triangles.map(|triangle| {
+            if triangle == NONE {
+                return [NONE; 2];
+            }
+            let sides = self.triangle_edges[triangle as usize];
+            let corner = sides.iter().position(|&side| side == edge).unwrap_or(0);
+            [sides[(corner + 1) % 3], sides[(corner + 2) % 3]]
+        })
+    }
+}
+
+fn triangles_check(mesh: &TriangleMesh, cloth: &str) -> Result<(), ModelError> {
+    let vertices = mesh.positions.len();
+    let cloth = || cloth.to_owned();
+    if vertices == 0 || mesh.triangles.is_empty() {
+        return Err(ModelError::MeshEmpty {
+            cloth: cloth(),
+            vertices,
+            triangles: mesh.triangles.len(),
+        });
+    }
+    let mut used = vec![false; vertices];
+    let mut keys: Vec<([u32; 3], u32)> = Vec::with_capacity(mesh.triangles.len());
+    for (t, &triangle) in mesh.triangles.iter().enumerate() {
+        for vertex in triangle {
+            let Some(used) = used.get_mut(vertex as usize) else {
+                return Err(ModelError::TriangleOutOfRange {
+                    cloth: cloth(),
+                    triangle: t,
+                    vertex,
+                    vertices,
+                });
+            };
+            *used = true;
+        }
+        let mut key = triangle;
+        key.sort_unstable();
+        if let Some(pair) = key.windows(2).find(|pair| pair[0] == pair[1]) {
+            return Err(ModelError::TriangleRepeatsVertex {
+                cloth: cloth(),
+                triangle: t,
+                vertex: pair[0],
+            });
+        }
+        if is_degenerate(triangle.map(|vertex| mesh.positions[vertex as usize])) {
+            return Err(ModelError::TriangleDegenerate { cloth: cloth(), triangle: t });
+        }
+        keys.push((key, t as u32));
+    }
+    keys.sort_unstable();
+    if let Some(pair) = keys.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        return Err(ModelError::TriangleDuplicate {
+            cloth: cloth(),
+            first: pair[0].1 as usize,
+            second: pair[1].1 as usize,
+        });
+    }
+    match used.iter().position(|used| !used) {
+        Some(vertex) => Err(ModelError::VertexIsolated { cloth: cloth(), vertex: vertex as u32 }),
+        None => Ok(()),
+    }
+}
+
+/// Whether twice the area is below 1e-10 of the square of the longest side: a needle so thin that
+/// its normal is rounding noise.
+fn is_degenerate(corners: [[f64; 3]; 3]) -> bool {
+    let [a, b, c] = corners.map(glam::DVec3::from);
+    let longest =
+        (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
+    (b - a).cross(c - a).length() <= 1e-10 * longest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mesh(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> TriangleMesh {
+        TriangleMesh {
+            positions: positions.to_vec(),
+            triangles: triangles.to_vec(),
+            ..TriangleMesh::default()
+        }
+    }
+
+    const SQUARE: [[f64; 3]; 4] =
+        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+
+    #[test]
+    fn a_square_has_five_edges_and_one_inner_one() {
+        let mesh = mesh(&SQUARE, &[[0, 1, 2], [0, 2, 3]]);
+        let edges = WingedEdges::build(&mesh, "square").unwrap();
+        assert_eq!(edges.edges.len(), 5);
+        let inner: Vec<_> =
+            edges.edges.iter().filter(|edge| !edge.triangles.contains(&NONE)).collect();
+        assert_eq!(inner.len(), 1);
+        assert_eq!(inner[0].vertices, [0, 2]);
+        assert_eq!(inner[0].triangles, [1, 0], "triangle 1 runs 0-2, triangle 0 runs 2-0");
+        assert_eq!(inner[0].opposite, [3, 1]);
+        let index = edges.edges.iter().position(|edge| edge == inner[0]).unwrap();
+        let wings = edges.wings(index as u32);
+        let ends = wings.map(|pair| pair.map(|edge| edges.edges[edge as usize].vertices));
+        assert_eq!(ends, [[[2, 3], [0, 3]], [[0, 1], [1, 2]]]);
+    }
+
+    #[test]
+    fn defects_are_named_by_index() {
+        let build = |triangles: &[[u32; 3]]| {
+            WingedEdges::build(&mesh(&SQUARE, triangles), "c").unwrap_err()
+        };
+        assert!(matches!(
+            build(&[[0, 1, 2], [0, 2, 7]]),
+            ModelError::TriangleOutOfRange { triangle: 1, vertex: 7, .. }
+        ));
+        assert!(matches!(
+            build(&[[0, 1, 2], [2, 0, 2]]),
+            ModelError::TriangleRepeatsVertex { triangle: 1, vertex: 2, .. }
+        ));
+        assert!(matches!(
+            build(&[[0, 1, 2], [0, 2, 3], [2, 0, 1]]),
+            ModelError::TriangleDuplicate { first: 0, second: 2, .. }
+        ));
+        assert!(matches!(build(&[[0, 1, 2]]), ModelError::VertexIsolated { vertex: 3, .. }));
+        assert!(matches!(
+            build(&[[0, 1, 2], [0, 3, 2], [0, 1, 3]]),
+            ModelError::EdgeInconsistent { .. }
+        ));
+        assert!(matches!(build(&[]), ModelError::MeshEmpty { .. }));
+        let fan = mesh(
+            &[[0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]],
+            &[[0, 1, 2], [1, 0, 3], [0, 1, 4]],
+        );
+        let error = WingedEdges::build(&fan, "c").unwrap_err();
+        assert_eq!(
+            error,
+            ModelError::EdgeNonManifold {
+                cloth: "c".into(),
+                edge: [0, 1],
+                triangles: vec![0, 1, 2]
+            }
+        );
+        let flat = mesh(&[[0.0; 3], [1.0, 0.0, 0.0], [3.0, 0.0, 0.0]], &[[0, 1, 2]]);
+        assert!(matches!(
+            WingedEdges::build(&flat, "c"),
+            Err(ModelError::TriangleDegenerate { triangle: 0, .. })
+        ));
+    }
+}

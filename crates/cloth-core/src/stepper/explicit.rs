@@ -1,0 +1,56 @@
+//! Symplectic Euler with strain limiting (NUMERICS §4).
+
+use crate::{Kernels, Result};
+
+use super::Substep;
+
+/// One explicit substep, stage by stage: forces at the present state, integration, contact between
+/// cloths, strain limiting, and colliders last, so that no particle ends inside one.
+///
+/// # Errors
+/// Those of the stages.
+pub fn substep<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Result<()> {
+    let contact = kernels.model().self_contact().is_some();
+    let penalty = kernels.contact_is_penalty();
+    kernels.field_forces()?;
+    kernels.spring_forces()?;
+    if kernels.model().air().is_some() {
+        kernels.aerodynamic_forces(substep)?;
+    }
+    if contact && penalty {
+        kernels.contact_candidates()?;
+        kernels.contact_forces()?;
+    }
+    kernels.integrate_explicit(substep)?;
+    after_integration(kernels, substep)?;
+    if !kernels.model().colliders().is_empty() {
+        kernels.collider_response(substep)?;
+    }
+    Ok(())
+}
+
+/// The stages between integration and colliders: impulses of contact, strain limiting. A fused
+/// substep of a backend calls this too when the scene needs it.
+///
+/// # Errors
+/// Those of the stages.
+pub fn after_integration<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Result<()> {
+    if kernels.model().self_contact().is_some() && !kernels.contact_is_penalty() {
+        kernels.contact_candidates()?;
+        kernels.contact_impulses()?;
+    }
+    let sweeps = kernels.config().strain_limit().map_or(0, |limit| limit.sweeps);
+    for _ in 0..sweeps {
+        for colour in 0..kernels.strain_limit_colours() {
+            kernels.strain_limit(substep, colour)?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether [`after_integration`] does anything for this model and these settings.
+#[must_use]
+pub fn has_work_after_integration<K: Kernels + ?Sized>(kernels: &K) -> bool {
+    let impulses = kernels.model().self_contact().is_some() && !kernels.contact_is_penalty();
+    impulses || kernels.strain_limit_colours() > 0
+}

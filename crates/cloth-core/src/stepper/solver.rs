@@ -1,0 +1,206 @@
+//! A solver made of any backend's kernels.
+
+use std::{sync::Arc, time::Instant};
+
+use crate::{
+    ContactStatistics, Control, Divergence, DivergenceCause, Error, Frame, Integrator, Kernels,
+    Measures, Model, PinAction, PinWrite, Pose, Result, Solver, State, StepReport, error::positive,
+};
+
+use super::FramePlan;
+
+/// [`Solver`] over the stages of a backend: divides frames, moves pins and colliders, runs the
+/// integrator that the settings ask for, and measures the result.
+pub struct SteppedSolver<K> {
+    kernels: K,
+    plan: FramePlan,
+    pins: Vec<PinWrite>,
+    control: Control,
+    colliders: Vec<Pose>,
+    collider_targets: Vec<Pose>,
+    wind_velocity: [f64; 3],
+    time: f64,
+    step: u64,
+    positions: State,
+    report: StepReport,
+    frame_start: Option<Instant>,
+}
+
+impl<K: Kernels> SteppedSolver<K> {
+    /// A solver in the initial state of the model.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for settings that make no sense; what the device reports.
+    pub fn new(kernels: K) -> Result<Self> {
+        kernels.config().validate()?;
+        let state = kernels.model().initial_state();
+        let wind_velocity = kernels.model().air().map_or([0.0; 3], |air| air.wind_velocity);
+        let mut solver = Self {
+            kernels,
+            plan: FramePlan::default(),
+            pins: Vec::new(),
+            control: Control::default(),
+            colliders: Vec::new(),
+            collider_targets: Vec::new(),
+            wind_velocity,
+            time: 0.0,
+            step: 0,
+            positions: State::default(),
+            report: StepReport::default(),
+            frame_start: None,
+        };
+        solver.upload(&state)?;
+        Ok(solver)
+    }
+
+    /// Turns the pending control into writes for the kernels. Particles that move need to know
+    /// where they are now, the one case in which a control reads the state back.
+    fn control_apply(&mut self, duration: f64) -> Result<()> {
+        self.pins.clear();
+        let moves = |pin: &&crate::PinControl| matches!(pin.action, PinAction::MoveTo(_));
+        if self.control.pins.iter().any(|pin| moves(&pin)) {
+            self.kernels.state_read(&mut self.positions)?;
+        }
+        for pin in &self.control.pins {
+            let position =
+                self.positions.positions.get(pin.particle as usize).copied().unwrap_or_default();
+            self.pins.push(PinWrite::at_frame_start(pin.particle, &pin.action, position, duration));
+        }
+        if !self.pins.is_empty() {
+            self.kernels.pins_write(&self.pins)?;
+        }
+        for control in &self.control.colliders {
+            self.collider_targets[control.collider as usize] = control.pose;
+        }
+        if let Some(wind) = self.control.wind_velocity {
+            self.wind_velocity = wind;
+        }
+        Ok(())
+    }
+
+    /// Puts pins that moved exactly on their targets, at rest there until told otherwise.
+    fn control_finish(&mut self) -> Result<()> {
+        self.pins.clear();
+        for pin in self.control.pins.drain(..) {
+            if let PinAction::MoveTo(target) = pin.action {
+                self.pins.push(PinWrite {
+                    particle: pin.particle,
+                    held: true,
+                    position: Some(target),
+                    velocity: Some([0.0; 3]),
+                });
+            }
+        }
+        if !self.pins.is_empty() {
+            self.kernels.pins_write(&self.pins)?;
+        }
+        self.control = Control::default();
+        self.colliders.clone_from(&self.collider_targets);
+        Ok(())
+    }
+
+    fn divergence(&self, measures: &Measures) -> Option<Divergence> {
+        let bound = self.kernels.config().strain_bound;
+        let (particle, cause) = if let Some(particle) = measures.non_finite_particle {
+            (particle, DivergenceCause::NonFinite)
+        } else if measures.strain_max > bound {
+            let strain = measures.strain_max;
+            (measures.strain_particle, DivergenceCause::Strain { strain, bound })
+        } else {
+            return None;
+        };
+        Some(Divergence {
+            step: self.step,
+            time: self.time,
+            particle,
+            cause,
+            time_step: self.kernels.config().time_step,
+            stable_time_step: self.kernels.model().stable_time_step(),
+        })
+    }
+}
+
+impl<K: Kernels> Solver for SteppedSolver<K> {
+    fn model(&self) -> &Arc<Model> {
+        self.kernels.model()
+    }
+
+    fn upload(&mut self, state: &State) -> Result<()> {
+        state.validate(self.kernels.model())?;
+        self.kernels.state_write(state)?;
+        self.time = state.time;
+        self.step = state.step;
+        self.colliders.clone_from(&state.colliders);
+        self.collider_targets.clone_from(&state.colliders);
+        self.control = Control::default();
+        Ok(())
+    }
+
+    fn set_control(&mut self, control: &Control) -> Result<()> {
+        control.validate(self.kernels.model())?;
+        self.control = control.clone();
+        Ok(())
+    }
+
+    fn advance(&mut self, frame: Frame) -> Result<()> {
+        positive(|| "duration of the frame".into(), frame.duration)?;
+        self.frame_start = Some(Instant::now());
+        self.control_apply(frame.duration)?;
+        self.plan.refill(
+            self.kernels.model(),
+            (self.time, self.step),
+            frame.duration,
+            self.kernels.config().time_step,
+            self.wind_velocity,
+            &self.colliders,
+            &self.collider_targets,
+        );
+        self.kernels.frame_begin(&self.plan)?;
+        let substeps = &self.plan.substeps;
+        let integrator = self.kernels.config().integrator.clone();
+        self.kernels.batch(|kernels| match integrator {
+            Integrator::Explicit(_) => {
+                substeps.iter().try_for_each(|substep| kernels.explicit_substep(substep))
+            }
+        })?;
+        self.time += frame.duration;
+        self.step += self.plan.substeps.len() as u64;
+        self.control_finish()
+    }
+
+    fn synchronize(&mut self) -> Result<StepReport> {
+        if let Some(start) = self.frame_start.take() {
+            let measures = self.kernels.measure()?;
+            let ContactStatistics { contacts, candidates, rebuilds } =
+                self.kernels.contact_statistics()?;
+            self.report = StepReport {
+                time: self.time,
+                substeps: self.plan.substeps.len() as u32,
+                solver_iterations: 0,
+                solver_residual: 0.0,
+                contacts,
+                contact_candidates: candidates,
+                contact_rebuilds: rebuilds,
+                measures,
+                stage_times: self.kernels.stage_times(),
+                wall_time: start.elapsed(),
+            };
+            if let Some(divergence) = self.divergence(&measures) {
+                return Err(Error::Diverged(divergence));
+            }
+        }
+        Ok(self.report.clone())
+    }
+
+    fn download(&mut self, out: &mut State) -> Result<()> {
+        self.kernels.state_read(out)?;
+        out.time = self.time;
+        out.step = self.step;
+        out.colliders.clone_from(&self.colliders);
+        Ok(())
+    }
+
+    fn normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
+        self.kernels.vertex_normals(out)
+    }
+}
