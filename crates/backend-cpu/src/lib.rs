@@ -1,1 +1,105 @@
-//! Placeholder.
+//! CPU backend: the reference for all others, and a fast one.
+//!
+//! Each stage of NUMERICS has a module of its name. Particles are kept as structure of arrays and
+//! worked on in packets of [`LANES`](memory::LANES) by loops that the compiler turns into vector
+//! instructions, for the widest instruction set that the processor has (`pulp` chooses at run time).
+//! Arithmetic is the same, operation for operation, at every width and on any number of threads, so
+//! that results are the same bits.
+
+#![allow(
+    clippy::needless_range_loop,
+    reason = "loops over lanes and axes index several arrays at once, the form that vectorises"
+)]
+
+mod aerodynamic_forces;
+mod collider_response;
+mod contact;
+mod explicit_substep;
+mod field_forces;
+mod integrate_explicit;
+mod kernels;
+mod measure;
+mod memory;
+mod spring_forces;
+mod springs;
+mod strain_limit;
+mod triangles;
+mod vector;
+mod vertex_normals;
+
+use std::{num::NonZeroUsize, sync::Arc};
+
+use cloth_core::{
+    Backend, BackendInfo, Error, Kernels, Model, Precision, Result, Solver, SolverConfig,
+    stepper::SteppedSolver,
+};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use kernels::CpuKernels;
+
+/// The CPU, through a pool of threads.
+pub struct CpuBackend {
+    info: BackendInfo,
+    pool: Arc<ThreadPool>,
+}
+
+impl CpuBackend {
+    /// A backend with its own pool of `threads`, or as many as the machine has.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] if the threads cannot be started.
+    pub fn new(threads: Option<NonZeroUsize>) -> Result<Self> {
+        let pool = thread_pool(threads)?;
+        let info = BackendInfo {
+            name: "cpu",
+            device: format!("{} threads", pool.current_num_threads()),
+            precisions: vec![Precision::F32, Precision::F64],
+            details: vec![("instructions", format!("{:?}", pulp::Arch::new()))],
+        };
+        Ok(Self { info, pool: Arc::new(pool) })
+    }
+
+    /// The pool for a solver: that of the backend unless the settings ask for another size.
+    fn pool_for(&self, config: &SolverConfig) -> Result<Arc<ThreadPool>> {
+        match config.threads {
+            Some(threads) if threads.get() != self.pool.current_num_threads() => {
+                Ok(Arc::new(thread_pool(Some(threads))?))
+            }
+            _ => Ok(Arc::clone(&self.pool)),
+        }
+    }
+}
+
+fn thread_pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool> {
+    ThreadPoolBuilder::new()
+        .num_threads(threads.map_or(0, NonZeroUsize::get))
+        .thread_name(|index| format!("cloth-cpu-{index}"))
+        .build()
+        .map_err(|error| Error::NoDevice { backend: "cpu", reason: error.to_string() })
+}
+
+impl Backend for CpuBackend {
+    fn info(&self) -> &BackendInfo {
+        &self.info
+    }
+
+    fn create_solver(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Solver>> {
+        let pool = self.pool_for(config)?;
+        Ok(match config.precision {
+            Precision::F32 => {
+                Box::new(SteppedSolver::new(CpuKernels::<f32>::new(model, config, pool)?)?)
+            }
+            Precision::F64 => {
+                Box::new(SteppedSolver::new(CpuKernels::<f64>::new(model, config, pool)?)?)
+            }
+        })
+    }
+
+    fn create_kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Kernels>> {
+        let pool = self.pool_for(config)?;
+        Ok(match config.precision {
+            Precision::F32 => Box::new(CpuKernels::<f32>::new(model, config, pool)?),
+            Precision::F64 => Box::new(CpuKernels::<f64>::new(model, config, pool)?),
+        })
+    }
+}

@@ -30,10 +30,10 @@ pub struct StepReport {
 /// Figures of one state, computed by the stage `measure` (NUMERICS §10).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Measures {
-    /// Whether every position and velocity is a finite number.
-    pub finite: bool,
     /// Some particle that is not, if there is one.
     pub non_finite_particle: Option<u32>,
+    /// The substep in which that was first seen; the kernels stand still from then on.
+    pub non_finite_step: Option<u64>,
     /// Largest relative elongation l/L - 1 of a spring.
     pub strain_max: f64,
     /// Mean of |l/L - 1| over all springs.

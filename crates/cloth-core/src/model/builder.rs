@@ -97,7 +97,6 @@ impl ModelBuilder {
         }
         Ok(Model {
             positions: parts.positions,
-            velocities: parts.velocities,
             masses: parts.masses,
             pins: parts.pins,
             triangles: parts.triangles,
@@ -117,7 +116,6 @@ impl ModelBuilder {
 #[derive(Default)]
 struct Parts {
     positions: Vec<[f64; 3]>,
-    velocities: Vec<[f64; 3]>,
     masses: Vec<f64>,
     pins: Vec<u32>,
     triangles: Vec<[u32; 3]>,
@@ -148,7 +146,6 @@ impl Parts {
         let triangles = first_triangle..self.triangles.len();
         // Two entries for each spring when backends expand the matrix.
         count_check("springs", 2 * self.springs.len() as u64)?;
-        self.velocities.resize(particles.end, velocity);
         self.mass(&material, particles.clone(), triangles.clone(), &name)?;
         self.pin(&pins, particles.clone(), &name)?;
         self.textures.push(texture);
@@ -158,6 +155,7 @@ impl Parts {
             triangles: triangles.start as u32..triangles.end as u32,
             aerodynamics: material.aerodynamics,
             thickness: material.thickness,
+            velocity,
         });
         Ok(())
     }

@@ -56,6 +56,8 @@ pub struct ClothRange {
     pub aerodynamics: Aerodynamics,
     /// Thickness \[m\].
     pub thickness: f64,
+    /// Velocity of its particles at the start \[m/s\].
+    pub velocity: [f64; 3],
 }
 
 /// All cloths of a scene as one system of particles, with its surroundings.
@@ -66,7 +68,6 @@ pub struct ClothRange {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
     positions: Vec<[f64; 3]>,
-    velocities: Vec<[f64; 3]>,
     masses: Vec<f64>,
     pins: Vec<u32>,
     triangles: Vec<[u32; 3]>,
@@ -175,7 +176,10 @@ impl Model {
     #[must_use]
     pub fn initial_state(&self) -> State {
         let mut held = vec![0; self.particle_count()];
-        let mut velocities = self.velocities.clone();
+        let mut velocities = Vec::with_capacity(self.particle_count());
+        for cloth in &self.cloths {
+            velocities.resize(cloth.particles.end as usize, cloth.velocity);
+        }
         for &pin in &self.pins {
             held[pin as usize] = 1;
             velocities[pin as usize] = [0.0; 3];

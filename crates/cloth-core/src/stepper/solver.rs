@@ -110,7 +110,7 @@ impl<K: Kernels> SteppedSolver<K> {
             return None;
         };
         Some(Divergence {
-            step: self.step,
+            step: measures.non_finite_step.unwrap_or(self.step),
             time: self.time,
             particle,
             cause,

@@ -1,0 +1,89 @@
+//! NUMERICS §3: the force of the air on triangles.
+
+use cloth_core::{Model, Real};
+use rayon::prelude::*;
+
+use crate::{
+    memory::Motion,
+    triangles::TriangleRows,
+    vector::{cross, dot, sub},
+};
+
+/// A third of the force on each triangle \[N\], and who receives it.
+#[derive(Debug)]
+pub(crate) struct Aerodynamics<T> {
+    shares: Vec<[T; 3]>,
+    rows: TriangleRows,
+}
+
+impl<T: Real> Aerodynamics<T> {
+    /// Memory for a model with air.
+    pub(crate) fn new(model: &Model) -> Option<Self> {
+        model.air()?;
+        Some(Self {
+            shares: vec![[T::ZERO; 3]; model.triangles().len()],
+            rows: TriangleRows::new(model),
+        })
+    }
+
+    /// Computes the force on every triangle in a wind \[m/s\].
+    pub(crate) fn update(&mut self, model: &Model, motion: &Motion<T>, wind_velocity: [f64; 3]) {
+        let Some(air) = model.air() else { return };
+        let wind = wind_velocity.map(T::from_f64);
+        let half_density = T::from_f64(0.5 * air.density);
+        for cloth in model.cloths() {
+            let pressure = half_density * T::from_f64(cloth.aerodynamics.pressure);
+            let friction = half_density * T::from_f64(cloth.aerodynamics.friction);
+            let range = cloth.triangles.start as usize..cloth.triangles.end as usize;
+            self.shares[range.clone()]
+                .par_iter_mut()
+                .with_min_len(1024)
+                .zip(&model.triangles()[range])
+                .for_each(|(share, corners)| {
+                    let x = corners.map(|vertex| motion.position.get(vertex as usize));
+                    let v = corners.map(|vertex| motion.velocity.get(vertex as usize));
+                    *share = triangle(x, v, wind, pressure, friction);
+                });
+        }
+    }
+
+    /// Force on a particle \[N\].
+    #[inline(always)]
+    pub(crate) fn force(&self, particle: usize) -> [T; 3] {
+        let mut sum = [T::ZERO; 3];
+        for &triangle in self.rows.row(particle) {
+            let share = self.shares[triangle as usize];
+            for axis in 0..3 {
+                sum[axis] += share[axis];
+            }
+        }
+        sum
+    }
+}
+
+/// A third of the force on one triangle \[N\].
+#[inline(always)]
+fn triangle<T: Real>(
+    x: [[T; 3]; 3],
+    v: [[T; 3]; 3],
+    wind: [T; 3],
+    pressure: T,
+    friction: T,
+) -> [T; 3] {
+    let third = T::from_f64(1.0 / 3.0);
+    let doubled = cross(sub(x[1], x[0]), sub(x[2], x[0]));
+    let length = dot(doubled, doubled).sqrt();
+    let area = length * T::from_f64(0.5);
+    let inverse = T::ONE / length.maximum(T::LENGTH_MIN);
+    let normal = doubled.map(|component| component * inverse);
+    let relative: [T; 3] =
+        std::array::from_fn(|axis| wind[axis] - (v[0][axis] + v[1][axis] + v[2][axis]) * third);
+    let across = dot(relative, normal);
+    let along: [T; 3] = std::array::from_fn(|axis| relative[axis] - across * normal[axis]);
+    let speed = dot(along, along).sqrt();
+    std::array::from_fn(|axis| {
+        let force =
+            pressure * across.abs() * across * normal[axis] + friction * speed * along[axis];
+        area * force * third
+    })
+}

@@ -1,0 +1,80 @@
+//! Axis-aligned boxes.
+
+use cloth_core::Real;
+
+/// An axis-aligned box; empty if `low > high`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bounds<T> {
+    pub(super) low: [T; 3],
+    pub(super) high: [T; 3],
+}
+
+impl<T: Real> Bounds<T> {
+    /// A box that holds nothing.
+    pub(super) fn empty() -> Self {
+        Self { low: [T::MAX; 3], high: [-T::MAX; 3] }
+    }
+
+    /// Grows to hold a point; a NaN coordinate changes nothing.
+    #[inline(always)]
+    pub(super) fn insert(&mut self, point: [T; 3]) {
+        for axis in 0..3 {
+            self.low[axis] = point[axis].minimum(self.low[axis]);
+            self.high[axis] = point[axis].maximum(self.high[axis]);
+        }
+    }
+
+    /// Grows to hold another box.
+    #[inline(always)]
+    pub(super) fn merge(&mut self, other: &Self) {
+        for axis in 0..3 {
+            self.low[axis] = other.low[axis].minimum(self.low[axis]);
+            self.high[axis] = other.high[axis].maximum(self.high[axis]);
+        }
+    }
+
+    /// Square of the distance of two boxes; 0 if they overlap. Rounding is monotonic, so that this
+    /// is never larger than the square of the distance of two points, one in each box, computed in
+    /// the same way.
+    #[inline(always)]
+    pub(super) fn gap_squared(&self, other: &Self) -> T {
+        let mut gap = [T::ZERO; 3];
+        for axis in 0..3 {
+            gap[axis] = (self.low[axis] - other.high[axis])
+                .maximum(other.low[axis] - self.high[axis])
+                .maximum(T::ZERO);
+        }
+        gap[0] * gap[0] + gap[1] * gap[1] + gap[2] * gap[2]
+    }
+
+    /// Square of the largest distance of two points, one in each box.
+    #[inline(always)]
+    pub(super) fn span_squared(&self, other: &Self) -> T {
+        let mut span = [T::ZERO; 3];
+        for axis in 0..3 {
+            span[axis] =
+                (self.high[axis] - other.low[axis]).maximum(other.high[axis] - self.low[axis]);
+        }
+        span[0] * span[0] + span[1] * span[1] + span[2] * span[2]
+    }
+
+    /// Largest absolute value of a coordinate.
+    pub(super) fn magnitude(&self) -> T {
+        (0..3).fold(T::ZERO, |largest, axis| {
+            largest.maximum(self.low[axis].abs()).maximum(self.high[axis].abs())
+        })
+    }
+
+    /// Half the longest side.
+    pub(super) fn half_extent(&self) -> T {
+        let half = T::from_f64(0.5);
+        (0..3).fold(T::ZERO, |largest, axis| {
+            largest.maximum((self.high[axis] - self.low[axis]) * half)
+        })
+    }
+
+    pub(super) fn centre(&self) -> [T; 3] {
+        let half = T::from_f64(0.5);
+        std::array::from_fn(|axis| (self.low[axis] + self.high[axis]) * half)
+    }
+}

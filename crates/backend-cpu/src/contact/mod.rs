@@ -1,0 +1,93 @@
+//! NUMERICS §8: contact of the cloths with themselves and each other.
+//!
+//! Particles are sorted once, by recursive bisection of the rest shape, into [`groups`] of eight
+//! that lie close together on the cloth and so move together. The [`broad_phase`] puts the boxes
+//! around groups into a spatial hash and lists, for each group, all groups that are near; the
+//! [`motion_bound`] proves how long that list stays complete. The [`narrow_phase`] then finds the
+//! pairs of particles in contact by comparing groups from the list, in every substep.
+//! [`response`] has the two answers to contact.
+
+mod bounds;
+mod broad_phase;
+mod groups;
+mod motion_bound;
+mod narrow_phase;
+pub(crate) mod response;
+
+use cloth_core::{ContactResponse, ContactStatistics, Model, Real};
+
+use self::{
+    broad_phase::BroadPhase, groups::Groups, motion_bound::MotionBound, narrow_phase::ContactList,
+};
+use crate::memory::VectorField;
+
+/// Search for contacts, and the contacts found.
+#[derive(Debug)]
+pub(crate) struct Contact<T> {
+    groups: Groups<T>,
+    broad_phase: BroadPhase<T>,
+    motion_bound: MotionBound<T>,
+    contacts: ContactList,
+    distance: T,
+    response: ContactResponse,
+    statistics: ContactStatistics,
+}
+
+impl<T: Real> Contact<T> {
+    /// The search for a model, if it has self-contact.
+    pub(crate) fn new(model: &Model) -> Option<Self> {
+        let contact = model.self_contact()?;
+        let distance = T::from_f64(contact.distance);
+        let groups = Groups::new(model, contact.excludes_neighbours());
+        Some(Self {
+            broad_phase: BroadPhase::new(groups.cluster_count()),
+            motion_bound: MotionBound::new(&groups, distance),
+            contacts: ContactList::new(&groups),
+            groups,
+            distance,
+            response: contact.response,
+            statistics: ContactStatistics::default(),
+        })
+    }
+
+    /// Finds all pairs in contact at these positions.
+    pub(crate) fn update(&mut self, model: &Model, position: &VectorField<T>, arch: pulp::Arch) {
+        self.groups.refit(position, self.motion_bound.reference(), arch);
+        if !self.motion_bound.list_is_complete(&self.groups) {
+            let reach = self.motion_bound.reach();
+            self.broad_phase.build(&self.groups, reach, arch);
+            self.motion_bound.list_was_built(&self.groups);
+            self.statistics.rebuilds += 1;
+        }
+        self.contacts.find(model, &self.groups, &self.broad_phase, self.distance, arch);
+    }
+
+    /// The particles in contact with `particle`, ascending.
+    #[inline(always)]
+    pub(crate) fn partners(&self, particle: usize) -> &[u32] {
+        self.contacts.partners(self.groups.place(particle))
+    }
+
+    /// The contact distance \[m\].
+    pub(crate) const fn distance(&self) -> T {
+        self.distance
+    }
+
+    pub(crate) const fn response(&self) -> ContactResponse {
+        self.response
+    }
+
+    /// Whether any pair is in contact.
+    pub(crate) fn any(&self) -> bool {
+        self.contacts.pair_count() > 0
+    }
+
+    /// Counts since the last call.
+    pub(crate) fn statistics(&mut self) -> ContactStatistics {
+        ContactStatistics {
+            contacts: self.contacts.pair_count(),
+            candidates: self.broad_phase.pair_count(),
+            ..std::mem::take(&mut self.statistics)
+        }
+    }
+}

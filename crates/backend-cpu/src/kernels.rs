@@ -1,0 +1,489 @@
+//! All stages on the memory of one solver.
+
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+use cloth_core::{
+    ContactResponse, ContactStatistics, Kernels, Measures, Model, PinWrite, Real, Result,
+    SolverConfig, StageTime, State,
+    stepper::{self, FramePlan, Substep},
+};
+use rayon::{ThreadPool, prelude::*};
+
+use crate::{
+    aerodynamic_forces::Aerodynamics,
+    collider_response::{self, ColliderAt},
+    contact::{
+        Contact,
+        response::{self, Impulse, Penalty},
+    },
+    explicit_substep::ExplicitPass,
+    field_forces::{self, FieldSum},
+    integrate_explicit,
+    measure::Measure,
+    memory::{
+        BLOCK, LANES, Lanes, Masses, Motion, PacketMotion, VectorField, lanes, lanes_mut, packets,
+    },
+    spring_forces::{self, MotionView},
+    springs::SpringColumns,
+    strain_limit::StrainLimiter,
+    triangles::TriangleRows,
+    vertex_normals,
+};
+
+/// The stages on the CPU.
+pub(crate) struct CpuKernels<T> {
+    model: Arc<Model>,
+    config: SolverConfig,
+    pool: Arc<ThreadPool>,
+    arch: pulp::Arch,
+    springs: SpringColumns<T>,
+    fields: FieldSum<T>,
+    masses: Masses<T>,
+    /// Half the thickness of the cloth at each particle \[m\].
+    offsets: Vec<T>,
+    present: Motion<T>,
+    next: Motion<T>,
+    /// Memory of the single force stages; the fused substep does without.
+    force: Option<VectorField<T>>,
+    aerodynamics: Option<Aerodynamics<T>>,
+    contact: Option<Contact<T>>,
+    strain_limiter: Option<StrainLimiter<T>>,
+    colliders: Vec<ColliderAt<T>>,
+    triangle_rows: Option<TriangleRows>,
+    non_finite_step: Option<u64>,
+    stage_times: Vec<StageTime>,
+}
+
+impl<T: Real> CpuKernels<T> {
+    pub(crate) fn new(
+        model: Arc<Model>,
+        config: &SolverConfig,
+        pool: Arc<ThreadPool>,
+    ) -> Result<Self> {
+        config.validate()?;
+        let count = model.particle_count();
+        let springs = SpringColumns::new(model.springs(), count);
+        let margin = springs.margin();
+        let mut offsets = vec![T::ZERO; packets(count) * LANES];
+        for cloth in model.cloths() {
+            offsets[cloth.particles.start as usize..cloth.particles.end as usize]
+                .fill(T::from_f64(0.5 * cloth.thickness));
+        }
+        let mut kernels = Self {
+            fields: FieldSum::new(&model),
+            masses: Masses::new(model.masses()),
+            offsets,
+            present: Motion::new(count, margin),
+            next: Motion::new(count, margin),
+            force: None,
+            aerodynamics: Aerodynamics::new(&model),
+            contact: Contact::new(&model),
+            strain_limiter: StrainLimiter::new(&model, config.strain_limit()),
+            colliders: Vec::new(),
+            triangle_rows: None,
+            non_finite_step: None,
+            stage_times: Vec::new(),
+            springs,
+            config: config.clone(),
+            pool,
+            arch: pulp::Arch::new(),
+            model,
+        };
+        let state = kernels.model.initial_state();
+        kernels.state_write(&state)?;
+        Ok(kernels)
+    }
+
+    /// Colliders at the end of a substep.
+    fn colliders_at(&self, index: usize) -> &[ColliderAt<T>] {
+        let count = self.model.colliders().len();
+        let sets = self.colliders.len() / count.max(1);
+        let set = index.min(sets.saturating_sub(1));
+        &self.colliders[set * count..((set + 1) * count).min(self.colliders.len())]
+    }
+
+    /// Runs `work` in the thread pool and books its time.
+    fn stage<R: Send>(
+        &mut self,
+        stage: &'static str,
+        work: impl FnOnce(&mut Self) -> R + Send,
+    ) -> R {
+        let start = Instant::now();
+        let pool = Arc::clone(&self.pool);
+        let result = pool.install(|| work(self));
+        self.book(stage, start.elapsed());
+        result
+    }
+
+    fn book(&mut self, stage: &'static str, time: Duration) {
+        match self.stage_times.iter_mut().find(|entry| entry.stage == stage) {
+            Some(entry) => entry.time += time,
+            None => self.stage_times.push(StageTime { stage, time }),
+        }
+    }
+
+    /// Runs `change` on the force of every packet, given its first particle.
+    fn force_stage(
+        &mut self,
+        stage: &'static str,
+        change: impl Fn(&Self, usize, &mut [Lanes<T>; 3]) + Sync + Send,
+    ) {
+        let count = self.model.particle_count();
+        let mut force =
+            self.force.take().unwrap_or_else(|| VectorField::new(count, self.springs.margin()));
+        self.stage(stage, |kernels| {
+            let kernels = &*kernels;
+            force.chunks_mut(BLOCK).enumerate().for_each(|(block, mut chunk)| {
+                for local in (0..chunk[0].len()).step_by(LANES) {
+                    let mut packet = chunk.each_ref().map(|values| *lanes(values, local));
+                    change(kernels, block * BLOCK + local, &mut packet);
+                    for (values, packet) in chunk.iter_mut().zip(packet) {
+                        *lanes_mut(values, local) = packet;
+                    }
+                }
+            });
+        });
+        self.force = Some(force);
+    }
+
+    /// Adds `sum` to the force of single particles.
+    fn force_stage_by_particle(
+        &mut self,
+        stage: &'static str,
+        sum: impl Fn(&Self, usize) -> Option<[T; 3]> + Sync + Send,
+    ) {
+        self.force_stage(stage, |kernels, first, force| {
+            for lane in 0..LANES.min(kernels.model.particle_count() - first) {
+                if let Some(sum) = sum(kernels, first + lane) {
+                    for axis in 0..3 {
+                        force[axis][lane] += sum[axis];
+                    }
+                }
+            }
+        });
+    }
+
+    fn penalty(&self) -> Option<(&Contact<T>, Penalty<T>)> {
+        let contact = self.contact.as_ref()?;
+        match contact.response() {
+            ContactResponse::Penalty { stiffness, damping } => Some((
+                contact,
+                Penalty { stiffness: T::from_f64(stiffness), damping: T::from_f64(damping) },
+            )),
+            ContactResponse::Impulse { .. } => None,
+        }
+    }
+
+    fn impulse(&self) -> Option<(&Contact<T>, Impulse<T>)> {
+        let contact = self.contact.as_ref()?;
+        match contact.response() {
+            ContactResponse::Impulse { restitution, friction } => Some((
+                contact,
+                Impulse { restitution: T::from_f64(restitution), friction: T::from_f64(friction) },
+            )),
+            ContactResponse::Penalty { .. } => None,
+        }
+    }
+
+    fn swap(&mut self) {
+        std::mem::swap(&mut self.present, &mut self.next);
+    }
+}
+
+impl<T: Real> Kernels for CpuKernels<T> {
+    fn model(&self) -> &Arc<Model> {
+        &self.model
+    }
+
+    fn config(&self) -> &SolverConfig {
+        &self.config
+    }
+
+    fn state_write(&mut self, state: &State) -> Result<()> {
+        state.validate(&self.model)?;
+        self.present.position.write(&state.positions);
+        self.present.velocity.write(&state.velocities);
+        for (particle, &held) in state.held.iter().enumerate() {
+            self.masses.hold(particle, held != 0);
+        }
+        self.non_finite_step = None;
+        Ok(())
+    }
+
+    fn state_read(&mut self, out: &mut State) -> Result<()> {
+        self.present.position.read(&mut out.positions);
+        self.present.velocity.read(&mut out.velocities);
+        out.held.clear();
+        let count = self.model.particle_count();
+        out.held.extend((0..count).map(|particle| u8::from(self.masses.is_held(particle))));
+        Ok(())
+    }
+
+    fn forces_read(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
+        match &self.force {
+            Some(force) => force.read(out),
+            None => {
+                out.clear();
+                out.resize(self.model.particle_count(), [0.0; 3]);
+            }
+        }
+        Ok(())
+    }
+
+    fn pins_write(&mut self, pins: &[PinWrite]) -> Result<()> {
+        for pin in pins {
+            let particle = pin.particle as usize;
+            self.masses.hold(particle, pin.held);
+            if let Some(position) = pin.position {
+                self.present.position.set(particle, position.map(T::from_f64));
+            }
+            if let Some(velocity) = pin.velocity {
+                self.present.velocity.set(particle, velocity.map(T::from_f64));
+            }
+        }
+        Ok(())
+    }
+
+    fn frame_begin(&mut self, plan: &FramePlan) -> Result<()> {
+        ColliderAt::fill(&mut self.colliders, &self.model, plan);
+        Ok(())
+    }
+
+    fn field_forces(&mut self) -> Result<()> {
+        self.force_stage("field_forces", |kernels, first, force| {
+            let motion = MotionView::new(&kernels.present);
+            let mass = lanes(&kernels.masses.mass, first);
+            *force = field_forces::packet(&kernels.fields, mass, motion.velocity(first));
+        });
+        Ok(())
+    }
+
+    fn spring_forces(&mut self) -> Result<()> {
+        self.force_stage("spring_forces", |kernels, first, force| {
+            let motion = MotionView::new(&kernels.present);
+            spring_forces::packet(&kernels.springs, motion, first, force);
+        });
+        Ok(())
+    }
+
+    fn aerodynamic_forces(&mut self, substep: &Substep) -> Result<()> {
+        self.stage("aerodynamic_forces", |kernels| {
+            if let Some(aerodynamics) = &mut kernels.aerodynamics {
+                aerodynamics.update(&kernels.model, &kernels.present, substep.wind_velocity);
+            }
+        });
+        self.force_stage_by_particle("aerodynamic_forces", |kernels, particle| {
+            kernels.aerodynamics.as_ref().map(|aerodynamics| aerodynamics.force(particle))
+        });
+        Ok(())
+    }
+
+    fn contact_candidates(&mut self) -> Result<()> {
+        self.stage("contact_candidates", |kernels| {
+            if let Some(contact) = &mut kernels.contact {
+                contact.update(&kernels.model, &kernels.present.position, kernels.arch);
+            }
+        });
+        Ok(())
+    }
+
+    fn contact_forces(&mut self) -> Result<()> {
+        self.force_stage_by_particle("contact_forces", |kernels, particle| {
+            let (contact, penalty) = kernels.penalty()?;
+            response::force(contact, penalty, MotionView::new(&kernels.present), particle)
+        });
+        Ok(())
+    }
+
+    fn integrate_explicit(&mut self, substep: &Substep) -> Result<()> {
+        let Some(force) = self.force.take() else { return Ok(()) };
+        let length = T::from_f64(substep.length);
+        self.stage("integrate_explicit", |kernels| {
+            let motion = MotionView::new(&kernels.present);
+            let masses = &kernels.masses;
+            let (forces, margin) = (force.padded(), force.margin());
+            kernels.next.chunks_mut(BLOCK).enumerate().for_each(|(block, mut chunk)| {
+                for local in (0..chunk.position[0].len()).step_by(LANES) {
+                    let first = block * BLOCK + local;
+                    let force = forces.map(|values| *lanes(values, margin + first));
+                    let moved = integrate_explicit::packet(
+                        length,
+                        lanes(&masses.inverse, first),
+                        &force,
+                        motion.position(first),
+                        motion.velocity(first),
+                    );
+                    chunk.store(local, &moved);
+                }
+            });
+        });
+        self.force = Some(force);
+        self.swap();
+        Ok(())
+    }
+
+    fn contact_impulses(&mut self) -> Result<()> {
+        if !self.contact.as_ref().is_some_and(Contact::any) {
+            return Ok(());
+        }
+        let mut next = std::mem::replace(&mut self.next, Motion::new(0, 0));
+        self.stage("contact_impulses", |kernels| {
+            let Some((contact, impulse)) = kernels.impulse() else { return };
+            let motion = MotionView::new(&kernels.present);
+            let inverse_mass = &kernels.masses.inverse;
+            let count = kernels.model.particle_count();
+            next.chunks_mut(BLOCK).enumerate().for_each(|(block, mut chunk)| {
+                for local in (0..chunk.position[0].len()).step_by(LANES) {
+                    let first = block * BLOCK + local;
+                    let mut moved = PacketMotion {
+                        position: motion.position(first).map(|lanes| *lanes),
+                        velocity: motion.velocity(first).map(|lanes| *lanes),
+                    };
+                    for lane in 0..LANES.min(count - first) {
+                        let particle = first + lane;
+                        if let Some(change) =
+                            response::impulse(contact, impulse, motion, inverse_mass, particle)
+                        {
+                            for axis in 0..3 {
+                                moved.position[axis][lane] += change.position[axis];
+                                moved.velocity[axis][lane] += change.velocity[axis];
+                            }
+                        }
+                    }
+                    chunk.store(local, &moved);
+                }
+            });
+        });
+        self.next = next;
+        self.swap();
+        Ok(())
+    }
+
+    fn strain_limit_colours(&self) -> usize {
+        self.strain_limiter.as_ref().map_or(0, StrainLimiter::colour_count)
+    }
+
+    fn strain_limit(&mut self, substep: &Substep, colour: usize) -> Result<()> {
+        let length = T::from_f64(substep.length);
+        self.stage("strain_limit", |kernels| {
+            if let Some(limiter) = &kernels.strain_limiter {
+                limiter.apply(colour, length, &kernels.masses, &mut kernels.present);
+            }
+        });
+        Ok(())
+    }
+
+    fn collider_response(&mut self, substep: &Substep) -> Result<()> {
+        let mut present = std::mem::replace(&mut self.present, Motion::new(0, 0));
+        self.stage("collider_response", |kernels| {
+            let (kernels, arch) = (&*kernels, kernels.arch);
+            let colliders = kernels.colliders_at(substep.index);
+            present.chunks_mut(BLOCK).enumerate().for_each(|(block, mut chunk)| {
+                arch.dispatch(collider_response::BlockTask {
+                    colliders,
+                    offsets: &kernels.offsets[block * BLOCK..],
+                    inverse_mass: &kernels.masses.inverse[block * BLOCK..],
+                    chunk: &mut chunk,
+                });
+            });
+        });
+        self.present = present;
+        Ok(())
+    }
+
+    fn vertex_normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
+        self.stage("vertex_normals", |kernels| {
+            let rows =
+                kernels.triangle_rows.get_or_insert_with(|| TriangleRows::new(&kernels.model));
+            vertex_normals::run(&kernels.model, rows, &kernels.present.position, out);
+        });
+        Ok(())
+    }
+
+    fn measure(&mut self) -> Result<Measures> {
+        Ok(self.stage("measure", |kernels| Measures {
+            non_finite_step: kernels.non_finite_step,
+            ..Measure {
+                model: &kernels.model,
+                springs: &kernels.springs,
+                masses: &kernels.masses,
+                colliders: kernels.colliders_at(usize::MAX),
+                offsets: &kernels.offsets,
+                motion: MotionView::new(&kernels.present),
+            }
+            .run(kernels.arch)
+        }))
+    }
+
+    fn contact_statistics(&mut self) -> Result<ContactStatistics> {
+        Ok(self.contact.as_mut().map_or_else(ContactStatistics::default, Contact::statistics))
+    }
+
+    fn contact_pairs(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {
+        self.contact_candidates()?;
+        out.clear();
+        if let Some(contact) = &self.contact {
+            for particle in 0..self.model.particle_count() {
+                let partners = contact.partners(particle).iter();
+                let later = partners.filter(|&&partner| partner as usize > particle);
+                out.extend(later.map(|&partner| [particle as u32, partner]));
+            }
+        }
+        Ok(())
+    }
+
+    fn stage_times(&mut self) -> Vec<StageTime> {
+        std::mem::take(&mut self.stage_times)
+    }
+
+    fn explicit_substep(&mut self, substep: &Substep) -> Result<()> {
+        if self.non_finite_step.is_some() {
+            return Ok(());
+        }
+        if self.contact_is_penalty() {
+            self.contact_candidates()?;
+        }
+        let mut next = std::mem::replace(&mut self.next, Motion::new(0, 0));
+        let interrupted = stepper::explicit::has_work_after_integration(self);
+        let finite = self.stage("explicit_substep", |kernels| {
+            if let Some(aerodynamics) = &mut kernels.aerodynamics {
+                aerodynamics.update(&kernels.model, &kernels.present, substep.wind_velocity);
+            }
+            let colliders = kernels.colliders_at(substep.index);
+            ExplicitPass {
+                count: kernels.model.particle_count(),
+                springs: &kernels.springs,
+                fields: &kernels.fields,
+                masses: &kernels.masses,
+                aerodynamics: kernels.aerodynamics.as_ref(),
+                contact: kernels.penalty().filter(|(contact, _)| contact.any()),
+                colliders: if interrupted { &[] } else { colliders },
+                offsets: &kernels.offsets,
+                motion: MotionView::new(&kernels.present),
+                length: T::from_f64(substep.length),
+            }
+            .run(&mut next, kernels.arch)
+        });
+        self.next = next;
+        self.swap();
+        if !finite {
+            self.non_finite_step = Some(substep.step);
+            return Ok(());
+        }
+        if interrupted {
+            stepper::explicit::after_integration(self, substep)?;
+            if !self.model.colliders().is_empty() {
+                self.collider_response(substep)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn batch<R: Send>(&mut self, work: impl FnOnce(&mut Self) -> R + Send) -> R {
+        let pool = Arc::clone(&self.pool);
+        pool.install(|| work(self))
+    }
+}

@@ -1,0 +1,213 @@
+//! NUMERICS §10: figures of a state.
+
+use cloth_core::{Measures, Model, Real};
+use pulp::NullaryFnOnce;
+use rayon::prelude::*;
+
+use crate::{
+    collider_response::{ColliderAt, penetration},
+    memory::{BLOCK, LANES, Lanes, Masses},
+    spring_forces::{ColumnVisitor, MotionView, visit_columns},
+    springs::{Column, SpringColumns},
+};
+
+/// What is measured, and memory for the partial results.
+pub(crate) struct Measure<'a, T> {
+    pub(crate) model: &'a Model,
+    pub(crate) springs: &'a SpringColumns<T>,
+    pub(crate) masses: &'a Masses<T>,
+    pub(crate) colliders: &'a [ColliderAt<T>],
+    pub(crate) offsets: &'a [T],
+    pub(crate) motion: MotionView<'a, T>,
+}
+
+/// Sums over one block.
+#[derive(Clone, Copy, Debug, Default)]
+struct Partial {
+    non_finite: Option<u32>,
+    strain_max: f64,
+    strain_particle: u32,
+    strain_sum: f64,
+    spring_ends: f64,
+    penetration: f64,
+    kinetic: f64,
+    elastic: f64,
+    potential: f64,
+    momentum: [f64; 3],
+    force: [f64; 3],
+    force_magnitude: f64,
+}
+
+impl<T: Real> Measure<'_, T> {
+    pub(crate) fn run(&self, arch: pulp::Arch) -> Measures {
+        let count = self.model.particle_count();
+        let partials: Vec<Partial> = (0..count.div_ceil(BLOCK))
+            .into_par_iter()
+            .map(|block| arch.dispatch(BlockTask { measure: self, block }))
+            .collect();
+        let total = partials
+            .into_iter()
+            .fold(Partial { strain_max: -1.0, ..Partial::default() }, Partial::merge);
+        let length = |vector: [f64; 3]| vector.iter().map(|c| c * c).sum::<f64>().sqrt();
+        Measures {
+            non_finite_particle: total.non_finite,
+            non_finite_step: None,
+            strain_max: if total.spring_ends == 0.0 { 0.0 } else { total.strain_max },
+            strain_mean: total.strain_sum / total.spring_ends.max(1.0),
+            strain_particle: total.strain_particle,
+            penetration_max: total.penetration,
+            energy_kinetic: total.kinetic,
+            energy_elastic: total.elastic,
+            energy_potential: total.potential,
+            momentum: total.momentum,
+            momentum_drift: length(total.force) / total.force_magnitude.max(f64::MIN_POSITIVE),
+        }
+    }
+
+    #[inline(always)]
+    fn block(&self, block: usize) -> Partial {
+        let mut partial = Partial { strain_max: -1.0, ..Partial::default() };
+        let end = ((block + 1) * BLOCK).min(self.model.particle_count());
+        for first in (block * BLOCK..end).step_by(LANES) {
+            self.springs(first, &mut partial);
+            for particle in first..(first + LANES).min(end) {
+                self.particle(particle, &mut partial);
+            }
+        }
+        partial
+    }
+
+    #[inline(always)]
+    fn springs(&self, first: usize, partial: &mut Partial) {
+        let mut sum = SpringSum {
+            x: self.motion.position(first),
+            v: self.motion.velocity(first),
+            strain_max: [-T::ONE; LANES],
+            strain_sum: [T::ZERO; LANES],
+            elastic: [T::ZERO; LANES],
+            force: [[T::ZERO; LANES]; 3],
+            magnitude: [T::ZERO; LANES],
+            ends: [T::ZERO; LANES],
+        };
+        visit_columns(self.springs, self.motion, first, &mut sum);
+        for lane in 0..LANES {
+            if sum.strain_max[lane].to_f64() > partial.strain_max {
+                partial.strain_max = sum.strain_max[lane].to_f64();
+                partial.strain_particle = (first + lane) as u32;
+            }
+            partial.strain_sum += sum.strain_sum[lane].to_f64();
+            // Both ends of a spring count its energy k stretch^2 / 2.
+            partial.elastic += 0.25 * sum.elastic[lane].to_f64();
+            partial.force_magnitude += sum.magnitude[lane].to_f64();
+            partial.spring_ends += sum.ends[lane].to_f64();
+            for axis in 0..3 {
+                partial.force[axis] += sum.force[axis][lane].to_f64();
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn particle(&self, particle: usize, partial: &mut Partial) {
+        let at = self.motion.margin + particle;
+        let position = self.motion.x.map(|component| component[at]);
+        let velocity = self.motion.v.map(|component| component[at]);
+        if !position.iter().chain(&velocity).all(|value| value.is_finite()) {
+            partial.non_finite = partial.non_finite.or(Some(particle as u32));
+        }
+        let mass = self.masses.mass[particle].to_f64();
+        let acceleration = self.model.uniform_acceleration();
+        let mut speed_squared = 0.0;
+        for axis in 0..3 {
+            let velocity = velocity[axis].to_f64();
+            speed_squared += velocity * velocity;
+            partial.momentum[axis] += mass * velocity;
+            partial.potential -= mass * acceleration[axis] * position[axis].to_f64();
+        }
+        partial.kinetic += 0.5 * mass * speed_squared;
+        if !self.masses.is_held(particle) {
+            let depth = penetration(self.colliders, self.offsets[particle], position).to_f64();
+            partial.penetration = partial.penetration.max(depth);
+        }
+    }
+}
+
+/// Sums over the springs of a packet.
+struct SpringSum<'a, T> {
+    x: [&'a Lanes<T>; 3],
+    v: [&'a Lanes<T>; 3],
+    strain_max: Lanes<T>,
+    strain_sum: Lanes<T>,
+    elastic: Lanes<T>,
+    force: [Lanes<T>; 3],
+    magnitude: Lanes<T>,
+    ends: Lanes<T>,
+}
+
+impl<T: Real> ColumnVisitor<T> for SpringSum<'_, T> {
+    #[inline(always)]
+    fn visit(&mut self, column: &Column<T>, x: [&Lanes<T>; 3], v: [&Lanes<T>; 3]) {
+        for lane in 0..LANES {
+            let dx = x[0][lane] - self.x[0][lane];
+            let dy = x[1][lane] - self.x[1][lane];
+            let dz = x[2][lane] - self.x[2][lane];
+            let length = (dx * dx + dy * dy + dz * dz).sqrt();
+            let inverse = T::ONE / length.maximum(T::LENGTH_MIN);
+            let rate = ((v[0][lane] - self.v[0][lane]) * dx
+                + (v[1][lane] - self.v[1][lane]) * dy
+                + (v[2][lane] - self.v[2][lane]) * dz)
+                * inverse;
+            let active = column.active[lane];
+            let stretch = length - column.rest_length[lane];
+            let strain = stretch / column.rest_length[lane];
+            let tension = active * (column.stiffness[lane] * stretch + column.damping[lane] * rate);
+            let scale = tension * inverse;
+            let largest = strain.maximum(self.strain_max[lane]);
+            self.strain_max[lane] = if active != T::ZERO { largest } else { self.strain_max[lane] };
+            self.strain_sum[lane] += active * strain.abs();
+            self.elastic[lane] += active * column.stiffness[lane] * stretch * stretch;
+            self.magnitude[lane] += tension.abs();
+            self.ends[lane] += active;
+            self.force[0][lane] += scale * dx;
+            self.force[1][lane] += scale * dy;
+            self.force[2][lane] += scale * dz;
+        }
+    }
+}
+
+/// One block, compiled for each instruction set.
+struct BlockTask<'a, T> {
+    measure: &'a Measure<'a, T>,
+    block: usize,
+}
+
+impl<T: Real> NullaryFnOnce for BlockTask<'_, T> {
+    type Output = Partial;
+
+    #[inline(always)]
+    fn call(self) -> Partial {
+        self.measure.block(self.block)
+    }
+}
+
+impl Partial {
+    /// `self` is the earlier block.
+    fn merge(mut self, other: Self) -> Self {
+        self.non_finite = self.non_finite.or(other.non_finite);
+        if other.strain_max > self.strain_max {
+            self.strain_max = other.strain_max;
+            self.strain_particle = other.strain_particle;
+        }
+        self.strain_sum += other.strain_sum;
+        self.spring_ends += other.spring_ends;
+        self.penetration = self.penetration.max(other.penetration);
+        self.kinetic += other.kinetic;
+        self.elastic += other.elastic;
+        self.potential += other.potential;
+        for axis in 0..3 {
+            self.momentum[axis] += other.momentum[axis];
+            self.force[axis] += other.force[axis];
+        }
+        self.force_magnitude += other.force_magnitude;
+        self
+    }
+}

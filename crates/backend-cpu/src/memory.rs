@@ -1,0 +1,192 @@
+//! Arrays of particles: structure of arrays, padded so that a vector load never leaves them.
+
+use cloth_core::Real;
+use rayon::prelude::*;
+
+/// Particles that are worked on together. Two AVX registers of f32, enough independent work to
+/// hide the latency of division and square root.
+pub(crate) const LANES: usize = 16;
+
+/// Particles in one task, and the unit of all sums: fixed, so that neither depends on threads.
+pub(crate) const BLOCK: usize = 512;
+
+/// One number for each of [`LANES`] particles.
+pub(crate) type Lanes<T> = [T; LANES];
+
+/// Number of whole packets of [`LANES`] that hold `count` particles.
+pub(crate) const fn packets(count: usize) -> usize {
+    count.div_ceil(LANES)
+}
+
+/// Three components of a vector for each particle. In memory every component has `margin` unused
+/// entries on both sides, and the last packet is filled up, all with zeros.
+#[derive(Clone, Debug)]
+pub(crate) struct VectorField<T> {
+    components: [Vec<T>; 3],
+    margin: usize,
+    count: usize,
+}
+
+impl<T: Real> VectorField<T> {
+    pub(crate) fn new(count: usize, margin: usize) -> Self {
+        let length = 2 * margin + packets(count) * LANES;
+        Self { components: std::array::from_fn(|_| vec![T::ZERO; length]), margin, count }
+    }
+
+    /// The components with margins. Particle i is at `margin + i`.
+    pub(crate) fn padded(&self) -> [&[T]; 3] {
+        self.components.each_ref().map(Vec::as_slice)
+    }
+
+    pub(crate) const fn margin(&self) -> usize {
+        self.margin
+    }
+
+    pub(crate) fn get(&self, particle: usize) -> [T; 3] {
+        self.components.each_ref().map(|component| component[self.margin + particle])
+    }
+
+    pub(crate) fn set(&mut self, particle: usize, value: [T; 3]) {
+        for (component, value) in self.components.iter_mut().zip(value) {
+            component[self.margin + particle] = value;
+        }
+    }
+
+    /// Runs of `length` particles, a multiple of [`LANES`], the last one filled up to a whole
+    /// packet.
+    pub(crate) fn chunks_mut(
+        &mut self,
+        length: usize,
+    ) -> impl IndexedParallelIterator<Item = [&mut [T]; 3]> + '_ {
+        let inner = self.margin..self.margin + packets(self.count) * LANES;
+        let [x, y, z] = &mut self.components;
+        (
+            x[inner.clone()].par_chunks_mut(length),
+            y[inner.clone()].par_chunks_mut(length),
+            z[inner].par_chunks_mut(length),
+        )
+            .into_par_iter()
+            .map(|(x, y, z)| [x, y, z])
+    }
+
+    pub(crate) fn write(&mut self, values: &[[f64; 3]]) {
+        for (i, value) in values.iter().enumerate() {
+            self.set(i, value.map(T::from_f64));
+        }
+    }
+
+    pub(crate) fn read(&self, out: &mut Vec<[f64; 3]>) {
+        out.clear();
+        out.extend((0..self.count).map(|i| self.get(i).map(T::to_f64)));
+    }
+}
+
+/// Positions and velocities.
+#[derive(Clone, Debug)]
+pub(crate) struct Motion<T> {
+    pub(crate) position: VectorField<T>,
+    pub(crate) velocity: VectorField<T>,
+}
+
+impl<T: Real> Motion<T> {
+    pub(crate) fn new(count: usize, margin: usize) -> Self {
+        Self {
+            position: VectorField::new(count, margin),
+            velocity: VectorField::new(count, margin),
+        }
+    }
+}
+
+impl<T: Real> Motion<T> {
+    /// Positions and velocities of runs of `length` particles.
+    pub(crate) fn chunks_mut(
+        &mut self,
+        length: usize,
+    ) -> impl IndexedParallelIterator<Item = MotionChunk<'_, T>> + '_ {
+        self.position
+            .chunks_mut(length)
+            .zip(self.velocity.chunks_mut(length))
+            .map(|(position, velocity)| MotionChunk { position, velocity })
+    }
+}
+
+/// Positions and velocities of a run of particles.
+pub(crate) struct MotionChunk<'a, T> {
+    pub(crate) position: [&'a mut [T]; 3],
+    pub(crate) velocity: [&'a mut [T]; 3],
+}
+
+impl<T: Real> MotionChunk<'_, T> {
+    /// The packet that starts at the particle `local` of this run.
+    #[inline(always)]
+    pub(crate) fn load(&self, local: usize) -> PacketMotion<T> {
+        let mut motion =
+            PacketMotion { position: [[T::ZERO; LANES]; 3], velocity: [[T::ZERO; LANES]; 3] };
+        for axis in 0..3 {
+            motion.position[axis] = *lanes(self.position[axis], local);
+            motion.velocity[axis] = *lanes(self.velocity[axis], local);
+        }
+        motion
+    }
+
+    /// Writes that packet.
+    #[inline(always)]
+    pub(crate) fn store(&mut self, local: usize, motion: &PacketMotion<T>) {
+        for axis in 0..3 {
+            *lanes_mut(self.position[axis], local) = motion.position[axis];
+            *lanes_mut(self.velocity[axis], local) = motion.velocity[axis];
+        }
+    }
+}
+
+/// Position and velocity of a packet.
+pub(crate) struct PacketMotion<T> {
+    pub(crate) position: [Lanes<T>; 3],
+    pub(crate) velocity: [Lanes<T>; 3],
+}
+
+/// Masses \[kg\] and inverse masses \[1/kg\], the latter zero for held particles. Filled up to a
+/// whole packet, the rest with mass and inverse mass zero.
+#[derive(Clone, Debug)]
+pub(crate) struct Masses<T> {
+    pub(crate) mass: Vec<T>,
+    pub(crate) inverse: Vec<T>,
+}
+
+impl<T: Real> Masses<T> {
+    pub(crate) fn new(masses: &[f64]) -> Self {
+        let length = packets(masses.len()) * LANES;
+        let mut mass = vec![T::ZERO; length];
+        for (entry, &value) in mass.iter_mut().zip(masses) {
+            *entry = T::from_f64(value);
+        }
+        Self { mass, inverse: vec![T::ZERO; length] }
+    }
+
+    pub(crate) fn hold(&mut self, particle: usize, held: bool) {
+        self.inverse[particle] = if held { T::ZERO } else { T::ONE / self.mass[particle] };
+    }
+
+    pub(crate) fn is_held(&self, particle: usize) -> bool {
+        self.inverse[particle] == T::ZERO
+    }
+}
+
+/// [`LANES`] entries of `values` from `start` on.
+#[inline(always)]
+pub(crate) fn lanes<T: Copy>(values: &[T], start: usize) -> &Lanes<T> {
+    match values[start..].first_chunk() {
+        Some(lanes) => lanes,
+        // All arrays are padded to whole packets and to the farthest neighbour.
+        None => unreachable!("load of a packet beyond the margin"),
+    }
+}
+
+/// The same for writing.
+#[inline(always)]
+pub(crate) fn lanes_mut<T: Copy>(values: &mut [T], start: usize) -> &mut Lanes<T> {
+    match values[start..].first_chunk_mut() {
+        Some(lanes) => lanes,
+        None => unreachable!("store of a packet beyond the block"),
+    }
+}

@@ -1,0 +1,156 @@
+//! NUMERICS §2: springs with dampers.
+
+use cloth_core::Real;
+
+use crate::{
+    memory::{LANES, Lanes, Motion, lanes},
+    springs::{Column, Neighbours, SpringColumns},
+};
+
+/// Positions and velocities of all particles, with margins.
+#[derive(Clone, Copy)]
+pub(crate) struct MotionView<'a, T> {
+    pub(crate) x: [&'a [T]; 3],
+    pub(crate) v: [&'a [T]; 3],
+    pub(crate) margin: usize,
+}
+
+impl<'a, T: Real> MotionView<'a, T> {
+    pub(crate) fn new(motion: &'a Motion<T>) -> Self {
+        Self {
+            x: motion.position.padded(),
+            v: motion.velocity.padded(),
+            margin: motion.position.margin(),
+        }
+    }
+
+    /// Position of the particles of a packet.
+    #[inline(always)]
+    pub(crate) fn position(&self, first: usize) -> [&'a Lanes<T>; 3] {
+        let [x, y, z] = self.x;
+        let at = self.margin + first;
+        [lanes(x, at), lanes(y, at), lanes(z, at)]
+    }
+
+    /// Velocity of the particles of a packet.
+    #[inline(always)]
+    pub(crate) fn velocity(&self, first: usize) -> [&'a Lanes<T>; 3] {
+        let [u, v, w] = self.v;
+        let at = self.margin + first;
+        [lanes(u, at), lanes(v, at), lanes(w, at)]
+    }
+}
+
+/// What is done with each column of a packet. A trait rather than a closure, as only a method can be
+/// forced inline, without which it would not be compiled for the processor's vector instructions.
+pub(crate) trait ColumnVisitor<T> {
+    /// `x` and `v` are position and velocity of the neighbours.
+    fn visit(&mut self, column: &Column<T>, x: [&Lanes<T>; 3], v: [&Lanes<T>; 3]);
+}
+
+/// Shows the columns of the packet that starts at particle `first` to a visitor, in order.
+#[inline(always)]
+pub(crate) fn visit_columns<T: Real>(
+    springs: &SpringColumns<T>,
+    motion: MotionView<'_, T>,
+    first: usize,
+    visitor: &mut impl ColumnVisitor<T>,
+) {
+    for column in springs.packet(first / LANES) {
+        match &column.neighbours {
+            Neighbours::Offset(offset) => {
+                let start = (motion.margin + first).wrapping_add_signed(*offset as isize);
+                let [x, y, z] = motion.x;
+                let [u, v, w] = motion.v;
+                visitor.visit(
+                    column,
+                    [lanes(x, start), lanes(y, start), lanes(z, start)],
+                    [lanes(u, start), lanes(v, start), lanes(w, start)],
+                );
+            }
+            Neighbours::Indices(indices) => {
+                let mut x = [[T::ZERO; LANES]; 3];
+                let mut v = [[T::ZERO; LANES]; 3];
+                for lane in 0..LANES {
+                    let at = motion.margin + indices[lane] as usize;
+                    for axis in 0..3 {
+                        x[axis][lane] = motion.x[axis][at];
+                        v[axis][lane] = motion.v[axis][at];
+                    }
+                }
+                visitor.visit(column, x.each_ref(), v.each_ref());
+            }
+        }
+    }
+}
+
+/// Adds the forces of the springs of a packet.
+#[inline(always)]
+pub(crate) fn packet<T: Real>(
+    springs: &SpringColumns<T>,
+    motion: MotionView<'_, T>,
+    first: usize,
+    force: &mut [Lanes<T>; 3],
+) {
+    let mut sum = ForceSum { x: motion.position(first), v: motion.velocity(first), force: *force };
+    visit_columns(springs, motion, first, &mut sum);
+    *force = sum.force;
+}
+
+/// Position, velocity and force of a packet.
+struct ForceSum<'a, T> {
+    x: [&'a Lanes<T>; 3],
+    v: [&'a Lanes<T>; 3],
+    force: [Lanes<T>; 3],
+}
+
+impl<T: Real> ForceSum<'_, T> {
+    /// Force of the spring of one lane.
+    #[inline(always)]
+    fn spring(
+        &self,
+        column: &Column<T>,
+        [xj, yj, zj]: [&Lanes<T>; 3],
+        [uj, vj, wj]: [&Lanes<T>; 3],
+        lane: usize,
+    ) -> [T; 3] {
+        let [xi, yi, zi] = self.x;
+        let [ui, vi, wi] = self.v;
+        let dx = xj[lane] - xi[lane];
+        let dy = yj[lane] - yi[lane];
+        let dz = zj[lane] - zi[lane];
+        let length = (dx * dx + dy * dy + dz * dz).sqrt();
+        let inverse = T::ONE / length.maximum(T::LENGTH_MIN);
+        let rate =
+            ((uj[lane] - ui[lane]) * dx + (vj[lane] - vi[lane]) * dy + (wj[lane] - wi[lane]) * dz)
+                * inverse;
+        let scale = (column.stiffness[lane] * (length - column.rest_length[lane])
+            + column.damping[lane] * rate)
+            * inverse;
+        [scale * dx, scale * dy, scale * dz]
+    }
+}
+
+impl<T: Real> ColumnVisitor<T> for ForceSum<'_, T> {
+    #[inline(always)]
+    fn visit(&mut self, column: &Column<T>, x: [&Lanes<T>; 3], v: [&Lanes<T>; 3]) {
+        if column.full {
+            for lane in 0..LANES {
+                let [fx, fy, fz] = self.spring(column, x, v, lane);
+                self.force[0][lane] += fx;
+                self.force[1][lane] += fy;
+                self.force[2][lane] += fz;
+            }
+        } else {
+            for lane in 0..LANES {
+                let [fx, fy, fz] = self.spring(column, x, v, lane);
+                // Adding zero instead would turn -0 into 0.
+                let active = column.active[lane] != T::ZERO;
+                let [gx, gy, gz] = [self.force[0][lane], self.force[1][lane], self.force[2][lane]];
+                self.force[0][lane] = if active { gx + fx } else { gx };
+                self.force[1][lane] = if active { gy + fy } else { gy };
+                self.force[2][lane] = if active { gz + fz } else { gz };
+            }
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! The springs of a model in the form that the CPU reads them.
+//!
+//! Particles go in packets of [`LANES`]. A packet has a list of columns; a column gives each
+//! particle of the packet at most one spring, and the columns of a particle visit its neighbours in
+//! ascending order. Where the neighbours of all particles in a packet lie at the same distance in
+//! memory and the springs are alike, as inside a grid, the column is an offset: its loads are
+//! contiguous and need no indices. Packets with equal columns share them, so that a regular patch
+//! of any size needs a few kilobytes. Everything else is a column of indices.
+
+use std::{collections::HashMap, ops::Range};
+
+use cloth_core::{Real, SpringRows, Springs};
+
+use crate::memory::{LANES, Lanes, packets};
+
+/// One spring, or none, for each particle of a packet.
+#[derive(Clone, Debug)]
+pub(crate) struct Column<T> {
+    pub(crate) neighbours: Neighbours,
+    /// Whether every particle has a spring in this column.
+    pub(crate) full: bool,
+    /// 1 where there is a spring, 0 elsewhere.
+    pub(crate) active: Lanes<T>,
+    pub(crate) rest_length: Lanes<T>,
+    pub(crate) stiffness: Lanes<T>,
+    pub(crate) damping: Lanes<T>,
+}
+
+/// Where the neighbours of a column are.
+#[derive(Clone, Debug)]
+pub(crate) enum Neighbours {
+    /// Neighbour of particle i is i + offset.
+    Offset(i32),
+    /// The neighbour of each particle; itself where there is no spring.
+    Indices(Lanes<u32>),
+}
+
+/// All springs, by packets.
+#[derive(Clone, Debug)]
+pub(crate) struct SpringColumns<T> {
+    columns: Vec<Column<T>>,
+    packets: Vec<Range<u32>>,
+    margin: usize,
+}
+
+/// One entry of the rows of a packet.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+struct Entry {
+    offset: i64,
+    lane: usize,
+    kind: u32,
+}
+
+impl<T: Real> SpringColumns<T> {
+    pub(crate) fn new(springs: &Springs, particle_count: usize) -> Self {
+        let rows = springs.gather_rows();
+        let mut result = Self { columns: Vec::new(), packets: Vec::new(), margin: 0 };
+        let mut shared: HashMap<Vec<Entry>, Range<u32>> = HashMap::new();
+        for packet in 0..packets(particle_count) {
+            let entries = packet_entries(&rows, packet, particle_count);
+            let range = if is_regular(&entries) {
+                if let Some(range) = shared.get(&entries) {
+                    range.clone()
+                } else {
+                    let range = result.push_offsets(springs, &entries);
+                    shared.insert(entries, range.clone());
+                    range
+                }
+            } else {
+                result.push_indices(springs, packet, &entries)
+            };
+            result.packets.push(range);
+        }
+        result.columns.shrink_to_fit();
+        result
+    }
+
+    /// Entries that arrays need beyond both ends for the loads of offset columns.
+    pub(crate) const fn margin(&self) -> usize {
+        self.margin
+    }
+
+    /// The columns of a packet.
+    #[inline(always)]
+    pub(crate) fn packet(&self, packet: usize) -> &[Column<T>] {
+        let range = &self.packets[packet];
+        &self.columns[range.start as usize..range.end as usize]
+    }
+
+    fn push_offsets(&mut self, springs: &Springs, entries: &[Entry]) -> Range<u32> {
+        let start = self.columns.len() as u32;
+        for group in entries.chunk_by(|a, b| a.offset == b.offset) {
+            let offset = group[0].offset;
+            self.margin = self.margin.max(offset.unsigned_abs() as usize + LANES);
+            let mut column = Column::empty(Neighbours::Offset(offset as i32));
+            column.set_kind_everywhere(springs, group[0].kind);
+            for entry in group {
+                column.active[entry.lane] = T::ONE;
+            }
+            column.full = group.len() == LANES;
+            self.columns.push(column);
+        }
+        start..self.columns.len() as u32
+    }
+
+    fn push_indices(&mut self, springs: &Springs, packet: usize, entries: &[Entry]) -> Range<u32> {
+        let start = self.columns.len() as u32;
+        let own: Lanes<u32> = std::array::from_fn(|lane| (packet * LANES + lane) as u32);
+        let mut used = [0_usize; LANES];
+        // Sorted by offset, the entries of each lane come in ascending order of the neighbour.
+        for entry in entries {
+            let place = start as usize + used[entry.lane];
+            used[entry.lane] += 1;
+            if place == self.columns.len() {
+                self.columns.push(Column::empty(Neighbours::Indices(own)));
+            }
+            let column = &mut self.columns[place];
+            column.set_kind(springs, entry.kind, entry.lane);
+            column.active[entry.lane] = T::ONE;
+            if let Neighbours::Indices(indices) = &mut column.neighbours {
+                indices[entry.lane] = (i64::from(own[entry.lane]) + entry.offset) as u32;
+            }
+        }
+        for column in &mut self.columns[start as usize..] {
+            column.full = column.active.iter().all(|&active| active == T::ONE);
+        }
+        start..self.columns.len() as u32
+    }
+}
+
+impl<T: Real> Column<T> {
+    fn empty(neighbours: Neighbours) -> Self {
+        Self {
+            neighbours,
+            full: false,
+            active: [T::ZERO; LANES],
+            rest_length: [T::ONE; LANES],
+            stiffness: [T::ZERO; LANES],
+            damping: [T::ZERO; LANES],
+        }
+    }
+
+    fn set_kind(&mut self, springs: &Springs, kind: u32, lane: usize) {
+        let kind = &springs.kinds()[kind as usize];
+        self.rest_length[lane] = T::from_f64(kind.rest_length);
+        self.stiffness[lane] = T::from_f64(kind.stiffness);
+        self.damping[lane] = T::from_f64(kind.damping);
+    }
+
+    fn set_kind_everywhere(&mut self, springs: &Springs, kind: u32) {
+        (0..LANES).for_each(|lane| self.set_kind(springs, kind, lane));
+    }
+}
+
+fn packet_entries(rows: &SpringRows, packet: usize, particle_count: usize) -> Vec<Entry> {
+    let mut entries = Vec::new();
+    for lane in 0..LANES {
+        let i = packet * LANES + lane;
+        if i >= particle_count {
+            break;
+        }
+        for e in rows.offsets[i] as usize..rows.offsets[i + 1] as usize {
+            let offset = i64::from(rows.columns[e]) - i as i64;
+            entries.push(Entry { offset, lane, kind: rows.kinds[e] });
+        }
+    }
+    entries.sort_unstable();
+    entries
+}
+
+/// Whether offset columns pay: springs at the same offset are alike, and there are at most one and
+/// a half times as many offsets as springs at the best connected particle, so that few lanes idle.
+fn is_regular(entries: &[Entry]) -> bool {
+    let mut degree = [0_usize; LANES];
+    let mut offsets = 0;
+    for group in entries.chunk_by(|a, b| a.offset == b.offset) {
+        let alike = group.iter().all(|entry| entry.kind == group[0].kind);
+        if !alike || i32::try_from(group[0].offset).is_err() {
+            return false;
+        }
+        group.iter().for_each(|entry| degree[entry.lane] += 1);
+        offsets += 1;
+    }
+    let largest = degree.into_iter().max().unwrap_or(0);
+    2 * offsets <= 3 * largest
+}
