@@ -1,0 +1,175 @@
+//! Writes formats with all frames in one file, from a frame store.
+
+use std::path::{Path, PathBuf};
+
+use super::obj::obj_write;
+use super::output::output_write;
+use super::{Frame, FrameError, FrameFormat, FrameStore, Topology};
+use super::{apng, gif, gltf, mdd, npz, pc2};
+use crate::picture::PictureStyle;
+
+/// How a container is made.
+#[derive(Clone, Debug)]
+pub struct ContainerOptions {
+    /// Takes every so many frames; `None` takes all that the format holds well (see
+    /// [`ContainerReport::warnings`]).
+    pub frame_stride: Option<usize>,
+    /// How pictures look.
+    pub style: PictureStyle,
+    /// Whether glTF carries the normals of each frame. They double its size; without them, lighting
+    /// keeps the folds of the first frame.
+    pub gltf_normals: bool,
+    /// Largest size of the frames in a glTF file before frames are left out, if `frame_stride` is
+    /// `None` \[byte\].
+    pub gltf_size: u64,
+}
+
+impl Default for ContainerOptions {
+    fn default() -> Self {
+        Self {
+            frame_stride: None,
+            style: PictureStyle::default(),
+            gltf_normals: true,
+            gltf_size: 256 << 20,
+        }
+    }
+}
+
+/// What [`container_write`] did.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ContainerReport {
+    /// All files written, the container first.
+    pub files: Vec<PathBuf>,
+    /// Frames in the container.
+    pub frame_count: usize,
+    /// Every so many frames of the store were taken.
+    pub frame_stride: usize,
+    /// Sentences for the user about compromises made.
+    pub warnings: Vec<String>,
+}
+
+/// Writes all frames of `store` in `format` to `path`.
+///
+/// The point caches [`FrameFormat::Pc2`] and [`FrameFormat::Mdd`] hold only positions, so the mesh
+/// that they move is written beside them, as `name_mesh.obj`.
+///
+/// # Errors
+///
+/// [`FrameError::Kind`] if the format has one file per frame, [`FrameError::FrameNone`] if the
+/// store is empty, [`FrameError::Size`] if the frames do not fit into the format,
+/// [`FrameError::Topology`], [`FrameError::ParticleCount`], [`FrameError::Read`],
+/// [`FrameError::Write`] or [`FrameError::Picture`].
+pub fn container_write(
+    format: FrameFormat,
+    path: &Path,
+    topology: &Topology,
+    store: &FrameStore,
+    options: &ContainerOptions,
+) -> Result<ContainerReport, FrameError> {
+    if format.is_sequence() {
+        return Err(FrameError::Kind {
+            format,
+            is: "one file per frame",
+            instead: "a FrameSequenceWriter",
+        });
+    }
+    topology.check()?;
+    if store.is_empty() {
+        let file = store.path().to_owned();
+        return Err(FrameError::FrameNone { file });
+    }
+    if store.particle_count() != topology.particle_count {
+        return Err(FrameError::ParticleCount {
+            found: store.particle_count(),
+            expected: topology.particle_count,
+        });
+    }
+    let mut report = ContainerReport::default();
+    let frame_stride = match options.frame_stride {
+        Some(stride) => stride.max(1),
+        None => automatic_stride(format, topology, store, options, &mut report.warnings),
+    };
+    let source = ContainerSource {
+        path,
+        topology,
+        store,
+        frames: (0..store.len()).step_by(frame_stride).collect(),
+        rate: topology.frames_per_second / frame_stride as f64,
+        options,
+    };
+    match format {
+        FrameFormat::Gltf => gltf::write(&source)?,
+        FrameFormat::Pc2 => pc2::write(&source)?,
+        FrameFormat::Mdd => mdd::write(&source)?,
+        FrameFormat::Npz => npz::write(&source)?,
+        FrameFormat::Gif => gif::write(&source)?,
+        _ => apng::write(&source)?,
+    }
+    report.files.push(path.to_owned());
+    if matches!(format, FrameFormat::Pc2 | FrameFormat::Mdd) {
+        report.files.push(mesh_write(&source)?);
+    }
+    report.frame_count = source.frames.len();
+    report.frame_stride = frame_stride;
+    Ok(report)
+}
+
+/// What the writers of all containers need.
+pub(super) struct ContainerSource<'a> {
+    pub(super) path: &'a Path,
+    pub(super) topology: &'a Topology,
+    pub(super) store: &'a FrameStore,
+    /// The frames to write.
+    pub(super) frames: Vec<usize>,
+    /// Frames in a second in the container \[1/s\].
+    pub(super) rate: f64,
+    pub(super) options: &'a ContainerOptions,
+}
+
+impl ContainerSource<'_> {
+    /// The number of frames as the format stores it, or an error.
+    pub(super) fn count_i32(&self, unit: &'static str, count: usize) -> Result<i32, FrameError> {
+        i32::try_from(count).map_err(|_| FrameError::Size {
+            file: self.path.to_owned(),
+            unit,
+            needed: count as u64,
+            limit: i32::MAX as u64,
+        })
+    }
+}
+
+fn automatic_stride(
+    format: FrameFormat,
+    topology: &Topology,
+    store: &FrameStore,
+    options: &ContainerOptions,
+    warnings: &mut Vec<String>,
+) -> usize {
+    let stride = match format {
+        FrameFormat::Gltf => gltf::automatic_stride(topology, store.len(), options),
+        FrameFormat::Gif => gif::automatic_stride(topology.frames_per_second),
+        _ => 1,
+    };
+    if stride > 1 {
+        warnings.push(format!(
+            "the {format} file has 1 of {stride} frames, as the format handles no more well; \
+             set a frame stride to choose yourself"
+        ));
+    }
+    stride
+}
+
+/// Writes the mesh that a point cache moves.
+fn mesh_write(source: &ContainerSource<'_>) -> Result<PathBuf, FrameError> {
+    let stem = source.path.file_stem().unwrap_or_default();
+    let mut name = stem.to_owned();
+    name.push("_mesh.obj");
+    let path = source.path.with_file_name(name);
+    let first = source.store.frame(source.frames[0])?;
+    let positions = first.positions_f64();
+    let frame = Frame::new(source.frames[0] as u64, first.time, &positions);
+    output_write(&path, |writer| {
+        obj_write(writer, source.topology, &frame).map_err(FrameError::write(&path))
+    })?;
+    Ok(path)
+}

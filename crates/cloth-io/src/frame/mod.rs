@@ -1,0 +1,82 @@
+//! Frames of a run: what they are, where they are stored and the formats they are written in.
+//!
+//! A run appends every frame to one [`FrameStore`]. Formats that hold one frame per file are
+//! written along the way by a [`FrameSequenceWriter`]; formats that hold all frames in one file are
+//! made from the store by [`container_write`], at the end of a run, after an interrupt or later.
+
+mod animation;
+mod apng;
+mod container;
+mod error;
+mod format;
+mod gif;
+mod gltf;
+mod gltf_builder;
+mod mdd;
+mod normals;
+mod npz;
+mod obj;
+mod output;
+mod pc2;
+mod ply;
+mod sequence;
+mod store;
+mod topology;
+mod vtu;
+
+pub use container::{ContainerOptions, ContainerReport, container_write};
+pub use error::FrameError;
+pub use format::{FrameFormat, FrameFormatError};
+pub use normals::vertex_normals;
+pub use sequence::FrameSequenceWriter;
+pub use store::{FrameStore, StoredFrame};
+pub use topology::{Topology, TopologyCloth};
+
+/// One moment of a run, borrowed from the engine.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame<'a> {
+    /// Number of the frame in the output, zero based.
+    pub index: u64,
+    /// Time since the start of the simulation \[s\].
+    pub time: f64,
+    /// Position of every particle \[m\].
+    pub positions: &'a [[f64; 3]],
+    /// Velocity of every particle \[m/s\].
+    pub velocities: Option<&'a [[f64; 3]]>,
+    /// Unit normal of every particle; computed from the triangles where it is needed and `None`.
+    pub normals: Option<&'a [[f64; 3]]>,
+}
+
+impl<'a> Frame<'a> {
+    /// A frame without velocities and normals.
+    #[must_use]
+    pub fn new(index: u64, time: f64, positions: &'a [[f64; 3]]) -> Self {
+        Self { index, time, positions, velocities: None, normals: None }
+    }
+
+    /// Checks that every array has an entry for each particle and every position is finite.
+    fn check(&self, particle_count: usize) -> Result<(), FrameError> {
+        let lengths = [Some(self.positions), self.velocities, self.normals];
+        for array in lengths.into_iter().flatten() {
+            if array.len() != particle_count {
+                return Err(FrameError::ParticleCount {
+                    found: array.len(),
+                    expected: particle_count,
+                });
+            }
+        }
+        let not_finite = |position: &[f64; 3]| position.iter().any(|x| !x.is_finite());
+        match self.positions.iter().position(not_finite) {
+            Some(particle) => Err(FrameError::Position { particle }),
+            None => Ok(()),
+        }
+    }
+
+    /// The normals of the frame, computed if it has none.
+    fn normals_or_computed(&self, triangles: &[[u32; 3]]) -> std::borrow::Cow<'a, [[f64; 3]]> {
+        match self.normals {
+            Some(normals) => normals.into(),
+            None => vertex_normals(self.positions, triangles).into(),
+        }
+    }
+}

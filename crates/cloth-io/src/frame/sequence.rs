@@ -1,0 +1,143 @@
+//! Writes formats with one file per frame.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use image::ImageEncoder;
+use image::codecs::png::PngEncoder;
+
+use super::animation::PictureAnimation;
+use super::obj::obj_write;
+use super::output::output_write;
+use super::ply::ply_write;
+use super::vtu::{pvd_write, vtu_write};
+use super::{Frame, FrameError, FrameFormat, FrameStore, Topology};
+use crate::picture::PictureStyle;
+
+/// Writes each frame of a run into a file of its own, `name_000000.obj` and so on; [`FrameFormat::Vtu`]
+/// also keeps a collection `name.pvd` of all frames up to date.
+pub struct FrameSequenceWriter<'a> {
+    format: FrameFormat,
+    folder: PathBuf,
+    name: String,
+    topology: &'a Topology,
+    /// Time of each frame of the collection \[s\].
+    times: BTreeMap<u64, f64>,
+    style: PictureStyle,
+    pictures: Option<PictureAnimation<'a>>,
+}
+
+impl<'a> FrameSequenceWriter<'a> {
+    /// Prepares to write frames in `format` into `folder`, which is created if it is missing.
+    /// Existing files of the same frames are replaced.
+    ///
+    /// # Errors
+    ///
+    /// [`FrameError::Kind`] if the format holds all frames in one file, [`FrameError::Topology`],
+    /// or [`FrameError::Write`] if the folder cannot be created.
+    pub fn new(
+        format: FrameFormat,
+        folder: &Path,
+        name: &str,
+        topology: &'a Topology,
+    ) -> Result<Self, FrameError> {
+        if !format.is_sequence() {
+            return Err(FrameError::Kind {
+                format,
+                is: "one file for all frames",
+                instead: "container_write with a frame store",
+            });
+        }
+        topology.check()?;
+        std::fs::create_dir_all(folder).map_err(FrameError::write(folder))?;
+        Ok(Self {
+            format,
+            folder: folder.to_owned(),
+            name: name.to_owned(),
+            topology,
+            times: BTreeMap::new(),
+            style: PictureStyle::default(),
+            pictures: None,
+        })
+    }
+
+    /// Sets how [`FrameFormat::Png`] looks. Without a camera in the style, the first frame written
+    /// decides the view, so a run that is to be resumed should give one.
+    #[must_use]
+    pub fn with_style(mut self, style: PictureStyle) -> Self {
+        self.style = style;
+        self
+    }
+
+    /// Takes the frames of `store`, written by an earlier part of the same run, into the
+    /// collection.
+    ///
+    /// # Errors
+    ///
+    /// [`FrameError::Read`].
+    pub fn resume(mut self, store: &FrameStore) -> Result<Self, FrameError> {
+        for index in 0..store.len() {
+            self.times.insert(index as u64, store.time(index)?);
+        }
+        Ok(self)
+    }
+
+    /// Writes one frame and returns its file.
+    ///
+    /// # Errors
+    ///
+    /// [`FrameError::ParticleCount`], [`FrameError::Position`], [`FrameError::Write`] or
+    /// [`FrameError::Picture`].
+    pub fn write(&mut self, frame: &Frame<'_>) -> Result<PathBuf, FrameError> {
+        frame.check(self.topology.particle_count)?;
+        let path = self.folder.join(self.file_name(frame.index));
+        let topology = self.topology;
+        match self.format {
+            FrameFormat::Obj => output_write(&path, |writer| {
+                obj_write(writer, topology, frame).map_err(FrameError::write(&path))
+            })?,
+            FrameFormat::Ply => output_write(&path, |writer| {
+                ply_write(writer, topology, frame).map_err(FrameError::write(&path))
+            })?,
+            FrameFormat::Png => self.picture(&path, frame)?,
+            _ => {
+                output_write(&path, |writer| {
+                    vtu_write(writer, topology, frame).map_err(FrameError::write(&path))
+                })?;
+                self.times.insert(frame.index, frame.time);
+                self.collection()?;
+            }
+        }
+        Ok(path)
+    }
+
+    fn file_name(&self, index: u64) -> String {
+        format!("{}_{index:06}.{}", self.name, self.format.extension())
+    }
+
+    fn collection(&self) -> Result<(), FrameError> {
+        let path = self.folder.join(format!("{}.pvd", self.name));
+        let names: Vec<_> = self.times.keys().map(|&index| self.file_name(index)).collect();
+        let frames = self.times.values().copied();
+        let frames = frames.zip(names.iter().map(String::as_str));
+        output_write(&path, |writer| pvd_write(writer, frames).map_err(FrameError::write(&path)))
+    }
+
+    fn picture(&mut self, path: &Path, frame: &Frame<'_>) -> Result<(), FrameError> {
+        let pictures = match &mut self.pictures {
+            Some(pictures) => pictures,
+            empty => {
+                let first = [(frame.time, frame.positions)];
+                let style = self.style.clone();
+                empty.insert(PictureAnimation::new(self.topology, style, first)?)
+            }
+        };
+        let image = pictures.render(frame.time, frame.positions)?;
+        output_write(path, |writer| {
+            let (width, height) = image.dimensions();
+            PngEncoder::new(writer)
+                .write_image(&image, width, height, image::ExtendedColorType::Rgb8)
+                .map_err(FrameError::write(path))
+        })
+    }
+}

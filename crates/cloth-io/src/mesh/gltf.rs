@@ -1,0 +1,232 @@
+//! glTF 2.0: `.gltf` with embedded or external buffers, and `.glb`.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use cloth_core::TriangleMesh;
+use glam::{DMat4, DVec3};
+use gltf::mesh::Mode;
+use gltf::{Document, Gltf, Node, Primitive};
+
+use super::assembly::{Corner, MeshAssembly};
+use super::gltf_accessor::GltfData;
+use super::gltf_buffer::gltf_buffers;
+use super::{MeshError, MeshPlace};
+
+/// Reads all triangle meshes of the default scene of a glTF 2.0 file from `bytes`; `file` is the
+/// name used in errors, `folder` the place of external buffers (`None` refuses them).
+///
+/// Node transforms are applied. Exporters split vertices along texture seams and hard edges, so
+/// within one node vertices with bitwise equal positions become one vertex again, and each corner
+/// keeps its own texture coordinate. Each node with a mesh gives one vertex group.
+///
+/// # Errors
+///
+/// [`MeshError`], see [`mesh_read`](crate::mesh_read).
+pub fn mesh_read_gltf(
+    file: &str,
+    bytes: &[u8],
+    folder: Option<&Path>,
+) -> Result<TriangleMesh, MeshError> {
+    let gltf = document(file, bytes)?;
+    let buffers = gltf_buffers(file, &gltf, folder)?;
+    let mut reader = GltfReader {
+        file,
+        data: GltfData { file, buffers },
+        assembly: MeshAssembly::default(),
+        face_count: 0,
+        names: HashMap::new(),
+    };
+    for (node, transform) in mesh_nodes(file, &gltf.document)? {
+        reader.node(&node, transform)?;
+    }
+    reader.assembly.finish(file, 0)
+}
+
+pub(super) fn syntax(file: &str, problem: String) -> MeshError {
+    MeshError::Syntax { file: file.to_owned(), place: MeshPlace::File, problem }
+}
+
+/// Parses and validates the document. The library trusts two numbers, so they are checked first.
+fn document(file: &str, bytes: &[u8]) -> Result<Gltf, MeshError> {
+    const GLB_HEADER_SIZE: u32 = 12;
+    if bytes.starts_with(b"glTF") {
+        let length = bytes.get(8..12).and_then(|bytes| bytes.try_into().ok());
+        if length.is_none_or(|length| u32::from_le_bytes(length) < GLB_HEADER_SIZE) {
+            return Err(syntax(file, "the header is cut off".to_owned()));
+        }
+    }
+    let library_error = |error: gltf::Error| syntax(file, error.to_string());
+    let Gltf { document, blob } =
+        Gltf::from_slice_without_validation(bytes).map_err(library_error)?;
+    let json = document.into_json();
+    let primitives = json.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    for accessor in primitives.flat_map(|primitive| primitive.attributes.values()) {
+        if accessor.value() >= json.accessors.len() {
+            let problem = format!("accessor {} does not exist", accessor.value());
+            return Err(syntax(file, problem));
+        }
+    }
+    let document = Document::from_json(json).map_err(library_error)?;
+    Ok(Gltf { document, blob })
+}
+
+/// The nodes with meshes of the default scene, or of all roots if there is no scene, with their
+/// transforms to the scene.
+fn mesh_nodes<'a>(file: &str, document: &'a Document) -> Result<Vec<(Node<'a>, DMat4)>, MeshError> {
+    let scene = document.default_scene().or_else(|| document.scenes().next());
+    let roots: Vec<Node<'a>> = match scene {
+        Some(scene) => scene.nodes().collect(),
+        None => {
+            let mut is_child = vec![false; document.nodes().len()];
+            for child in document.nodes().flat_map(|node| node.children()) {
+                is_child[child.index()] = true;
+            }
+            let is_root = |node: &Node<'_>| !is_child[node.index()];
+            document.nodes().filter(is_root).collect()
+        }
+    };
+    let mut seen = vec![false; document.nodes().len()];
+    let mut found = Vec::new();
+    let mut open: Vec<_> = roots.into_iter().rev().map(|node| (node, DMat4::IDENTITY)).collect();
+    while let Some((node, parent)) = open.pop() {
+        // The format wants trees, but a damaged file can hold a cycle.
+        if std::mem::replace(&mut seen[node.index()], true) {
+            let problem = format!("node {} is reached on two ways", node.index());
+            return Err(syntax(file, problem));
+        }
+        let local = node.transform().matrix();
+        let transform =
+            parent * DMat4::from_cols_array_2d(&local.map(|column| column.map(f64::from)));
+        let children: Vec<_> = node.children().collect();
+        open.extend(children.into_iter().rev().map(|child| (child, transform)));
+        if node.mesh().is_some() {
+            found.push((node, transform));
+        }
+    }
+    Ok(found)
+}
+
+struct GltfReader<'file> {
+    file: &'file str,
+    data: GltfData<'file>,
+    assembly: MeshAssembly,
+    face_count: usize,
+    /// How often each group name was used, to keep names unique.
+    names: HashMap<String, usize>,
+}
+
+impl GltfReader<'_> {
+    fn node(&mut self, node: &Node<'_>, transform: DMat4) -> Result<(), MeshError> {
+        let Some(mesh) = node.mesh() else {
+            return Ok(());
+        };
+        let name = node.name().or(mesh.name()).map(str::to_owned);
+        let name = name.unwrap_or_else(|| format!("node {}", node.index()));
+        let name = self.unique(name);
+        self.assembly.group_names(vec![name]);
+        let mut weld = HashMap::new();
+        for primitive in mesh.primitives() {
+            self.primitive(&primitive, transform, &mut weld)?;
+        }
+        Ok(())
+    }
+
+    fn unique(&mut self, name: String) -> String {
+        let used = self.names.entry(name.clone()).or_insert(0);
+        *used += 1;
+        match *used {
+            1 => name,
+            used => format!("{name}.{used}"),
+        }
+    }
+
+    fn primitive(
+        &mut self,
+        primitive: &Primitive<'_>,
+        transform: DMat4,
+        weld: &mut HashMap<[u64; 3], i64>,
+    ) -> Result<(), MeshError> {
+        let mode = primitive.mode();
+        if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+            return Ok(());
+        }
+        let positions = self.data.positions(primitive)?;
+        let coordinates = self.data.texture_coordinates(primitive)?;
+        let indices = self.data.indices(primitive, positions.len())?;
+
+        let welded: Vec<i64> =
+            positions.into_iter().map(|position| self.vertex(position, transform, weld)).collect();
+        let texture_start = self.assembly.coordinates.len() as i64;
+        let texture_count = coordinates.as_ref().map_or(0, Vec::len);
+        self.assembly.coordinates.extend(coordinates.into_iter().flatten());
+
+        // A mirroring transform turns triangles inside out.
+        let mirrored = transform.determinant() < 0.0;
+        for triangle in triangles(mode, &indices) {
+            let [a, b, c] = triangle;
+            let triangle = if mirrored { [a, c, b] } else { triangle };
+            let place = MeshPlace::Face(self.face_count);
+            self.face_count += 1;
+            let mut corners = [Corner { vertex: -1, texture: None }; 3];
+            for (corner, index) in corners.iter_mut().zip(triangle) {
+                let Some(&vertex) = welded.get(index as usize) else {
+                    return Err(MeshError::Index {
+                        file: self.file.to_owned(),
+                        place,
+                        what: "vertex",
+                        index: index.into(),
+                        count: welded.len(),
+                    });
+                };
+                let textured = (index as usize) < texture_count;
+                *corner = Corner {
+                    vertex,
+                    texture: textured.then_some(texture_start + i64::from(index)),
+                };
+            }
+            self.assembly.polygon(self.file, place, &corners)?;
+        }
+        Ok(())
+    }
+
+    /// The index of the vertex at `position` within this node, new or welded.
+    fn vertex(
+        &mut self,
+        position: [f32; 3],
+        transform: DMat4,
+        weld: &mut HashMap<[u64; 3], i64>,
+    ) -> i64 {
+        let position = DVec3::from(position.map(f64::from));
+        // Adding zero makes the two zeros one.
+        let position = (transform.transform_point3(position) + DVec3::ZERO).to_array();
+        let positions = &mut self.assembly.positions;
+        *weld.entry(position.map(f64::to_bits)).or_insert_with(|| {
+            positions.push(position);
+            positions.len() as i64 - 1
+        })
+    }
+}
+
+/// The triangles that `indices` draw in `mode`. Strips repeat vertices to jump, and those
+/// degenerate triangles are part of the format, so they are left out.
+fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
+    match mode {
+        Mode::TriangleStrip => indices
+            .windows(3)
+            .enumerate()
+            .map(|(number, t)| match number % 2 {
+                0 => [t[0], t[1], t[2]],
+                _ => [t[1], t[0], t[2]],
+            })
+            .filter(|[a, b, c]| a != b && b != c && a != c)
+            .collect(),
+        Mode::TriangleFan => indices
+            .get(1..)
+            .unwrap_or_default()
+            .windows(2)
+            .map(|pair| [indices[0], pair[0], pair[1]])
+            .collect(),
+        _ => indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),
+    }
+}

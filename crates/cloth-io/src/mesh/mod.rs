@@ -1,0 +1,52 @@
+//! Triangle meshes from OBJ, PLY and glTF files.
+//!
+//! Every reader keeps the vertices in file order with their file indices, because pins and
+//! constraints of a scene refer to them, and every reader checks the mesh before it hands it out:
+//! finite positions, face indices in range, no corner twice in one face.
+
+mod assembly;
+mod error;
+mod gltf;
+mod gltf_accessor;
+mod gltf_buffer;
+mod obj;
+mod ply;
+
+use std::path::Path;
+
+use cloth_core::TriangleMesh;
+
+pub use error::{MeshError, MeshPlace};
+pub use gltf::mesh_read_gltf;
+pub use obj::mesh_read_obj;
+pub use ply::mesh_read_ply;
+
+/// File name extensions that [`mesh_read`] knows, lower case, without the dot.
+pub const MESH_EXTENSIONS: &[&str] = &["obj", "ply", "gltf", "glb"];
+
+/// Reads the mesh in the file `path`; the extension selects the format, see [`MESH_EXTENSIONS`].
+///
+/// Positions are taken as metres, in the axes of the file: glTF is Y-up, the engine Z-up, so the
+/// caller turns the mesh if it has to.
+///
+/// # Errors
+///
+/// [`MeshError`] if the file cannot be read, its format is unknown or damaged, or the mesh in it
+/// is empty or has non-finite positions or invalid faces.
+pub fn mesh_read(path: &Path) -> Result<TriangleMesh, MeshError> {
+    let file = path.display().to_string();
+    let extension = path
+        .extension()
+        .map(|extension| extension.to_string_lossy().to_ascii_lowercase())
+        .unwrap_or_default();
+    if !MESH_EXTENSIONS.contains(&extension.as_str()) {
+        return Err(MeshError::Extension { file });
+    }
+    let bytes =
+        std::fs::read(path).map_err(|source| MeshError::Read { file: file.clone(), source })?;
+    match extension.as_str() {
+        "obj" => mesh_read_obj(&file, &bytes),
+        "ply" => mesh_read_ply(&file, &bytes),
+        _ => mesh_read_gltf(&file, &bytes, path.parent()),
+    }
+}

@@ -1,0 +1,185 @@
+//! Wavefront OBJ.
+//!
+//! The reader is our own because pins refer to vertices by their index in the file: the OBJ crates
+//! renumber vertices by first use and drop unused ones, or hold positions in single precision, or
+//! refuse a file at the first statement that they do not know (sewing patterns carry such).
+
+use cloth_core::TriangleMesh;
+
+use super::assembly::{Corner, MeshAssembly};
+use super::{MeshError, MeshPlace};
+
+/// Reads an OBJ mesh from `bytes`; `file` is the name used in errors.
+///
+/// Polygons become fans of triangles. `o` and `g` statements become vertex groups. Texture
+/// coordinates keep their own indices; they are left out unless every corner of every face has
+/// one. Statements that describe neither positions, texture coordinates, faces nor groups are
+/// skipped.
+///
+/// # Errors
+///
+/// [`MeshError`] with the line, see [`mesh_read`](crate::mesh_read).
+pub fn mesh_read_obj(file: &str, bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
+    let mut reader = ObjReader::new(file);
+    let mut joined = Vec::new();
+    for (number, line) in bytes.split(|&byte| byte == b'\n').enumerate() {
+        let line = line.strip_suffix(b"\r").unwrap_or(line);
+        // A backslash at the end joins the line with the next one.
+        if let Some(start) = line.strip_suffix(b"\\") {
+            joined.extend_from_slice(start);
+            joined.push(b' ');
+            continue;
+        }
+        if joined.is_empty() {
+            reader.statement(number + 1, line)?;
+        } else {
+            joined.extend_from_slice(line);
+            reader.statement(number + 1, &std::mem::take(&mut joined))?;
+        }
+    }
+    reader.statement(0, &joined)?;
+    reader.assembly.finish(file, 1)
+}
+
+struct ObjReader<'file> {
+    file: &'file str,
+    assembly: MeshAssembly,
+    object: Option<String>,
+    groups: Vec<String>,
+    corners: Vec<Corner>,
+}
+
+impl<'file> ObjReader<'file> {
+    fn new(file: &'file str) -> Self {
+        Self {
+            file,
+            assembly: MeshAssembly::default(),
+            object: None,
+            groups: Vec::new(),
+            corners: Vec::new(),
+        }
+    }
+
+    fn statement(&mut self, line: usize, bytes: &[u8]) -> Result<(), MeshError> {
+        // Old exporters write names in other encodings; only names can be affected.
+        let text = String::from_utf8_lossy(bytes);
+        let text = text.split('#').next().unwrap_or_default();
+        let mut words = text.split_whitespace();
+        match words.next() {
+            Some("v") => {
+                let position = self.numbers::<3>(line, "a vertex position", 3, words)?;
+                self.assembly.positions.push(position);
+            }
+            Some("vt") => {
+                let coordinate = self.numbers::<2>(line, "a texture coordinate", 1, words)?;
+                self.assembly.coordinates.push(coordinate);
+            }
+            Some("f") => self.face(line, words)?,
+            Some("o") => {
+                self.object = words.next().map(|_| name_after(text, "o"));
+                self.name_groups();
+            }
+            Some("g") => {
+                self.groups = words.map(str::to_owned).collect();
+                self.name_groups();
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn name_groups(&mut self) {
+        let names = self.object.iter().chain(&self.groups).cloned().collect();
+        self.assembly.group_names(names);
+    }
+
+    /// Reads up to `N` numbers, at least `least`; missing ones are zero and further ones (a weight
+    /// or a colour) are left.
+    fn numbers<'text, const N: usize>(
+        &self,
+        line: usize,
+        what: &str,
+        least: usize,
+        words: impl Iterator<Item = &'text str>,
+    ) -> Result<[f64; N], MeshError> {
+        let mut numbers = [0.0; N];
+        let mut count = 0;
+        for (slot, word) in numbers.iter_mut().zip(words) {
+            *slot = word
+                .parse()
+                .map_err(|_| self.syntax(line, format!("`{word}` in {what} is not a number")))?;
+            count += 1;
+        }
+        if count < least {
+            let problem = format!("{what} needs {least} numbers but has {count}");
+            return Err(self.syntax(line, problem));
+        }
+        Ok(numbers)
+    }
+
+    fn face<'text>(
+        &mut self,
+        line: usize,
+        words: impl Iterator<Item = &'text str>,
+    ) -> Result<(), MeshError> {
+        let mut corners = std::mem::take(&mut self.corners);
+        corners.clear();
+        for word in words {
+            corners.push(self.corner(line, word)?);
+        }
+        self.assembly.polygon(self.file, MeshPlace::Line(line), &corners)?;
+        self.corners = corners;
+        Ok(())
+    }
+
+    /// Reads `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+    fn corner(&self, line: usize, word: &str) -> Result<Corner, MeshError> {
+        let mut parts = word.split('/');
+        let vertex = parts.next().unwrap_or_default();
+        let vertex = self.index(line, word, vertex, self.assembly.positions.len(), "vertex")?;
+        let texture = match parts.next() {
+            None | Some("") => None,
+            Some(part) => {
+                let count = self.assembly.coordinates.len();
+                Some(self.index(line, word, part, count, "texture coordinate")?)
+            }
+        };
+        Ok(Corner { vertex, texture })
+    }
+
+    /// Turns an index of the file, one based or negative from the end, into a zero-based one.
+    fn index(
+        &self,
+        line: usize,
+        word: &str,
+        part: &str,
+        count: usize,
+        what: &'static str,
+    ) -> Result<i64, MeshError> {
+        let index: i64 = part.parse().map_err(|_| {
+            self.syntax(line, format!("`{word}` is not a face corner like 7 or 7/3 or 7/3/5"))
+        })?;
+        let zero_based = if index < 0 {
+            i64::try_from(count).unwrap_or(i64::MAX).checked_add(index)
+        } else {
+            Some(index - 1)
+        };
+        zero_based.filter(|&index| index >= 0).ok_or_else(|| MeshError::Index {
+            file: self.file.to_owned(),
+            place: MeshPlace::Line(line),
+            what,
+            index,
+            count,
+        })
+    }
+
+    fn syntax(&self, line: usize, problem: String) -> MeshError {
+        MeshError::Syntax { file: self.file.to_owned(), place: MeshPlace::Line(line), problem }
+    }
+}
+
+/// The rest of the line after the keyword: object names may hold spaces.
+fn name_after(text: &str, keyword: &str) -> String {
+    let text = text.trim();
+    text.strip_prefix(keyword).unwrap_or(text).trim().to_owned()
+}

@@ -1,0 +1,322 @@
+//! Output files hold the frames that were given.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
+mod common;
+
+use std::path::Path;
+
+use cloth_io::{
+    ContainerOptions, Frame, FrameError, FrameFormat, FrameSequenceWriter, PictureStyle,
+    container_write, mesh_read, vertex_normals,
+};
+use common::{positions, store, topology};
+
+fn small_style() -> PictureStyle {
+    PictureStyle { width: 64, height: 36, ..PictureStyle::default() }
+}
+
+/// Names of the files in `folder`.
+fn files(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<_> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn names_are_read_back_and_typing_errors_explained() {
+    for format in FrameFormat::ALL {
+        assert_eq!(format.to_string().to_uppercase().parse(), Ok(format));
+    }
+    assert_eq!("glb".parse(), Ok(FrameFormat::Gltf));
+    let message = "fbx".parse::<FrameFormat>().unwrap_err().to_string();
+    assert!(message.starts_with("unknown output format `fbx`; use one of: obj, ply, vtu"));
+}
+
+#[test]
+fn mesh_sequences_are_read_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let topology = topology();
+    for format in [FrameFormat::Obj, FrameFormat::Ply] {
+        let mut writer = FrameSequenceWriter::new(format, folder.path(), "run", &topology).unwrap();
+        let positions = positions(3);
+        let path = writer.write(&Frame::new(3, 0.12, &positions)).unwrap();
+        assert_eq!(path, folder.path().join(format!("run_000003.{format}")));
+        let mesh = mesh_read(&path).unwrap();
+        assert_eq!(mesh.positions, positions);
+        assert_eq!(mesh.triangles, topology.triangles);
+        if format == FrameFormat::Obj {
+            assert_eq!(mesh.texture, topology.texture);
+            assert_eq!(mesh.group("front & back").unwrap().vertices, [0, 1, 2, 3]);
+        }
+    }
+    assert_eq!(files(folder.path()), ["run_000003.obj", "run_000003.ply"], "nothing else is left");
+}
+
+#[test]
+fn vtu_arrays_start_where_the_header_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let topology = topology();
+    let mut writer =
+        FrameSequenceWriter::new(FrameFormat::Vtu, folder.path(), "run", &topology).unwrap();
+    let positions = positions(0);
+    let velocities = vec![[1.0, 2.0, 3.0]; 8];
+    let frame = Frame { velocities: Some(&velocities), ..Frame::new(0, 0.5, &positions) };
+    let path = writer.write(&frame).unwrap();
+    let bytes = std::fs::read(path).unwrap();
+    let text = String::from_utf8_lossy(&bytes);
+    let marker = b"<AppendedData encoding=\"raw\">\n_";
+    let start = bytes.windows(marker.len()).position(|part| part == marker).unwrap();
+    let array = |name: &str| {
+        let tag = text.split('<').find(|tag| tag.contains(&format!("Name=\"{name}\""))).unwrap();
+        let offset = tag.split("offset=\"").nth(1).unwrap().split('"').next().unwrap();
+        let at = start + marker.len() + offset.parse::<usize>().unwrap();
+        let size = u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize;
+        &bytes[at + 8..at + 8 + size]
+    };
+    let floats = |name: &str| -> Vec<f64> {
+        let floats = array(name).chunks_exact(4);
+        floats.map(|b| f32::from_le_bytes(b.try_into().unwrap()).into()).collect()
+    };
+    assert_eq!(floats("position"), positions.concat());
+    assert_eq!(floats("velocity"), velocities.concat());
+    assert_eq!(floats("normal")[..3], [0.0, 0.0, 1.0]);
+    assert_eq!(array("types"), [5; 4]);
+    assert_eq!(array("offsets")[8], 6);
+    assert_eq!(array("connectivity").len(), 12 * 8);
+    assert_eq!(array("cloth")[4 * 3], 1);
+    assert!(!text.contains("Name=\"texture\""), "a seam cannot be held per point");
+}
+
+#[test]
+fn a_resumed_collection_lists_all_frames() {
+    let folder = tempfile::tempdir().unwrap();
+    let topology = topology();
+    let store = store(&folder.path().join("frames.cloth"), 2);
+    let writer = FrameSequenceWriter::new(FrameFormat::Vtu, folder.path(), "a&b", &topology);
+    let mut writer = writer.unwrap().resume(&store).unwrap();
+    writer.write(&Frame::new(2, 0.08, &positions(2))).unwrap();
+    let text = std::fs::read_to_string(folder.path().join("a&b.pvd")).unwrap();
+    let sets: Vec<_> = text.lines().filter(|line| line.contains("<DataSet")).collect();
+    assert_eq!(sets.len(), 3);
+    assert!(sets[1].contains("timestep=\"0.04\""), "{}", sets[1]);
+    assert!(sets[2].contains("file=\"a&amp;b_000002.vtu\""), "{}", sets[2]);
+}
+
+#[test]
+fn point_caches_follow_their_layouts() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = store(&folder.path().join("frames.cloth"), 4);
+    let options = ContainerOptions { frame_stride: Some(2), ..ContainerOptions::default() };
+    let path = folder.path().join("run.pc2");
+    let report = container_write(FrameFormat::Pc2, &path, &topology(), &store, &options).unwrap();
+    assert_eq!((report.frame_count, report.frame_stride), (2, 2));
+    assert_eq!(report.files, [path.clone(), folder.path().join("run_mesh.obj")]);
+    assert_eq!(mesh_read(&report.files[1]).unwrap().positions, positions(0));
+    let bytes = std::fs::read(&path).unwrap();
+    assert_eq!(&bytes[..12], b"POINTCACHE2\0");
+    let header: Vec<_> = bytes[12..32].chunks(4).map(|b| b.try_into().unwrap()).collect();
+    assert_eq!(header.iter().map(|&b| i32::from_le_bytes(b)).collect::<Vec<_>>()[..2], [1, 8]);
+    assert_eq!(f32::from_le_bytes(header[3]), 1.0);
+    assert_eq!(i32::from_le_bytes(header[4]), 2);
+    let floats = |bytes: &[u8], parse: fn([u8; 4]) -> f32| -> Vec<f64> {
+        bytes.chunks_exact(4).map(|b| parse(b.try_into().unwrap()).into()).collect()
+    };
+    let expected = [positions(0), positions(2)].concat().concat();
+    assert_eq!(floats(&bytes[32..], f32::from_le_bytes), expected);
+
+    let path = folder.path().join("run.mdd");
+    container_write(FrameFormat::Mdd, &path, &topology(), &store, &options).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    assert_eq!(bytes[..8], [0, 0, 0, 2, 0, 0, 0, 8]);
+    let times = floats(&bytes[8..16], f32::from_be_bytes);
+    assert!((times[1] - 0.08).abs() < 1e-7, "{times:?}");
+    assert_eq!(floats(&bytes[16..], f32::from_be_bytes), expected);
+}
+
+#[test]
+fn numpy_archives_hold_all_arrays() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = store(&folder.path().join("frames.cloth"), 3);
+    let path = folder.path().join("run.npz");
+    let options = ContainerOptions::default();
+    container_write(FrameFormat::Npz, &path, &topology(), &store, &options).unwrap();
+    let mut archive = zip::ZipArchive::new(std::fs::File::open(&path).unwrap()).unwrap();
+    let mut array = |name: &str| {
+        let file = archive.by_name(name).unwrap();
+        npyz::NpyFile::new(std::io::BufReader::new(file)).unwrap().shape().to_vec()
+    };
+    assert_eq!(array("positions.npy"), [3, 8, 3]);
+    assert_eq!(array("times.npy"), [3]);
+    assert_eq!(array("triangles.npy"), [4, 3]);
+    assert_eq!(array("uv.npy"), [5, 2]);
+    assert_eq!(array("uv_triangles.npy"), [4, 3]);
+    let file = archive.by_name("positions.npy").unwrap();
+    let values = npyz::NpyFile::new(std::io::BufReader::new(file)).unwrap();
+    let values: Vec<f32> = values.into_vec().unwrap();
+    assert_eq!(
+        values[2 * 24..].iter().map(|&x| f64::from(x)).collect::<Vec<_>>(),
+        positions(2).concat()
+    );
+}
+
+#[test]
+fn gltf_is_valid_and_animates_every_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = store(&folder.path().join("frames.cloth"), 4);
+    let path = folder.path().join("run.glb");
+    let options = ContainerOptions::default();
+    container_write(FrameFormat::Gltf, &path, &topology(), &store, &options).unwrap();
+
+    let bytes = std::fs::read(&path).unwrap();
+    let gltf = gltf::Gltf::from_slice(&bytes).expect("the library finds the file valid");
+    let blob = gltf.blob.clone().unwrap();
+    assert_eq!(gltf.meshes().len(), 2);
+    let sleeve = gltf.meshes().nth(1).unwrap();
+    assert_eq!(sleeve.name(), Some("sleeve"));
+    let primitive = sleeve.primitives().next().unwrap();
+    let reader = primitive.reader(|_| Some(&blob));
+    let base: Vec<_> = reader.read_positions().unwrap().collect();
+    assert_eq!(base.len(), 5, "the seam splits one particle");
+    assert_eq!(base[2], [1.0, 1.0, -1.0], "Y is up");
+    let targets: Vec<_> = reader.read_morph_targets().collect();
+    assert_eq!(targets.len(), 3);
+    let change: Vec<_> = targets.into_iter().nth(2).unwrap().0.unwrap().collect();
+    // Frame 3 moves particle 6 by 0.375 along y and, at x = 1, along z.
+    assert_eq!(change[2], [0.0, 0.375, -0.375]);
+
+    let animation = gltf.animations().next().unwrap();
+    assert_eq!(animation.channels().count(), 2);
+    let reader = animation.channels().next().unwrap().reader(|_| Some(&blob));
+    let times: Vec<f32> = reader.read_inputs().unwrap().collect();
+    assert_eq!(times, [0.0, 0.04, 0.08, 0.12]);
+    let gltf::animation::util::ReadOutputs::MorphTargetWeights(weights) =
+        reader.read_outputs().unwrap()
+    else {
+        panic!("the animation moves something else");
+    };
+    let weights: Vec<f32> = weights.into_f32().collect();
+    assert_eq!(weights, [0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 0., 1.]);
+
+    // Our own reader welds the seam again and finds both cloths.
+    let mesh = mesh_read(&path).unwrap();
+    assert_eq!(mesh.positions.len(), 8);
+    assert_eq!(mesh.groups.len(), 2);
+}
+
+#[test]
+fn gltf_leaves_out_frames_rather_than_grow_too_large() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = store(&folder.path().join("frames.cloth"), 10);
+    let path = folder.path().join("run.glb");
+    // Room for three targets of 8 particles with normals.
+    let options = ContainerOptions { gltf_size: 3 * 8 * 24, ..ContainerOptions::default() };
+    let report = container_write(FrameFormat::Gltf, &path, &topology(), &store, &options).unwrap();
+    assert_eq!((report.frame_count, report.frame_stride), (4, 3));
+    assert!(report.warnings[0].contains("1 of 3 frames"), "{:?}", report.warnings);
+    let options = ContainerOptions { frame_stride: Some(1), ..options };
+    let report = container_write(FrameFormat::Gltf, &path, &topology(), &store, &options).unwrap();
+    assert_eq!(
+        (report.frame_count, report.warnings.len()),
+        (10, 0),
+        "an explicit stride is obeyed"
+    );
+}
+
+#[test]
+fn animated_pictures_have_all_frames() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = store(&folder.path().join("frames.cloth"), 3);
+    let options = ContainerOptions { style: small_style(), ..ContainerOptions::default() };
+    let path = folder.path().join("run.gif");
+    container_write(FrameFormat::Gif, &path, &topology(), &store, &options).unwrap();
+    let mut decoder = gif::DecodeOptions::new();
+    decoder.set_color_output(gif::ColorOutput::RGBA);
+    let mut decoder = decoder.read_info(std::fs::File::open(&path).unwrap()).unwrap();
+    assert_eq!((decoder.width(), decoder.height()), (64, 36));
+    assert_eq!(decoder.repeat(), gif::Repeat::Infinite);
+    let mut delays = Vec::new();
+    while let Some(frame) = decoder.read_next_frame().unwrap() {
+        delays.push(frame.delay);
+    }
+    assert_eq!(delays, [4, 4, 4]);
+
+    let path = folder.path().join("run.png");
+    container_write(FrameFormat::Apng, &path, &topology(), &store, &options).unwrap();
+    let file = std::io::BufReader::new(std::fs::File::open(&path).unwrap());
+    let reader = png::Decoder::new(file).read_info().unwrap();
+    assert_eq!(reader.info().animation_control().unwrap().num_frames, 3);
+    assert_eq!((reader.info().width, reader.info().height), (64, 36));
+}
+
+#[test]
+fn picture_sequences_have_the_size_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let topology = topology();
+    let writer = FrameSequenceWriter::new(FrameFormat::Png, folder.path(), "run", &topology);
+    let mut writer = writer.unwrap().with_style(small_style());
+    let path = writer.write(&Frame::new(0, 0.0, &positions(0))).unwrap();
+    assert_eq!(image::image_dimensions(path).unwrap(), (64, 36));
+}
+
+#[test]
+fn wrong_kinds_and_bad_frames_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let topology = topology();
+    let path = folder.path().join("frames.cloth");
+    let options = ContainerOptions::default();
+    let empty = store(&path, 0);
+    for format in FrameFormat::ALL {
+        let writer = FrameSequenceWriter::new(format, folder.path(), "run", &topology);
+        assert_eq!(writer.is_ok(), format.is_sequence());
+        let container = container_write(format, &path, &topology, &empty, &options);
+        match container.unwrap_err() {
+            FrameError::Kind { .. } => assert!(format.is_sequence()),
+            FrameError::FrameNone { .. } => assert!(!format.is_sequence()),
+            other => panic!("{other}"),
+        }
+    }
+    let mut writer =
+        FrameSequenceWriter::new(FrameFormat::Obj, folder.path(), "run", &topology).unwrap();
+    let mut bad = positions(0);
+    bad[7][0] = f64::NAN;
+    let refused = writer.write(&Frame::new(0, 0.0, &bad));
+    assert!(matches!(refused, Err(FrameError::Position { particle: 7 })));
+    let refused = writer.write(&Frame::new(0, 0.0, &bad[1..]));
+    assert!(matches!(refused, Err(FrameError::ParticleCount { found: 7, expected: 8 })));
+    assert_eq!(files(folder.path()), ["frames.cloth"], "no half file is left");
+}
+
+#[test]
+fn errors_name_the_file_that_cannot_be_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = store(&folder.path().join("frames.cloth"), 1);
+    let path = folder.path().join("missing").join("run.npz");
+    let options = ContainerOptions::default();
+    let problem =
+        container_write(FrameFormat::Npz, &path, &topology(), &store, &options).unwrap_err();
+    let message = problem.to_string();
+    assert!(message.contains("run.npz"), "{message}");
+    assert!(message.contains("choose another folder"), "{message}");
+}
+
+#[test]
+fn normals_are_weighted_by_area() {
+    // A large triangle facing up and a small one facing along x share vertex 0.
+    let positions = [
+        [0.0, 0.0, 0.0],
+        [2.0, 0.0, 0.0],
+        [0.0, 2.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [5.0; 3],
+    ];
+    let normals = vertex_normals(&positions, &[[0, 1, 2], [0, 3, 4]]);
+    let length = 17f64.sqrt();
+    assert!((normals[0][0] - 1.0 / length).abs() < 1e-12);
+    assert!((normals[0][2] - 4.0 / length).abs() < 1e-12);
+    assert_eq!(normals[1], [0.0, 0.0, 1.0]);
+    assert_eq!(normals[5], [0.0; 3]);
+}
