@@ -1,1 +1,28 @@
-//! Placeholder.
+//! Scenes: what to simulate, as a file says it.
+//!
+//! A [`Scene`] is plain data that no file format owns. [`Scene::read`] and [`Scene::from_toml`]
+//! fill it from TOML, [`Scene::builtin`] from the scenes that come with the engine, code can fill it
+//! directly. [`Scene::compile`] checks it and gives a [`CompiledScene`]: the model, the settings of
+//! the solver, and a [`Timeline`] that knows the control of every frame.
+//!
+//! All quantities are in SI units, coordinates are right handed with z up.
+
+mod builtin;
+mod compile;
+mod error;
+mod format;
+mod scene;
+mod suggestion;
+mod timeline;
+
+pub use builtin::{BenchKind, BuiltinScene, bench_scene, builtin_scenes};
+pub use compile::{CompileOptions, CompiledCloth, CompiledScene, MemoryEstimate};
+pub use error::{SceneError, ScenePlace, SceneUnknown};
+pub use scene::{
+    Scene, SceneAction, SceneAerodynamics, SceneCloth, SceneCollider, SceneColour, SceneContact,
+    SceneContactResponse, SceneEvent, SceneField, SceneGeometry, SceneGrid, SceneGust,
+    SceneKeyframe, SceneMass, SceneMaterial, SceneMesh, SceneOrigin, ScenePin, ScenePrecision,
+    SceneRotation, SceneShape, SceneSimulation, SceneSolver, SceneSpring, SceneSpringClass,
+    SceneStencil, SceneStrainLimit, SceneView, SceneWind,
+};
+pub use timeline::Timeline;

@@ -1,0 +1,62 @@
+//! Checks of what only the scene knows; the model checks the rest.
+
+use crate::{SceneError, SceneOrigin, ScenePlace};
+
+/// Makes errors that name a key and its place.
+pub(super) struct Check<'a> {
+    origin: &'a SceneOrigin,
+}
+
+impl<'a> Check<'a> {
+    pub(super) const fn new(origin: &'a SceneOrigin) -> Self {
+        Self { origin }
+    }
+
+    pub(super) fn place(&self, key: &str) -> ScenePlace {
+        self.origin.place(key)
+    }
+
+    pub(super) const fn origin(&self) -> &SceneOrigin {
+        self.origin
+    }
+
+    /// An error at `key`; `problem` follows the key, and says the mend.
+    pub(super) fn error(&self, key: &str, problem: &str) -> SceneError {
+        SceneError::Value { place: self.place(key), problem: format!("`{key}` {problem}") }
+    }
+
+    pub(super) fn finite(&self, key: &str, values: &[f64]) -> Result<(), SceneError> {
+        match values.iter().find(|value| !value.is_finite()) {
+            Some(value) => Err(self.error(key, &format!("is {value}: give a finite number"))),
+            None => Ok(()),
+        }
+    }
+
+    pub(super) fn positive(&self, key: &str, value: f64) -> Result<(), SceneError> {
+        self.finite(key, &[value])?;
+        if value > 0.0 {
+            Ok(())
+        } else {
+            Err(self.error(key, &format!("is {value}: it must be greater than zero")))
+        }
+    }
+
+    pub(super) fn not_negative(&self, key: &str, value: f64) -> Result<(), SceneError> {
+        self.finite(key, &[value])?;
+        if value >= 0.0 {
+            Ok(())
+        } else {
+            Err(self.error(key, &format!("is {value}: it must not be negative")))
+        }
+    }
+
+    /// A vector that has a direction.
+    pub(super) fn direction(&self, key: &str, vector: [f64; 3]) -> Result<(), SceneError> {
+        self.finite(key, &vector)?;
+        // What cannot be normalised has no direction either: the square of a tiny length is zero.
+        match glam::DVec3::from(vector).try_normalize() {
+            Some(_) => Ok(()),
+            None => Err(self.error(key, "has no direction: give a vector of a usual length")),
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! One cloth, from description to model.
+
+use cloth_core::{Cloth, Geometry};
+
+use crate::{SceneCloth, SceneError, SceneGeometry};
+
+use super::{Check, CompileOptions, CompiledCloth, grid, material, mesh, pins::PinSets};
+
+/// The cloth for the model, and the names of its sets of particles.
+pub(super) fn compile(
+    check: &Check<'_>,
+    index: usize,
+    cloth: &SceneCloth,
+    options: &CompileOptions,
+) -> Result<(Cloth, PinSets), SceneError> {
+    let key = format!("cloth[{index}]");
+    let (geometry, sets) = match &cloth.geometry {
+        SceneGeometry::Grid(patch) => {
+            let counts = [patch.columns, patch.rows];
+            let patch = grid::compile(check, &format!("{key}.geometry.grid"), patch)?;
+            (Geometry::Grid(patch), PinSets::Grid(counts))
+        }
+        SceneGeometry::Mesh(mesh) => {
+            let mut mesh = mesh::compile(check, &format!("{key}.geometry.mesh"), mesh, options)?;
+            let groups = std::mem::take(&mut mesh.groups);
+            // The model refuses more vertices than an index can name.
+            let vertices = u32::try_from(mesh.positions.len()).unwrap_or(u32::MAX);
+            (Geometry::Mesh(mesh), PinSets::Mesh(vertices, groups))
+        }
+    };
+    let material =
+        material::compile(check, &format!("{key}.material"), &cloth.material, geometry.spacing())?;
+    let mut pins = Vec::new();
+    for pin in &cloth.pins {
+        pins.extend(sets.resolve(check, &format!("{key}.pins"), pin)?);
+    }
+    let name = cloth.name.clone();
+    Ok((Cloth { name, geometry, material, pins, velocity: cloth.velocity }, sets))
+}
+
+impl From<&SceneCloth> for CompiledCloth {
+    fn from(cloth: &SceneCloth) -> Self {
+        Self {
+            name: cloth.name.clone(),
+            colour: cloth.colour,
+            grid: match &cloth.geometry {
+                SceneGeometry::Grid(grid) => Some([grid.columns, grid.rows]),
+                SceneGeometry::Mesh(_) => None,
+            },
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! From presets and changes to a material.
+
+use cloth_core::{Aerodynamics, Mass, Material, MaterialPreset, SpringCoefficients};
+
+use crate::{SceneError, SceneMass, SceneMaterial, SceneSpring, error::SceneUnknown};
+
+use super::Check;
+
+/// The material at `key` for particles that are `spacing` \[m\] apart.
+pub(super) fn compile(
+    check: &Check<'_>,
+    key: &str,
+    scene: &SceneMaterial,
+    spacing: f64,
+) -> Result<Material, SceneError> {
+    let preset = match &scene.preset {
+        Some(name) => Some(preset(check, key, name)?.material(spacing)),
+        None => None,
+    };
+    let missing = |name: &str| {
+        let problem = format!("has no `{name}`: give it, or a `preset`");
+        check.error(key, &problem)
+    };
+    let spring = |name: &str, given: Option<SceneSpring>, base: Option<SpringCoefficients>| {
+        let given = given.unwrap_or_default();
+        let stiffness = given
+            .stiffness
+            .or(base.map(|base| base.stiffness))
+            .ok_or_else(|| missing(&format!("{name}.stiffness")))?;
+        let damping = given.damping.or(base.map(|base| base.damping)).unwrap_or_default();
+        Ok(SpringCoefficients { stiffness, damping })
+    };
+    let air = preset.map_or_else(Aerodynamics::default, |preset| preset.aerodynamics);
+    let given_air = scene.aerodynamics.unwrap_or_default();
+    Ok(Material {
+        mass: scene
+            .mass
+            .map(|mass| match mass {
+                SceneMass::PerArea(value) => Mass::PerArea(value),
+                SceneMass::PerParticle(value) => Mass::PerParticle(value),
+            })
+            .or(preset.map(|preset| preset.mass))
+            .ok_or_else(|| missing("mass.per_area"))?,
+        stretch: spring("stretch", scene.stretch, preset.map(|preset| preset.stretch))?,
+        shear: spring("shear", scene.shear, preset.map(|preset| preset.shear))?,
+        bend: spring("bend", scene.bend, preset.map(|preset| preset.bend))?,
+        aerodynamics: Aerodynamics {
+            pressure: given_air.pressure.unwrap_or(air.pressure),
+            friction: given_air.friction.unwrap_or(air.friction),
+        },
+        thickness: scene
+            .thickness
+            .or(preset.map(|preset| preset.thickness))
+            .ok_or_else(|| missing("thickness"))?,
+    })
+}
+
+fn preset(check: &Check<'_>, key: &str, name: &str) -> Result<&'static MaterialPreset, SceneError> {
+    MaterialPreset::find(name).ok_or_else(|| {
+        let known = MaterialPreset::ALL.map(|preset| preset.name.to_owned());
+        let place = check.place(&format!("{key}.preset"));
+        SceneUnknown::error(place, "material preset", name, known.into())
+    })
+}

@@ -1,0 +1,112 @@
+//! From a description to what a solver runs.
+
+mod check;
+mod cloth;
+mod collider;
+mod grid;
+mod material;
+mod memory;
+mod mesh;
+mod model_error;
+mod options;
+mod pins;
+mod settings;
+mod timeline;
+
+use std::{borrow::Cow, sync::Arc};
+
+use cloth_core::{Model, ModelBuilder, SolverConfig, TextureMap};
+
+pub use memory::MemoryEstimate;
+pub use options::CompileOptions;
+
+use crate::{Scene, SceneColour, SceneError, SceneView, Timeline};
+
+use check::Check;
+
+/// A scene that is ready to run.
+#[derive(Clone, Debug)]
+pub struct CompiledScene {
+    /// Name of the scene.
+    pub name: String,
+    /// What it shows, in words.
+    pub description: String,
+    /// What is simulated.
+    pub model: Arc<Model>,
+    /// Settings for the solver; threads are left to the caller.
+    pub config: SolverConfig,
+    /// Number of frames.
+    pub frames: u32,
+    /// Frames in a second of simulated time \[Hz\].
+    pub frames_per_second: f64,
+    /// The control of every frame.
+    pub timeline: Timeline,
+    /// Camera for pictures, if the scene has one.
+    pub view: Option<SceneView>,
+    /// What a picture needs to know of each cloth, in the order of the model's cloths.
+    pub cloths: Vec<CompiledCloth>,
+}
+
+/// What a picture needs to know of a cloth.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CompiledCloth {
+    /// Its name.
+    pub name: String,
+    /// Its colour, if the scene gives one.
+    pub colour: Option<SceneColour>,
+    /// Columns and rows, if it is a grid.
+    pub grid: Option<[u32; 2]>,
+}
+
+impl CompiledScene {
+    /// Texture coordinates of a cloth: those of its mesh, or for a grid (0, 0) at particle 0 to
+    /// (1, 1) at the last. `None` for a mesh without, or if there is no such cloth.
+    #[must_use]
+    pub fn texture(&self, cloth: usize) -> Option<Cow<'_, TextureMap>> {
+        match self.cloths.get(cloth)?.grid {
+            Some([columns, rows]) => Some(Cow::Owned(grid::texture(columns, rows))),
+            None => self.model.textures().get(cloth)?.as_ref().map(Cow::Borrowed),
+        }
+    }
+}
+
+impl Scene {
+    /// Checks the scene, reads its meshes and builds the model.
+    ///
+    /// # Errors
+    /// A [`SceneError`] that names the file and, for a scene read from a file, the line: for values
+    /// that make no sense, names that do not exist, meshes that cannot be read or are not allowed,
+    /// and more memory than `options` allow.
+    pub fn compile(&self, options: &CompileOptions) -> Result<CompiledScene, SceneError> {
+        let check = Check::new(&self.origin);
+        let config = settings::solver_config(self, &check)?;
+        if let Some(view) = &self.view {
+            settings::view_check(view, &check)?;
+        }
+        memory::check(self, options)?;
+        let mut builder = settings::surroundings(self, ModelBuilder::new());
+        for (index, collider) in self.colliders.iter().enumerate() {
+            builder = builder.collider(collider::compile(&check, index, collider)?);
+        }
+        // Events name pins by sets of the geometry, which the model does not keep.
+        let mut pin_sets = Vec::with_capacity(self.cloths.len());
+        for (index, cloth) in self.cloths.iter().enumerate() {
+            let (cloth, sets) = cloth::compile(&check, index, cloth, options)?;
+            builder = builder.cloth(cloth);
+            pin_sets.push(sets);
+        }
+        let model = builder.build().map_err(|error| model_error::place(self, error))?;
+        let timeline = timeline::compile(self, &check, &model, &pin_sets)?;
+        Ok(CompiledScene {
+            name: self.name.clone(),
+            description: self.description.clone(),
+            model: Arc::new(model),
+            config,
+            frames: self.simulation.frames,
+            frames_per_second: self.simulation.frames_per_second,
+            timeline,
+            view: self.view,
+            cloths: self.cloths.iter().map(CompiledCloth::from).collect(),
+        })
+    }
+}

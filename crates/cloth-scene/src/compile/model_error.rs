@@ -1,0 +1,80 @@
+//! The line that an error of the model is about.
+
+use cloth_core::ModelError;
+
+use crate::{Scene, SceneError};
+
+/// Adds the place to an error of the model. The model knows nothing of files, but its messages name
+/// the owner and the quantity; the key that fits these words best is where the writer has to look.
+pub(super) fn place(scene: &Scene, source: ModelError) -> SceneError {
+    let message = source.to_string();
+    let table = table(scene, &message);
+    let key = match &source {
+        ModelError::NonFinite { what, .. }
+        | ModelError::NotPositive { what, .. }
+        | ModelError::Negative { what, .. }
+        | ModelError::OutOfRange { what, .. } => key(scene, &table, what),
+        ModelError::PinOutOfRange { .. } => format!("{table}.pins"),
+        ModelError::NameTaken { .. } => format!("{table}.name"),
+        _ => format!("{table}.geometry"),
+    };
+    SceneError::Model { place: scene.origin.place(&key), source }
+}
+
+/// The table of the scene that `message` is about.
+fn table(scene: &Scene, message: &str) -> String {
+    // The later of two things with the same name is the one to rename, so look from the end.
+    let cloth = scene.cloths.iter().rposition(|cloth| {
+        let name = &cloth.name;
+        message.contains(&format!("cloth {name:?}"))
+            || message.contains(&format!("cloths are called {name:?}"))
+    });
+    let collider = scene.colliders.iter().rposition(|collider| {
+        let name = &collider.name;
+        message.contains(&format!("collider {name:?}"))
+            || message.contains(&format!("colliders are called {name:?}"))
+    });
+    let field = (0..scene.fields.len()).find(|i| message.contains(&format!("of field {i} ")));
+    match (cloth, collider, field) {
+        (Some(index), ..) => format!("cloth[{index}]"),
+        (_, Some(index), _) => format!("collider[{index}]"),
+        (.., Some(index)) => format!("field[{index}]"),
+        _ => [
+            ("gravity", "gravity"),
+            ("self-contact", "contact"),
+            ("the air", "wind"),
+            ("wind", "wind"),
+            ("gust", "wind.gust"),
+            ("time step", "simulation"),
+            ("strain", "simulation"),
+        ]
+        .into_iter()
+        .find_map(|(word, table)| message.contains(word).then_some(table))
+        .unwrap_or_default()
+        .to_owned(),
+    }
+}
+
+/// The key of `table` whose words are all in `what`, the one with most of them; the table itself if
+/// there is none.
+fn key(scene: &Scene, table: &str, what: &str) -> String {
+    // Keys have plurals where messages speak of one.
+    let in_what = |part: &&str| {
+        what.split(' ').any(|word| word == *part || part.strip_suffix('s') == Some(word))
+    };
+    let words_in_what = |segment: &str| segment.split('_').filter(in_what).count();
+    scene
+        .origin
+        .places
+        .keys()
+        .filter_map(|key| {
+            let inner = key.strip_prefix(table)?.strip_prefix('.')?;
+            let leaf = inner.rsplit('.').next()?;
+            let whole = words_in_what(leaf) == leaf.split('_').count();
+            let score: usize = inner.split('.').map(words_in_what).sum();
+            // Among equals the shorter key, then the alphabet, so that the answer never varies.
+            whole.then_some((score, std::cmp::Reverse((key.len(), key))))
+        })
+        .max()
+        .map_or_else(|| table.to_owned(), |(_, std::cmp::Reverse((_, key)))| key.clone())
+}

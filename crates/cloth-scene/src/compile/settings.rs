@@ -1,0 +1,104 @@
+//! The settings that belong to the scene as a whole.
+
+use cloth_core::{
+    Air, ContactResponse, ExplicitSettings, Field, Gust, Integrator, ModelBuilder, Precision,
+    SelfContact, SolverConfig, SpringClass, StrainLimit,
+};
+
+use crate::{
+    Scene, SceneContactResponse, SceneError, SceneField, ScenePrecision, SceneSolver,
+    SceneSpringClass, SceneView,
+};
+
+use super::{Check, model_error};
+
+/// A frame of more substeps than this is a slip of the pen, and its plan would fill the memory.
+const SUBSTEPS_MAX: f64 = 1e6;
+
+pub(super) fn solver_config(scene: &Scene, check: &Check<'_>) -> Result<SolverConfig, SceneError> {
+    let simulation = &scene.simulation;
+    if simulation.frames == 0 {
+        return Err(check.error("simulation.frames", "is 0: give at least one frame"));
+    }
+    check.positive("simulation.frames_per_second", simulation.frames_per_second)?;
+    check.positive("simulation.time_step", simulation.time_step)?;
+    let substeps = (simulation.frames_per_second * simulation.time_step).recip();
+    if substeps > SUBSTEPS_MAX {
+        let problem = format!(
+            "makes {substeps:.0} substeps of a frame: at most {SUBSTEPS_MAX:.0} make sense"
+        );
+        return Err(check.error("simulation.time_step", &problem));
+    }
+    let strain_limit = simulation.strain_limit.as_ref().map(|limit| StrainLimit {
+        ratio: limit.ratio,
+        sweeps: limit.sweeps,
+        classes: limit.classes.iter().map(|&class| spring_class(class)).collect(),
+    });
+    let config = SolverConfig {
+        precision: match simulation.precision {
+            ScenePrecision::F32 => Precision::F32,
+            ScenePrecision::F64 => Precision::F64,
+        },
+        time_step: simulation.time_step,
+        integrator: match simulation.solver {
+            SceneSolver::Explicit => Integrator::Explicit(ExplicitSettings { strain_limit }),
+        },
+        strain_bound: simulation.strain_bound,
+        ..SolverConfig::default()
+    };
+    config.validate().map_err(|error| model_error::place(scene, error))?;
+    Ok(config)
+}
+
+const fn spring_class(class: SceneSpringClass) -> SpringClass {
+    match class {
+        SceneSpringClass::Stretch => SpringClass::Stretch,
+        SceneSpringClass::Shear => SpringClass::Shear,
+        SceneSpringClass::Bend => SpringClass::Bend,
+    }
+}
+
+/// Adds gravity, fields, air and contact.
+pub(super) fn surroundings(scene: &Scene, mut builder: ModelBuilder) -> ModelBuilder {
+    builder = builder.gravity(scene.gravity);
+    for field in &scene.fields {
+        builder = builder.field(match *field {
+            SceneField::Uniform { acceleration } => Field::Uniform { acceleration },
+            SceneField::Drag { rate } => Field::Drag { rate },
+        });
+    }
+    if let Some(wind) = &scene.wind {
+        builder = builder.air(Air {
+            density: wind.density,
+            wind_velocity: wind.velocity,
+            gust: wind
+                .gust
+                .map(|gust| Gust { amplitude: gust.amplitude, frequency: gust.frequency }),
+        });
+    }
+    if let Some(contact) = &scene.contact {
+        let response = match contact.response {
+            SceneContactResponse::Impulse { restitution, friction } => {
+                ContactResponse::Impulse { restitution, friction }
+            }
+            SceneContactResponse::Penalty { stiffness, damping } => {
+                ContactResponse::Penalty { stiffness, damping }
+            }
+        };
+        builder = builder.self_contact(SelfContact { distance: contact.distance, response });
+    }
+    builder
+}
+
+pub(super) fn view_check(view: &SceneView, check: &Check<'_>) -> Result<(), SceneError> {
+    check.finite("view.eye", &view.eye)?;
+    check.finite("view.target", &view.target)?;
+    check.positive("view.field_of_view", view.field_of_view)?;
+    if view.field_of_view >= 180.0 {
+        return Err(check.error("view.field_of_view", "must be less than 180 degrees"));
+    }
+    if view.eye == view.target {
+        return Err(check.error("view.target", "is where the eye is: move one of them"));
+    }
+    Ok(())
+}

@@ -1,0 +1,129 @@
+//! From keyframes and events to a timeline.
+
+use std::collections::BTreeMap;
+
+use cloth_core::Model;
+
+use crate::{
+    Scene, SceneAction, SceneError, SceneEvent, SceneRotation, Timeline,
+    error::SceneUnknown,
+    timeline::{ColliderKey, ColliderTrack, PinMove, PinTrack},
+};
+
+use super::{
+    Check,
+    collider::{rotation_check, shape_rotation},
+    pins::PinSets,
+};
+
+pub(super) fn compile(
+    scene: &Scene,
+    check: &Check<'_>,
+    model: &Model,
+    pin_sets: &[PinSets],
+) -> Result<Timeline, SceneError> {
+    let colliders = collider_tracks(scene, check)?;
+    let mut pins = BTreeMap::new();
+    // In the order of time, so that a move can be refused that comes after the release.
+    let mut order: Vec<(usize, &SceneEvent)> = scene.events.iter().enumerate().collect();
+    order.sort_by(|a, b| a.1.time.total_cmp(&b.1.time));
+    for (index, event) in order {
+        event_apply(scene, check, model, pin_sets, (index, event), &mut pins)?;
+    }
+    Ok(Timeline::new(scene.simulation.frames_per_second, pins.into_values().collect(), colliders))
+}
+
+fn collider_tracks(scene: &Scene, check: &Check<'_>) -> Result<Vec<ColliderTrack>, SceneError> {
+    let mut tracks = Vec::new();
+    for (index, collider) in scene.colliders.iter().enumerate() {
+        if collider.motion.is_empty() {
+            continue;
+        }
+        let mut key = ColliderKey {
+            time: 0.0,
+            translation: collider.translation,
+            rotation: collider.rotation.unwrap_or(SceneRotation::NONE),
+        };
+        let mut keys = vec![key];
+        for (number, frame) in collider.motion.iter().enumerate() {
+            let path = format!("collider[{index}].motion[{number}]");
+            let time_path = format!("{path}.time");
+            check.positive(&time_path, frame.time)?;
+            if frame.time <= key.time {
+                let problem = "is not later than the keyframe before: sort them by time";
+                return Err(check.error(&time_path, problem));
+            }
+            if let Some(translation) = frame.translation {
+                check.finite(&format!("{path}.translation"), &translation)?;
+                key.translation = translation;
+            }
+            if let Some(rotation) = frame.rotation {
+                rotation_check(check, &format!("{path}.rotation"), &rotation)?;
+                key.rotation = rotation;
+            }
+            key.time = frame.time;
+            keys.push(key);
+        }
+        tracks.push(ColliderTrack {
+            // There are fewer colliders than a file has bytes.
+            collider: u32::try_from(index).unwrap_or(u32::MAX),
+            shape_rotation: shape_rotation(&collider.shape),
+            keys,
+        });
+    }
+    Ok(tracks)
+}
+
+fn event_apply(
+    scene: &Scene,
+    check: &Check<'_>,
+    model: &Model,
+    pin_sets: &[PinSets],
+    (index, event): (usize, &SceneEvent),
+    tracks: &mut BTreeMap<u32, PinTrack>,
+) -> Result<(), SceneError> {
+    let key = format!("event[{index}]");
+    check.not_negative(&format!("{key}.time"), event.time)?;
+    if let SceneAction::Move { offset, duration } = &event.action {
+        check.finite(&format!("{key}.action.move.offset"), offset)?;
+        check.positive(&format!("{key}.action.move.duration"), *duration)?;
+    }
+    let cloth_index = scene.cloths.iter().position(|cloth| cloth.name == event.cloth);
+    let (range, sets) = cloth_index
+        .and_then(|index| Some((&model.cloths().get(index)?.particles, pin_sets.get(index)?)))
+        .ok_or_else(|| {
+            let known = scene.cloths.iter().map(|cloth| cloth.name.clone()).collect();
+            let place = check.place(&format!("{key}.cloth"));
+            SceneUnknown::error(place, "cloth", &event.cloth, known)
+        })?;
+    for pin in &event.pins {
+        let mut found = false;
+        for particle in sets.resolve(check, &format!("{key}.pins"), pin)? {
+            let Some(particle) = particle.checked_add(range.start) else { continue };
+            let is_pin = range.contains(&particle) && model.pins().binary_search(&particle).is_ok();
+            let start = match model.positions().get(particle as usize) {
+                Some(&start) if is_pin => start,
+                _ => continue,
+            };
+            let track = tracks.entry(particle).or_insert_with(|| PinTrack::new(particle, start));
+            if track.release.is_some() {
+                continue;
+            }
+            found = true;
+            match event.action {
+                SceneAction::Release => track.release = Some(event.time),
+                SceneAction::Move { offset, duration } => {
+                    track.moves.push(PinMove { time: event.time, duration, offset });
+                }
+            }
+        }
+        if !found {
+            let problem = format!(
+                "names {pin}, but no pin of cloth {:?} is held there at {} s: pin it first",
+                event.cloth, event.time
+            );
+            return Err(check.error(&format!("{key}.pins"), &problem));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,110 @@
+//! Scenes as TOML.
+
+use std::{fs::File, io::Read, path::Path};
+
+use serde::Deserialize;
+use toml::de::{DeTable, Deserializer};
+
+use crate::{Scene, SceneError, SceneOrigin, ScenePlace, error::SceneUnknown};
+
+use super::{lines::Lines, toml_places::Places};
+
+/// A scene of ten thousand pins has a few hundred kilobytes.
+const FILE_SIZE_MAX: u64 = 64 << 20;
+
+impl Scene {
+    /// Reads a scene from the TOML file `path`. Meshes are looked for in the folder of the file.
+    ///
+    /// # Errors
+    /// [`SceneError::Read`], [`SceneError::Size`], and those of [`Scene::from_toml`].
+    pub fn read(path: &Path) -> Result<Self, SceneError> {
+        let file = path.display().to_string();
+        let mut bytes = Vec::new();
+        File::open(path)
+            // A limit on what is read, not on the length that is claimed: pipes claim none.
+            .and_then(|opened| opened.take(FILE_SIZE_MAX + 1).read_to_end(&mut bytes))
+            .map_err(|source| SceneError::Read { file: file.clone(), source })?;
+        if bytes.len() as u64 > FILE_SIZE_MAX {
+            return Err(SceneError::Size { file, limit: FILE_SIZE_MAX });
+        }
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let valid = error.utf8_error().valid_up_to();
+            let text = String::from_utf8_lossy(error.as_bytes());
+            SceneError::Syntax {
+                place: ScenePlace {
+                    file: file.clone(),
+                    position: Some(Lines::new(&text).position(valid)),
+                },
+                problem: "the text is not UTF-8".into(),
+            }
+        })?;
+        let mut scene = Self::from_toml(&text, &file)?;
+        scene.origin.directory = path.parent().map(Path::to_path_buf).unwrap_or_default();
+        Ok(scene)
+    }
+
+    /// Reads a scene from TOML text. `file` is its name in messages, and meshes are looked for in
+    /// the folder of that name.
+    ///
+    /// # Errors
+    /// [`SceneError::Syntax`] for text that is not TOML or values of the wrong kind,
+    /// [`SceneError::Unknown`] for keys and words that do not exist, [`SceneError::Value`] for
+    /// numbers that are NaN or infinite; each with line and column.
+    pub fn from_toml(text: &str, file: &str) -> Result<Self, SceneError> {
+        let lines = Lines::new(text);
+        let wrap = |error: toml::de::Error| parse_error(&error, file, &lines);
+        let table = DeTable::parse(text).map_err(wrap)?;
+        let places = Places::of(table.get_ref(), &lines);
+        if let Some(number) = places.non_finite {
+            return Err(SceneError::Value {
+                place: ScenePlace { file: file.into(), position: Some(number.position) },
+                problem: format!("`{}` is {}: give a finite number", number.key, number.text),
+            });
+        }
+        let keys = places.keys;
+        let mut scene = Self::deserialize(Deserializer::from(table)).map_err(wrap)?;
+        scene.origin = SceneOrigin {
+            file: file.into(),
+            directory: Path::new(file).parent().map(Path::to_path_buf).unwrap_or_default(),
+            places: keys,
+        };
+        Ok(scene)
+    }
+
+    /// The scene as TOML; [`Scene::from_toml`] gives an equal scene back.
+    ///
+    /// # Errors
+    /// [`SceneError::Write`] for a value that TOML cannot hold.
+    pub fn to_toml(&self) -> Result<String, SceneError> {
+        toml::to_string(self).map_err(|error| SceneError::Write {
+            name: self.name.clone(),
+            problem: error.to_string(),
+        })
+    }
+}
+
+fn parse_error(error: &toml::de::Error, file: &str, lines: &Lines<'_>) -> SceneError {
+    let position = error.span().map(|span| lines.position(span.start));
+    let place = ScenePlace { file: file.into(), position };
+    match unknown_word(error.message()) {
+        Some((what, name, known)) => SceneUnknown::error(place, what, name, known),
+        None => {
+            // One sentence: parsers put what they expected on a second line.
+            let problem = error.message().trim_end().replace('\n', ", ");
+            SceneError::Syntax { place, problem }
+        }
+    }
+}
+
+/// Takes serde's message for an unknown key or variant apart: kind of word, the word, and what is
+/// known there. Serde hands this on in words only.
+fn unknown_word(message: &str) -> Option<(&'static str, &str, Vec<String>)> {
+    let (what, rest) = [("key", "unknown field `"), ("word", "unknown variant `")]
+        .into_iter()
+        .find_map(|(what, start)| message.strip_prefix(start).map(|rest| (what, rest)))?;
+    // The word is the writer's and can hold anything; what is known are plain names.
+    let (name, expected) =
+        rest.rsplit_once("`, expected ").or_else(|| rest.rsplit_once("`, there are no "))?;
+    let known = expected.split('`').skip(1).step_by(2).map(str::to_owned).collect();
+    Some((what, name, known))
+}

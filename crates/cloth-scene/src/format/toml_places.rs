@@ -1,0 +1,77 @@
+//! Where every key of a TOML text is, and whether its numbers are numbers.
+
+use std::collections::HashMap;
+
+use toml::{
+    Spanned,
+    de::{DeTable, DeValue},
+};
+
+use super::lines::Lines;
+
+/// A number that is NaN or infinite.
+pub(super) struct NonFinite {
+    /// The number as written.
+    pub(super) text: String,
+    /// The key that it belongs to.
+    pub(super) key: String,
+    /// Line and column.
+    pub(super) position: (u32, u32),
+}
+
+/// Collects the places of all keys, and the first number that is not finite.
+pub(super) struct Places<'a> {
+    lines: &'a Lines<'a>,
+    pub(super) keys: HashMap<String, (u32, u32)>,
+    pub(super) non_finite: Option<NonFinite>,
+}
+
+impl<'a> Places<'a> {
+    pub(super) fn of(table: &DeTable<'_>, lines: &'a Lines<'a>) -> Self {
+        let mut places = Self { lines, keys: HashMap::new(), non_finite: None };
+        places.table(table, "");
+        places
+    }
+
+    fn table(&mut self, table: &DeTable<'_>, path: &str) {
+        for (name, value) in table {
+            let name_text = name.get_ref();
+            let key =
+                if path.is_empty() { name_text.to_string() } else { format!("{path}.{name_text}") };
+            self.keys.insert(key.clone(), self.lines.position(name.span().start));
+            self.value(value, &key);
+        }
+    }
+
+    fn value(&mut self, value: &Spanned<DeValue<'_>>, key: &str) {
+        match value.get_ref() {
+            DeValue::Table(table) => self.table(table, key),
+            DeValue::Array(array) => {
+                for (index, element) in array.iter().enumerate() {
+                    let key = format!("{key}[{index}]");
+                    // Only tables have keys of their own to point at; the elements of a long list
+                    // of pins would fill memory for nothing.
+                    if element.get_ref().is_table() {
+                        let position = self.lines.position(element.span().start);
+                        self.keys.insert(key.clone(), position);
+                    }
+                    self.value(element, &key);
+                }
+            }
+            DeValue::Float(number) => {
+                let position = self.lines.position(value.span().start);
+                let earlier =
+                    self.non_finite.as_ref().is_some_and(|found| found.position <= position);
+                let finite = number.as_str().parse().is_ok_and(f64::is_finite);
+                if !finite && !earlier {
+                    self.non_finite = Some(NonFinite {
+                        text: number.as_str().to_owned(),
+                        key: key.to_owned(),
+                        position,
+                    });
+                }
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! Solid obstacles of a scene.
+
+use serde::{Deserialize, Serialize};
+
+use super::SceneRotation;
+
+/// A rigid obstacle, at rest or moved by keyframes.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneCollider {
+    /// Name, unique among the colliders.
+    pub name: String,
+    /// Shape in the local frame.
+    pub shape: SceneShape,
+    /// Translation at the start \[m\]; none if not given.
+    #[serde(default)]
+    pub translation: [f64; 3],
+    /// Rotation at the start; none if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<SceneRotation>,
+    /// Coulomb friction coefficient, dimensionless; 0.3 if not given.
+    #[serde(default = "friction_default")]
+    pub friction: f64,
+    /// Coefficient of restitution, 0 (no rebound, the default) to 1 (elastic).
+    #[serde(default)]
+    pub restitution: f64,
+    /// Where it is later on, times ascending. Between keyframes it moves in a straight line and
+    /// turns evenly, after the last one it rests.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub motion: Vec<SceneKeyframe>,
+}
+
+/// Shape of a collider in its local frame.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase", deny_unknown_fields)]
+pub enum SceneShape {
+    /// The half space on the side of the local origin that the normal points away from.
+    Plane {
+        /// Direction out of the solid, of any length but zero; (0, 0, 1) if not given.
+        #[serde(default = "axis_z")]
+        normal: [f64; 3],
+    },
+    /// A ball around the local origin.
+    Sphere {
+        /// Radius \[m\].
+        radius: f64,
+    },
+    /// All points within `radius` of a segment of the local z axis, centred on the origin.
+    Capsule {
+        /// Half the length of the segment \[m\].
+        half_length: f64,
+        /// Radius \[m\].
+        radius: f64,
+    },
+    /// A box around the local origin with faces across the local axes.
+    Box {
+        /// Half the side lengths \[m\].
+        half_extents: [f64; 3],
+    },
+}
+
+/// Where a collider is at one time.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneKeyframe {
+    /// Time \[s\], above zero: the pose at the start is that of the collider itself.
+    pub time: f64,
+    /// Translation \[m\]; that of the keyframe before if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub translation: Option<[f64; 3]>,
+    /// Rotation; that of the keyframe before if not given. Two rotations about the same axis lead
+    /// from one angle to the other, through as many turns as the angles say; else the way is the
+    /// shorter arc.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<SceneRotation>,
+}
+
+const fn friction_default() -> f64 {
+    0.3
+}
+
+const fn axis_z() -> [f64; 3] {
+    [0.0, 0.0, 1.0]
+}

@@ -1,0 +1,37 @@
+//! Contact of cloths with themselves and each other.
+
+use serde::{Deserialize, Serialize};
+
+/// Contact between the particles of all cloths.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneContact {
+    /// Distance of two particles below which they are in contact \[m\].
+    pub distance: f64,
+    /// What contact does.
+    pub response: SceneContactResponse,
+}
+
+/// What two particles in contact do to each other.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase", deny_unknown_fields)]
+pub enum SceneContactResponse {
+    /// Approaching pairs exchange momentum, overlap is pushed apart. Pairs that are joined by a
+    /// spring, or start closer than the contact distance, are left out.
+    Impulse {
+        /// Coefficient of restitution, 0 (the default) to 1.
+        #[serde(default)]
+        restitution: f64,
+        /// Coulomb friction coefficient between cloths; 0 if not given.
+        #[serde(default)]
+        friction: f64,
+    },
+    /// A spring with a damper between each pair in contact, no pair left out.
+    Penalty {
+        /// Stiffness \[N/m\].
+        stiffness: f64,
+        /// Damping along the normal \[N s/m\]; 0 if not given.
+        #[serde(default)]
+        damping: f64,
+    },
+}

@@ -1,0 +1,34 @@
+//! What happens to pins in the course of time.
+
+use serde::{Deserialize, Serialize};
+
+use super::ScenePin;
+
+/// Something that happens to pins of one cloth.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneEvent {
+    /// Time \[s\]. Pins are released at the start of the first frame that does not start earlier.
+    pub time: f64,
+    /// Name of the cloth.
+    pub cloth: String,
+    /// The pins; particles of a named set that are not pinned are passed over.
+    pub pins: Vec<ScenePin>,
+    /// What happens to them.
+    pub action: SceneAction,
+}
+
+/// What happens to pins.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase", deny_unknown_fields)]
+pub enum SceneAction {
+    /// They are let go.
+    Release,
+    /// They move in a straight line at constant speed. Moves at the same time add up.
+    Move {
+        /// Way to go \[m\].
+        offset: [f64; 3],
+        /// Time it takes \[s\].
+        duration: f64,
+    },
+}

@@ -1,0 +1,66 @@
+//! What a cloth is made of: a preset, numbers of one's own, or a preset with changes.
+
+use serde::{Deserialize, Serialize};
+
+/// A material. What is not given comes from the preset; without a preset, mass, thickness and the
+/// stiffness of every class of springs must be given, dampings are zero and the coefficients of
+/// the air are those of a flat plate.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneMaterial {
+    /// Name of a fabric, one of [`MaterialPreset::ALL`](cloth_core::MaterialPreset::ALL).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preset: Option<String>,
+    /// Thickness of the cloth \[m\]: colliders stop its particles at half of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub thickness: Option<f64>,
+    /// How mass is given to the particles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass: Option<SceneMass>,
+    /// Springs along the threads or edges.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stretch: Option<SceneSpring>,
+    /// Springs across the diagonals of a grid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shear: Option<SceneSpring>,
+    /// Springs that resist folding.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bend: Option<SceneSpring>,
+    /// Coefficients of the force of the air.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub aerodynamics: Option<SceneAerodynamics>,
+}
+
+/// How mass is given to the particles.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SceneMass {
+    /// Mass per area \[kg/m^2\].
+    PerArea(f64),
+    /// The same mass for every particle \[kg\].
+    PerParticle(f64),
+}
+
+/// Stiffness and damping of one class of springs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneSpring {
+    /// Stiffness \[N/m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<f64>,
+    /// Damping along the spring \[N s/m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<f64>,
+}
+
+/// Coefficients of the force of the air on a triangle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneAerodynamics {
+    /// Pressure drag coefficient, dimensionless; 1.28 for a flat plate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pressure: Option<f64>,
+    /// Skin friction coefficient, dimensionless.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+}

@@ -1,0 +1,99 @@
+//! The description of a scene: plain data, the same for every file format.
+
+mod cloth;
+mod collider;
+mod colour;
+mod contact;
+mod environment;
+mod event;
+mod material;
+mod origin;
+mod pin;
+mod rotation;
+mod simulation;
+mod view;
+
+use serde::{Deserialize, Serialize};
+
+pub use cloth::{SceneCloth, SceneGeometry, SceneGrid, SceneMesh, SceneStencil};
+pub use collider::{SceneCollider, SceneKeyframe, SceneShape};
+pub use colour::SceneColour;
+pub use contact::{SceneContact, SceneContactResponse};
+pub use environment::{SceneField, SceneGust, SceneWind};
+pub use event::{SceneAction, SceneEvent};
+pub use material::{SceneAerodynamics, SceneMass, SceneMaterial, SceneSpring};
+pub use origin::SceneOrigin;
+pub use pin::ScenePin;
+pub use rotation::SceneRotation;
+pub use simulation::{
+    ScenePrecision, SceneSimulation, SceneSolver, SceneSpringClass, SceneStrainLimit,
+};
+pub use view::SceneView;
+
+/// All that a scene file says.
+///
+/// Nothing is checked here but the kinds of the values; [`Scene::compile`] checks the rest.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Name of the scene.
+    pub name: String,
+    /// What it shows, in words.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub description: String,
+    /// Gravity \[m/s^2\]; (0, 0, -9.81) if the file does not say.
+    #[serde(default = "gravity_standard")]
+    pub gravity: [f64; 3],
+    /// Frames, time step, solver.
+    #[serde(default)]
+    pub simulation: SceneSimulation,
+    /// The cloths, at least one.
+    #[serde(default, rename = "cloth", skip_serializing_if = "Vec::is_empty")]
+    pub cloths: Vec<SceneCloth>,
+    /// Solid obstacles.
+    #[serde(default, rename = "collider", skip_serializing_if = "Vec::is_empty")]
+    pub colliders: Vec<SceneCollider>,
+    /// Force fields beside gravity.
+    #[serde(default, rename = "field", skip_serializing_if = "Vec::is_empty")]
+    pub fields: Vec<SceneField>,
+    /// The air and its wind; without it there is no aerodynamic force.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wind: Option<SceneWind>,
+    /// Contact of cloths with themselves and each other; without it they pass through.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<SceneContact>,
+    /// What happens to pins in the course of time.
+    #[serde(default, rename = "event", skip_serializing_if = "Vec::is_empty")]
+    pub events: Vec<SceneEvent>,
+    /// Camera for pictures.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub view: Option<SceneView>,
+    /// Where the scene was read from.
+    #[serde(skip)]
+    pub origin: SceneOrigin,
+}
+
+impl Scene {
+    /// A scene without cloth, under standard gravity.
+    #[must_use]
+    pub fn new(name: &str) -> Self {
+        Self {
+            name: name.into(),
+            description: String::new(),
+            gravity: gravity_standard(),
+            simulation: SceneSimulation::default(),
+            cloths: Vec::new(),
+            colliders: Vec::new(),
+            fields: Vec::new(),
+            wind: None,
+            contact: None,
+            events: Vec::new(),
+            view: None,
+            origin: SceneOrigin::default(),
+        }
+    }
+}
+
+const fn gravity_standard() -> [f64; 3] {
+    [0.0, 0.0, -9.81]
+}

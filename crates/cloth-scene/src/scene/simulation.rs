@@ -1,0 +1,93 @@
+//! How long and how finely a scene is simulated.
+
+use serde::{Deserialize, Serialize};
+
+/// Frames, time step and solver.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SceneSimulation {
+    /// Number of frames; 150 if not given.
+    pub frames: u32,
+    /// Frames in a second of simulated time \[Hz\]; 30 if not given.
+    pub frames_per_second: f64,
+    /// Length of a substep \[s\]; 0.001 if not given.
+    pub time_step: f64,
+    /// How the state is advanced.
+    pub solver: SceneSolver,
+    /// Precision of the arithmetic.
+    pub precision: ScenePrecision,
+    /// Relative elongation of a spring above which the run counts as diverged; 10 if not given.
+    pub strain_bound: f64,
+    /// Strain limiting after every substep; off if not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub strain_limit: Option<SceneStrainLimit>,
+}
+
+impl Default for SceneSimulation {
+    fn default() -> Self {
+        Self {
+            frames: 150,
+            frames_per_second: 30.0,
+            time_step: 1e-3,
+            solver: SceneSolver::default(),
+            precision: ScenePrecision::default(),
+            strain_bound: 10.0,
+            strain_limit: None,
+        }
+    }
+}
+
+/// How the state is advanced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum SceneSolver {
+    /// Symplectic Euler.
+    #[default]
+    Explicit,
+}
+
+/// Precision of the arithmetic.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ScenePrecision {
+    /// 32-bit floating point.
+    #[default]
+    F32,
+    /// 64-bit floating point.
+    F64,
+}
+
+/// Springs that are too long are shortened after every substep.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SceneStrainLimit {
+    /// Largest length in units of the rest length, at least 1; 1.1 if not given.
+    pub ratio: f64,
+    /// Sweeps over all springs in each substep; 1 if not given.
+    pub sweeps: u32,
+    /// Classes of springs that are limited; stretch and shear if not given.
+    pub classes: Vec<SceneSpringClass>,
+}
+
+impl Default for SceneStrainLimit {
+    fn default() -> Self {
+        Self {
+            ratio: 1.1,
+            sweeps: 1,
+            classes: vec![SceneSpringClass::Stretch, SceneSpringClass::Shear],
+        }
+    }
+}
+
+/// What a spring is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SceneSpringClass {
+    /// Along the threads, or along the edges of a triangle mesh.
+    Stretch,
+    /// Across the diagonals of a grid.
+    Shear,
+    /// Across two threads, or between the vertices opposite to an edge.
+    Bend,
+}

@@ -1,0 +1,152 @@
+//! What a writer of scenes is told.
+
+use cloth_scene::{CompileOptions, Scene, SceneError};
+
+const VALID: &str = r#"name = "test"
+
+[simulation]
+frames = 10
+time_step = 0.001
+
+[[cloth]]
+name = "sheet"
+pins = [0, "top-left"]
+velocity = [0, 0, 0]
+
+[cloth.geometry.grid]
+columns = 5
+rows = 4
+spacing = 0.1
+
+[cloth.material]
+preset = "jersey"
+thickness = 0.002
+mass.per_area = 0.2
+stretch.stiffness = 20
+
+[[collider]]
+name = "ball"
+shape.sphere.radius = 0.3
+friction = 0.5
+restitution = 0.1
+
+[[collider.motion]]
+time = 1.0
+translation = [0, 0, 1]
+
+[contact]
+distance = 0.05
+response.impulse = { friction = 0.2 }
+
+[wind]
+velocity = [1, 0, 0]
+
+[[event]]
+time = 0.5
+cloth = "sheet"
+pins = [0]
+action = "release"
+
+[view]
+eye = [1, 1, 1]
+target = [0, 0, 0]
+"#;
+
+fn failure(text: &str) -> String {
+    let result = Scene::from_toml(text, "test.toml")
+        .and_then(|scene| scene.compile(&CompileOptions::default()));
+    match result {
+        Ok(_) => panic!("no error for:\n{text}"),
+        Err(error) => error.to_string(),
+    }
+}
+
+/// The message after `from` has become `to`; the last line of the change must be in it.
+#[track_caller]
+fn changed(from: &str, to: &str, expected: &str) {
+    assert_eq!(VALID.matches(from).count(), 1, "{from} must be there once");
+    let text = VALID.replace(from, to);
+    let message = failure(&text);
+    assert!(message.contains(expected), "{message}\nshould say: {expected}");
+    let offset = VALID.find(from).unwrap_or_default();
+    let line = 1 + VALID[..offset].matches('\n').count() + to.matches('\n').count();
+    let place = format!("scene file `test.toml`, line {line}, column ");
+    assert!(message.starts_with(&place), "{message}\nshould start with: {place}");
+    assert_eq!(message.trim_end().lines().count(), 1, "{message}");
+}
+
+#[test]
+fn the_unchanged_scene_is_valid() {
+    Scene::from_toml(VALID, "test.toml").unwrap().compile(&CompileOptions::default()).unwrap();
+}
+
+#[test]
+fn unknown_words_have_suggestions() {
+    changed("spacing = 0.1", "spacin = 0.1", "unknown key `spacin`; did you mean `spacing`?");
+    changed("stretch.stiffness", "stretch.stifness", "did you mean `stiffness`?");
+    changed("shape.sphere.radius", "shape.spere.radius", "did you mean `sphere`?");
+    changed("[contact]", "[contct]", "unknown key `contct`; did you mean `contact`?");
+    changed("\"jersey\"", "\"jersy\"", "unknown material preset `jersy`; did you mean `jersey`?");
+    changed("\"top-left\"", "\"topleft\"", "did you mean `top-left`?");
+    changed("cloth = \"sheet\"", "cloth = \"shet\"", "unknown cloth `shet`; did you mean `sheet`?");
+    changed("\"release\"", "\"relase\"", "did you mean `release`?");
+}
+
+#[test]
+fn syntax_errors_have_a_line() {
+    changed("frames = 10", "frames = = 10", "correct the text there");
+    changed("columns = 5", "columns = \"five\"", "invalid type");
+    changed("columns = 5", "columns = -5", "-5");
+    changed("pins = [0, ", "pins = [0.5, ", "the index of a particle or the name of a set");
+    changed("pins = [0, ", "pins = [-1, ", "the index of a particle or the name of a set");
+    changed("spacing = 0.1", "spacing = 0.1\nstencil = 12\nstencil = 24", "duplicate key");
+}
+
+#[test]
+fn numbers_are_finite() {
+    changed("time_step = 0.001", "time_step = nan", "`simulation.time_step` is nan");
+    changed("velocity = [0, 0, 0]", "velocity = [0, 0, -inf]", "`cloth[0].velocity[2]` is -inf");
+}
+
+#[test]
+fn values_are_checked_with_their_line() {
+    changed("frames = 10", "frames = 0", "at least one frame");
+    changed("time_step = 0.001", "time_step = 0", "greater than zero");
+    changed("time_step = 0.001", "time_step = 1e-12", "substeps");
+    changed("columns = 5", "columns = 1", "`cloth[0].geometry.grid.columns` is 1");
+    changed("rows = 4", "rows = 0", "`cloth[0].geometry.grid.rows` is 0");
+    changed("spacing = 0.1", "spacing = -0.1", "spacing of cloth \"sheet\" is -0.1");
+    changed("thickness = 0.002", "thickness = 0", "thickness of cloth \"sheet\" is 0");
+    changed("mass.per_area = 0.2", "mass.per_area = -1", "mass per area of cloth \"sheet\" is -1");
+    changed("stretch.stiffness = 20", "stretch.stiffness = -3", "stretch stiffness");
+    changed("radius = 0.3", "radius = 0", "radius of collider \"ball\" is 0");
+    changed("friction = 0.5", "friction = -1", "friction of collider \"ball\" is -1");
+    changed("restitution = 0.1", "restitution = 2", "between 0 and 1");
+    changed("distance = 0.05", "distance = 0", "distance of the self-contact is 0");
+    changed("{ friction = 0.2 }", "{ friction = -2 }", "friction of the self-contact is -2");
+    changed("pins = [0, ", "pins = [20, ", "pin 20 does not exist, there are 20 particles");
+    changed("time = 1.0", "time = 0.0", "greater than zero");
+    changed("pins = [0]", "pins = [1]", "no pin of cloth \"sheet\" is held there");
+    changed("target = [0, 0, 0]", "target = [1, 1, 1]", "is where the eye is");
+    changed("velocity = [1, 0, 0]", "velocity = [1, 0, 0]\ndensity = -1", "density of the air");
+}
+
+#[test]
+fn a_text_that_is_no_unicode_has_a_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    std::fs::write(&path, b"name = \"x\"\n\n# \xff").unwrap();
+    let message = Scene::read(&path).unwrap_err().to_string();
+    assert!(message.contains("line 3, column 3: the text is not UTF-8"), "{message}");
+    let missing = Scene::read(&folder.path().join("none.toml")).unwrap_err();
+    assert!(matches!(missing, SceneError::Read { .. }), "{missing}");
+}
+
+#[test]
+fn the_same_name_twice_points_at_the_second() {
+    let second = "\n[[cloth]]\nname = \"sheet\"\ngeometry.grid = { columns = 2, rows = 2, spacing = 1 }\nmaterial.preset = \"denim\"\n";
+    let message = failure(&format!("{VALID}{second}"));
+    let line = VALID.lines().count() + 3;
+    assert!(message.contains(&format!("line {line}, ")), "{message}");
+    assert!(message.contains("two cloths are called \"sheet\""), "{message}");
+}
