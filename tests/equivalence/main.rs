@@ -1,0 +1,7 @@
+//! Every backend computes what NUMERICS.md says, stage by stage and as a whole.
+
+mod invariants;
+mod negative_control;
+mod reproducibility;
+mod stages;
+mod trajectory;

@@ -1,0 +1,25 @@
+//! Tens of substeps without contact.
+
+use harness::{
+    checks,
+    models::{Contact, Deformation, description},
+    runner::for_all,
+};
+use proptest::strategy::Strategy;
+
+#[test]
+fn trajectories_stay_within_the_bound_of_their_rounding_errors() {
+    let cases = description().prop_map(|mut description| {
+        description.contact = Contact::Off;
+        description.colliders = 0;
+        // It turns an error of position into one of velocity, larger by 1/h, for every colour: after
+        // a few substeps the bound would say nothing.
+        description.strain_limit = false;
+        // A spring of no length has no direction that an error could be bounded by.
+        if matches!(description.deformation, Deformation::Coinciding) {
+            description.deformation = Deformation::Jitter;
+        }
+        description
+    });
+    for_all(24, &cases, |candidate, case| checks::trajectory(candidate, case, 20));
+}

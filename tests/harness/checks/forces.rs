@@ -1,0 +1,77 @@
+//! Stages that add to the forces.
+
+use cloth_core::Kernels;
+
+use crate::{
+    Verdict, backends::Candidate, models::Description, stages, tracked::TrackedVector,
+    verdict::compare,
+};
+
+fn forces(kernels: &mut dyn Kernels) -> cloth_core::Result<Vec<[f64; 3]>> {
+    let mut forces = Vec::new();
+    kernels.forces_read(&mut forces)?;
+    Ok(forces)
+}
+
+/// `field_forces` against NUMERICS §3.
+///
+/// # Errors
+/// What is wrong.
+pub fn field_forces(candidate: &Candidate, description: &Description) -> Verdict {
+    let case = description.case(candidate);
+    let mut kernels = case.kernels(candidate)?;
+    kernels.field_forces()?;
+    let expected = stages::field_forces(&case.model, &case.particles());
+    compare(candidate, "field force", &expected, &forces(&mut *kernels)?, &[])
+}
+
+/// `spring_forces` against NUMERICS §2.
+///
+/// # Errors
+/// What is wrong.
+pub fn spring_forces(candidate: &Candidate, description: &Description) -> Verdict {
+    let case = description.case(candidate);
+    let mut kernels = case.kernels(candidate)?;
+    kernels.field_forces()?;
+    // What the fields left is taken as it is, so that only this stage is judged.
+    let mut expected: Vec<_> =
+        forces(&mut *kernels)?.into_iter().map(TrackedVector::exact).collect();
+    kernels.spring_forces()?;
+    stages::spring_forces(&case.model, &case.particles(), &mut expected);
+    compare(candidate, "spring force", &expected, &forces(&mut *kernels)?, &[])
+}
+
+/// `aerodynamic_forces` against NUMERICS §3.
+///
+/// # Errors
+/// What is wrong.
+pub fn aerodynamic_forces(candidate: &Candidate, description: &Description) -> Verdict {
+    let case = description.case(candidate);
+    let mut kernels = case.kernels(candidate)?;
+    kernels.field_forces()?;
+    let mut expected: Vec<_> =
+        forces(&mut *kernels)?.into_iter().map(TrackedVector::exact).collect();
+    let substep = case.substep();
+    kernels.aerodynamic_forces(&substep)?;
+    let wind = substep.wind_velocity;
+    stages::aerodynamic_forces(&case.model, &case.particles(), wind, &mut expected);
+    compare(candidate, "force of the air", &expected, &forces(&mut *kernels)?, &[])
+}
+
+/// `contact_forces` against NUMERICS §8.
+///
+/// # Errors
+/// What is wrong.
+pub fn contact_forces(candidate: &Candidate, description: &Description) -> Verdict {
+    let case = description.case(candidate);
+    let mut kernels = case.kernels(candidate)?;
+    kernels.field_forces()?;
+    let mut expected: Vec<_> =
+        forces(&mut *kernels)?.into_iter().map(TrackedVector::exact).collect();
+    kernels.contact_candidates()?;
+    kernels.contact_forces()?;
+    let mut particles = case.particles();
+    stages::contact_forces(&case.model, &mut particles, &mut expected, candidate.epsilon());
+    let found = forces(&mut *kernels)?;
+    compare(candidate, "contact force", &expected, &found, &particles.uncertain)
+}

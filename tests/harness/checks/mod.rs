@@ -1,0 +1,27 @@
+//! One check for each stage and each property of whole simulations.
+//!
+//! A check answers with a [`Verdict`](crate::Verdict), it does not panic: the tests want `Ok` from
+//! every backend, the negative controls want an `Err` from a wrong one.
+
+mod contact_pairs;
+mod forces;
+mod fused;
+mod invariants;
+mod motion;
+mod outputs;
+mod reproducibility;
+mod scenario;
+mod trajectory;
+
+pub use contact_pairs::{
+    contact_candidates, contact_candidates_after_moves, contact_candidates_of_approaching_sheets,
+    contact_candidates_reused,
+};
+pub use forces::{aerodynamic_forces, contact_forces, field_forces, spring_forces};
+pub use fused::explicit_substep;
+pub use invariants::invariants;
+pub use motion::{collider_response, contact_impulses, integrate_explicit, strain_limit};
+pub use outputs::{measure, vertex_normals};
+pub use reproducibility::{resumes_with_same_bits, same_bits};
+pub use scenario::Scenario;
+pub use trajectory::trajectory;

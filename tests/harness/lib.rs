@@ -1,0 +1,22 @@
+//! What the tests of the engine share.
+//!
+//! - [`backends`]: the backends under test;
+//! - [`models`]: generators of models and states;
+//! - [`stages`]: every stage of NUMERICS.md once more, as plain loops, on numbers that carry a
+//!   bound of their rounding error ([`tracked`]);
+//! - [`checks`]: one check for each stage and property, which answers with a [`Verdict`], so that
+//!   the negative controls can assert that a wrong backend is found out;
+//! - [`perturbed`]: the wrong backends.
+
+pub mod backends;
+pub mod bits;
+pub mod checks;
+pub mod models;
+pub mod perturbed;
+pub mod random;
+pub mod runner;
+pub mod stages;
+pub mod tracked;
+pub mod verdict;
+
+pub use verdict::Verdict;

@@ -1,0 +1,123 @@
+//! Cloths from their descriptions.
+
+use cloth_core::{
+    Aerodynamics, Cloth, Geometry, GridPatch, Mass, Material, SpringCoefficients, Stencil,
+};
+use glam::DQuat;
+
+use super::{description::Piece, mesh::irregular_mesh, network::random_network};
+use crate::random::Random;
+
+/// A material with all springs alike and no damping, `mass` \[kg\] for each particle.
+#[must_use]
+pub fn material(mass: f64, stiffness: f64, thickness: f64) -> Material {
+    let springs = SpringCoefficients { stiffness, damping: 0.0 };
+    Material {
+        mass: Mass::PerParticle(mass),
+        stretch: springs,
+        shear: springs,
+        bend: springs,
+        aerodynamics: Aerodynamics::default(),
+        thickness,
+    }
+}
+
+/// A patch as a cloth.
+#[must_use]
+pub fn grid_cloth(name: &str, patch: GridPatch, material: Material) -> Cloth {
+    Cloth {
+        name: name.into(),
+        geometry: Geometry::Grid(patch),
+        material,
+        pins: Vec::new(),
+        velocity: [0.0; 3],
+    }
+}
+
+/// The cloth that a piece describes, within a few spacings of `centre` \[m\].
+pub(super) fn cloth(
+    piece: Piece,
+    name: String,
+    spacing: f64,
+    centre: [f64; 3],
+    pinned: bool,
+    random: &mut Random,
+) -> Cloth {
+    let origin = {
+        let [dx, dy, dz] = random.vector(3.0 * spacing);
+        [centre[0] + dx, centre[1] + dy, centre[2] + dz]
+    };
+    let geometry = match piece {
+        Piece::Grid { columns, rows, stencil } => {
+            Geometry::Grid(grid([columns, rows], stencil, spacing, origin, random))
+        }
+        Piece::Mesh { columns, rows, holes } => {
+            let mut mesh = irregular_mesh([columns, rows], spacing, holes, random);
+            shift(&mut mesh.positions, origin);
+            Geometry::Mesh(mesh)
+        }
+        Piece::Network { particles, springs } => {
+            let mut network = random_network(particles, springs, spacing, random);
+            shift(&mut network.positions, origin);
+            Geometry::Network(network)
+        }
+    };
+    let particles = geometry.particle_count() as u32;
+    let is_network = matches!(geometry, Geometry::Network(_));
+    Cloth {
+        name,
+        geometry,
+        material: random_material(is_network, random),
+        pins: (0..particles).filter(|_| pinned && random.chance(0.1)).collect(),
+        velocity: random.vector(1.0),
+    }
+}
+
+fn shift(positions: &mut [[f64; 3]], origin: [f64; 3]) {
+    for position in positions {
+        *position = std::array::from_fn(|k| position[k] + origin[k]);
+    }
+}
+
+fn grid(
+    [columns, rows]: [u32; 2],
+    stencil: Stencil,
+    spacing: f64,
+    origin: [f64; 3],
+    random: &mut Random,
+) -> GridPatch {
+    let turn = DQuat::from_axis_angle(random.direction().into(), random.between(0.0, 6.0));
+    GridPatch {
+        columns,
+        rows,
+        spacing: [spacing, spacing * random.between(0.7, 1.4)],
+        origin,
+        column_axis: (turn * glam::DVec3::X).into(),
+        row_axis: (turn * glam::DVec3::Y).into(),
+        stencil,
+    }
+}
+
+fn random_material(is_network: bool, random: &mut Random) -> Material {
+    let mut springs = || SpringCoefficients {
+        stiffness: random.logarithmic(1.0, 100.0),
+        damping: random.between(0.0, 0.05),
+    };
+    let [stretch, shear, bend] = [springs(), springs(), springs()];
+    let mass = if is_network || random.chance(0.3) {
+        Mass::PerParticle(random.logarithmic(1e-3, 1e-2))
+    } else {
+        Mass::PerArea(random.between(0.1, 0.4))
+    };
+    Material {
+        mass,
+        stretch,
+        shear,
+        bend,
+        aerodynamics: Aerodynamics {
+            pressure: random.between(0.0, 1.5),
+            friction: random.between(0.0, 0.1),
+        },
+        thickness: random.logarithmic(1e-3, 2e-2),
+    }
+}

@@ -1,0 +1,87 @@
+//! Colliders, fields, air and contact.
+
+use cloth_core::{Air, Collider, ColliderShape, ContactResponse, Field, Gust, Pose, SelfContact};
+use glam::DQuat;
+
+use super::description::Contact;
+use crate::random::Random;
+
+/// A rotation and a place within `size` \[m\] of `centre` \[m\].
+pub(super) fn random_pose(centre: [f64; 3], size: f64, random: &mut Random) -> Pose {
+    let offset = random.vector(size);
+    let turn = DQuat::from_axis_angle(random.direction().into(), random.between(0.0, 6.0));
+    Pose {
+        translation: std::array::from_fn(|k| centre[k] + offset[k]),
+        rotation: turn.normalize().into(),
+    }
+}
+
+/// A pose not far from another one: where a collider is a frame later.
+pub(super) fn pose_nearby(pose: &Pose, random: &mut Random) -> Pose {
+    let step = random.vector(0.02);
+    let turn = DQuat::from_axis_angle(random.direction().into(), random.between(0.0, 0.1));
+    let rotation = (turn * DQuat::from_array(pose.rotation)).normalize();
+    Pose {
+        translation: std::array::from_fn(|k| pose.translation[k] + step[k]),
+        rotation: rotation.into(),
+    }
+}
+
+/// The collider with this number; four in a row have all four shapes.
+pub(super) fn collider(number: usize, centre: [f64; 3], random: &mut Random) -> Collider {
+    let mut size = || random.between(0.05, 0.2);
+    let shape = match number % 4 {
+        0 => ColliderShape::Sphere { radius: size() },
+        1 => ColliderShape::Box { half_extents: [size(), size(), size()] },
+        2 => ColliderShape::Capsule { half_length: size(), radius: size() },
+        _ => ColliderShape::Plane,
+    };
+    Collider {
+        name: format!("collider {number}"),
+        shape,
+        pose: random_pose(centre, 0.3, random),
+        friction: random.between(0.0, 1.0),
+        restitution: random.between(0.0, 1.0),
+    }
+}
+
+/// A field: uniform and drag in turns.
+pub(super) fn field(number: usize, random: &mut Random) -> Field {
+    if number.is_multiple_of(2) {
+        Field::Drag { rate: [0, 1, 2].map(|_| random.between(0.0, 2.0)) }
+    } else {
+        Field::Uniform { acceleration: random.vector(5.0) }
+    }
+}
+
+/// Air with a wind and gusts.
+pub(super) fn air(random: &mut Random) -> Air {
+    Air {
+        density: random.between(0.5, 1.5),
+        wind_velocity: random.vector(5.0),
+        gust: Some(Gust {
+            amplitude: random.between(0.0, 1.0),
+            frequency: random.between(0.1, 5.0),
+        }),
+    }
+}
+
+/// Contact at about one `spacing` \[m\].
+pub(super) fn self_contact(
+    contact: Contact,
+    spacing: f64,
+    random: &mut Random,
+) -> Option<SelfContact> {
+    let response = match contact {
+        Contact::Off => return None,
+        Contact::Impulse => ContactResponse::Impulse {
+            restitution: random.between(0.0, 1.0),
+            friction: random.between(0.0, 1.0),
+        },
+        Contact::Penalty => ContactResponse::Penalty {
+            stiffness: random.logarithmic(1.0, 100.0),
+            damping: random.between(0.0, 0.05),
+        },
+    };
+    Some(SelfContact { distance: spacing * random.between(0.5, 1.3), response })
+}

@@ -1,0 +1,86 @@
+//! Backends that are wrong on purpose, to prove that the checks can fail.
+
+mod kernels;
+
+use std::sync::{
+    Arc,
+    atomic::{AtomicU64, Ordering},
+};
+
+use cloth_core::{
+    Backend, BackendInfo, Kernels, Model, Result, Solver, SolverConfig, stepper::SteppedSolver,
+};
+
+use self::kernels::PerturbedKernels;
+
+/// What is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Defect {
+    /// What the stage changes, it changes by a ten-thousandth too much.
+    Scaled(Stage),
+    /// The first pair in contact is overlooked.
+    ContactPairDropped,
+    /// The fused substep is not the same as its stages.
+    FusedDiffers,
+    /// Every run differs a little from the one before.
+    RunsDiffer,
+}
+
+/// A stage that can be perturbed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// `field_forces`
+    FieldForces,
+    /// `spring_forces`
+    SpringForces,
+    /// `aerodynamic_forces`
+    AerodynamicForces,
+    /// `contact_forces`
+    ContactForces,
+    /// `integrate_explicit`
+    IntegrateExplicit,
+    /// `contact_impulses`
+    ContactImpulses,
+    /// `strain_limit`
+    StrainLimit,
+    /// `collider_response`
+    ColliderResponse,
+    /// `vertex_normals`
+    VertexNormals,
+    /// `measure`
+    Measure,
+}
+
+/// A backend with a defect.
+pub struct PerturbedBackend<B> {
+    inner: B,
+    defect: Defect,
+    runs: AtomicU64,
+}
+
+impl<B: Backend> PerturbedBackend<B> {
+    /// `inner` with a defect.
+    pub const fn new(inner: B, defect: Defect) -> Self {
+        Self { inner, defect, runs: AtomicU64::new(0) }
+    }
+
+    fn kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<PerturbedKernels> {
+        let run = self.runs.fetch_add(1, Ordering::Relaxed);
+        let inner = self.inner.create_kernels(model, config)?;
+        Ok(PerturbedKernels::new(inner, self.defect, run))
+    }
+}
+
+impl<B: Backend> Backend for PerturbedBackend<B> {
+    fn info(&self) -> &BackendInfo {
+        self.inner.info()
+    }
+
+    fn create_solver(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Solver>> {
+        Ok(Box::new(SteppedSolver::new(self.kernels(model, config)?)?))
+    }
+
+    fn create_kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Kernels>> {
+        Ok(Box::new(self.kernels(model, config)?))
+    }
+}

@@ -1,0 +1,41 @@
+//! Running a check on many generated cases.
+
+use proptest::{
+    strategy::Strategy,
+    test_runner::{Config, RngSeed, TestCaseError, TestRunner},
+};
+
+use crate::{
+    Verdict,
+    backends::{Candidate, candidates},
+};
+
+/// Runs `check` on `count` cases for every candidate, and reports the simplest one that fails.
+///
+/// The cases are the same on every run, so that a failure is always seen again;
+/// `PROPTEST_RNG_SEED` gives other ones and `PROPTEST_CASES` more of them.
+///
+/// # Panics
+/// If a case fails.
+pub fn for_all<S: Strategy>(
+    count: u32,
+    strategy: &S,
+    check: impl Fn(&Candidate, &S::Value) -> Verdict,
+) {
+    let mut config = Config { failure_persistence: None, ..Config::default() };
+    if std::env::var_os("PROPTEST_CASES").is_none() {
+        config.cases = count;
+    }
+    if config.rng_seed == RngSeed::Random {
+        config.rng_seed = RngSeed::Fixed(1995);
+    }
+    let outcome = TestRunner::new(config).run(strategy, |case| {
+        for candidate in candidates() {
+            check(candidate, &case).map_err(|failure| TestCaseError::fail(failure.0))?;
+        }
+        Ok(())
+    });
+    if let Err(error) = outcome {
+        panic!("{error}");
+    }
+}

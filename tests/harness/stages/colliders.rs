@@ -1,0 +1,159 @@
+//! NUMERICS §7: contact with solid shapes.
+
+use cloth_core::{ColliderShape, Model, stepper::ColliderState};
+
+use super::{ONE, Particles, ZERO};
+use crate::tracked::{Tracked, TrackedVector};
+
+/// Signed distance and normal of a shape, in its local frame.
+struct Surface {
+    distance: Tracked,
+    normal: TrackedVector,
+    /// Rounding decides which normal it is.
+    uncertain: bool,
+}
+
+fn axis(k: usize, sign: f64) -> TrackedVector {
+    TrackedVector::exact(std::array::from_fn(|m| if m == k { sign } else { 0.0 }))
+}
+
+/// A ball of this radius around the origin of `offset`; `fallback` is the normal in its centre.
+fn ball(offset: TrackedVector, radius: f64, fallback: TrackedVector, epsilon: f64) -> Surface {
+    let length = offset.length();
+    let is_centre = length.value == 0.0;
+    Surface {
+        distance: length - Tracked::rounded(radius),
+        normal: if is_centre { fallback } else { offset.divided(length) },
+        uncertain: length.error > 0.0 && length.is_close(ZERO, epsilon),
+    }
+}
+
+fn surface(shape: &ColliderShape, local: TrackedVector, epsilon: f64) -> Surface {
+    match *shape {
+        ColliderShape::Plane => {
+            Surface { distance: local.0[2], normal: axis(2, 1.0), uncertain: false }
+        }
+        ColliderShape::Sphere { radius } => ball(local, radius, axis(2, 1.0), epsilon),
+        ColliderShape::Capsule { half_length, radius } => {
+            let end = Tracked::rounded(half_length);
+            let [x, y, z] = local.0;
+            let nearest = z.max(-end).min(end);
+            ball(TrackedVector([x, y, z - nearest]), radius, axis(0, 1.0), epsilon)
+        }
+        ColliderShape::Box { half_extents } => {
+            let extents = TrackedVector::rounded(half_extents);
+            let outside = local.each(extents, |p, h| p.abs() - h);
+            let signs = local.0.map(|p| if p.value < 0.0 { -1.0 } else { 1.0 });
+            if outside.0.iter().any(|q| q.value > 0.0) {
+                let beyond = TrackedVector(outside.0.map(|q| q.max(ZERO)));
+                let length = beyond.length();
+                let direction = beyond.divided(length);
+                let signs = TrackedVector::exact(signs);
+                let normal = direction.each(signs, |n, s| n * s);
+                return Surface { distance: length, normal, uncertain: false };
+            }
+            let nearest =
+                (1..3).fold(
+                    0,
+                    |best, k| {
+                        if outside.0[k].value > outside.0[best].value { k } else { best }
+                    },
+                );
+            let rival =
+                |k: usize| k != nearest && outside.0[k].is_close(outside.0[nearest], epsilon);
+            Surface {
+                distance: outside.0[nearest],
+                normal: axis(nearest, signs[nearest]),
+                uncertain: (0..3).any(rival) || local.0[nearest].is_close(ZERO, epsilon),
+            }
+        }
+    }
+}
+
+/// The surface of a collider as seen from `position`, normal in world coordinates.
+fn surface_at(
+    shape: &ColliderShape,
+    collider: &ColliderState,
+    position: TrackedVector,
+    epsilon: f64,
+) -> Surface {
+    let rows = collider.rotation.map(TrackedVector::rounded);
+    let arm = position - TrackedVector::rounded(collider.translation);
+    let columns: [TrackedVector; 3] =
+        std::array::from_fn(|k| TrackedVector(std::array::from_fn(|row| rows[row].0[k])));
+    let local = TrackedVector(columns.map(|column| column.dot(arm)));
+    let mut surface = surface(shape, local, epsilon);
+    surface.normal = TrackedVector(rows.map(|row| row.dot(surface.normal)));
+    surface
+}
+
+fn half_thickness(model: &Model, particle: usize) -> Tracked {
+    Tracked::rounded(0.5 * model.cloths()[model.cloth_of(particle as u32)].thickness)
+}
+
+/// Pushes particles out of the colliders, one collider after the other, with Coulomb friction.
+pub fn collider_response(
+    model: &Model,
+    particles: &mut Particles,
+    colliders: &[ColliderState],
+    epsilon: f64,
+) {
+    for i in 0..particles.len() {
+        if particles.inverse_masses[i].value == 0.0 {
+            continue;
+        }
+        let reach = half_thickness(model, i);
+        for (description, collider) in model.colliders().iter().zip(colliders) {
+            let surface = surface_at(&description.shape, collider, particles.positions[i], epsilon);
+            particles.uncertain[i] |= surface.distance.is_close(reach, epsilon);
+            if surface.distance.value >= reach.value {
+                continue;
+            }
+            particles.uncertain[i] |= surface.uncertain;
+            let normal = surface.normal;
+            particles.positions[i] += normal.scaled(reach - surface.distance);
+            let [restitution, friction] =
+                [description.restitution, description.friction].map(Tracked::rounded);
+            let carried = TrackedVector::rounded(collider.linear_velocity)
+                + TrackedVector::rounded(collider.angular_velocity)
+                    .cross(particles.positions[i] - TrackedVector::rounded(collider.translation));
+            let relative = particles.velocities[i] - carried;
+            let approach = relative.dot(normal);
+            // Near zero rounding decides on the branch; both give nearly the same.
+            if approach.value < 0.0 || approach.is_close(ZERO, epsilon) {
+                let approach = approach.min(ZERO);
+                let tangential = relative - normal.scaled(approach);
+                let slip = tangential.length();
+                let kept = if slip.value > 0.0 {
+                    (ONE - friction * (ONE + restitution) * approach.abs() / slip).max(ZERO)
+                } else {
+                    ZERO
+                };
+                particles.velocities[i] =
+                    carried - normal.scaled(restitution * approach) + tangential.scaled(kept);
+            }
+        }
+    }
+}
+
+/// Deepest intrusion of a free particle into the thickness around a collider; held ones are not
+/// moved by colliders.
+#[must_use]
+pub fn penetration_max(
+    model: &Model,
+    particles: &Particles,
+    colliders: &[ColliderState],
+    epsilon: f64,
+) -> Tracked {
+    let mut deepest = ZERO;
+    for (i, &position) in particles.positions.iter().enumerate() {
+        if particles.inverse_masses[i].value == 0.0 {
+            continue;
+        }
+        for (description, collider) in model.colliders().iter().zip(colliders) {
+            let surface = surface_at(&description.shape, collider, position, epsilon);
+            deepest = deepest.max(half_thickness(model, i) - surface.distance);
+        }
+    }
+    deepest
+}

@@ -1,0 +1,70 @@
+//! What a check answers.
+
+use std::fmt;
+
+use crate::{backends::Candidate, tracked::TrackedVector};
+
+/// `Ok` if the candidate passed, or what it did wrong.
+pub type Verdict = Result<(), Failure>;
+
+/// What a candidate did wrong.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Failure(pub String);
+
+impl fmt::Display for Failure {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.0)
+    }
+}
+
+impl From<cloth_core::Error> for Failure {
+    fn from(error: cloth_core::Error) -> Self {
+        Self(error.to_string())
+    }
+}
+
+/// `Ok` if `condition` holds, else the failure that `describe` words.
+///
+/// # Errors
+/// The failure.
+pub fn ensure(condition: bool, describe: impl FnOnce() -> String) -> Verdict {
+    if condition { Ok(()) } else { Err(Failure(describe())) }
+}
+
+/// Compares vectors, such as forces, with what the plain loops found; each component must be within
+/// its own bound. Entries for which `uncertain` is set are left out: for them rounding decides on
+/// which side of a threshold a particle is, and both answers are right.
+///
+/// # Errors
+/// The first component that is outside.
+pub fn compare(
+    candidate: &Candidate,
+    what: &str,
+    expected: &[TrackedVector],
+    found: &[[f64; 3]],
+    uncertain: &[bool],
+) -> Verdict {
+    ensure(expected.len() == found.len(), || {
+        format!("{}: {} {what}, expected {}", candidate.label, found.len(), expected.len())
+    })?;
+    for (i, (expected, found)) in expected.iter().zip(found).enumerate() {
+        if uncertain.get(i) == Some(&true) {
+            continue;
+        }
+        for (k, (expected, &found)) in expected.0.iter().zip(found).enumerate() {
+            let bound = candidate.tolerance(*expected);
+            // Written so that NaN fails.
+            let within = (expected.value - found).abs() <= bound;
+            ensure(within, || {
+                format!(
+                    "{}: {what} of particle {i}, component {k}: expected {:e}, found {found:e}, \
+                     difference {:e}, bound {bound:e}",
+                    candidate.label,
+                    expected.value,
+                    (expected.value - found).abs()
+                )
+            })?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,109 @@
+//! Hanging chains.
+
+use std::f64::consts::PI;
+
+use cloth_core::{Field, ModelBuilder};
+use harness::backends::{Candidate, candidates, reference};
+
+use crate::rig::{GRAVITY, advance, assert_close, build, chain, solver};
+
+/// Bessel function of the first kind and order zero, by its power series; for moderate `x`.
+fn bessel_j0(x: f64) -> f64 {
+    let quarter = x * x / 4.0;
+    let mut term = 1.0;
+    let mut sum = term;
+    for k in 1..60 {
+        term *= -quarter / f64::from(k * k);
+        sum += term;
+    }
+    sum
+}
+
+/// Frequency [rad/s] of small oscillations, started at rest in the shape of the mode with this zero
+/// of the Bessel function, found from the first times at which the mode passes zero.
+fn mode_frequency(candidate: &Candidate, zero: f64) -> f64 {
+    let links = 60_usize;
+    let spacing = 1.0 / links as f64;
+    let mass = 1e-3;
+    // Stretches by no more than a thousandth; the rest lengths allow for even that.
+    let weight = |below: usize| below as f64 * mass * GRAVITY;
+    let stiffness = 1000.0 * weight(links) / spacing;
+    // Particles in the middle of their links: the tension between two of them is then exactly that
+    // of the continuous chain.
+    let depth = |i: usize| if i == 0 { 0.0 } else { (i as f64 - 0.5) * spacing };
+    let shape = |i: usize| bessel_j0(zero * (1.0 - depth(i)).sqrt());
+    let positions: Vec<_> = (0..=links).map(|i| [0.0, 0.0, -depth(i)]).collect();
+    let rest_lengths: Vec<_> =
+        (0..links).map(|i| depth(i + 1) - depth(i) - weight(links - i) / stiffness).collect();
+    let mut cloth = chain(positions, &rest_lengths, mass, stiffness);
+    cloth.pins = vec![0];
+    let model = build(ModelBuilder::new().cloth(cloth));
+    let mut state = model.initial_state();
+    for i in 1..=links {
+        state.positions[i][0] = 1e-3 * shape(i);
+    }
+    let frame_substeps = 20;
+    let time_step = 0.5 * model.stable_time_step();
+    let mut solver = solver(candidate, &model, time_step);
+    solver.upload(&state).unwrap();
+    let mut crossings = Vec::new();
+    let [mut time, mut before] = [0.0, f64::NAN];
+    while crossings.len() < 3 {
+        let positions = advance(&mut *solver, frame_substeps, time_step).positions;
+        let frame = f64::from(frame_substeps) * time_step;
+        let now: f64 = (1..=links).map(|i| shape(i) * positions[i][0]).sum();
+        if before * now < 0.0 {
+            crossings.push(time + frame * before / (before - now));
+        }
+        time += frame;
+        before = now;
+        assert!(time < 10.0, "the chain does not swing");
+    }
+    PI / ((crossings[2] - crossings[0]) / 2.0)
+}
+
+/// Daniel Bernoulli (1733): the modes of a hanging chain of length L are J0(z_k sqrt(s/L)), s the
+/// height above the free end, with frequencies z_k/2 sqrt(g/L), z_k the zeros of J0 (Lamb 1910, "The
+/// Dynamical Theory of Sound", section 36).
+#[test]
+fn a_hanging_chain_swings_with_the_frequencies_of_bernoulli() {
+    let zeros = [2.404_825_557_695_773, 5.520_078_110_286_311, 8.653_727_912_911_013];
+    for (zero, expected) in zeros.into_iter().zip([1.2024, 2.7600, 4.3269]) {
+        let found = mode_frequency(reference(), zero) / GRAVITY.sqrt();
+        assert_close("omega sqrt(L/g)", found, expected, 0.01);
+    }
+}
+
+/// Leibniz, Huygens and Johann Bernoulli (1691): a chain of length 2 a sinh(b/2a) across a span b
+/// sags by a (cosh(b/2a) - 1): 0.50263 m for one of 1.5 m across 1 m.
+#[test]
+fn a_chain_between_two_points_hangs_in_the_catenary() {
+    let links = 60_usize;
+    let [span, length] = [1.0, 1.5];
+    let mass = 1e-3;
+    let spacing = length / links as f64;
+    let stiffness = 5000.0 * links as f64 * mass * GRAVITY / spacing;
+    // Start as a triangle.
+    let depth = (length * length - span * span).sqrt() / 2.0;
+    let positions: Vec<_> = (0..=links)
+        .map(|i| {
+            let fraction = i as f64 / links as f64;
+            [span * fraction, 0.0, -depth * (1.0 - (2.0 * fraction - 1.0).abs())]
+        })
+        .collect();
+    let mut cloth = chain(positions, &vec![spacing; links], mass, stiffness);
+    cloth.pins = vec![0, links as u32];
+    let drag = Field::Drag { rate: [8.0; 3] };
+    let model = build(ModelBuilder::new().field(drag).cloth(cloth));
+    let time_step = 0.8 * model.stable_time_step();
+    for candidate in candidates() {
+        let mut solver = solver(candidate, &model, time_step);
+        // The slowest mode decays with half the drag rate: e^-10 after 2.5 seconds.
+        let mut state = model.initial_state();
+        while state.time < 2.5 {
+            state = advance(&mut *solver, 1000, time_step);
+        }
+        let sag = -state.positions[links / 2][2];
+        assert_close("sag", sag, 0.50263, 0.005);
+    }
+}

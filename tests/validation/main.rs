@@ -1,0 +1,16 @@
+//! Whole simulations against answers that are known from mechanics, through the public solver.
+
+#![expect(clippy::unwrap_used, reason = "a rig that fails is a test that fails")]
+
+mod chain;
+mod colliders;
+mod control;
+mod convergence;
+mod energy;
+mod free_flight;
+mod friction;
+mod internal_forces;
+mod oscillator;
+mod rig;
+mod self_contact;
+mod stability;

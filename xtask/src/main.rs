@@ -1,0 +1,41 @@
+//! Tasks of the repository: `cargo xtask test`, `cargo xtask bench`, `cargo xtask ci`.
+
+mod bench;
+mod command;
+mod summary;
+mod test;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Tasks of the repository.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Run every check that a change must pass: format, lints, documentation, tests, a smoke run.
+    Test,
+    /// Run the benchmarks; arguments go to `cargo bench`.
+    Bench {
+        /// Arguments for `cargo bench`, such as a filter, or `-- --save-baseline before`.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<String>,
+    },
+    /// What continuous integration runs: the same as `test`.
+    Ci,
+}
+
+fn main() -> ExitCode {
+    let success = match Arguments::parse().task {
+        Task::Test | Task::Ci => test::run(),
+        // As they were typed: clap drops a leading `--`, which means something to cargo.
+        Task::Bench { .. } => bench::run(std::env::args_os().skip(2)),
+    };
+    if success { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}

@@ -1,0 +1,61 @@
+//! `cargo xtask test`: every check, the next one even if one failed.
+
+use std::{fs, time::Instant};
+
+use crate::{
+    command::{self, cargo},
+    summary::{StepOutcome, Summary},
+};
+
+/// A check by name.
+type Step = (&'static str, fn() -> Result<(), String>);
+
+const STEPS: [Step; 5] = [
+    ("format", format),
+    ("lints", lints),
+    ("documentation", documentation),
+    ("tests", tests),
+    ("smoke run", smoke_run),
+];
+
+/// Runs all checks and prints the summary; whether all succeeded.
+pub(crate) fn run() -> bool {
+    let mut summary = Summary::default();
+    for (name, step) in STEPS {
+        println!("== {name}");
+        let start = Instant::now();
+        let failure = step().err();
+        summary.outcomes.push(StepOutcome { name, time: start.elapsed(), failure });
+    }
+    print!("{summary}");
+    summary.success()
+}
+
+fn format() -> Result<(), String> {
+    command::run(&mut cargo(&["fmt", "--all", "--check"]))
+}
+
+fn lints() -> Result<(), String> {
+    command::run(&mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
+}
+
+fn documentation() -> Result<(), String> {
+    command::run(cargo(&["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
+}
+
+/// Unit tests, the test package, and the examples in the documentation.
+fn tests() -> Result<(), String> {
+    command::run(&mut cargo(&["test", "--workspace", "--no-fail-fast"]))
+}
+
+/// The released program simulates a scene and leaves frames behind.
+fn smoke_run() -> Result<(), String> {
+    let folder = std::env::temp_dir().join(format!("cloth-smoke-{}", std::process::id()));
+    let mut command = cargo(&["run", "--release", "--package", "cloth-cli", "--"]);
+    let ran = command::run(command.args(["run", "drape", "--frames", "2", "--out"]).arg(&folder));
+    let files = fs::read_dir(&folder).map_or(0, Iterator::count);
+    // The folder may not exist if the run failed; that failure is the one to report.
+    let _ = fs::remove_dir_all(&folder);
+    ran?;
+    if files == 0 { Err("the run left no frame behind".into()) } else { Ok(()) }
+}
