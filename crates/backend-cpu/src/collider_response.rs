@@ -16,7 +16,6 @@ use crate::{
 pub(crate) struct ColliderAt<T> {
     shape: Shape<T>,
     translation: [T; 3],
-    rotation: [[T; 3]; 3],
     linear_velocity: [T; 3],
     angular_velocity: [T; 3],
     friction: T,
@@ -25,10 +24,43 @@ pub(crate) struct ColliderAt<T> {
 
 #[derive(Clone, Copy, Debug)]
 enum Shape<T> {
-    Plane,
-    Sphere { radius: T },
-    Capsule { half_length: T, radius: T },
-    Box { half_extents: [T; 3] },
+    Plane(Plane<T>),
+    Sphere(Sphere<T>),
+    Capsule(Capsule<T>),
+    Box(OrientedBox<T>),
+}
+
+/// Signed distance and normal (in the world) at a point relative to the origin of the collider.
+trait SignedDistance<T> {
+    fn distance(&self, point: [T; 3]) -> (T, [T; 3]);
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Plane<T> {
+    normal: [T; 3],
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Sphere<T> {
+    radius: T,
+    /// Normal at the centre.
+    fallback: [T; 3],
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Capsule<T> {
+    axis: [T; 3],
+    half_length: T,
+    radius: T,
+    /// Normal on the axis.
+    fallback: [T; 3],
+}
+
+#[derive(Clone, Copy, Debug)]
+struct OrientedBox<T> {
+    half_extents: [T; 3],
+    /// Local to world, row by row.
+    rotation: [[T; 3]; 3],
 }
 
 impl<T: Real> ColliderAt<T> {
@@ -36,97 +68,99 @@ impl<T: Real> ColliderAt<T> {
     pub(crate) fn fill(out: &mut Vec<Self>, model: &Model, plan: &FramePlan) {
         out.clear();
         for states in plan.colliders.chunks(plan.collider_count.max(1)) {
-            out.extend(model.colliders().iter().zip(states).map(|(collider, state)| {
-                let ColliderState { translation, rotation, linear_velocity, angular_velocity } =
-                    *state;
-                Self {
-                    shape: Shape::new(collider.shape),
-                    translation: translation.map(T::from_f64),
-                    rotation: rotation.map(|row| row.map(T::from_f64)),
-                    linear_velocity: linear_velocity.map(T::from_f64),
-                    angular_velocity: angular_velocity.map(T::from_f64),
-                    friction: T::from_f64(collider.friction),
-                    restitution: T::from_f64(collider.restitution),
-                }
+            out.extend(model.colliders().iter().zip(states).map(|(collider, state)| Self {
+                shape: Shape::new(collider.shape, state),
+                translation: state.translation.map(T::from_f64),
+                linear_velocity: state.linear_velocity.map(T::from_f64),
+                angular_velocity: state.angular_velocity.map(T::from_f64),
+                friction: T::from_f64(collider.friction),
+                restitution: T::from_f64(collider.restitution),
             }));
-        }
-    }
-
-    /// Signed distance and normal (in the world) at a point relative to the origin of the frame.
-    #[inline(always)]
-    fn distance(&self, point: [T; 3]) -> (T, [T; 3]) {
-        let [x, y, z] = self.rotation;
-        let along_x = [x[0], y[0], z[0]];
-        let along_z = [x[2], y[2], z[2]];
-        match self.shape {
-            Shape::Plane => (dot(point, along_z), along_z),
-            Shape::Sphere { radius } => {
-                let (length, normal) = normalise(point, along_z);
-                (length - radius, normal)
-            }
-            Shape::Capsule { half_length, radius } => {
-                let place = dot(point, along_z).maximum(-half_length).minimum(half_length);
-                let mut across = [T::ZERO; 3];
-                for k in 0..3 {
-                    across[k] = point[k] - place * along_z[k];
-                }
-                let (length, normal) = normalise(across, along_x);
-                (length - radius, normal)
-            }
-            Shape::Box { half_extents } => box_distance(half_extents, point, &self.rotation),
         }
     }
 }
 
 impl<T: Real> Shape<T> {
-    fn new(shape: ColliderShape) -> Self {
+    fn new(shape: ColliderShape, state: &ColliderState) -> Self {
+        let rotation = state.rotation.map(|row| row.map(T::from_f64));
+        let [x_axis, _, z_axis] =
+            [0, 1, 2].map(|axis| [rotation[0][axis], rotation[1][axis], rotation[2][axis]]);
         match shape {
-            ColliderShape::Plane => Self::Plane,
-            ColliderShape::Sphere { radius } => Self::Sphere { radius: T::from_f64(radius) },
-            ColliderShape::Capsule { half_length, radius } => {
-                Self::Capsule { half_length: T::from_f64(half_length), radius: T::from_f64(radius) }
+            ColliderShape::Plane => Self::Plane(Plane { normal: z_axis }),
+            ColliderShape::Sphere { radius } => {
+                Self::Sphere(Sphere { radius: T::from_f64(radius), fallback: z_axis })
             }
+            ColliderShape::Capsule { half_length, radius } => Self::Capsule(Capsule {
+                axis: z_axis,
+                half_length: T::from_f64(half_length),
+                radius: T::from_f64(radius),
+                fallback: x_axis,
+            }),
             ColliderShape::Box { half_extents } => {
-                Self::Box { half_extents: half_extents.map(T::from_f64) }
+                Self::Box(OrientedBox { half_extents: half_extents.map(T::from_f64), rotation })
             }
         }
     }
 }
 
-/// Outside, the distance to the nearest point of the box; inside, minus the distance to the nearest
-/// face. At equal distances the earlier axis wins.
-#[inline(always)]
-fn box_distance<T: Real>(
-    half_extents: [T; 3],
-    point: [T; 3],
-    rotation: &[[T; 3]; 3],
-) -> (T, [T; 3]) {
-    let mut local = [T::ZERO; 3];
-    for k in 0..3 {
-        local[k] =
-            rotation[0][k] * point[0] + rotation[1][k] * point[1] + rotation[2][k] * point[2];
+impl<T: Real> SignedDistance<T> for Plane<T> {
+    #[inline(always)]
+    fn distance(&self, point: [T; 3]) -> (T, [T; 3]) {
+        (dot(point, self.normal), self.normal)
     }
-    let mut beyond = [T::ZERO; 3];
-    let mut sign = [T::ONE; 3];
-    for k in 0..3 {
-        sign[k] = if local[k] < T::ZERO { -T::ONE } else { T::ONE };
-        beyond[k] = local[k].abs() - half_extents[k];
+}
+
+impl<T: Real> SignedDistance<T> for Sphere<T> {
+    #[inline(always)]
+    fn distance(&self, point: [T; 3]) -> (T, [T; 3]) {
+        let (length, normal) = normalise(point, self.fallback);
+        (length - self.radius, normal)
     }
-    let [ox, oy, oz] = beyond;
-    let outside = [ox.maximum(T::ZERO), oy.maximum(T::ZERO), oz.maximum(T::ZERO)];
-    let (length, direction) = normalise(outside, [T::ZERO; 3]);
-    let is_outside = length > T::ZERO;
-    let nearest = beyond[0].maximum(beyond[1]).maximum(beyond[2]);
-    let first = beyond[0] == nearest;
-    let second = !first && beyond[1] == nearest;
-    let face = [first, second, !first && !second];
-    let mut normal = [T::ZERO; 3];
-    for k in 0..3 {
-        let inside = if face[k] { T::ONE } else { T::ZERO };
-        normal[k] = sign[k] * if is_outside { direction[k] } else { inside };
+}
+
+impl<T: Real> SignedDistance<T> for Capsule<T> {
+    #[inline(always)]
+    fn distance(&self, point: [T; 3]) -> (T, [T; 3]) {
+        let along = dot(point, self.axis).maximum(-self.half_length).minimum(self.half_length);
+        let mut across = [T::ZERO; 3];
+        for k in 0..3 {
+            across[k] = point[k] - along * self.axis[k];
+        }
+        let (length, normal) = normalise(across, self.fallback);
+        (length - self.radius, normal)
     }
-    let world = [dot(rotation[0], normal), dot(rotation[1], normal), dot(rotation[2], normal)];
-    (if is_outside { length } else { nearest }, world)
+}
+
+impl<T: Real> SignedDistance<T> for OrientedBox<T> {
+    /// Outside, the distance to the nearest point of the box; inside, minus the distance to the
+    /// nearest face. At equal distances the earlier axis wins.
+    #[inline(always)]
+    fn distance(&self, point: [T; 3]) -> (T, [T; 3]) {
+        let rotation = &self.rotation;
+        let mut beyond = [T::ZERO; 3];
+        let mut sign = [T::ONE; 3];
+        let mut outside = [T::ZERO; 3];
+        for k in 0..3 {
+            let local =
+                rotation[0][k] * point[0] + rotation[1][k] * point[1] + rotation[2][k] * point[2];
+            sign[k] = if local < T::ZERO { -T::ONE } else { T::ONE };
+            beyond[k] = local.abs() - self.half_extents[k];
+            outside[k] = beyond[k].maximum(T::ZERO);
+        }
+        let (length, direction) = normalise(outside, [T::ZERO; 3]);
+        let is_outside = length > T::ZERO;
+        let nearest = beyond[0].maximum(beyond[1]).maximum(beyond[2]);
+        let first = beyond[0] == nearest;
+        let second = !first && beyond[1] == nearest;
+        let face = [first, second, !first && !second];
+        let mut normal = [T::ZERO; 3];
+        for k in 0..3 {
+            let inside = if face[k] { T::ONE } else { T::ZERO };
+            normal[k] = sign[k] * if is_outside { direction[k] } else { inside };
+        }
+        let world = [dot(rotation[0], normal), dot(rotation[1], normal), dot(rotation[2], normal)];
+        (if is_outside { length } else { nearest }, world)
+    }
 }
 
 /// Length and direction of a vector, `fallback` if it has none.
@@ -151,27 +185,93 @@ pub(crate) fn packet<T: Real>(
     motion: &mut PacketMotion<T>,
 ) {
     for collider in colliders {
-        let mut depth = [T::ZERO; LANES];
-        let mut normals = [[T::ZERO; LANES]; 3];
-        for lane in 0..LANES {
-            let mut point = [T::ZERO; 3];
-            for axis in 0..3 {
-                point[axis] = motion.position[axis][lane] - collider.translation[axis];
-            }
-            let (distance, normal) = collider.distance(point);
-            depth[lane] = offsets[lane] - distance;
-            for axis in 0..3 {
-                normals[axis][lane] = normal[axis];
-            }
-        }
-        let mut touches = false;
-        for lane in 0..LANES {
-            touches |= depth[lane] > T::ZERO && inverse_mass[lane] != T::ZERO;
-        }
-        if touches {
-            respond(collider, &depth, &normals, inverse_mass, motion);
+        match &collider.shape {
+            Shape::Plane(shape) => collide(collider, shape, offsets, inverse_mass, motion),
+            Shape::Sphere(shape) => collide(collider, shape, offsets, inverse_mass, motion),
+            Shape::Capsule(shape) => collide(collider, shape, offsets, inverse_mass, motion),
+            Shape::Box(shape) => collide(collider, shape, offsets, inverse_mass, motion),
         }
     }
+}
+
+#[inline(always)]
+fn collide<T: Real>(
+    collider: &ColliderAt<T>,
+    shape: &impl SignedDistance<T>,
+    offsets: &Lanes<T>,
+    inverse_mass: &Lanes<T>,
+    motion: &mut PacketMotion<T>,
+) {
+    let [x, y, z] = &motion.position;
+    let mut contact = Depths::zero();
+    contact.fill(shape, collider.translation, offsets, inverse_mass, [x, y, z]);
+    let mut touches = false;
+    for lane in 0..LANES {
+        touches |= contact.depth[lane] > T::ZERO;
+    }
+    if touches {
+        respond(collider, &contact, motion);
+    }
+}
+
+/// How deep the particles of a packet are in a collider.
+struct Depths<T> {
+    /// Intrusion into the thickness \[m\]; not positive for particles that are outside or held.
+    depth: Lanes<T>,
+    normals: [Lanes<T>; 3],
+}
+
+impl<T: Real> Depths<T> {
+    #[inline(always)]
+    fn zero() -> Self {
+        Self { depth: [T::ZERO; LANES], normals: [[T::ZERO; LANES]; 3] }
+    }
+
+    #[inline(always)]
+    fn fill(
+        &mut self,
+        shape: &impl SignedDistance<T>,
+        [cx, cy, cz]: [T; 3],
+        offsets: &Lanes<T>,
+        inverse_mass: &Lanes<T>,
+        [x, y, z]: [&Lanes<T>; 3],
+    ) {
+        for lane in 0..LANES {
+            let (distance, [nx, ny, nz]) =
+                shape.distance([x[lane] - cx, y[lane] - cy, z[lane] - cz]);
+            let depth = offsets[lane] - distance;
+            self.depth[lane] = if inverse_mass[lane] > T::ZERO { depth } else { T::ZERO };
+            self.normals[0][lane] = nx;
+            self.normals[1][lane] = ny;
+            self.normals[2][lane] = nz;
+        }
+    }
+}
+
+/// Deepest intrusion of the free particles of a packet into the thickness around any collider
+/// \[m\]; 0 if there is none.
+#[inline(always)]
+pub(crate) fn penetration<T: Real>(
+    colliders: &[ColliderAt<T>],
+    offsets: &Lanes<T>,
+    inverse_mass: &Lanes<T>,
+    position: [&Lanes<T>; 3],
+) -> T {
+    let mut deepest = T::ZERO;
+    for collider in colliders {
+        let mut contact = Depths::zero();
+        let at = collider.translation;
+        match &collider.shape {
+            Shape::Plane(shape) => contact.fill(shape, at, offsets, inverse_mass, position),
+            Shape::Sphere(shape) => contact.fill(shape, at, offsets, inverse_mass, position),
+            Shape::Capsule(shape) => contact.fill(shape, at, offsets, inverse_mass, position),
+            Shape::Box(shape) => contact.fill(shape, at, offsets, inverse_mass, position),
+        }
+        for lane in 0..LANES {
+            deepest = contact.depth[lane].maximum(deepest);
+        }
+    }
+    deepest
 }
 
 /// The stage on one block, compiled for each instruction set.
@@ -199,15 +299,13 @@ impl<T: Real> NullaryFnOnce for BlockTask<'_, '_, T> {
 #[inline(always)]
 fn respond<T: Real>(
     collider: &ColliderAt<T>,
-    depth: &Lanes<T>,
-    normals: &[Lanes<T>; 3],
-    inverse_mass: &Lanes<T>,
+    Depths { depth, normals }: &Depths<T>,
     motion: &mut PacketMotion<T>,
 ) {
     let [ax, ay, az] = collider.angular_velocity;
     let rebound = T::ONE + collider.restitution;
     for lane in 0..LANES {
-        let touches = depth[lane] > T::ZERO && inverse_mass[lane] != T::ZERO;
+        let touches = depth[lane] > T::ZERO;
         let mut normal = [T::ZERO; 3];
         let mut position = [T::ZERO; 3];
         let mut velocity = [T::ZERO; 3];
@@ -245,14 +343,4 @@ fn respond<T: Real>(
             motion.velocity[axis][lane] = if impact { after } else { velocity[axis] };
         }
     }
-}
-
-/// Deepest intrusion into the thickness around any collider \[m\]; 0 if there is none.
-pub(crate) fn penetration<T: Real>(colliders: &[ColliderAt<T>], offset: T, position: [T; 3]) -> T {
-    let mut deepest = T::ZERO;
-    for collider in colliders {
-        let point = std::array::from_fn(|axis| position[axis] - collider.translation[axis]);
-        deepest = deepest.maximum(offset - collider.distance(point).0);
-    }
-    deepest
 }

@@ -82,7 +82,9 @@ impl<T: Real> ExplicitPass<'_, T> {
                 add(&mut force, lane, aerodynamics.force(first + lane));
             }
         }
-        if let Some((contact, penalty)) = self.contact {
+        if let Some((contact, penalty)) = self.contact
+            && contact.any_in_packet(first)
+        {
             for lane in 0..used {
                 if let Some(sum) = response::force(contact, penalty, self.motion, first + lane) {
                     add(&mut force, lane, sum);

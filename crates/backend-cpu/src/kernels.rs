@@ -413,6 +413,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
                 colliders: kernels.colliders_at(usize::MAX),
                 offsets: &kernels.offsets,
                 motion: MotionView::new(&kernels.present),
+                acceleration: kernels.model.uniform_acceleration(),
             }
             .run(kernels.arch)
         }))

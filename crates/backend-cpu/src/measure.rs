@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::{
     collider_response::{ColliderAt, penetration},
-    memory::{BLOCK, LANES, Lanes, Masses},
+    memory::{BLOCK, LANES, Lanes, Masses, lanes},
     spring_forces::{ColumnVisitor, MotionView, visit_columns},
     springs::{Column, SpringColumns},
 };
@@ -19,6 +19,8 @@ pub(crate) struct Measure<'a, T> {
     pub(crate) colliders: &'a [ColliderAt<T>],
     pub(crate) offsets: &'a [T],
     pub(crate) motion: MotionView<'a, T>,
+    /// Sum of gravity and uniform fields \[m/s^2\].
+    pub(crate) acceleration: [f64; 3],
 }
 
 /// Sums over one block.
@@ -70,9 +72,7 @@ impl<T: Real> Measure<'_, T> {
         let end = ((block + 1) * BLOCK).min(self.model.particle_count());
         for first in (block * BLOCK..end).step_by(LANES) {
             self.springs(first, &mut partial);
-            for particle in first..(first + LANES).min(end) {
-                self.particle(particle, &mut partial);
-            }
+            self.particles(first, LANES.min(end - first), &mut partial);
         }
         partial
     }
@@ -106,28 +106,44 @@ impl<T: Real> Measure<'_, T> {
         }
     }
 
+    /// Figures of the particles of a packet, `used` of them.
     #[inline(always)]
-    fn particle(&self, particle: usize, partial: &mut Partial) {
-        let at = self.motion.margin + particle;
-        let position = self.motion.x.map(|component| component[at]);
-        let velocity = self.motion.v.map(|component| component[at]);
-        if !position.iter().chain(&velocity).all(|value| value.is_finite()) {
-            partial.non_finite = partial.non_finite.or(Some(particle as u32));
-        }
-        let mass = self.masses.mass[particle].to_f64();
-        let acceleration = self.model.uniform_acceleration();
-        let mut speed_squared = 0.0;
+    fn particles(&self, first: usize, used: usize, partial: &mut Partial) {
+        let position = self.motion.position(first);
+        let velocity = self.motion.velocity(first);
+        let mass = lanes(&self.masses.mass, first);
+        let mut checked = [T::ZERO; LANES];
+        let mut kinetic = [0.0; LANES];
+        let mut potential = [0.0; LANES];
         for axis in 0..3 {
-            let velocity = velocity[axis].to_f64();
-            speed_squared += velocity * velocity;
-            partial.momentum[axis] += mass * velocity;
-            partial.potential -= mass * acceleration[axis] * position[axis].to_f64();
+            let acceleration = self.acceleration[axis];
+            let mut momentum = [0.0; LANES];
+            for lane in 0..LANES {
+                let (x, v) = (position[axis][lane], velocity[axis][lane]);
+                // Zero for every finite number, NaN for all others.
+                checked[lane] += (x + v) * T::ZERO;
+                // Lanes without a particle have no mass.
+                let [mass, x, v] = [mass[lane].to_f64(), x.to_f64(), v.to_f64()];
+                momentum[lane] = mass * v;
+                kinetic[lane] += 0.5 * (mass * v * v);
+                potential[lane] -= mass * (acceleration * x);
+            }
+            partial.momentum[axis] += momentum.iter().sum::<f64>();
         }
-        partial.kinetic += 0.5 * mass * speed_squared;
-        if !self.masses.is_held(particle) {
-            let depth = penetration(self.colliders, self.offsets[particle], position).to_f64();
-            partial.penetration = partial.penetration.max(depth);
+        partial.kinetic += kinetic.iter().sum::<f64>();
+        partial.potential += potential.iter().sum::<f64>();
+        for lane in 0..used {
+            if checked[lane] != T::ZERO {
+                partial.non_finite = partial.non_finite.or(Some((first + lane) as u32));
+            }
         }
+        let depth = penetration(
+            self.colliders,
+            lanes(self.offsets, first),
+            lanes(&self.masses.inverse, first),
+            position,
+        );
+        partial.penetration = partial.penetration.max(depth.to_f64());
     }
 }
 

@@ -134,23 +134,12 @@ impl<T: Real> ForceSum<'_, T> {
 impl<T: Real> ColumnVisitor<T> for ForceSum<'_, T> {
     #[inline(always)]
     fn visit(&mut self, column: &Column<T>, x: [&Lanes<T>; 3], v: [&Lanes<T>; 3]) {
-        if column.full {
-            for lane in 0..LANES {
-                let [fx, fy, fz] = self.spring(column, x, v, lane);
-                self.force[0][lane] += fx;
-                self.force[1][lane] += fy;
-                self.force[2][lane] += fz;
-            }
-        } else {
-            for lane in 0..LANES {
-                let [fx, fy, fz] = self.spring(column, x, v, lane);
-                // Adding zero instead would turn -0 into 0.
-                let active = column.active[lane] != T::ZERO;
-                let [gx, gy, gz] = [self.force[0][lane], self.force[1][lane], self.force[2][lane]];
-                self.force[0][lane] = if active { gx + fx } else { gx };
-                self.force[1][lane] = if active { gy + fy } else { gy };
-                self.force[2][lane] = if active { gz + fz } else { gz };
-            }
+        // A lane without a spring has stiffness and damping zero.
+        for lane in 0..LANES {
+            let [fx, fy, fz] = self.spring(column, x, v, lane);
+            self.force[0][lane] += fx;
+            self.force[1][lane] += fy;
+            self.force[2][lane] += fz;
         }
     }
 }

@@ -17,9 +17,7 @@ use crate::memory::{LANES, Lanes, packets};
 #[derive(Clone, Debug)]
 pub(crate) struct Column<T> {
     pub(crate) neighbours: Neighbours,
-    /// Whether every particle has a spring in this column.
-    pub(crate) full: bool,
-    /// 1 where there is a spring, 0 elsewhere.
+    /// 1 where there is a spring, 0 elsewhere; there stiffness and damping are 0 too.
     pub(crate) active: Lanes<T>,
     pub(crate) rest_length: Lanes<T>,
     pub(crate) stiffness: Lanes<T>,
@@ -93,11 +91,9 @@ impl<T: Real> SpringColumns<T> {
             let offset = group[0].offset;
             self.margin = self.margin.max(offset.unsigned_abs() as usize + LANES);
             let mut column = Column::empty(Neighbours::Offset(offset as i32));
-            column.set_kind_everywhere(springs, group[0].kind);
             for entry in group {
-                column.active[entry.lane] = T::ONE;
+                column.set(springs, entry);
             }
-            column.full = group.len() == LANES;
             self.columns.push(column);
         }
         start..self.columns.len() as u32
@@ -115,14 +111,10 @@ impl<T: Real> SpringColumns<T> {
                 self.columns.push(Column::empty(Neighbours::Indices(own)));
             }
             let column = &mut self.columns[place];
-            column.set_kind(springs, entry.kind, entry.lane);
-            column.active[entry.lane] = T::ONE;
+            column.set(springs, entry);
             if let Neighbours::Indices(indices) = &mut column.neighbours {
                 indices[entry.lane] = (i64::from(own[entry.lane]) + entry.offset) as u32;
             }
-        }
-        for column in &mut self.columns[start as usize..] {
-            column.full = column.active.iter().all(|&active| active == T::ONE);
         }
         start..self.columns.len() as u32
     }
@@ -132,7 +124,6 @@ impl<T: Real> Column<T> {
     fn empty(neighbours: Neighbours) -> Self {
         Self {
             neighbours,
-            full: false,
             active: [T::ZERO; LANES],
             rest_length: [T::ONE; LANES],
             stiffness: [T::ZERO; LANES],
@@ -140,15 +131,12 @@ impl<T: Real> Column<T> {
         }
     }
 
-    fn set_kind(&mut self, springs: &Springs, kind: u32, lane: usize) {
-        let kind = &springs.kinds()[kind as usize];
-        self.rest_length[lane] = T::from_f64(kind.rest_length);
-        self.stiffness[lane] = T::from_f64(kind.stiffness);
-        self.damping[lane] = T::from_f64(kind.damping);
-    }
-
-    fn set_kind_everywhere(&mut self, springs: &Springs, kind: u32) {
-        (0..LANES).for_each(|lane| self.set_kind(springs, kind, lane));
+    fn set(&mut self, springs: &Springs, entry: &Entry) {
+        let kind = &springs.kinds()[entry.kind as usize];
+        self.active[entry.lane] = T::ONE;
+        self.rest_length[entry.lane] = T::from_f64(kind.rest_length);
+        self.stiffness[entry.lane] = T::from_f64(kind.stiffness);
+        self.damping[entry.lane] = T::from_f64(kind.damping);
     }
 }
 

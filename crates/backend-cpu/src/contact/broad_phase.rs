@@ -1,5 +1,7 @@
 //! Which groups are near each other: a spatial hash of their boxes.
 
+use std::ops::Range;
+
 use cloth_core::Real;
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
@@ -8,26 +10,36 @@ use super::{
     bounds::Bounds,
     groups::{CLUSTER, Groups},
 };
+use crate::memory::{LANES, lanes};
 
 /// Groups with a half extent above this multiple of the mean are kept out of the hash, which would
 /// need huge cells for them, and are compared with every group.
-const LARGE: f64 = 4.0;
+const LARGE: f64 = 2.0;
 
 /// Cells along each axis at most; the hash is periodic beyond.
 const CELLS_MAX: usize = 1 << 10;
 
-/// For each group the groups whose boxes are within reach, ascending, itself included.
+/// For each group itself and the later groups whose boxes are within reach, ascending.
 #[derive(Debug)]
 pub(super) struct BroadPhase<T> {
     hash: Hash<T>,
-    lists: Vec<ClusterList>,
+    lists: Vec<ClusterList<T>>,
 }
 
 /// The lists of the groups of one cluster, one after the other.
-#[derive(Clone, Debug, Default)]
-struct ClusterList {
+#[derive(Clone, Debug)]
+pub(super) struct ClusterList<T> {
     offsets: Vec<u32>,
-    groups: Vec<u32>,
+    groups: Vec<Candidate<T>>,
+}
+
+/// A group near another.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate<T> {
+    pub(super) group: u32,
+    /// Lower bound of the distance of any two of their particles, less the contact distance \[m\].
+    /// Kept by the narrow phase; zero when the list is new.
+    pub(super) clearance: T,
 }
 
 /// Groups sorted by the cell of their centre.
@@ -38,6 +50,8 @@ struct Hash<T> {
     dimensions: [usize; 3],
     cell_offsets: Vec<u32>,
     sorted: Vec<u32>,
+    /// Boxes of the sorted groups, low then high, padded to read whole packets.
+    sorted_bounds: [Vec<T>; 6],
     cell_of: Vec<u32>,
     large: Vec<u32>,
 }
@@ -49,10 +63,14 @@ impl<T: Real> BroadPhase<T> {
             dimensions: [4; 3],
             cell_offsets: Vec::new(),
             sorted: Vec::new(),
+            sorted_bounds: std::array::from_fn(|_| Vec::new()),
             cell_of: Vec::new(),
             large: Vec::new(),
         };
-        Self { hash, lists: vec![ClusterList::default(); cluster_count] }
+        Self {
+            hash,
+            lists: vec![ClusterList { offsets: Vec::new(), groups: Vec::new() }; cluster_count],
+        }
     }
 
     /// Builds the lists of all groups nearer than `reach` \[m\].
@@ -66,19 +84,22 @@ impl<T: Real> BroadPhase<T> {
         });
     }
 
-    /// The groups near `group`, itself included.
-    #[inline(always)]
-    pub(super) fn candidates(&self, group: usize) -> &[u32] {
-        let list = &self.lists[group / CLUSTER];
-        let local = group % CLUSTER;
-        &list.groups[list.offsets[local] as usize..list.offsets[local + 1] as usize]
+    /// The lists of each cluster.
+    pub(super) fn lists_mut(&mut self) -> &mut [ClusterList<T>] {
+        &mut self.lists
     }
 
-    /// Unordered pairs of groups in the lists.
+    /// Pairs of groups in the lists.
     pub(super) fn pair_count(&self) -> u64 {
-        let entries: usize = self.lists.iter().map(|list| list.groups.len()).sum();
-        let own: usize = self.lists.iter().map(|list| list.offsets.len().saturating_sub(1)).sum();
-        ((entries - own) / 2 + own) as u64
+        self.lists.iter().map(|list| list.groups.len() as u64).sum()
+    }
+}
+
+impl<T> ClusterList<T> {
+    /// A group of the cluster, counted from its first, and the later groups near it.
+    #[inline(always)]
+    pub(super) fn candidates_mut(&mut self, local: usize) -> &mut [Candidate<T>] {
+        &mut self.groups[self.offsets[local] as usize..self.offsets[local + 1] as usize]
     }
 }
 
@@ -149,6 +170,14 @@ impl<T: Real> Hash<T> {
         }
         self.cell_offsets.copy_within(0..cell_count, 1);
         self.cell_offsets[0] = 0;
+        for (k, values) in self.sorted_bounds.iter_mut().enumerate() {
+            values.clear();
+            values.extend(self.sorted.iter().map(|&group| {
+                let Bounds { low, high } = &bounds[group as usize];
+                if k < 3 { low[k] } else { high[k - 3] }
+            }));
+            values.resize(self.sorted.len() + LANES, T::ZERO);
+        }
     }
 
     #[inline(always)]
@@ -162,11 +191,18 @@ impl<T: Real> Hash<T> {
         (wrap(z, 2) * self.dimensions[1] + wrap(y, 1)) * self.dimensions[0] + wrap(x, 0)
     }
 
-    /// The groups in one cell.
+    /// The sorted groups in the cells from `x` to `x + 2` of a row, as one run, or two where the
+    /// period of the hash lies between.
     #[inline(always)]
-    fn groups_in(&self, coordinates: [i32; 3]) -> &[u32] {
-        let cell = self.cell(coordinates);
-        &self.sorted[self.cell_offsets[cell] as usize..self.cell_offsets[cell + 1] as usize]
+    fn runs(&self, [x, y, z]: [i32; 3]) -> [Range<usize>; 2] {
+        let last = self.cell([x.wrapping_add(2), y, z]);
+        let first = self.cell([x, y, z]);
+        let offset = |cell: usize| self.cell_offsets[cell] as usize;
+        if first + 2 == last {
+            return [offset(first)..offset(last + 1), 0..0];
+        }
+        let row = self.cell([0, y, z]);
+        [offset(first)..offset(row + self.dimensions[0]), offset(row)..offset(last + 1)]
     }
 }
 
@@ -176,7 +212,7 @@ struct ListTask<'a, T> {
     bounds: &'a [Bounds<T>],
     reach_squared: T,
     cluster: usize,
-    list: &'a mut ClusterList,
+    list: &'a mut ClusterList<T>,
 }
 
 impl<T: Real> NullaryFnOnce for ListTask<'_, T> {
@@ -191,7 +227,7 @@ impl<T: Real> NullaryFnOnce for ListTask<'_, T> {
         for group in first..(first + CLUSTER).min(self.bounds.len()) {
             let start = self.list.groups.len();
             if self.hash.large.binary_search(&(group as u32)).is_ok() {
-                for candidate in 0..self.bounds.len() as u32 {
+                for candidate in group as u32..self.bounds.len() as u32 {
                     self.test(group, candidate);
                 }
             } else {
@@ -200,7 +236,7 @@ impl<T: Real> NullaryFnOnce for ListTask<'_, T> {
                     self.test(group, candidate);
                 }
             }
-            self.list.groups[start..].sort_unstable();
+            self.list.groups[start..].sort_unstable_by_key(|candidate| candidate.group);
             self.list.offsets.push(self.list.groups.len() as u32);
         }
     }
@@ -214,21 +250,52 @@ impl<T: Real> ListTask<'_, T> {
         let [x, y, z] = hash.coordinates(&self.bounds[group]);
         for dz in -1..=1 {
             for dy in -1..=1 {
-                for dx in -1..=1 {
-                    let cell = [x.wrapping_add(dx), y.wrapping_add(dy), z.wrapping_add(dz)];
-                    for &candidate in hash.groups_in(cell) {
-                        self.test(group, candidate);
-                    }
+                let start = [x.wrapping_sub(1), y.wrapping_add(dy), z.wrapping_add(dz)];
+                for run in hash.runs(start) {
+                    self.test_run(group, run);
                 }
             }
         }
     }
 
+    /// Tests a run of sorted groups, a packet at a time.
+    #[inline(always)]
+    fn test_run(&mut self, group: usize, run: Range<usize>) {
+        let Bounds { low, high } = self.bounds[group];
+        let [lx, ly, lz, hx, hy, hz] = &self.hash.sorted_bounds;
+        for start in run.clone().step_by(LANES) {
+            let [lx, ly, lz] = [lanes(lx, start), lanes(ly, start), lanes(lz, start)];
+            let [hx, hy, hz] = [lanes(hx, start), lanes(hy, start), lanes(hz, start)];
+            let mut near = [false; LANES];
+            for lane in 0..LANES {
+                let dx = (low[0] - hx[lane]).maximum(lx[lane] - high[0]).maximum(T::ZERO);
+                let dy = (low[1] - hy[lane]).maximum(ly[lane] - high[1]).maximum(T::ZERO);
+                let dz = (low[2] - hz[lane]).maximum(lz[lane] - high[2]).maximum(T::ZERO);
+                near[lane] = dx * dx + dy * dy + dz * dz < self.reach_squared;
+            }
+            let used = LANES.min(run.end - start);
+            for (&near, &candidate) in near[..used].iter().zip(&self.hash.sorted[start..]) {
+                if near && candidate as usize >= group {
+                    self.push(candidate);
+                }
+            }
+        }
+    }
+
+    /// Lists the candidate if it is near and not an earlier group.
     #[inline(always)]
     fn test(&mut self, group: usize, candidate: u32) {
+        if (candidate as usize) < group {
+            return;
+        }
         let gap_squared = self.bounds[group].gap_squared(&self.bounds[candidate as usize]);
         if gap_squared < self.reach_squared {
-            self.list.groups.push(candidate);
+            self.push(candidate);
         }
+    }
+
+    #[inline(always)]
+    fn push(&mut self, candidate: u32) {
+        self.list.groups.push(Candidate { group: candidate, clearance: T::ZERO });
     }
 }

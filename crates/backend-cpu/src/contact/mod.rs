@@ -1,7 +1,7 @@
 //! NUMERICS §8: contact of the cloths with themselves and each other.
 //!
-//! Particles are sorted once, by recursive bisection of the rest shape, into [`groups`] of eight
-//! that lie close together on the cloth and so move together. The [`broad_phase`] puts the boxes
+//! Particles are sorted once, by recursive bisection of the rest shape, into [`groups`] that
+//! lie close together on the cloth and so move together. The [`broad_phase`] puts the boxes
 //! around groups into a spatial hash and lists, for each group, all groups that are near; the
 //! [`motion_bound`] proves how long that list stays complete. The [`narrow_phase`] then finds the
 //! pairs of particles in contact by comparing groups from the list, in every substep.
@@ -41,7 +41,7 @@ impl<T: Real> Contact<T> {
         let groups = Groups::new(model, contact.excludes_neighbours());
         Some(Self {
             broad_phase: BroadPhase::new(groups.cluster_count()),
-            motion_bound: MotionBound::new(&groups, distance),
+            motion_bound: MotionBound::new(groups.cluster_count(), distance),
             contacts: ContactList::new(&groups),
             groups,
             distance,
@@ -52,14 +52,20 @@ impl<T: Real> Contact<T> {
 
     /// Finds all pairs in contact at these positions.
     pub(crate) fn update(&mut self, model: &Model, position: &VectorField<T>, arch: pulp::Arch) {
-        self.groups.refit(position, self.motion_bound.reference(), arch);
+        self.groups.refit(position, arch);
         if !self.motion_bound.list_is_complete(&self.groups) {
             let reach = self.motion_bound.reach();
             self.broad_phase.build(&self.groups, reach, arch);
             self.motion_bound.list_was_built(&self.groups);
             self.statistics.rebuilds += 1;
         }
-        self.contacts.find(model, &self.groups, &self.broad_phase, self.distance, arch);
+        self.contacts.find(model, &self.groups, &mut self.broad_phase, self.distance, arch);
+    }
+
+    /// Whether any particle of the packet that starts at particle `first` is in contact.
+    #[inline(always)]
+    pub(crate) fn any_in_packet(&self, first: usize) -> bool {
+        self.contacts.any_in_packet(first)
     }
 
     /// The particles in contact with `particle`, ascending.

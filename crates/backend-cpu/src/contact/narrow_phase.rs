@@ -1,36 +1,54 @@
 //! Which particles are in contact: comparison of near groups, particle by particle.
+//!
+//! A comparison that finds two groups apart also tells by how much, their clearance. They need not
+//! be compared again before their particles can have moved towards each other by that; each substep
+//! takes from it the largest relative displacement that the balls around the displacements of both
+//! groups allow. So neighbouring groups of a cloth that moves smoothly are compared every few
+//! substeps, groups in contact in every one.
 
 use cloth_core::{Model, Real};
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
 use super::{
-    broad_phase::BroadPhase,
+    bounds::Bounds,
+    broad_phase::{BroadPhase, ClusterList},
     groups::{CLUSTER, CLUSTER_PARTICLES, GROUP, Groups},
 };
+use crate::memory::{LANES, Lanes, packets};
 
 /// For each particle, by place, the particles in contact with it, ascending.
 #[derive(Debug)]
 pub(super) struct ContactList {
     clusters: Vec<ClusterContacts>,
     entries: u64,
+    /// For each packet of particles, in their own order, whether any is in contact: the many that
+    /// are not need only this one look.
+    packets: Vec<bool>,
 }
 
+/// Entries up to which one thread sorts them faster than several can be woken.
+const SORT_ALONE: u64 = 2048;
+
 /// The contacts of the particles of one cluster.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct ClusterContacts {
     /// Where the partners of each place begin and end; not kept up to date while there is none.
     offsets: Vec<u32>,
     partners: Vec<u32>,
-    /// Scratch: pairs of places at first, then place within the cluster and partner.
+    /// Pairs of places found, each once, the first in this cluster.
+    found: Vec<[u32; 2]>,
+    /// Place within the cluster and partner, each pair from both sides.
     pairs: Vec<(u32, u32)>,
 }
 
 impl ContactList {
     pub(super) fn new<T: Real>(groups: &Groups<T>) -> Self {
-        let empty =
-            ClusterContacts { offsets: Vec::new(), partners: Vec::new(), pairs: Vec::new() };
-        Self { clusters: vec![empty; groups.cluster_count()], entries: 0 }
+        Self {
+            clusters: vec![ClusterContacts::default(); groups.cluster_count()],
+            entries: 0,
+            packets: vec![false; packets(groups.particle_count())],
+        }
     }
 
     /// Finds all pairs closer than `distance`, less those that the model leaves out.
@@ -38,26 +56,57 @@ impl ContactList {
         &mut self,
         model: &Model,
         groups: &Groups<T>,
-        broad_phase: &BroadPhase<T>,
+        broad_phase: &mut BroadPhase<T>,
         distance: T,
         arch: pulp::Arch,
     ) {
-        let distance_squared = distance * distance;
-        self.clusters.par_iter_mut().enumerate().for_each(|(cluster, contacts)| {
-            let pairs = &mut contacts.pairs;
-            pairs.clear();
-            arch.dispatch(FindTask { groups, broad_phase, cluster, distance_squared, pairs });
-            let first = cluster * CLUSTER_PARTICLES;
-            pairs.retain_mut(|(place, other)| {
-                let rest = groups.rest_distance_squared(*place as usize, *other as usize);
-                let [a, b] = [groups.particle(*place as usize), groups.particle(*other as usize)];
-                *place -= first as u32;
-                *other = b;
-                !rest.is_some_and(|rest| rest < distance_squared || model.springs().joins(a, b))
-            });
-            contacts.sort();
+        let leaves_out = groups.has_rest();
+        let lists = broad_phase.lists_mut();
+        let clusters = self.clusters.par_iter_mut().zip(lists).enumerate();
+        clusters.for_each(|(cluster, (contacts, list))| {
+            contacts.pairs.clear();
+            let found = &mut contacts.found;
+            found.clear();
+            arch.dispatch(FindTask { groups, list, cluster, distance, found });
+            if leaves_out {
+                found.retain(|places| {
+                    let [a, b] = places.map(|place| groups.particle(place as usize));
+                    !model.springs().joins(a, b)
+                });
+            }
         });
-        self.entries = self.clusters.iter().map(|cluster| cluster.partners.len() as u64).sum();
+        self.share_out(groups);
+        self.entries = self.clusters.iter().map(|cluster| cluster.pairs.len() as u64).sum();
+        if self.entries > SORT_ALONE {
+            self.clusters.par_iter_mut().for_each(ClusterContacts::sort);
+        } else {
+            self.clusters.iter_mut().for_each(ClusterContacts::sort);
+        }
+    }
+
+    /// Hands each pair to the clusters of both its particles. Pairs are few, and this is short.
+    fn share_out<T: Real>(&mut self, groups: &Groups<T>) {
+        self.packets.fill(false);
+        for cluster in 0..self.clusters.len() {
+            let found = std::mem::take(&mut self.clusters[cluster].found);
+            for &[a, b] in &found {
+                for [own, other] in [[a, b], [b, a]] {
+                    let own = own as usize;
+                    let partner = groups.particle(other as usize);
+                    self.packets[partner as usize / LANES] = true;
+                    self.clusters[own / CLUSTER_PARTICLES]
+                        .pairs
+                        .push(((own % CLUSTER_PARTICLES) as u32, partner));
+                }
+            }
+            self.clusters[cluster].found = found;
+        }
+    }
+
+    /// Whether any particle of the packet that starts at `first` is in contact.
+    #[inline(always)]
+    pub(super) fn any_in_packet(&self, first: usize) -> bool {
+        self.packets[first / LANES]
     }
 
     /// The partners of the particle at a place.
@@ -97,64 +146,223 @@ impl ClusterContacts {
     }
 }
 
-/// Finds all pairs of places closer than the contact distance, the first in one cluster.
+/// Finds all pairs of places closer than the contact distance whose first group is in one cluster.
 struct FindTask<'a, T> {
     groups: &'a Groups<T>,
-    broad_phase: &'a BroadPhase<T>,
+    list: &'a mut ClusterList<T>,
     cluster: usize,
-    distance_squared: T,
-    pairs: &'a mut Vec<(u32, u32)>,
+    distance: T,
+    found: &'a mut Vec<[u32; 2]>,
 }
+
+/// Particles up to this multiple of the contact distance are compared, so that groups that are a
+/// little farther apart get a clearance worth having.
+const LOOK: f64 = 1.5;
+
+/// Share of a clearance that is used; the rest covers rounding in its computation.
+const SAFETY: f64 = 0.999;
 
 impl<T: Real> NullaryFnOnce for FindTask<'_, T> {
     type Output = ();
 
     #[inline(always)]
-    fn call(mut self) {
-        let first = self.cluster * CLUSTER;
-        for group in first..(first + CLUSTER).min(self.groups.group_count()) {
-            let own = self.groups.bounds()[group];
-            for &candidate in self.broad_phase.candidates(group) {
-                let other = candidate as usize;
-                if own.gap_squared(&self.groups.bounds()[other]) < self.distance_squared {
-                    self.compare(group, other);
+    fn call(self) {
+        let Self { groups, list, cluster, distance, found } = self;
+        let (bounds, steps) = (groups.bounds(), groups.steps());
+        let look = distance * T::from_f64(LOOK);
+        let look_squared = look * look;
+        let safety = T::from_f64(SAFETY);
+        // Displacements are differences of rounded coordinates.
+        let magnitude = groups.clusters()[cluster].position.magnitude();
+        let rounding = T::from_f64(8.0) * T::EPSILON * (magnitude + look);
+        let first = cluster * CLUSTER;
+        for group in first..(first + CLUSTER).min(bounds.len()) {
+            for candidate in list.candidates_mut(group - first) {
+                let other = candidate.group as usize;
+                let approach = steps[group].approach(&steps[other]) + rounding;
+                candidate.clearance -= approach;
+                if candidate.clearance > T::ZERO {
+                    continue;
                 }
+                let gap_squared = bounds[group].gap_squared(&bounds[other]);
+                let closest_squared = if gap_squared >= look_squared {
+                    gap_squared
+                } else {
+                    let closest = closest_squared(groups, group, other, [distance, look]);
+                    if closest < distance * distance {
+                        list_pairs(groups, group, other, distance * distance, found);
+                    }
+                    closest
+                };
+                candidate.clearance = (closest_squared.sqrt() - distance) * safety;
             }
         }
     }
 }
 
-impl<T: Real> FindTask<'_, T> {
-    /// Compares every particle of group `g` with every one of `other`.
-    #[inline(always)]
-    fn compare(&mut self, g: usize, other: usize) {
-        let own = self.groups.bounds()[g];
-        let [xi, yi, zi] = self.groups.group(g);
-        let [xj, yj, zj] = self.groups.group(other);
-        // First each particle of the other group against the box of this one.
-        let mut gap_squared = [T::ZERO; GROUP];
-        for lane in 0..GROUP {
-            let dx = (own.low[0] - xj[lane]).maximum(xj[lane] - own.high[0]).maximum(T::ZERO);
-            let dy = (own.low[1] - yj[lane]).maximum(yj[lane] - own.high[1]).maximum(T::ZERO);
-            let dz = (own.low[2] - zj[lane]).maximum(zj[lane] - own.high[2]).maximum(T::ZERO);
-            gap_squared[lane] = dx * dx + dy * dy + dz * dz;
-        }
-        for j in 0..GROUP {
-            if gap_squared[j] >= self.distance_squared {
-                continue;
+/// Square of the distance of the closest pair of particles of two groups that counts, or of `look`
+/// if they are farther apart than that. Pairs closer than `distance` at rest do not count, where
+/// such pairs are left out.
+#[inline(always)]
+fn closest_squared<T: Real>(
+    groups: &Groups<T>,
+    group: usize,
+    other: usize,
+    [distance, look]: [T; 2],
+) -> T {
+    let limit = distance * distance;
+    let look_squared = look * look;
+    let own = groups.group(group);
+    let rest = groups.group_at_rest(group);
+    let mut closest = [look_squared; GROUP];
+    if group == other {
+        closest_within(own, rest, limit, &mut closest);
+    } else {
+        let others = groups.group(other);
+        let rest = rest.zip(groups.group_at_rest(other));
+        let mut near = below(&gaps_squared(&groups.bounds()[group], others), look_squared);
+        while near != 0 {
+            let j = near.trailing_zeros() as usize;
+            near &= near - 1;
+            let mut lengths = distances_squared(own, [others[0][j], others[1][j], others[2][j]]);
+            if let Some((own, others)) = rest {
+                let at_rest = distances_squared(own, [others[0][j], others[1][j], others[2][j]]);
+                leave_out(&mut lengths, &at_rest, limit);
             }
-            let mut length_squared = [T::ZERO; GROUP];
-            for i in 0..GROUP {
-                let [dx, dy, dz] = [xi[i] - xj[j], yi[i] - yj[j], zi[i] - zj[j]];
-                length_squared[i] = dx * dx + dy * dy + dz * dz;
-            }
-            for i in 0..GROUP {
-                let [a, b] = [g * GROUP + i, other * GROUP + j];
-                // A place without a particle has NaN coordinates, for which this is false.
-                if length_squared[i] < self.distance_squared && a != b {
-                    self.pairs.push((a as u32, b as u32));
-                }
+            for lane in 0..GROUP {
+                closest[lane] = lengths[lane].minimum(closest[lane]);
             }
         }
     }
+    let mut width = GROUP / 2;
+    while width > 0 {
+        for lane in 0..width {
+            closest[lane] = closest[lane].minimum(closest[lane + width]);
+        }
+        width /= 2;
+    }
+    closest[0]
+}
+
+/// Lists the pairs in contact of two groups that have some.
+fn list_pairs<T: Real>(
+    groups: &Groups<T>,
+    group: usize,
+    other: usize,
+    limit: T,
+    found: &mut Vec<[u32; 2]>,
+) {
+    for i in 0..GROUP {
+        let first = if group == other { i + 1 } else { 0 };
+        for j in first..GROUP {
+            let places = [group * GROUP + i, other * GROUP + j];
+            let at_rest = groups.rest_distance_squared(places[0], places[1]);
+            let length_squared = groups.distance_squared(places[0], places[1]);
+            if length_squared < limit && at_rest.is_none_or(|at_rest| at_rest >= limit) {
+                found.push(places.map(|place| place as u32));
+            }
+        }
+    }
+}
+
+/// Lowers `closest` to the square of the distance of each particle of a group to the nearest of its
+/// fellows that counts. Each is compared with the next eight, cyclically: every pair comes up, none needs a mask.
+#[inline(always)]
+fn closest_within<T: Real>(
+    own: [&Lanes<T>; 3],
+    rest: Option<[&Lanes<T>; 3]>,
+    limit: T,
+    closest: &mut Lanes<T>,
+) {
+    let twice = doubled(own);
+    let rest = rest.map(|rest| (rest, doubled(rest)));
+    for shift in 1..=GROUP / 2 {
+        let mut lengths = distances_squared_shifted(own, &twice, shift);
+        if let Some((rest, rest_twice)) = &rest {
+            let at_rest = distances_squared_shifted(*rest, rest_twice, shift);
+            leave_out(&mut lengths, &at_rest, limit);
+        }
+        for lane in 0..GROUP {
+            closest[lane] = lengths[lane].minimum(closest[lane]);
+        }
+    }
+}
+
+/// The lanes of a group, and again from the start.
+#[inline(always)]
+fn doubled<T: Real>(points: [&Lanes<T>; 3]) -> [[T; 2 * GROUP]; 3] {
+    let mut twice = [[T::ZERO; 2 * GROUP]; 3];
+    for axis in 0..3 {
+        twice[axis][..GROUP].copy_from_slice(points[axis]);
+        twice[axis][GROUP..].copy_from_slice(points[axis]);
+    }
+    twice
+}
+
+/// Square of the distance of each of `points` to the entry of `others` that is `shift` further on.
+#[inline(always)]
+fn distances_squared_shifted<T: Real>(
+    points: [&Lanes<T>; 3],
+    others: &[[T; 2 * GROUP]; 3],
+    shift: usize,
+) -> Lanes<T> {
+    let mut squares = [T::ZERO; GROUP];
+    for lane in 0..GROUP {
+        let dx = points[0][lane] - others[0][lane + shift];
+        let dy = points[1][lane] - others[1][lane + shift];
+        let dz = points[2][lane] - others[2][lane + shift];
+        squares[lane] = dx * dx + dy * dy + dz * dz;
+    }
+    squares
+}
+
+/// Square of the distance of each of `points` to `other`.
+#[inline(always)]
+fn distances_squared<T: Real>(points: [&Lanes<T>; 3], other: [T; 3]) -> Lanes<T> {
+    let mut squares = [T::ZERO; GROUP];
+    for lane in 0..GROUP {
+        let dx = points[0][lane] - other[0];
+        let dy = points[1][lane] - other[1];
+        let dz = points[2][lane] - other[2];
+        squares[lane] = dx * dx + dy * dy + dz * dz;
+    }
+    squares
+}
+
+/// Square of the distance of each of `points` to a box.
+#[inline(always)]
+fn gaps_squared<T: Real>(bounds: &Bounds<T>, points: [&Lanes<T>; 3]) -> Lanes<T> {
+    let Bounds { low, high } = *bounds;
+    let [x, y, z] = points;
+    let mut squares = [T::ZERO; GROUP];
+    for lane in 0..GROUP {
+        let dx = (low[0] - x[lane]).maximum(x[lane] - high[0]).maximum(T::ZERO);
+        let dy = (low[1] - y[lane]).maximum(y[lane] - high[1]).maximum(T::ZERO);
+        let dz = (low[2] - z[lane]).maximum(z[lane] - high[2]).maximum(T::ZERO);
+        squares[lane] = dx * dx + dy * dy + dz * dz;
+    }
+    squares
+}
+
+/// Makes the pairs that are closer than the limit at rest too far away to count.
+#[inline(always)]
+fn leave_out<T: Real>(lengths: &mut Lanes<T>, at_rest: &Lanes<T>, limit: T) {
+    for lane in 0..GROUP {
+        lengths[lane] = if at_rest[lane] < limit { T::MAX } else { lengths[lane] };
+    }
+}
+
+/// The lanes with a value below `limit`, as bits. Comparison with NaN is false, so a place without
+/// a particle is never among them.
+#[inline(always)]
+fn below<T: Real>(values: &Lanes<T>, limit: T) -> u32 {
+    let mut bits = [0_u32; GROUP];
+    for lane in 0..GROUP {
+        bits[lane] = if values[lane] < limit { 1 << lane } else { 0 };
+    }
+    let mut all = 0;
+    for lane in 0..GROUP {
+        all |= bits[lane];
+    }
+    all
 }
