@@ -7,7 +7,7 @@ use std::{
 
 use cloth_core::{
     ContactResponse, ContactStatistics, Kernels, Measures, Model, PinWrite, Real, Result,
-    SolverConfig, StageTime, State,
+    SelfContact, SolverConfig, StageTime, State,
     stepper::{self, FramePlan, Substep},
 };
 use rayon::{ThreadPool, prelude::*};
@@ -177,12 +177,17 @@ impl<T: Real> CpuKernels<T> {
         }
     }
 
-    fn impulse(&self) -> Option<(&Contact<T>, Impulse<T>)> {
+    /// The impulse response for a substep of `length` \[s\], if it is the one in use.
+    fn impulse(&self, length: f64) -> Option<(&Contact<T>, Impulse<T>)> {
         let contact = self.contact.as_ref()?;
         match contact.response() {
             ContactResponse::Impulse { restitution, friction } => Some((
                 contact,
-                Impulse { restitution: T::from_f64(restitution), friction: T::from_f64(friction) },
+                Impulse {
+                    restitution: T::from_f64(restitution),
+                    friction: T::from_f64(friction),
+                    recovery: T::from_f64(SelfContact::recovery(length)),
+                },
             )),
             ContactResponse::Penalty { .. } => None,
         }
@@ -325,13 +330,13 @@ impl<T: Real> Kernels for CpuKernels<T> {
         Ok(())
     }
 
-    fn contact_impulses(&mut self) -> Result<()> {
+    fn contact_impulses(&mut self, substep: &Substep) -> Result<()> {
         if !self.contact.as_ref().is_some_and(Contact::any) {
             return Ok(());
         }
         let mut next = std::mem::replace(&mut self.next, Motion::new(0, 0));
         self.stage("contact_impulses", |kernels| {
-            let Some((contact, impulse)) = kernels.impulse() else { return };
+            let Some((contact, impulse)) = kernels.impulse(substep.length) else { return };
             let motion = MotionView::new(&kernels.present);
             let inverse_mass = &kernels.masses.inverse;
             let count = kernels.model.particle_count();

@@ -96,7 +96,7 @@ pub trait Kernels: Send {
     ///
     /// # Errors
     /// What the device reports.
-    fn contact_impulses(&mut self) -> Result<()>;
+    fn contact_impulses(&mut self, substep: &Substep) -> Result<()>;
 
     /// NUMERICS §4: number of colours of the springs that are strain limited; 0 without a limit.
     fn strain_limit_colours(&self) -> usize;
@@ -131,7 +131,8 @@ pub trait Kernels: Send {
     /// What the device reports.
     fn contact_statistics(&mut self) -> Result<ContactStatistics>;
 
-    /// All pairs (i, j), i < j, within the contact distance now, ascending: for tests and tools.
+    /// All pairs (i, j), i < j, in contact now, ascending, less those that the response leaves out:
+    /// for tests and tools.
     ///
     /// # Errors
     /// What the device reports.

@@ -40,7 +40,7 @@ pub struct Measures {
     pub strain_mean: f64,
     /// A particle of the spring with the largest elongation.
     pub strain_particle: u32,
-    /// Deepest intrusion of a particle into the thickness around a collider \[m\].
+    /// Deepest intrusion of a free particle into the thickness around a collider \[m\].
     pub penetration_max: f64,
     /// Kinetic energy \[J\].
     pub energy_kinetic: f64,

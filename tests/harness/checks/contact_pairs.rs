@@ -187,8 +187,8 @@ pub fn contact_candidates_reused(
             compare(candidate, "contact force", &expected, &found, &particles.uncertain)?;
         } else {
             kernels.contact_candidates()?;
-            kernels.contact_impulses()?;
-            stages::contact_impulses(&case.model, &mut particles, epsilon);
+            kernels.contact_impulses(&case.substep())?;
+            stages::contact_impulses(&case.model, &mut particles, case.substep().length, epsilon);
             super::motion::compare_state(candidate, &particles, &mut *kernels)?;
             kernels.state_read(&mut state)?;
         }

@@ -50,9 +50,14 @@ pub fn contact_impulses(candidate: &Candidate, description: &Description) -> Ver
     let case = description.case(candidate);
     let mut kernels = case.kernels(candidate)?;
     kernels.contact_candidates()?;
-    kernels.contact_impulses()?;
+    kernels.contact_impulses(&case.substep())?;
     let mut expected = case.particles();
-    stages::contact_impulses(&case.model, &mut expected, candidate.epsilon());
+    stages::contact_impulses(
+        &case.model,
+        &mut expected,
+        case.substep().length,
+        candidate.epsilon(),
+    );
     compare_state(candidate, &expected, &mut *kernels)
 }
 

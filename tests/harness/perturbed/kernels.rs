@@ -124,7 +124,7 @@ impl PerturbedKernels {
     }
 
     /// Impulses of all pairs but the one that is to be overlooked.
-    fn contact_impulses_but_one(&mut self) -> Result<()> {
+    fn contact_impulses_but_one(&mut self, substep: &Substep) -> Result<()> {
         let mut pairs = Vec::new();
         self.inner.contact_pairs(&mut pairs)?;
         let model = self.inner.model().clone();
@@ -134,6 +134,7 @@ impl PerturbedKernels {
             &model,
             &mut particles,
             pairs.get(1..).unwrap_or_default(),
+            substep.length,
             f64::EPSILON,
         );
         state.positions = particles.positions.iter().map(|x| x.values()).collect();
@@ -202,11 +203,11 @@ impl Kernels for PerturbedKernels {
         self.extra_forces_integrate(substep.length)
     }
 
-    fn contact_impulses(&mut self) -> Result<()> {
+    fn contact_impulses(&mut self, substep: &Substep) -> Result<()> {
         if self.defect == Defect::ContactPairDropped {
-            return self.contact_impulses_but_one();
+            return self.contact_impulses_but_one(substep);
         }
-        self.state_stage(Stage::ContactImpulses, |inner| inner.contact_impulses())
+        self.state_stage(Stage::ContactImpulses, |inner| inner.contact_impulses(substep))
     }
 
     fn strain_limit_colours(&self) -> usize {

@@ -94,13 +94,13 @@ pub fn contact_forces_of(
 }
 
 /// Momentum exchange and separation, all pairs from the old state.
-pub fn contact_impulses(model: &Model, particles: &mut Particles, epsilon: f64) {
+pub fn contact_impulses(model: &Model, particles: &mut Particles, length: f64, epsilon: f64) {
     if model.self_contact().is_none_or(|contact| !contact.excludes_neighbours()) {
         return;
     }
     let found = contact_pairs(model, particles, epsilon);
     uncertain_spread(particles, &found);
-    contact_impulses_of(model, particles, &found.pairs, epsilon);
+    contact_impulses_of(model, particles, &found.pairs, length, epsilon);
 }
 
 /// The impulses of these pairs alone.
@@ -108,6 +108,7 @@ pub fn contact_impulses_of(
     model: &Model,
     particles: &mut Particles,
     pairs: &[[u32; 2]],
+    length: f64,
     epsilon: f64,
 ) {
     let Some(contact) = model.self_contact() else { return };
@@ -117,6 +118,7 @@ pub fn contact_impulses_of(
     let [distance, restitution, friction] =
         [contact.distance, restitution, friction].map(Tracked::rounded);
     let rebound = ONE + restitution;
+    let recovery = Tracked::rounded((length / 5e-3).min(1.0));
     let old = particles.clone();
     for pair in pairs {
         let [i, j] = pair.map(|particle| particle as usize);
@@ -126,10 +128,10 @@ pub fn contact_impulses_of(
         if w_i.value + w_j.value == 0.0 || squared.value <= LENGTH_SQUARED_MIN.value {
             continue;
         }
-        let length = difference.length();
+        let apart = difference.length();
         let count = Tracked::exact(f64::from(counts[i].max(counts[j])));
         let share = ONE / count / (w_i + w_j);
-        let normal = difference.divided(length);
+        let normal = difference.divided(apart);
         let relative = old.velocities[i] - old.velocities[j];
         let approach = relative.dot(normal);
         // Near zero rounding decides on the branch; what it does is then near zero as well.
@@ -146,7 +148,7 @@ pub fn contact_impulses_of(
             particles.velocities[i] -= change.scaled(w_i * share);
             particles.velocities[j] += change.scaled(w_j * share);
         }
-        let push = normal.scaled(distance - length);
+        let push = normal.scaled(recovery * (distance - apart));
         particles.positions[i] += push.scaled(w_i * share);
         particles.positions[j] -= push.scaled(w_j * share);
     }

@@ -66,7 +66,7 @@ pub fn explicit_substep(
     aerodynamic_forces(model, particles, substep.wind_velocity, &mut forces);
     contact_forces(model, particles, &mut forces, epsilon);
     integrate_explicit(particles, &forces, substep.length);
-    contact_impulses(model, particles, epsilon);
+    contact_impulses(model, particles, substep.length, epsilon);
     if let Some(limit) = config.strain_limit() {
         let colouring =
             SpringColouring::greedy(model.springs(), model.particle_count(), &limit.classes);

@@ -193,16 +193,6 @@ impl<T: Real> Groups<T> {
         [group_of(x, group), group_of(y, group), group_of(z, group)]
     }
 
-    /// Square of the distance of the particles at two places; NaN where there is none.
-    pub(super) fn distance_squared(&self, a: usize, b: usize) -> T {
-        places_squared(&self.position, a, b)
-    }
-
-    /// The same at rest, where it matters.
-    pub(super) fn rest_distance_squared(&self, a: usize, b: usize) -> Option<T> {
-        self.rest.as_ref().map(|rest| places_squared(rest, a, b))
-    }
-
     /// Rest positions of the particles of a group, where they matter.
     #[inline(always)]
     pub(super) fn group_at_rest(&self, group: usize) -> Option<[&[T; GROUP]; 3]> {
@@ -234,11 +224,6 @@ impl<T: Real> Groups<T> {
     pub(super) fn cluster_count(&self) -> usize {
         self.clusters.len()
     }
-}
-
-fn places_squared<T: Real>(positions: &[Vec<T>; 3], a: usize, b: usize) -> T {
-    let [x, y, z] = positions.each_ref().map(|component| component[a] - component[b]);
-    x * x + y * y + z * z
 }
 
 #[inline(always)]

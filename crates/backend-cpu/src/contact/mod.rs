@@ -42,7 +42,7 @@ impl<T: Real> Contact<T> {
         Some(Self {
             broad_phase: BroadPhase::new(groups.cluster_count()),
             motion_bound: MotionBound::new(groups.cluster_count(), distance),
-            contacts: ContactList::new(&groups),
+            contacts: ContactList::new(model, &groups),
             groups,
             distance,
             response: contact.response,

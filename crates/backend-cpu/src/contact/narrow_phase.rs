@@ -15,7 +15,10 @@ use super::{
     broad_phase::{BroadPhase, ClusterList},
     groups::{CLUSTER, CLUSTER_PARTICLES, GROUP, Groups},
 };
-use crate::memory::{LANES, Lanes, packets};
+use crate::{
+    memory::{LANES, Lanes, packets},
+    vector::{dot, sub},
+};
 
 /// For each particle, by place, the particles in contact with it, ascending.
 #[derive(Debug)]
@@ -25,6 +28,9 @@ pub(super) struct ContactList {
     /// For each packet of particles, in their own order, whether any is in contact: the many that
     /// are not need only this one look.
     packets: Vec<bool>,
+    /// Square of the largest distance at the start of two particles joined by a spring \[m^2\]:
+    /// pairs beyond it need not be looked up among the springs.
+    joined_squared: f64,
 }
 
 /// Entries up to which one thread sorts them faster than several can be woken.
@@ -43,8 +49,10 @@ struct ClusterContacts {
 }
 
 impl ContactList {
-    pub(super) fn new<T: Real>(groups: &Groups<T>) -> Self {
+    pub(super) fn new<T: Real>(model: &Model, groups: &Groups<T>) -> Self {
+        let lengths = model.springs().iter().map(|spring| start_squared(model, spring.particles));
         Self {
+            joined_squared: lengths.fold(0.0, f64::max),
             clusters: vec![ClusterContacts::default(); groups.cluster_count()],
             entries: 0,
             packets: vec![false; packets(groups.particle_count())],
@@ -61,6 +69,7 @@ impl ContactList {
         arch: pulp::Arch,
     ) {
         let leaves_out = groups.has_rest();
+        let joined_squared = self.joined_squared;
         let lists = broad_phase.lists_mut();
         let clusters = self.clusters.par_iter_mut().zip(lists).enumerate();
         clusters.for_each(|(cluster, (contacts, list))| {
@@ -71,7 +80,7 @@ impl ContactList {
             if leaves_out {
                 found.retain(|places| {
                     let [a, b] = places.map(|place| groups.particle(place as usize));
-                    !model.springs().joins(a, b)
+                    start_squared(model, [a, b]) > joined_squared || !model.springs().joins(a, b)
                 });
             }
         });
@@ -144,6 +153,12 @@ impl ClusterContacts {
             self.offsets[place + 1] += self.offsets[place];
         }
     }
+}
+
+/// Square of the distance of two particles at the start \[m^2\].
+fn start_squared(model: &Model, particles: [u32; 2]) -> f64 {
+    let [a, b] = particles.map(|particle| model.positions()[particle as usize]);
+    dot(sub(a, b), sub(a, b))
 }
 
 /// Finds all pairs of places closer than the contact distance whose first group is in one cluster.
@@ -245,6 +260,7 @@ fn closest_squared<T: Real>(
 }
 
 /// Lists the pairs in contact of two groups that have some.
+#[inline(always)]
 fn list_pairs<T: Real>(
     groups: &Groups<T>,
     group: usize,
@@ -252,15 +268,27 @@ fn list_pairs<T: Real>(
     limit: T,
     found: &mut Vec<[u32; 2]>,
 ) {
-    for i in 0..GROUP {
-        let first = if group == other { i + 1 } else { 0 };
-        for j in first..GROUP {
-            let places = [group * GROUP + i, other * GROUP + j];
-            let at_rest = groups.rest_distance_squared(places[0], places[1]);
-            let length_squared = groups.distance_squared(places[0], places[1]);
-            if length_squared < limit && at_rest.is_none_or(|at_rest| at_rest >= limit) {
-                found.push(places.map(|place| place as u32));
-            }
+    let own = groups.group(group);
+    let others = groups.group(other);
+    let rest = groups.group_at_rest(group).zip(groups.group_at_rest(other));
+    let mut near = below(&gaps_squared(&groups.bounds()[group], others), limit);
+    while near != 0 {
+        let j = near.trailing_zeros() as usize;
+        near &= near - 1;
+        let mut lengths = distances_squared(own, [others[0][j], others[1][j], others[2][j]]);
+        if let Some((own, others)) = rest {
+            let at_rest = distances_squared(own, [others[0][j], others[1][j], others[2][j]]);
+            leave_out(&mut lengths, &at_rest, limit);
+        }
+        let mut touching = below(&lengths, limit);
+        if group == other {
+            // Each pair once, and no particle with itself.
+            touching &= u32::MAX << (j + 1);
+        }
+        while touching != 0 {
+            let i = touching.trailing_zeros() as usize;
+            touching &= touching - 1;
+            found.push([(group * GROUP + i) as u32, (other * GROUP + j) as u32]);
         }
     }
 }

@@ -22,6 +22,8 @@ pub(crate) struct Penalty<T> {
 pub(crate) struct Impulse<T> {
     pub(crate) restitution: T,
     pub(crate) friction: T,
+    /// Share of an overlap that is taken back in this substep.
+    pub(crate) recovery: T,
 }
 
 /// Penalty force on a particle \[N\], `None` if it is not in contact.
@@ -83,7 +85,7 @@ pub(crate) fn impulse<T: Real>(
         let crowd = partners.len().max(contact.partners(partner).len());
         let share = own / total / T::from_f64(crowd as f64);
         let approach = dot(pair.velocity, normal);
-        let overlap = contact.distance() - pair.length;
+        let overlap = coefficients.recovery * (contact.distance() - pair.length);
         let mut tangential = [T::ZERO; 3];
         for axis in 0..3 {
             tangential[axis] = pair.velocity[axis] - approach * normal[axis];

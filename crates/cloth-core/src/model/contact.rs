@@ -35,6 +35,16 @@ pub enum ContactResponse {
 }
 
 impl SelfContact {
+    /// Time \[s\] in which the impulse response takes back an overlap. Taken back all at once it
+    /// works against the springs, and cloths that lie on each other ring without end.
+    pub const RECOVERY_TIME: f64 = 5e-3;
+
+    /// Share of an overlap that is taken back in a substep of `length` \[s\].
+    #[must_use]
+    pub fn recovery(length: f64) -> f64 {
+        (length / Self::RECOVERY_TIME).min(1.0)
+    }
+
     /// Whether pairs joined by a spring or close at the start are left out.
     #[must_use]
     pub const fn excludes_neighbours(&self) -> bool {

@@ -37,7 +37,7 @@ pub fn substep<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Resul
 pub fn after_integration<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Result<()> {
     if kernels.model().self_contact().is_some() && !kernels.contact_is_penalty() {
         kernels.contact_candidates()?;
-        kernels.contact_impulses()?;
+        kernels.contact_impulses(substep)?;
     }
     let sweeps = kernels.config().strain_limit().map_or(0, |limit| limit.sweeps);
     for _ in 0..sweeps {
