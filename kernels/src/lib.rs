@@ -1,1 +1,50 @@
-//! Placeholder.
+//! The stages of the engine by name, and the sources of their GPU kernels.
+//!
+//! A stage has one name everywhere: a method of `cloth_core::Kernels`, a module of the CPU backend,
+//! `wgsl/<stage>.wgsl` and `cuda/<stage>.cu` in this package, an equivalence test. [`STAGES`] is the
+//! list that all of them are held against. The kernel sources come with the backends that run them.
+
+/// A stage of the numerics.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stage {
+    /// Its name.
+    pub name: &'static str,
+    /// Section of NUMERICS.md that has its formula.
+    pub section: u32,
+}
+
+/// All stages, in the order in which an explicit substep runs them.
+pub const STAGES: &[Stage] = &[
+    Stage { name: "field_forces", section: 3 },
+    Stage { name: "spring_forces", section: 2 },
+    Stage { name: "aerodynamic_forces", section: 3 },
+    Stage { name: "contact_candidates", section: 8 },
+    Stage { name: "contact_forces", section: 8 },
+    Stage { name: "integrate_explicit", section: 4 },
+    Stage { name: "contact_impulses", section: 8 },
+    Stage { name: "strain_limit", section: 4 },
+    Stage { name: "collider_response", section: 7 },
+    Stage { name: "vertex_normals", section: 9 },
+    Stage { name: "measure", section: 10 },
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_stage_is_in_its_section_of_the_numerics() {
+        let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../crates/cloth-core");
+        let numerics = std::fs::read_to_string(format!("{root}/NUMERICS.md")).unwrap();
+        let kernels = std::fs::read_to_string(format!("{root}/src/kernels.rs")).unwrap();
+        for stage in STAGES {
+            let heading = format!("\n## {} ", stage.section);
+            let start = numerics.find(&heading).unwrap_or_else(|| panic!("no section {heading:?}"));
+            let section = &numerics[start + 1..];
+            let section = &section[..section.find("\n## ").unwrap_or(section.len())];
+            let name = stage.name;
+            assert!(section.contains(&format!("`{name}`")), "{name} is not in its section");
+            assert!(kernels.contains(&format!("fn {name}(")), "{name} is not a method of Kernels");
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! The common workload beside a plain reference program, in one run, and memory per particle.
+//!
+//! `CLOTH_REFERENCE=ref_explicit.cpp cargo bench -p cloth-benches --bench workload` compiles that
+//! source with `c++ -O3 -march=native`, lets it run before and after ours, and prints the ratios.
+//! The program prints a CSV table with the columns scene, self, N, ms_per_frame. Without the
+//! variable ours runs alone, and the table says so.
+
+use std::{
+    collections::HashMap,
+    env, fs,
+    path::Path,
+    process::{Command, ExitCode},
+    time::Instant,
+};
+
+use cloth::{
+    Backend, State,
+    scene::{BenchKind, CompileOptions, bench_scene},
+};
+use cloth_benches::{FRAMES_MEASURED, Workload};
+use peak_alloc::PeakAlloc;
+
+#[global_allocator]
+static MEMORY: PeakAlloc = PeakAlloc;
+
+/// Scene, self-contact, particles along a side.
+type Case = (String, bool, u32);
+
+/// Median time of a frame of each case \[ms\].
+type Times = HashMap<Case, f64>;
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run() -> Result<(), Box<dyn std::error::Error>> {
+    let reference = env::var_os("CLOTH_REFERENCE");
+    let program =
+        reference.as_ref().map(|source| reference_build(Path::new(source))).transpose()?;
+    let before = program.as_deref().map(reference_run).transpose()?;
+    let backend = cloth::backend_create("cpu", None)?;
+    let mut ours = Vec::new();
+    for kind in [BenchKind::Hang, BenchKind::Sphere] {
+        for contact in [false, true] {
+            for side in [160, 256] {
+                ours.push(measure(&*backend, Workload::new(kind, side, contact))?);
+            }
+        }
+    }
+    let after = program.as_deref().map(reference_run).transpose()?;
+    println!("\nCPU, f32, {}, median of frames 10 to 70", backend.info().device);
+    println!(
+        "{:<8}{:<10}{:>5}{:>10}{:>12}{:>10}{:>10}{:>22}{:>8}",
+        "scene",
+        "contact",
+        "N",
+        "ms/frame",
+        "Msteps/s",
+        "strain",
+        "contacts",
+        "reference ms",
+        "ratio"
+    );
+    for row in &ours {
+        print!(
+            "{:<8}{:<10}{:>5}{:>10.3}{:>12.1}{:>10.4}{:>10}",
+            row.case.0,
+            row.case.1,
+            row.case.2,
+            row.milliseconds,
+            row.rate,
+            row.strain,
+            row.contacts
+        );
+        let pair = before.as_ref().zip(after.as_ref());
+        match pair.and_then(|(a, b)| Some((a.get(&row.case)?, b.get(&row.case)?))) {
+            Some((a, b)) => {
+                println!("{a:>11.2}{b:>11.2}{:>8.1}", 0.5 * (a + b) / row.milliseconds);
+            }
+            None => println!("{:>22}{:>8}", "not run", "-"),
+        }
+    }
+    if program.is_none() {
+        println!("no reference: set CLOTH_REFERENCE to the C++ source of a reference program");
+    }
+    memory(&*backend)
+}
+
+struct Row {
+    case: Case,
+    milliseconds: f64,
+    /// Million particle-steps per second.
+    rate: f64,
+    strain: f64,
+    contacts: u64,
+}
+
+fn measure(backend: &dyn Backend, workload: Workload) -> cloth::Result<Row> {
+    let mut running = workload.start(backend)?;
+    let mut times = Vec::with_capacity(FRAMES_MEASURED);
+    let mut last = None;
+    for _ in 0..FRAMES_MEASURED {
+        let start = Instant::now();
+        let report = running.step()?;
+        times.push(start.elapsed().as_secs_f64() * 1e3);
+        last = Some(report);
+    }
+    times.sort_by(f64::total_cmp);
+    let milliseconds = times[FRAMES_MEASURED / 2];
+    let report = last.unwrap_or_default();
+    let steps = workload.particles() as f64 * f64::from(report.substeps);
+    Ok(Row {
+        case: (workload.scene().to_owned(), workload.contact, workload.side),
+        milliseconds,
+        rate: steps / milliseconds / 1e3,
+        strain: report.measures.strain_mean,
+        contacts: report.contacts,
+    })
+}
+
+/// Bytes per particle of a large patch, by the allocator's count.
+fn memory(backend: &dyn Backend) -> Result<(), Box<dyn std::error::Error>> {
+    const SIDE: u32 = 512;
+    println!("\nbytes per particle of a {SIDE} x {SIDE} patch, f32");
+    for contact in [false, true] {
+        let particles = f64::from(SIDE) * f64::from(SIDE);
+        let base = MEMORY.current_usage();
+        let per_particle = |bytes: usize| bytes.saturating_sub(base) as f64 / particles;
+        MEMORY.reset_peak_usage();
+        let compiled =
+            bench_scene(BenchKind::Sphere, SIDE, contact).compile(&CompileOptions::default())?;
+        let model = per_particle(MEMORY.current_usage());
+        let model_peak = per_particle(MEMORY.peak_usage());
+        MEMORY.reset_peak_usage();
+        let mut solver = backend.create_solver(compiled.model.clone(), &compiled.config)?;
+        let solver_peak = per_particle(MEMORY.peak_usage());
+        MEMORY.reset_peak_usage();
+        let mut state = State::default();
+        for _ in 0..12 {
+            solver.advance(cloth::Frame::per_second(60.0))?;
+            solver.synchronize()?;
+            solver.download(&mut state)?;
+        }
+        println!(
+            "contact {contact:<6} model {model:.0}, all while it runs {:.0} (peak {:.0}), peak while \
+             the model is built {model_peak:.0}, the solver {solver_peak:.0}",
+            per_particle(MEMORY.current_usage()),
+            per_particle(MEMORY.peak_usage()),
+        );
+    }
+    Ok(())
+}
+
+/// Compiles the reference beside the build's own files.
+fn reference_build(source: &Path) -> Result<std::path::PathBuf, Box<dyn std::error::Error>> {
+    if !source.is_file() {
+        return Err(format!("CLOTH_REFERENCE: there is no file {}", source.display()).into());
+    }
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    fs::create_dir_all(folder)?;
+    let program = folder.join("reference");
+    let status = Command::new("c++")
+        .args(["-O3", "-march=native", "-o"])
+        .arg(&program)
+        .arg(source)
+        .status()
+        .map_err(|error| format!("c++ cannot be started ({error}): install a C++ compiler"))?;
+    if !status.success() {
+        return Err(format!("c++ could not compile {}", source.display()).into());
+    }
+    Ok(program)
+}
+
+/// Runs the reference with ten seconds for each case, enough for all measured frames.
+fn reference_run(program: &Path) -> Result<Times, Box<dyn std::error::Error>> {
+    let output = Command::new(program).arg("10").output()?;
+    let text = String::from_utf8(output.stdout)?;
+    let mut lines = text.lines();
+    let columns: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    let column = |name: &str| {
+        columns
+            .iter()
+            .position(|column| *column == name)
+            .ok_or_else(|| format!("the reference prints no column {name}"))
+    };
+    let [scene, contact, side, time] =
+        [column("scene")?, column("self")?, column("N")?, column("ms_per_frame")?];
+    let mut times = Times::new();
+    for line in lines {
+        let fields: Vec<&str> = line.split(',').collect();
+        let with_contact = match fields[contact] {
+            "none" => false,
+            "grid" => true,
+            _ => continue,
+        };
+        times.insert(
+            (fields[scene].to_owned(), with_contact, fields[side].parse()?),
+            fields[time].parse()?,
+        );
+    }
+    Ok(times)
+}
