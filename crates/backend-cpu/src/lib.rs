@@ -54,7 +54,7 @@ impl CpuBackend {
             name: "cpu",
             device: format!("{} threads", pool.current_num_threads()),
             precisions: vec![Precision::F32, Precision::F64],
-            details: vec![("instructions", format!("{:?}", pulp::Arch::new()))],
+            details: vec![("instructions", instructions().to_owned())],
         };
         Ok(Self { info, pool: Arc::new(pool) })
     }
@@ -67,6 +67,17 @@ impl CpuBackend {
             }
             _ => Ok(Arc::clone(&self.pool)),
         }
+    }
+}
+
+/// The instruction set that the kernels run with, chosen by what the processor has.
+fn instructions() -> &'static str {
+    match pulp::Arch::new() {
+        #[cfg(target_arch = "x86_64")]
+        pulp::Arch::V4(_) => "AVX-512",
+        #[cfg(target_arch = "x86_64")]
+        pulp::Arch::V3(_) => "AVX2 and FMA units, without contraction",
+        _ => "those of the target the program was built for",
     }
 }
 

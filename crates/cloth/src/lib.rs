@@ -1,1 +1,59 @@
-//! Placeholder.
+//! Cloth simulation: from a scene to its frames.
+//!
+//! ```
+//! use cloth::{Simulation, backend_create, scene::{CompileOptions, Scene}};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let mut scene = Scene::builtin("drape")?;
+//! # if let cloth::scene::SceneGeometry::Grid(grid) = &mut scene.cloths[0].geometry {
+//! #     (grid.columns, grid.rows) = (21, 21);
+//! # }
+//! scene.simulation.frames = 2;
+//! let compiled = scene.compile(&CompileOptions::default())?;
+//! let backend = backend_create("cpu", None)?;
+//! let mut simulation = Simulation::new(compiled, backend.as_ref())?;
+//! while !simulation.is_finished() {
+//!     let outcome = simulation.step()?;
+//!     let lowest = outcome.state.positions.iter().map(|x| x[2]).fold(f64::INFINITY, f64::min);
+//!     println!("frame {}: lowest point at {lowest:.3} m", outcome.frame);
+//! }
+//! assert_eq!(simulation.state().time, 2.0 / 30.0);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! - [`scene`] reads scene files and compiles them.
+//! - [`backends()`] lists what can compute, [`backend_create`] makes one of them.
+//! - [`Simulation`] runs a compiled scene frame by frame; [`Checkpoint`] saves where it is.
+//! - [`io`] reads meshes, writes frames and renders pictures; [`topology`] and [`picture_style`]
+//!   give it what it needs to know of a scene.
+//! - The contract of the engine itself, `cloth_core`, is here as a whole: [`Model`], [`Backend`],
+//!   [`Solver`], [`State`], [`Control`], [`StepReport`], [`Error`].
+//!
+//! All quantities are in SI units, coordinates are right handed with z up.
+//!
+//! # Features
+//!
+//! One for each backend: `cpu` (default).
+
+mod backends;
+mod checkpoint;
+mod file;
+mod output;
+mod simulation;
+
+/// How the engine is built and how it is extended.
+pub mod architecture {
+    #![doc = include_str!("../ARCHITECTURE.md")]
+}
+
+pub use backends::{BackendError, backend_create, backends};
+pub use checkpoint::{CHECKPOINT_VERSION, Checkpoint, CheckpointError};
+pub use cloth_core::*;
+/// Meshes in, frames and pictures out.
+pub use cloth_io as io;
+/// Scene descriptions.
+pub use cloth_scene as scene;
+pub use file::file_replace;
+pub use output::{picture_style, topology};
+pub use simulation::{FrameOutcome, Simulation};

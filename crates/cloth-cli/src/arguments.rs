@@ -1,0 +1,213 @@
+//! What can be said on the command line.
+
+use std::{num::NonZeroUsize, path::PathBuf, str::FromStr};
+
+use clap::{Args, Parser, Subcommand};
+use cloth::{
+    Precision,
+    io::{FrameFormat, PICTURE_SIDE_LIMIT},
+};
+
+/// Simulates cloth.
+#[derive(Debug, Parser)]
+#[command(
+    name = "cloth",
+    version,
+    after_help = "Start with `cloth run drape`, then look into out/drape. `cloth scenes show \
+                  drape > mine.toml` gives you a scene file to change.\n\nExit codes: 0 done, 2 \
+                  wrong arguments, 3 input that cannot be used (scene, mesh, checkpoint, folder, \
+                  memory), 4 the simulation diverged, 1 anything else."
+)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Run a scene and write its frames.
+    Run(RunArguments),
+    /// List the built-in scenes, or show one.
+    Scenes(ScenesArguments),
+    /// List what can compute on this machine.
+    Backends,
+    /// Check a scene without running it: size, memory, stability.
+    Check(CheckArguments),
+    /// Turn a mesh, the frames of a run, or a scene into another format.
+    Convert(ConvertArguments),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SceneArguments {
+    /// Name of a built-in scene (see `cloth scenes`) or path of a TOML file.
+    pub(crate) scene: String,
+    /// Further folder in which meshes of the scene may lie; can be given several times.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) mesh_root: Vec<PathBuf>,
+    /// Precision of the arithmetic, f32 or f64, in place of the scene's.
+    #[arg(long)]
+    pub(crate) precision: Option<Precision>,
+    /// Number of frames, in place of the scene's.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) frames: Option<u32>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RunArguments {
+    #[command(flatten)]
+    pub(crate) scene: SceneArguments,
+    /// What computes, see `cloth backends`.
+    #[arg(long, default_value = "cpu")]
+    pub(crate) backend: String,
+    /// Threads of the CPU backend; as many as the machine has if not given.
+    #[arg(long)]
+    pub(crate) threads: Option<NonZeroUsize>,
+    /// Output folder; out/NAME of the scene if not given. Files of an earlier run in it are
+    /// replaced, other files are left alone.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Output formats, separated by commas: obj, ply, vtu, png (one file per frame), gltf, pc2,
+    /// mdd, npz, gif, apng (all frames in one file); or none, for the frame store alone, from
+    /// which `cloth convert` makes the others.
+    #[arg(long, value_name = "LIST", default_value = "png,gif")]
+    pub(crate) format: FormatList,
+    /// Write every so many frames into the output formats.
+    #[arg(long, value_name = "N", default_value = "1")]
+    pub(crate) frame_stride: NonZeroUsize,
+    /// Size of pictures in pixels; animated ones are scaled down to 640 pixels at most.
+    #[arg(long, value_name = "WxH", default_value = "800x450")]
+    pub(crate) picture_size: PictureSize,
+    /// Print the report of each frame to stdout as a line of JSON, and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Write a checkpoint every so many frames, and at the end; 0 for at the end only.
+    #[arg(long, value_name = "N", default_value = "30")]
+    pub(crate) checkpoint_every: u64,
+    /// Continue from the checkpoint in the output folder.
+    #[arg(long)]
+    pub(crate) resume: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub(crate) struct ScenesArguments {
+    /// Print the list as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(subcommand)]
+    pub(crate) command: Option<ScenesCommand>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum ScenesCommand {
+    /// Print the TOML of a built-in scene, with its comments.
+    Show {
+        /// Name of the scene.
+        name: String,
+    },
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CheckArguments {
+    #[command(flatten)]
+    pub(crate) scene: SceneArguments,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ConvertArguments {
+    /// A mesh (obj, ply, gltf, glb), the output folder of a run, or a scene (toml).
+    pub(crate) input: PathBuf,
+    /// The file to write; a folder for formats with one file per frame. Its extension says the
+    /// format, unless --format does.
+    pub(crate) output: PathBuf,
+    /// Format of the output, by the names of `cloth run --format`.
+    #[arg(long)]
+    pub(crate) format: Option<FrameFormat>,
+    /// Take every so many frames of a run.
+    #[arg(long, value_name = "N")]
+    pub(crate) frame_stride: Option<NonZeroUsize>,
+    /// Size of pictures in pixels.
+    #[arg(long, value_name = "WxH", default_value = "800x450")]
+    pub(crate) picture_size: PictureSize,
+}
+
+/// Output formats of a run, each once.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct FormatList(pub(crate) Vec<FrameFormat>);
+
+impl FromStr for FormatList {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text.eq_ignore_ascii_case("none") {
+            return Ok(Self(Vec::new()));
+        }
+        let mut formats = Vec::new();
+        for name in text.split(',') {
+            let format = FrameFormat::from_str(name.trim()).map_err(|error| error.to_string())?;
+            if !formats.contains(&format) {
+                formats.push(format);
+            }
+        }
+        Ok(Self(formats))
+    }
+}
+
+/// Width and height of a picture \[pixel\].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct PictureSize {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+}
+
+impl FromStr for PictureSize {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let side = |text: &str| text.parse().ok().filter(|s| (1..=PICTURE_SIDE_LIMIT).contains(s));
+        text.split_once(['x', 'X'])
+            .and_then(|(width, height)| Some(Self { width: side(width)?, height: side(height)? }))
+            .ok_or_else(|| {
+                format!("write it as 800x450, with sides of 1 to {PICTURE_SIDE_LIMIT} pixels")
+            })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn the_help_names_every_format() {
+        let command = Arguments::command();
+        let run = command.find_subcommand("run").unwrap();
+        let format = run.get_arguments().find(|argument| argument.get_id() == "format").unwrap();
+        let help = format.get_help().unwrap().to_string();
+        for format in FrameFormat::ALL {
+            assert!(help.contains(format.name()), "{format}");
+        }
+    }
+
+    #[test]
+    fn formats_are_taken_once_and_unknown_ones_are_refused() {
+        let list: FormatList = "png, GIF,png".parse().unwrap();
+        assert_eq!(list.0, [FrameFormat::Png, FrameFormat::Gif]);
+        assert_eq!("none".parse(), Ok(FormatList(vec![])));
+        assert!("png,".parse::<FormatList>().is_err());
+    }
+
+    #[test]
+    fn sizes_of_pictures_are_positive() {
+        assert_eq!("64x36".parse(), Ok(PictureSize { width: 64, height: 36 }));
+        for wrong in ["64", "64x", "0x9", "9x0", "-1x5", "99999x9", "64x36x2"] {
+            assert!(wrong.parse::<PictureSize>().is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! `cloth check`.
+
+use std::io::{Write, stdout};
+
+use cloth::scene::CompiledScene;
+
+use crate::{
+    arguments::CheckArguments, failure::Failure, scene_source::SceneSource, units::bytes_text,
+};
+
+/// Share of the stable time step above which a scene runs without a margin.
+const STABLE_SHARE: f64 = 0.9;
+
+pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
+    let source = SceneSource::read(&arguments.scene)?;
+    let scene = source.compile(None)?;
+    let estimate = source.scene.memory_estimate(&source.options);
+    let stable_time_step = scene.model.stable_time_step();
+    let mut out = stdout().lock();
+    writeln!(out, "scene        {}", scene.name)?;
+    for (cloth, springs) in scene.model.cloths().iter().zip(springs_per_cloth(&scene)) {
+        writeln!(
+            out,
+            "cloth        {}: {} particles, {} triangles, {springs} springs",
+            cloth.name,
+            cloth.particles.len(),
+            cloth.triangles.len(),
+        )?;
+    }
+    writeln!(out, "colliders    {}", scene.model.colliders().len())?;
+    writeln!(out, "pins         {}", scene.model.pins().len())?;
+    writeln!(
+        out,
+        "frames       {} at {} per second, {:.3} s",
+        scene.frames,
+        scene.frames_per_second,
+        f64::from(scene.frames) / scene.frames_per_second,
+    )?;
+    writeln!(out, "memory       about {}", bytes_text(estimate.bytes))?;
+    writeln!(
+        out,
+        "time step    {:.3e} s, precision {}",
+        scene.config.time_step, scene.config.precision
+    )?;
+    writeln!(out, "stable       up to about {stable_time_step:.3e} s (2/omega_max)")?;
+    for warning in warnings(&scene, stable_time_step) {
+        writeln!(out, "warning: {warning}")?;
+    }
+    Ok(())
+}
+
+fn springs_per_cloth(scene: &CompiledScene) -> Vec<usize> {
+    let mut counts = vec![0; scene.model.cloths().len()];
+    for spring in scene.model.springs().iter() {
+        counts[scene.model.cloth_of(spring.particles[0])] += 1;
+    }
+    counts
+}
+
+/// What a scene is allowed to be but is hardly meant to be.
+fn warnings(scene: &CompiledScene, stable_time_step: f64) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let time_step = scene.config.time_step;
+    if time_step > stable_time_step {
+        warnings.push(format!(
+            "the time step is {:.2} times the stable one: the simulation will diverge; use a \
+             smaller time step or softer springs",
+            time_step / stable_time_step
+        ));
+    } else if time_step > STABLE_SHARE * stable_time_step {
+        warnings.push(format!(
+            "the time step is {:.0} % of the stable one: contact or stretching can make the \
+             simulation diverge; stay below {:.0} %",
+            100.0 * time_step / stable_time_step,
+            100.0 * STABLE_SHARE,
+        ));
+    }
+    let model = &scene.model;
+    if let Some(contact) = model.self_contact() {
+        let rest_length = model
+            .springs()
+            .iter()
+            .map(|spring| model.springs().kinds()[spring.kind as usize].rest_length);
+        let shortest = rest_length.fold(f64::INFINITY, f64::min);
+        if contact.distance > shortest {
+            warnings.push(format!(
+                "the contact distance {} m is larger than the shortest spring, {shortest:.4} m: \
+                 neighbours push each other apart; use a smaller distance",
+                contact.distance
+            ));
+        }
+    }
+    let floats = model.uniform_acceleration() == [0.0; 3];
+    if model.pins().is_empty() && model.colliders().is_empty() && !floats {
+        warnings.push(
+            "nothing holds or stops the cloth: it falls out of view; add pins or a collider".into(),
+        );
+    }
+    warnings
+}

@@ -1,0 +1,49 @@
+//! `cloth convert`.
+
+mod frames;
+mod mesh;
+
+use std::path::Path;
+
+use cloth::{io::MESH_EXTENSIONS, scene::Scene};
+
+use crate::{
+    arguments::ConvertArguments,
+    failure::{Failure, ReadError},
+    run_folder::text_write,
+};
+
+pub(crate) fn convert(arguments: &ConvertArguments) -> Result<(), Failure> {
+    let ConvertArguments { input, output, .. } = arguments;
+    if std::fs::metadata(input).map_err(ReadError::of(input))?.is_dir() {
+        return frames::convert(arguments);
+    }
+    let extension = extension(input);
+    if extension == "toml" {
+        return scene_convert(input, output);
+    }
+    if MESH_EXTENSIONS.contains(&extension.as_str()) {
+        return mesh::convert(arguments);
+    }
+    Err(Failure::Usage(format!(
+        "`{}` cannot be converted; give a mesh ({}), the folder of a run or a scene (toml)",
+        input.display(),
+        MESH_EXTENSIONS.join(", ")
+    )))
+}
+
+/// Writes a scene with every value that it leaves open, and without comments.
+fn scene_convert(input: &Path, output: &Path) -> Result<(), Failure> {
+    if extension(output) != "toml" {
+        return Err(Failure::Usage(format!(
+            "a scene can only become a scene; give `{}` the extension toml",
+            output.display()
+        )));
+    }
+    text_write(output, &Scene::read(input)?.to_toml()?)
+}
+
+/// File name extension in lower case, empty if there is none.
+fn extension(path: &Path) -> String {
+    path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default()
+}

@@ -1,0 +1,127 @@
+//! `cloth run`.
+
+mod interrupt;
+mod outputs;
+mod progress;
+mod report;
+mod summary;
+
+use std::time::Instant;
+
+use cloth::{Backend, Checkpoint, Simulation, backend_create, picture_style, topology};
+use cloth::{io::PictureStyle, scene::CompiledScene};
+
+use crate::{
+    arguments::RunArguments,
+    failure::{Failure, WriteError},
+    run_folder::RunFolder,
+    scene_source::SceneSource,
+};
+
+use interrupt::Interrupt;
+use outputs::Outputs;
+use progress::Progress;
+use report::ReportWriter;
+use summary::Summary;
+
+pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
+    let interrupt = Interrupt::install()?;
+    let source = SceneSource::read(&arguments.scene)?;
+    let backend = backend_create(&arguments.backend, arguments.threads)?;
+    let scene = source.compile(arguments.threads)?;
+    let folder = RunFolder::new(arguments.out.as_deref(), &scene.name);
+    let topology = topology(&scene);
+    let style = style(&scene, arguments);
+
+    // Nothing is written before everything is known to be good.
+    let mut simulation = simulation(scene, backend.as_ref(), &folder, arguments.resume)?;
+    std::fs::create_dir_all(&folder.root).map_err(WriteError::of(&folder.root))?;
+    let mut outputs = if arguments.resume {
+        Outputs::resume(&folder, &topology, style, arguments, simulation.frame())?
+    } else {
+        Outputs::create(&folder, &topology, style, arguments)?
+    };
+    folder.scene_write(&source.scene, &source.options)?;
+    let mut reports = ReportWriter::open(&folder.report(), simulation.frame(), arguments.json)?;
+    if simulation.frame() == 0 {
+        outputs.write(0, simulation.state(), simulation.normals())?;
+    }
+
+    let start = Instant::now();
+    let mut summary = Summary::new(simulation.model().particle_count());
+    let mut progress = Progress::new(simulation.frame(), u64::from(simulation.scene().frames));
+    let mut ended = Ok(());
+    while ended.is_ok() && !simulation.is_finished() && !interrupt.is_requested() {
+        ended = frame(&mut simulation, &mut outputs, &mut reports, &mut summary);
+        progress.frame(simulation.frame(), &summary);
+        let every = arguments.checkpoint_every;
+        if ended.is_ok() && every > 0 && simulation.frame().is_multiple_of(every) {
+            ended = checkpoint_write(&simulation, &outputs, &folder);
+        }
+    }
+    progress.finish();
+
+    // After an error the checkpoint from before is the better place to continue from.
+    if ended.is_ok() {
+        ended = checkpoint_write(&simulation, &outputs, &folder);
+    }
+    let mut lines = summary.lines(start.elapsed());
+    if ended.is_ok() && !simulation.is_finished() {
+        lines.push(format!(
+            "interrupted after frame {} of {}; the same command with --resume continues",
+            simulation.frame(),
+            simulation.scene().frames,
+        ));
+    }
+    // The frames before an error are worth having; the error itself counts more than another one
+    // that follows from it.
+    match outputs.finish(&folder) {
+        Ok(files) => lines.push(files),
+        Err(failure) => ended = ended.and(Err(failure)),
+    }
+    summary::print(&lines, arguments.json)?;
+    ended
+}
+
+/// Computes a frame and writes it.
+fn frame(
+    simulation: &mut Simulation,
+    outputs: &mut Outputs<'_>,
+    reports: &mut ReportWriter,
+    summary: &mut Summary,
+) -> Result<(), Failure> {
+    let outcome = simulation.step()?;
+    outputs.write(outcome.frame, outcome.state, outcome.normals)?;
+    reports.write(outcome.frame, outcome.report)?;
+    summary.add(outcome.report);
+    Ok(())
+}
+
+/// The simulation at its start, or where the checkpoint in `folder` has it.
+fn simulation(
+    scene: CompiledScene,
+    backend: &dyn Backend,
+    folder: &RunFolder,
+    resume: bool,
+) -> Result<Simulation, Failure> {
+    if !resume {
+        return Ok(Simulation::new(scene, backend)?);
+    }
+    let checkpoint = Checkpoint::read(&folder.checkpoint(), &scene.model, scene.config.precision)?;
+    Ok(Simulation::resume(scene, backend, &checkpoint)?)
+}
+
+fn style(scene: &CompiledScene, arguments: &RunArguments) -> PictureStyle {
+    let size = arguments.picture_size;
+    PictureStyle { width: size.width, height: size.height, ..picture_style(scene) }
+}
+
+/// Writes a checkpoint, once the frames up to it are safe.
+fn checkpoint_write(
+    simulation: &Simulation,
+    outputs: &Outputs<'_>,
+    folder: &RunFolder,
+) -> Result<(), Failure> {
+    outputs.sync()?;
+    Ok(simulation.checkpoint().write(&folder.checkpoint())?)
+}

@@ -1,0 +1,182 @@
+//! The frames of a run on their way into files.
+
+use std::path::PathBuf;
+
+use cloth::{
+    State,
+    io::{
+        ContainerOptions, Frame, FrameFormat, FrameSequenceWriter, FrameStore, PictureStyle,
+        Topology, container_write,
+    },
+};
+
+use crate::{
+    arguments::RunArguments,
+    failure::Failure,
+    run_folder::{RunFolder, file_remove},
+};
+
+/// Longer side of animated pictures \[pixel\]: larger ones are too slow to load and to show.
+const ANIMATION_SIDE_LIMIT: u32 = 640;
+
+/// All outputs of a run.
+pub(super) struct Outputs<'a> {
+    topology: &'a Topology,
+    store: FrameStore,
+    sequences: Vec<FrameSequenceWriter<'a>>,
+    /// Formats that are made at the end.
+    containers: Vec<FrameFormat>,
+    /// Folders and files that the user can look at, the best first.
+    sequence_folders: Vec<PathBuf>,
+    frame_stride: usize,
+    style: PictureStyle,
+}
+
+/// The frames in the folder end before the checkpoint.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "`{}` has {found} frames but the checkpoint needs {expected}; start again without --resume",
+    file.display()
+)]
+struct StoreShort {
+    file: PathBuf,
+    found: usize,
+    expected: u64,
+}
+
+impl<'a> Outputs<'a> {
+    /// Outputs of a run from its start. Those of an earlier run in the same folder are removed.
+    pub(super) fn create(
+        folder: &RunFolder,
+        topology: &'a Topology,
+        style: PictureStyle,
+        arguments: &RunArguments,
+    ) -> Result<Self, Failure> {
+        // First of all, as it locks out a second run in the same folder.
+        let store = FrameStore::create(&folder.store(), topology)?;
+        // It would not fit the frames of the new run.
+        file_remove(&folder.checkpoint())?;
+        folder.outputs_remove(0)?;
+        Self::new(folder, topology, store, style, arguments)
+    }
+
+    /// Outputs of a run that goes on after `frame`; what comes after it is removed.
+    pub(super) fn resume(
+        folder: &RunFolder,
+        topology: &'a Topology,
+        style: PictureStyle,
+        arguments: &RunArguments,
+        frame: u64,
+    ) -> Result<Self, Failure> {
+        let mut store = FrameStore::open(&folder.store(), topology)?;
+        let expected = frame + 1;
+        let found = store.len();
+        if (found as u64) < expected {
+            return Err(Failure::input(StoreShort { file: folder.store(), found, expected }));
+        }
+        store.truncate(expected as usize)?;
+        folder.outputs_remove(expected)?;
+        Self::new(folder, topology, store, style, arguments)
+    }
+
+    fn new(
+        folder: &RunFolder,
+        topology: &'a Topology,
+        store: FrameStore,
+        style: PictureStyle,
+        arguments: &RunArguments,
+    ) -> Result<Self, Failure> {
+        let mut sequences = Vec::new();
+        let mut sequence_folders = Vec::new();
+        let mut containers = Vec::new();
+        for &format in &arguments.format.0 {
+            if !format.is_sequence() {
+                containers.push(format);
+                continue;
+            }
+            let path = folder.sequence(format);
+            let writer = FrameSequenceWriter::new(format, &path, folder.name(), topology)?;
+            sequences.push(writer.with_style(style.clone()).resume(&store)?);
+            sequence_folders.push(path);
+        }
+        let frame_stride = arguments.frame_stride.get();
+        Ok(Self { topology, store, sequences, containers, sequence_folders, frame_stride, style })
+    }
+
+    /// Writes a frame into the store and the formats with one file per frame.
+    pub(super) fn write(
+        &mut self,
+        frame: u64,
+        state: &State,
+        normals: &[[f64; 3]],
+    ) -> Result<(), Failure> {
+        self.store.append(state.time, &state.positions)?;
+        if !frame.is_multiple_of(self.frame_stride as u64) {
+            return Ok(());
+        }
+        let frame = Frame {
+            velocities: Some(&state.velocities),
+            normals: Some(normals),
+            ..Frame::new(frame, state.time, &state.positions)
+        };
+        for sequence in &mut self.sequences {
+            sequence.write(&frame)?;
+        }
+        Ok(())
+    }
+
+    /// Waits until all frames in the store survive a loss of power.
+    pub(super) fn sync(&self) -> Result<(), Failure> {
+        Ok(self.store.sync()?)
+    }
+
+    /// Makes the formats with all frames in one file, and says where to look.
+    pub(super) fn finish(&self, folder: &RunFolder) -> Result<String, Failure> {
+        let options = ContainerOptions {
+            frame_stride: (self.frame_stride > 1).then_some(self.frame_stride),
+            style: animation_style(&self.style),
+            ..ContainerOptions::default()
+        };
+        let mut files = Vec::new();
+        for &format in &self.containers {
+            let path = folder.container(format);
+            let report = container_write(format, &path, self.topology, &self.store, &options)?;
+            for warning in report.warnings {
+                eprintln!("warning: {warning}");
+            }
+            files.push(format!("`{}`", path.display()));
+        }
+        files.extend(self.sequence_folders.iter().map(|path| format!("`{}`", path.display())));
+        if files.is_empty() {
+            let store = folder.root.display();
+            return Ok(format!(
+                "all frames are kept in `{store}`; `cloth convert` makes formats of them"
+            ));
+        }
+        Ok(format!("look at {}", files.join(", ")))
+    }
+}
+
+/// `style` with sides of at most [`ANIMATION_SIDE_LIMIT`].
+fn animation_style(style: &PictureStyle) -> PictureStyle {
+    let longer = style.width.max(style.height).max(ANIMATION_SIDE_LIMIT);
+    let scaled = |side: u32| (side * ANIMATION_SIDE_LIMIT).div_ceil(longer);
+    PictureStyle { width: scaled(style.width), height: scaled(style.height), ..style.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn animations_are_scaled_down_and_never_up() {
+        let size = |width, height| {
+            let style = animation_style(&PictureStyle { width, height, ..PictureStyle::default() });
+            [style.width, style.height]
+        };
+        assert_eq!(size(800, 450), [640, 360]);
+        assert_eq!(size(450, 800), [360, 640]);
+        assert_eq!(size(32, 18), [32, 18]);
+        assert_eq!(size(8192, 1), [640, 1]);
+    }
+}

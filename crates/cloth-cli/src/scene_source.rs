@@ -1,0 +1,57 @@
+//! Scenes by the word that a user gives: the name of a built-in one or a path.
+
+use std::{num::NonZeroUsize, path::Path};
+
+use cloth::{
+    Precision,
+    scene::{CompileOptions, CompiledScene, Scene, ScenePrecision, builtin_scenes},
+};
+
+use crate::{arguments::SceneArguments, failure::Failure, memory};
+
+/// A scene and what its compilation may read.
+pub(crate) struct SceneSource {
+    pub(crate) scene: Scene,
+    pub(crate) options: CompileOptions,
+}
+
+impl SceneSource {
+    /// Reads the scene and puts the values of the command line in place of its own.
+    pub(crate) fn read(arguments: &SceneArguments) -> Result<Self, Failure> {
+        let mut scene = scene_read(&arguments.scene)?;
+        if let Some(frames) = arguments.frames {
+            scene.simulation.frames = frames;
+        }
+        if let Some(precision) = arguments.precision {
+            scene.simulation.precision = match precision {
+                Precision::F32 => ScenePrecision::F32,
+                Precision::F64 => ScenePrecision::F64,
+            };
+        }
+        let options = CompileOptions {
+            mesh_roots: arguments.mesh_root.clone(),
+            // `memory::check` asks what this machine has.
+            memory_limit: u64::MAX,
+            ..CompileOptions::default()
+        };
+        Ok(Self { scene, options })
+    }
+
+    /// Compiles the scene if the memory of this machine is enough for it.
+    pub(crate) fn compile(&self, threads: Option<NonZeroUsize>) -> Result<CompiledScene, Failure> {
+        memory::check(&self.scene, &self.options)?;
+        let mut compiled = self.scene.compile(&self.options)?;
+        compiled.config.threads = threads;
+        Ok(compiled)
+    }
+}
+
+/// A built-in scene goes before a file of the same name: that one is `./name`.
+fn scene_read(word: &str) -> Result<Scene, Failure> {
+    let path = Path::new(word);
+    let is_builtin = builtin_scenes().iter().any(|builtin| builtin.name == word);
+    let is_path = path.components().count() > 1
+        || path.extension().is_some_and(|extension| extension == "toml")
+        || path.exists();
+    Ok(if is_path && !is_builtin { Scene::read(path)? } else { Scene::builtin(word)? })
+}

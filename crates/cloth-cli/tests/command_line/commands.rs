@@ -1,0 +1,129 @@
+//! The commands beside `cloth run`.
+
+use crate::place::{MESH, Place, SQUARE, TINY};
+
+#[test]
+fn wrong_arguments_end_with_2() {
+    let place = Place::with("tiny.toml", TINY);
+    for arguments in [
+        &["run"][..],
+        &["fly"],
+        &["run", "tiny.toml", "--format", "fbx"],
+        &["run", "tiny.toml", "--precision", "f16"],
+        &["run", "tiny.toml", "--frames", "0"],
+        &["run", "tiny.toml", "--frame-stride", "0"],
+        &["run", "tiny.toml", "--threads", "0"],
+        &["check", "tiny.toml", "--resume"],
+    ] {
+        assert_eq!(place.output(arguments).status.code(), Some(2), "{arguments:?}");
+    }
+    let message = place.fails(2, &["run", "tiny.toml", "--backend", "abacus"]);
+    assert_eq!(message, "unknown backend `abacus`; this build has: cpu");
+    let message = place.fails(2, &["convert", "tiny.toml", "tiny.obj"]);
+    assert!(message.contains("extension toml"), "{message}");
+    assert!(!place.path("out").exists() && !place.path("tiny.obj").exists());
+}
+
+#[test]
+fn built_in_scenes_are_listed_and_shown() {
+    let place = Place::new();
+    let text = place.succeeds(&["scenes"]);
+    let json = place.succeeds(&["scenes", "--json"]);
+    let rows: Vec<serde_json::Value> = serde_json::from_str(&json).unwrap();
+    let scenes = cloth::scene::builtin_scenes();
+    assert_eq!(rows.len(), scenes.len());
+    for (row, scene) in rows.iter().zip(scenes) {
+        assert_eq!(row["name"], scene.name);
+        assert!(row["particles"].as_u64() > Some(0), "{row}");
+        assert!(text.contains(scene.name) && text.contains(scene.summary));
+        assert_eq!(place.succeeds(&["scenes", "show", scene.name]), scene.toml);
+    }
+    let message = place.fails(3, &["scenes", "show", "drapes"]);
+    assert!(message.contains("did you mean `drape`?"), "{message}");
+}
+
+#[test]
+fn a_shown_scene_runs_as_a_file() {
+    let place = Place::new();
+    place.write("mine.toml", place.succeeds(&["scenes", "show", "flag"]));
+    place.succeeds(&["check", "mine.toml"]);
+}
+
+#[test]
+fn backends_are_listed() {
+    let text = Place::new().succeeds(&["backends"]);
+    assert!(text.lines().any(|line| line.starts_with("cpu: ")), "{text}");
+}
+
+#[test]
+fn a_check_counts_and_warns() {
+    let place = Place::with("tiny.toml", TINY);
+    let text = place.succeeds(&["check", "tiny.toml"]);
+    // 2 x 30 stretch, 2 x 25 shear, 2 x 24 bend.
+    assert!(text.contains("patch: 36 particles, 50 triangles, 158 springs"), "{text}");
+    assert!(text.contains("pins         2\n"), "{text}");
+    assert!(!text.contains("warning"), "{text}");
+
+    place.write("tiny.toml", TINY.replace("time_step = 1e-3", "time_step = 5e-2"));
+    let text = place.succeeds(&["check", "tiny.toml"]);
+    assert!(text.contains("warning: the time step is ") && text.contains("will diverge"), "{text}");
+    let loose = TINY[..TINY.find("[[collider]]").unwrap()].replace("pins = ", "# pins = ");
+    place.write("tiny.toml", loose);
+    let text = place.succeeds(&["check", "tiny.toml"]);
+    assert!(text.contains("warning: nothing holds or stops the cloth"), "{text}");
+    assert!(!place.path("out").exists());
+}
+
+#[test]
+fn meshes_are_converted() {
+    let place = Place::with("square.obj", SQUARE);
+    place.succeeds(&["convert", "square.obj", "square.ply"]);
+    place.succeeds(&["convert", "square.ply", "again.obj"]);
+    let [first, second, third] = ["square.obj", "square.ply", "again.obj"]
+        .map(|name| cloth::io::mesh_read(&place.path(name)).unwrap());
+    assert_eq!(first.positions, second.positions);
+    assert_eq!((first.positions, first.triangles), (third.positions, third.triangles));
+    let message = place.fails(2, &["convert", "square.obj", "square.stl"]);
+    assert!(message.contains("obj or ply"), "{message}");
+    let message = place.fails(3, &["convert", "square.obj", "missing/square.ply"]);
+    assert!(message.contains("cannot write") && message.contains("missing"), "{message}");
+    place.write("bad.obj", "v 0 0 nan\n");
+    let message = place.fails(3, &["convert", "bad.obj", "bad.ply"]);
+    assert!(message.contains("bad.obj"), "{message}");
+    assert!(!place.path("bad.ply").exists());
+    let left = std::fs::read_dir(place.path("")).unwrap().count();
+    assert_eq!(left, 4, "temporary files are left");
+}
+
+#[test]
+fn frames_of_a_run_are_converted_wherever_its_meshes_are() {
+    let place = Place::with("scenes/mesh.obj", SQUARE);
+    place.write("scenes/scene.toml", MESH);
+    place.succeeds(&["run", "scenes/scene.toml", "--out", "o", "--format", "pc2"]);
+    for name in ["o.pc2", "o.mdd", "o.npz", "o.glb", "o.gif", "o.png"] {
+        place.succeeds(&["convert", "o", name, "--picture-size", "32x18"]);
+        assert!(!place.read(name).is_empty());
+    }
+    assert!(place.read("o.pc2") == place.read("o/meshed.pc2"));
+    place.succeeds(&["convert", "o", "objs", "--format", "obj", "--frame-stride", "2"]);
+    let names = std::fs::read_dir(place.path("objs")).unwrap();
+    let mut names: Vec<_> = names.map(|entry| entry.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["meshed_000000.obj", "meshed_000002.obj"]);
+    let message = place.fails(2, &["convert", "o", "frames"]);
+    assert!(message.contains("--format with one of: obj"), "{message}");
+    let message = place.fails(3, &["convert", "missing", "o.npz"]);
+    assert!(message.contains("cannot read `missing`"), "{message}");
+    let message = place.fails(3, &["convert", "scenes", "o.npz"]);
+    assert!(message.contains("`scenes` is not the output folder of a run"), "{message}");
+}
+
+#[test]
+fn scenes_are_written_out_in_full() {
+    let place = Place::with("tiny.toml", TINY);
+    place.succeeds(&["convert", "tiny.toml", "full.toml"]);
+    let read = |name| cloth::scene::Scene::read(&place.path(name)).unwrap();
+    assert_eq!(read("tiny.toml"), read("full.toml"));
+    let full = String::from_utf8(place.read("full.toml")).unwrap();
+    assert!(full.contains("friction") && !TINY.contains("friction"));
+}

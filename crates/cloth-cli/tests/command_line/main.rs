@@ -1,0 +1,8 @@
+//! Runs the program as its users do.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
+mod bad_input;
+mod commands;
+mod place;
+mod run;

@@ -1,0 +1,282 @@
+//! `cloth run`: outputs, resuming, interrupts, divergence.
+
+use std::{
+    fs::File,
+    io::{BufRead, BufReader, Read},
+    path::Path,
+    process::{Child, Command},
+};
+
+use crate::place::{Place, TINY};
+
+/// Frames in a store of `TINY`.
+fn store_frames(bytes: &[u8]) -> usize {
+    let record = 8 + 12 * 36;
+    assert_eq!((bytes.len() - 64) % record, 0, "a frame is cut off");
+    (bytes.len() - 64) / record
+}
+
+fn report_lines(place: &Place, folder: &str) -> Vec<serde_json::Value> {
+    let text = String::from_utf8(place.read(&format!("{folder}/report.jsonl"))).unwrap();
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn without_options_there_are_pictures_to_look_at() {
+    let place = Place::with("tiny.toml", TINY);
+    let text = place.succeeds(&["run", "tiny.toml"]);
+    let last = text.lines().last().unwrap();
+    assert_eq!(last.replace('\\', "/"), "look at `out/tiny/tiny.gif`, `out/tiny/png`");
+    assert!(text.starts_with("3 frames, 102 substeps of 36 particles in "), "{text}");
+    assert_eq!(gif_frames(&place.path("out/tiny/tiny.gif")), 4);
+    for frame in 0..=3 {
+        let path = place.path(&format!("out/tiny/png/tiny_{frame:06}.png"));
+        assert_eq!(image::image_dimensions(path).unwrap(), (32, 18));
+    }
+    assert_eq!(store_frames(&place.read("out/tiny/frames.bin")), 4);
+    let reports = report_lines(&place, "out/tiny");
+    assert_eq!(reports.len(), 3);
+    assert_eq!(reports[2]["frame"], 3);
+    assert_eq!(reports[2]["substeps"], 34);
+    assert!(reports[2]["energy_kinetic"].as_f64().unwrap() > 0.0);
+}
+
+fn gif_frames(path: &Path) -> usize {
+    let options = gif::DecodeOptions::new();
+    let mut decoder = options.read_info(File::open(path).unwrap()).unwrap();
+    let mut count = 0;
+    while decoder.read_next_frame().unwrap().is_some() {
+        count += 1;
+    }
+    count
+}
+
+#[test]
+fn every_format_is_written_and_can_be_read() {
+    let place = Place::with("tiny.toml", TINY);
+    let formats = "obj,ply,vtu,png,gltf,pc2,mdd,npz,gif,apng";
+    place.succeeds(&["run", "tiny.toml", "--out", "o", "--format", formats]);
+
+    for name in ["o/obj/tiny_000003.obj", "o/ply/tiny_000003.ply", "o/tiny.glb", "o/tiny_mesh.obj"]
+    {
+        let mesh = cloth::io::mesh_read(&place.path(name)).unwrap();
+        assert_eq!((mesh.positions.len(), mesh.triangles.len()), (36, 50), "{name}");
+    }
+    let vtu = place.read("o/vtu/tiny_000003.vtu");
+    assert!(vtu.starts_with(b"<?xml") && vtu.trim_ascii_end().ends_with(b"</VTKFile>"));
+    assert!(vtu.windows(8).any(|part| part == b"velocity"));
+    let collection = String::from_utf8(place.read("o/vtu/tiny.pvd")).unwrap();
+    assert_eq!(collection.matches("<DataSet").count(), 4);
+    assert_eq!(image::image_dimensions(place.path("o/png/tiny_000003.png")).unwrap(), (32, 18));
+
+    let pc2 = place.read("o/tiny.pc2");
+    assert!(pc2.starts_with(b"POINTCACHE2\0"));
+    assert_eq!(pc2.len(), 32 + 4 * 36 * 12);
+    let mdd = place.read("o/tiny.mdd");
+    assert_eq!(mdd[..8], [0, 0, 0, 4, 0, 0, 0, 36]);
+    assert_eq!(mdd.len(), 8 + 4 * 4 + 4 * 36 * 12);
+    let mut archive = zip::ZipArchive::new(File::open(place.path("o/tiny.npz")).unwrap()).unwrap();
+    let positions = archive.by_name("positions.npy").unwrap();
+    assert_eq!(npyz::NpyFile::new(BufReader::new(positions)).unwrap().shape(), [4, 36, 3]);
+    assert_eq!(gif_frames(&place.path("o/tiny.gif")), 4);
+    let apng = BufReader::new(File::open(place.path("o/tiny.png")).unwrap());
+    let apng = png::Decoder::new(apng).read_info().unwrap();
+    assert_eq!(apng.info().animation_control().unwrap().num_frames, 4);
+}
+
+#[test]
+fn a_stride_thins_the_formats_but_not_the_frames_kept() {
+    let place = Place::with("tiny.toml", TINY);
+    let stride = ["--frame-stride", "2", "--frames", "5", "--format", "obj,npz"];
+    place.succeeds(&[&["run", "tiny.toml", "--out", "o"][..], &stride].concat());
+    let exists = |frame| place.path(&format!("o/obj/tiny_{frame:06}.obj")).exists();
+    let written: Vec<bool> = (0..6).map(exists).collect();
+    assert_eq!(written, [true, false, true, false, true, false]);
+    let mut archive = zip::ZipArchive::new(File::open(place.path("o/tiny.npz")).unwrap()).unwrap();
+    let times = archive.by_name("times.npy").unwrap();
+    assert_eq!(npyz::NpyFile::new(BufReader::new(times)).unwrap().shape(), [3]);
+    assert_eq!(store_frames(&place.read("o/frames.bin")), 6);
+}
+
+#[test]
+fn json_is_all_there_is_on_stdout() {
+    let place = Place::with("tiny.toml", TINY);
+    let text = place.succeeds(&["run", "tiny.toml", "--json", "--format", "none"]);
+    assert_eq!(text.as_bytes(), place.read("out/tiny/report.jsonl"));
+    for (line, frame) in text.lines().zip(1..) {
+        let report: serde_json::Value = serde_json::from_str(line).unwrap();
+        assert_eq!(report["frame"], frame);
+    }
+    assert_eq!(text.lines().count(), 3);
+}
+
+#[test]
+fn a_resumed_run_equals_an_uninterrupted_one() {
+    let place = Place::with("tiny.toml", TINY);
+    let run = |folder, more: &[&str]| {
+        let arguments = ["run", "tiny.toml", "--out", folder, "--format", "obj,npz"];
+        place.succeeds(&[&arguments, more].concat())
+    };
+    run("whole", &["--frames", "20"]);
+    // The checkpoint is that of frame 10; a crash loses what came after it.
+    run("parts", &["--frames", "10"]);
+    let checkpoint = place.read("parts/checkpoint.bin");
+    run("parts", &["--frames", "14", "--resume"]);
+    place.write("parts/checkpoint.bin", checkpoint);
+    let text = run("parts", &["--frames", "20", "--resume"]);
+    assert!(text.starts_with("10 frames, "), "{text}");
+
+    for name in ["frames.bin", "tiny.npz", "checkpoint.bin", "obj/tiny_000020.obj"] {
+        let [whole, parts] =
+            ["whole", "parts"].map(|folder| place.read(&format!("{folder}/{name}")));
+        assert!(whole == parts, "{name} differs");
+    }
+    let [whole, parts] = ["whole", "parts"].map(|folder| {
+        let mut lines = report_lines(&place, folder);
+        for line in &mut lines {
+            let line = line.as_object_mut().unwrap();
+            // How long it took, and contact lists that are made anew, are no results.
+            for key in ["wall_time", "stage_times", "contact_rebuilds"] {
+                line.remove(key).unwrap();
+            }
+        }
+        lines
+    });
+    assert_eq!(whole.len(), 20);
+    assert_eq!(whole, parts);
+}
+
+#[test]
+fn resuming_to_an_earlier_end_removes_later_files() {
+    let place = Place::with("tiny.toml", TINY);
+    let run = |more: &[&str]| {
+        let arguments = ["run", "tiny.toml", "--out", "o", "--format", "obj"];
+        place.succeeds(&[&arguments, more].concat())
+    };
+    run(&["--frames", "2"]);
+    let checkpoint = place.read("o/checkpoint.bin");
+    run(&["--frames", "6", "--resume"]);
+    place.write("o/checkpoint.bin", checkpoint);
+    run(&["--frames", "4", "--resume"]);
+    let exists = |frame| place.path(&format!("o/obj/tiny_{frame:06}.obj")).exists();
+    assert_eq!((0..7).filter(|&frame| exists(frame)).count(), 5);
+    assert_eq!(store_frames(&place.read("o/frames.bin")), 5);
+}
+
+#[test]
+fn a_new_run_replaces_an_earlier_one_and_nothing_else() {
+    let place = Place::with("tiny.toml", TINY);
+    place.succeeds(&["run", "tiny.toml", "--out", "o", "--format", "obj,pc2", "--frames", "5"]);
+    place.write("o/notes.txt", "mine");
+    place.write("o/obj/mine.obj", "mine");
+    place.succeeds(&["run", "tiny.toml", "--out", "o", "--format", "obj"]);
+    assert!(!place.path("o/tiny.pc2").exists() && !place.path("o/tiny_mesh.obj").exists());
+    assert!(!place.path("o/obj/tiny_000004.obj").exists());
+    assert_eq!(store_frames(&place.read("o/frames.bin")), 4);
+    assert_eq!(report_lines(&place, "o").len(), 3);
+    assert_eq!(
+        (place.read("o/notes.txt"), place.read("o/obj/mine.obj")),
+        (b"mine".into(), b"mine".into())
+    );
+    let leftovers = std::fs::read_dir(place.path("o")).unwrap();
+    let names = leftovers.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    assert!(!names.into_iter().any(|name| name.ends_with(".part")));
+}
+
+#[test]
+fn a_diverging_run_ends_with_4_and_keeps_its_frames() {
+    let unstable = TINY.replace("time_step = 1e-3", "time_step = 1.6e-2");
+    let place = Place::with("tiny.toml", unstable);
+    let run = ["run", "tiny.toml", "--out", "o", "--frames", "500", "--format", "obj,npz"];
+    let message = place.fails(4, &run);
+    for part in ["diverged at substep ", "particle ", "the stable time step is about "] {
+        assert!(message.contains(part), "{message}");
+    }
+    let frames = store_frames(&place.read("o/frames.bin"));
+    assert!((2..501).contains(&frames), "{frames}");
+    assert_eq!(report_lines(&place, "o").len(), frames - 1);
+    let last = place.path(&format!("o/obj/tiny_{:06}.obj", frames - 1));
+    cloth::io::mesh_read(&last).unwrap();
+    assert!(!place.path(&format!("o/obj/tiny_{frames:06}.obj")).exists());
+    let mut archive = zip::ZipArchive::new(File::open(place.path("o/tiny.npz")).unwrap()).unwrap();
+    let positions = archive.by_name("positions.npy").unwrap();
+    let positions = npyz::NpyFile::new(BufReader::new(positions)).unwrap();
+    assert_eq!(positions.shape()[0], frames as u64);
+    assert!(positions.into_vec::<f32>().unwrap().iter().all(|x| x.is_finite()));
+}
+
+#[test]
+fn two_runs_do_not_share_a_folder() {
+    let place = Place::with("tiny.toml", TINY);
+    let mut child =
+        place.start(&["run", "tiny.toml", "--out", "o", "--frames", "1000000", "--json"]);
+    first_line(&mut child);
+    let message = place.fails(3, &["run", "tiny.toml", "--out", "o"]);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(message.contains("is being written by another run"), "{message}");
+}
+
+/// Waits for the first line on stdout; the pipe stays open.
+fn first_line(child: &mut Child) -> BufReader<std::process::ChildStdout> {
+    let mut reader = BufReader::new(child.stdout.take().unwrap());
+    let mut line = String::new();
+    reader.read_line(&mut line).unwrap();
+    assert!(line.starts_with('{'), "{line}");
+    reader
+}
+
+#[cfg(unix)]
+fn interrupt(child: &Child) {
+    let status = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(status.success());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_the_frame_and_can_be_resumed() {
+    let place = Place::with("tiny.toml", TINY);
+    let run = ["run", "tiny.toml", "--out", "o", "--format", "obj,npz", "--json"];
+    let long = [&run[..], &["--frames", "1000000", "--checkpoint-every", "0"]].concat();
+    let mut child = place.start(&long);
+    let mut stdout = first_line(&mut child);
+    interrupt(&child);
+    let mut rest = String::new();
+    stdout.read_to_string(&mut rest).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{messages}");
+    assert!(messages.contains("the same command with --resume continues"), "{messages}");
+
+    let frames = store_frames(&place.read("o/frames.bin"));
+    assert_eq!(rest.lines().count() + 1, frames - 1);
+    assert!(place.path("o/tiny.npz").exists());
+    let end = (frames + 1).to_string();
+    place.succeeds(&[&run[..], &["--frames", &end, "--resume"]].concat());
+    assert_eq!(store_frames(&place.read("o/frames.bin")), frames + 2);
+
+    place.succeeds(&["run", "tiny.toml", "--out", "whole", "--format", "none", "--frames", &end]);
+    assert!(place.read("o/frames.bin") == place.read("whole/frames.bin"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_second_interrupt_stops_at_once() {
+    // One frame of a million substeps, which takes far longer than this test.
+    let slow = TINY
+        .replace("frames_per_second = 30", "frames_per_second = 0.1")
+        .replace("time_step = 1e-3", "time_step = 1.1e-5");
+    let place = Place::with("slow.toml", slow);
+    let mut child = place.start(&["run", "slow.toml", "--out", "o", "--format", "none"]);
+    // The store is made after the handler.
+    while !place.path("o/report.jsonl").exists() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+        assert!(child.try_wait().unwrap().is_none(), "ended by itself");
+    }
+    interrupt(&child);
+    let mut line = String::new();
+    BufReader::new(child.stderr.take().unwrap()).read_line(&mut line).unwrap();
+    assert!(line.starts_with("ending after this frame"), "{line}");
+    interrupt(&child);
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+}

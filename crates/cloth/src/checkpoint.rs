@@ -1,0 +1,381 @@
+//! Saving where a simulation is.
+//!
+//! Layout, little endian: magic `CLOTHCKP`, version u32, bits of the precision u32, fingerprint of
+//! the model u64, frame u64, step u64, time \[s\] f64, particle count n u64, collider count c u64; n
+//! positions \[m\] and n velocities \[m/s\] of 3 x f64, n held flags u8, c poses of 7 x f64; CRC-32 of
+//! all that u32.
+
+use std::{
+    fs::File,
+    io::{self, BufReader, Read, Seek, Write},
+    path::{Path, PathBuf},
+};
+
+use cloth_core::{Model, ModelError, Pose, Precision, State};
+
+use crate::file_replace;
+
+const MAGIC: &[u8; 8] = b"CLOTHCKP";
+const HEADER_SIZE: u64 = 64;
+const CHECKSUM_SIZE: u64 = 4;
+const PARTICLE_SIZE: u64 = 24 + 24 + 1;
+const COLLIDER_SIZE: u64 = 56;
+
+/// Version of the checkpoint format that this build writes and reads.
+pub const CHECKPOINT_VERSION: u32 = 1;
+
+/// A moment of a simulation, from which it can be continued.
+///
+/// A checkpoint belongs to a model, not to a scene: time step, number of frames and events can be
+/// changed before it is continued.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checkpoint {
+    /// [`Model::fingerprint`] of the model.
+    pub fingerprint: u64,
+    /// Precision of the solver.
+    pub precision: Precision,
+    /// Frames computed since the start of the scene.
+    pub frame: u64,
+    /// The state at the end of that frame.
+    pub state: State,
+}
+
+/// A checkpoint that cannot be written or continued.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CheckpointError {
+    /// The operating system could not write the file.
+    #[error(
+        "cannot write checkpoint `{}` ({source}); check free space and permissions",
+        file.display()
+    )]
+    Write {
+        /// The file.
+        file: PathBuf,
+        /// Reason given by the operating system.
+        source: io::Error,
+    },
+    /// The operating system could not read the file.
+    #[error("cannot read checkpoint `{}` ({source}); start again without it", file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// Reason given by the operating system.
+        source: io::Error,
+    },
+    /// The file is something else.
+    #[error("`{}` is not a checkpoint; give a file that a run wrote", file.display())]
+    Magic {
+        /// The file.
+        file: PathBuf,
+    },
+    /// The file has another format version.
+    #[error(
+        "checkpoint `{}` has format version {found} but this program reads {CHECKPOINT_VERSION}; \
+         continue with the program that wrote it, or start again without it",
+        file.display()
+    )]
+    Version {
+        /// The file.
+        file: PathBuf,
+        /// Its version.
+        found: u32,
+    },
+    /// The file is shorter or longer than its header says.
+    #[error(
+        "checkpoint `{}` is truncated or damaged: it has {found} bytes, its header asks for \
+         {expected}; start again without it",
+        file.display()
+    )]
+    Truncated {
+        /// The file.
+        file: PathBuf,
+        /// Bytes it has.
+        found: u64,
+        /// Bytes it should have; at least the size of a header.
+        expected: u64,
+    },
+    /// The bytes are not those that were written.
+    #[error(
+        "checkpoint `{}` is damaged: its checksum is {expected:08x} but its content has \
+         {found:08x}; start again without it",
+        file.display()
+    )]
+    Checksum {
+        /// The file.
+        file: PathBuf,
+        /// Checksum of the content.
+        found: u32,
+        /// Checksum in the file.
+        expected: u32,
+    },
+    /// The model has another number of particles or colliders.
+    #[error(
+        "checkpoint `{}` has {found} {what} but the scene has {expected}; continue with the scene \
+         that it was written for, or start again without it",
+        file.display()
+    )]
+    Count {
+        /// The file.
+        file: PathBuf,
+        /// `particles` or `colliders`.
+        what: &'static str,
+        /// How many the file has.
+        found: u64,
+        /// How many the model has.
+        expected: u64,
+    },
+    /// The model is another one of the same size.
+    #[error(
+        "checkpoint `{}` was written for another model (fingerprint {found:016x}, this scene has \
+         {expected:016x}); continue with the scene that it was written for, or start again without \
+         it",
+        file.display()
+    )]
+    Model {
+        /// The file.
+        file: PathBuf,
+        /// Fingerprint in the file.
+        found: u64,
+        /// Fingerprint of the model.
+        expected: u64,
+    },
+    /// The run had another precision, so that it would not continue with the same bits.
+    #[error(
+        "checkpoint `{}` was written in precision {found} but this run has {expected}; continue \
+         with precision {found}, or start again without it",
+        file.display()
+    )]
+    Precision {
+        /// The file.
+        file: PathBuf,
+        /// Precision in the file.
+        found: String,
+        /// Precision of this run.
+        expected: Precision,
+    },
+    /// A number is not finite, or a rotation is none.
+    #[error("checkpoint `{}` cannot be continued: {source}; start again without it", file.display())]
+    State {
+        /// The file.
+        file: PathBuf,
+        /// The number.
+        source: ModelError,
+    },
+}
+
+impl Checkpoint {
+    /// Writes the checkpoint to `path`, through a temporary file: an earlier one stays until this
+    /// one is complete.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Write`].
+    pub fn write(&self, path: &Path) -> Result<(), CheckpointError> {
+        file_replace(path, |file| {
+            let mut writer = ChecksumWriter { writer: file, hasher: crc32fast::Hasher::new() };
+            self.content(&mut writer)?;
+            let checksum = writer.hasher.finalize();
+            writer.writer.write_all(&checksum.to_le_bytes())
+        })
+        .map_err(|source| CheckpointError::Write { file: path.to_owned(), source })
+    }
+
+    fn content(&self, writer: &mut impl Write) -> io::Result<()> {
+        let state = &self.state;
+        writer.write_all(MAGIC)?;
+        writer.write_all(&CHECKPOINT_VERSION.to_le_bytes())?;
+        writer.write_all(&precision_bits(self.precision).to_le_bytes())?;
+        let counts = [state.positions.len() as u64, state.colliders.len() as u64];
+        for word in [self.fingerprint, self.frame, state.step, state.time.to_bits()]
+            .into_iter()
+            .chain(counts)
+        {
+            writer.write_all(&word.to_le_bytes())?;
+        }
+        for number in state.positions.iter().chain(&state.velocities).flatten() {
+            writer.write_all(&number.to_le_bytes())?;
+        }
+        writer.write_all(&state.held)?;
+        for pose in &state.colliders {
+            for number in pose.translation.iter().chain(&pose.rotation) {
+                writer.write_all(&number.to_le_bytes())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads the checkpoint in `path` and checks that a solver of `model` in `precision` can
+    /// continue it.
+    ///
+    /// # Errors
+    /// A [`CheckpointError`]; each of its cases says what does not fit.
+    pub fn read(path: &Path, model: &Model, precision: Precision) -> Result<Self, CheckpointError> {
+        let file = || path.to_owned();
+        let read_error = |source| CheckpointError::Read { file: file(), source };
+        let opened = File::open(path).map_err(read_error)?;
+        let size = opened.metadata().map_err(read_error)?.len();
+        let mut reader = BufReader::with_capacity(1 << 18, opened);
+
+        let header = Header::read(path, &mut reader, size)?;
+        reader.rewind().map_err(read_error)?;
+        let [found, expected] = checksums(&mut reader, size).map_err(read_error)?;
+        if found != expected {
+            return Err(CheckpointError::Checksum { file: file(), found, expected });
+        }
+        header.check(path, model, precision)?;
+
+        reader.seek(io::SeekFrom::Start(HEADER_SIZE)).map_err(read_error)?;
+        let state = header.state(&mut reader).map_err(read_error)?;
+        state.validate(model).map_err(|source| CheckpointError::State { file: file(), source })?;
+        Ok(Self { fingerprint: header.fingerprint, precision, frame: header.frame, state })
+    }
+}
+
+/// The fixed part of the file.
+struct Header {
+    precision_bits: u32,
+    fingerprint: u64,
+    frame: u64,
+    step: u64,
+    time: f64,
+    particles: u64,
+    colliders: u64,
+}
+
+impl Header {
+    /// Reads the header, and checks that a file of `size` bytes is what it describes: only then can
+    /// its counts be believed.
+    fn read(path: &Path, reader: &mut impl Read, size: u64) -> Result<Self, CheckpointError> {
+        let file = || path.to_owned();
+        let read_error = |source| CheckpointError::Read { file: file(), source };
+        let mut magic = [0; 8];
+        let magic_size = size.min(8) as usize;
+        reader.read_exact(&mut magic[..magic_size]).map_err(read_error)?;
+        if size == 0 || magic[..magic_size] != MAGIC[..magic_size] {
+            return Err(CheckpointError::Magic { file: file() });
+        }
+        let truncated =
+            |expected| CheckpointError::Truncated { file: file(), found: size, expected };
+        if size < HEADER_SIZE + CHECKSUM_SIZE {
+            return Err(truncated(HEADER_SIZE + CHECKSUM_SIZE));
+        }
+        let found = u32::from_le_bytes(bytes(reader).map_err(read_error)?);
+        if found != CHECKPOINT_VERSION {
+            return Err(CheckpointError::Version { file: file(), found });
+        }
+        let precision_bits = u32::from_le_bytes(bytes(reader).map_err(read_error)?);
+        let mut word = || bytes(reader).map(u64::from_le_bytes).map_err(read_error);
+        let header = Self {
+            precision_bits,
+            fingerprint: word()?,
+            frame: word()?,
+            step: word()?,
+            time: f64::from_bits(word()?),
+            particles: word()?,
+            colliders: word()?,
+        };
+        let particles = header.particles.saturating_mul(PARTICLE_SIZE);
+        let colliders = header.colliders.saturating_mul(COLLIDER_SIZE);
+        let content = particles.saturating_add(colliders);
+        let expected = content.saturating_add(HEADER_SIZE + CHECKSUM_SIZE);
+        if size == expected { Ok(header) } else { Err(truncated(expected)) }
+    }
+
+    /// Checks that the state belongs to `model`.
+    fn check(
+        &self,
+        path: &Path,
+        model: &Model,
+        precision: Precision,
+    ) -> Result<(), CheckpointError> {
+        let file = || path.to_owned();
+        for (what, found, expected) in [
+            ("particles", self.particles, model.particle_count() as u64),
+            ("colliders", self.colliders, model.colliders().len() as u64),
+        ] {
+            if found != expected {
+                return Err(CheckpointError::Count { file: file(), what, found, expected });
+            }
+        }
+        let expected = model.fingerprint();
+        if self.fingerprint != expected {
+            let found = self.fingerprint;
+            return Err(CheckpointError::Model { file: file(), found, expected });
+        }
+        if self.precision_bits != precision_bits(precision) {
+            let found = format!("f{}", self.precision_bits);
+            return Err(CheckpointError::Precision { file: file(), found, expected: precision });
+        }
+        Ok(())
+    }
+
+    fn state(&self, reader: &mut impl Read) -> io::Result<State> {
+        let particles = self.particles as usize;
+        let vector = |reader: &mut _| -> io::Result<[f64; 3]> {
+            Ok([number(reader)?, number(reader)?, number(reader)?])
+        };
+        let mut state = State { time: self.time, step: self.step, ..State::default() };
+        for array in [&mut state.positions, &mut state.velocities] {
+            array.reserve_exact(particles);
+            for _ in 0..particles {
+                array.push(vector(reader)?);
+            }
+        }
+        state.held = vec![0; particles];
+        reader.read_exact(&mut state.held)?;
+        for _ in 0..self.colliders {
+            let translation = vector(reader)?;
+            let [x, y, z] = vector(reader)?;
+            state.colliders.push(Pose { translation, rotation: [x, y, z, number(reader)?] });
+        }
+        Ok(state)
+    }
+}
+
+const fn precision_bits(precision: Precision) -> u32 {
+    match precision {
+        Precision::F32 => 32,
+        Precision::F64 => 64,
+    }
+}
+
+fn bytes<const N: usize>(reader: &mut impl Read) -> io::Result<[u8; N]> {
+    let mut bytes = [0; N];
+    reader.read_exact(&mut bytes)?;
+    Ok(bytes)
+}
+
+fn number(reader: &mut impl Read) -> io::Result<f64> {
+    bytes(reader).map(f64::from_le_bytes)
+}
+
+/// Checksum of a file of `size` bytes as its content has it, and as its end says.
+fn checksums(reader: &mut impl Read, size: u64) -> io::Result<[u32; 2]> {
+    let mut hasher = crc32fast::Hasher::new();
+    let mut buffer = vec![0; 1 << 16];
+    let mut left = size - CHECKSUM_SIZE;
+    while left > 0 {
+        let part = left.min(buffer.len() as u64) as usize;
+        reader.read_exact(&mut buffer[..part])?;
+        hasher.update(&buffer[..part]);
+        left -= part as u64;
+    }
+    Ok([hasher.finalize(), u32::from_le_bytes(bytes(reader)?)])
+}
+
+struct ChecksumWriter<W> {
+    writer: W,
+    hasher: crc32fast::Hasher,
+}
+
+impl<W: Write> Write for ChecksumWriter<W> {
+    fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
+        let written = self.writer.write(buffer)?;
+        self.hasher.update(&buffer[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.writer.flush()
+    }
+}

@@ -1,0 +1,178 @@
+//! What writers of frames and pictures need to know of a scene.
+
+use cloth_core::{ColliderShape, Model, Pose, TextureMap};
+use cloth_io::{
+    Bounds, Camera, PictureShape, PictureShapes, PictureStyle, Topology, TopologyCloth,
+};
+use cloth_scene::{CompiledScene, SceneView};
+
+/// The connectivity of all cloths of `scene`, their textures and the frame rate.
+#[must_use]
+pub fn topology(scene: &CompiledScene) -> Topology {
+    let range = |range: &std::ops::Range<u32>| range.start as usize..range.end as usize;
+    let cloths = scene.model.cloths().iter().map(|cloth| TopologyCloth {
+        name: cloth.name.clone(),
+        particles: range(&cloth.particles),
+        triangles: range(&cloth.triangles),
+    });
+    Topology {
+        triangles: scene.model.triangles().to_vec(),
+        texture: texture(scene),
+        particle_count: scene.model.particle_count(),
+        cloths: cloths.collect(),
+        frames_per_second: scene.frames_per_second,
+    }
+}
+
+/// One texture map for all cloths; the corners of a cloth that has none share one coordinate.
+fn texture(scene: &CompiledScene) -> Option<TextureMap> {
+    let mut merged = TextureMap::default();
+    let mut any = false;
+    for (index, cloth) in scene.model.cloths().iter().enumerate() {
+        let start = merged.coordinates.len() as u32;
+        match scene.texture(index) {
+            Some(texture) => {
+                any = true;
+                merged.coordinates.extend_from_slice(&texture.coordinates);
+                let corners = texture.triangles.iter();
+                merged.triangles.extend(corners.map(|triangle| triangle.map(|i| start + i)));
+            }
+            None => {
+                merged.coordinates.push([0.0; 2]);
+                merged.triangles.extend(cloth.triangles.clone().map(|_| [start; 3]));
+            }
+        }
+    }
+    any.then_some(merged)
+}
+
+/// How pictures of `scene` look: its camera, the colours of its cloths, its colliders as they move.
+/// A scene without a camera is seen whole, as it is at the start and with room to fall, so that
+/// every picture of a run, resumed or not, has the same view.
+#[must_use]
+pub fn picture_style(scene: &CompiledScene) -> PictureStyle {
+    let mut style = PictureStyle::default();
+    let colours = scene.cloths.iter().enumerate().map(|(index, cloth)| {
+        cloth.colour.map_or_else(|| cloth_io::picture_palette(index), |colour| colour.rgb)
+    });
+    style.cloth_colors = colours.collect();
+    style.shapes = shapes(scene);
+    style.camera = Some(match &scene.view {
+        Some(view) => camera(view),
+        None => Camera::fit(&bounds(&scene.model, &style.shapes), style.aspect()),
+    });
+    style
+}
+
+fn camera(view: &SceneView) -> Camera {
+    let along: [f64; 3] = std::array::from_fn(|k| view.target[k] - view.eye[k]);
+    let sideways = along[0].hypot(along[1]);
+    // Seen straight from above or below, z cannot be up in the picture.
+    let up = if sideways > 1e-6 * along[2].abs() { [0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0] };
+    Camera {
+        eye: view.eye,
+        target: view.target,
+        up,
+        vertical_field_of_view: view.field_of_view.to_radians(),
+    }
+}
+
+/// The start, and below it room for the cloth to fall or swing down to the nearest thing that
+/// stops it.
+fn bounds(model: &Model, shapes: &PictureShapes) -> Bounds {
+    let cloth = Bounds::of(model.positions());
+    let shapes = shapes.at(0.0);
+    let all = shapes.iter().fold(cloth, |bounds, shape| bounds.union(&shape.bounds()));
+    let floor = shapes.iter().find_map(|shape| match shape {
+        PictureShape::Plane { normal, offset } if normal[2] > 0.5 => Some(offset / normal[2]),
+        _ => None,
+    });
+    let width = (0..2).map(|axis| cloth.max[axis] - cloth.min[axis]).fold(0.0, f64::max);
+    let lowest = floor.unwrap_or(cloth.min[2] - 0.5 * width).min(all.min[2]);
+    Bounds { min: [all.min[0], all.min[1], lowest], ..all }
+}
+
+/// The colliders of every frame. Poses follow from the timeline, as the solver takes them from it.
+fn shapes(scene: &CompiledScene) -> PictureShapes {
+    let shapes: Vec<ColliderShape> = scene.model.colliders().iter().map(|c| c.shape).collect();
+    let mut poses: Vec<Pose> = scene.model.colliders().iter().map(|c| c.pose).collect();
+    let mut frames = vec![poses.clone()];
+    if !scene.timeline.is_empty() {
+        for frame in 0..u64::from(scene.frames) {
+            for control in scene.timeline.control(frame).colliders {
+                poses[control.collider as usize] = control.pose;
+            }
+            frames.push(poses.clone());
+        }
+    }
+    let rate = scene.frames_per_second;
+    PictureShapes::moving(move |time| {
+        let frame = ((time * rate).round() as usize).min(frames.len() - 1);
+        shapes.iter().zip(&frames[frame]).map(|(shape, pose)| shape_at(shape, pose)).collect()
+    })
+}
+
+fn shape_at(shape: &ColliderShape, pose: &Pose) -> PictureShape {
+    let center = pose.translation;
+    let rotation = pose.rotation_rows();
+    let z_axis = rotation.map(|row| row[2]);
+    match *shape {
+        ColliderShape::Plane => PictureShape::Plane {
+            normal: z_axis,
+            offset: (0..3).map(|k| z_axis[k] * center[k]).sum(),
+        },
+        ColliderShape::Sphere { radius } => PictureShape::Sphere { center, radius },
+        ColliderShape::Capsule { half_length, radius } => PictureShape::Capsule {
+            a: std::array::from_fn(|k| center[k] - half_length * z_axis[k]),
+            b: std::array::from_fn(|k| center[k] + half_length * z_axis[k]),
+            radius,
+        },
+        ColliderShape::Box { half_extents } => {
+            PictureShape::Cuboid { center, rotation, half_extents }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cloth_scene::{CompileOptions, Scene, builtin_scenes};
+
+    use super::*;
+
+    #[test]
+    fn every_built_in_scene_has_a_consistent_topology_and_a_camera() {
+        for builtin in builtin_scenes() {
+            let scene = Scene::builtin(builtin.name).unwrap();
+            let scene = scene.compile(&CompileOptions::default()).unwrap();
+            topology(&scene).check().unwrap();
+            let style = picture_style(&scene);
+            assert!(style.camera.is_some(), "{}", builtin.name);
+            assert_eq!(style.shapes.at(0.0).len(), scene.model.colliders().len());
+        }
+    }
+
+    const MOVING: &str = r#"
+        name = "moving"
+        simulation = { frames = 4, frames_per_second = 2 }
+        [[cloth]]
+        name = "patch"
+        geometry.grid = { columns = 3, rows = 3, spacing = 0.1 }
+        material.preset = "jersey"
+        [[collider]]
+        name = "ball"
+        shape.sphere.radius = 0.5
+        translation = [0, 0, -2]
+        motion = [{ time = 1.0, translation = [4, 0, -2] }]
+    "#;
+
+    #[test]
+    fn shapes_are_where_the_timeline_takes_the_colliders() {
+        let scene = Scene::from_toml(MOVING, "moving.toml").unwrap();
+        let scene = scene.compile(&CompileOptions::default()).unwrap();
+        let shapes = picture_style(&scene).shapes;
+        for (time, x) in [(0.0, 0.0), (0.5, 2.0), (1.0, 4.0), (1.5, 4.0), (9.0, 4.0)] {
+            let center = [x, 0.0, -2.0];
+            assert_eq!(shapes.at(time), [PictureShape::Sphere { center, radius: 0.5 }], "{time}");
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! The driver: from a compiled scene to its frames.
+
+use std::sync::Arc;
+
+use cloth_core::{Backend, Control, Frame, Model, Result, Solver, State, StepReport};
+use cloth_scene::CompiledScene;
+
+use crate::Checkpoint;
+
+/// A scene in progress. Frame 0 is the start; frame k is the state after k frames, at the time
+/// k / frames per second.
+pub struct Simulation {
+    scene: CompiledScene,
+    solver: Box<dyn Solver>,
+    frame: u64,
+    state: State,
+    normals: Vec<[f64; 3]>,
+    report: StepReport,
+}
+
+/// A frame that was computed.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameOutcome<'a> {
+    /// Number of the frame; the first one computed is 1.
+    pub frame: u64,
+    /// What the solver did.
+    pub report: &'a StepReport,
+    /// The state at the end of the frame.
+    pub state: &'a State,
+    /// Unit normal of each particle in that state, zero for a particle without triangles.
+    pub normals: &'a [[f64; 3]],
+}
+
+impl Simulation {
+    /// Makes ready to run `scene` from its start. All memory is taken here.
+    ///
+    /// # Errors
+    /// What [`Backend::create_solver`] and [`Solver::normals`] report.
+    pub fn new(scene: CompiledScene, backend: &dyn Backend) -> Result<Self> {
+        let solver = backend.create_solver(Arc::clone(&scene.model), &scene.config)?;
+        let state = scene.model.initial_state();
+        Self::with_state(scene, solver, 0, state)
+    }
+
+    /// Makes ready to continue `scene` from a checkpoint, as if there had been no interruption:
+    /// frames have the same bits.
+    ///
+    /// # Errors
+    /// As [`Self::new`], and [`Error::Invalid`](crate::Error) if the state does not fit the model.
+    pub fn resume(
+        scene: CompiledScene,
+        backend: &dyn Backend,
+        checkpoint: &Checkpoint,
+    ) -> Result<Self> {
+        let mut solver = backend.create_solver(Arc::clone(&scene.model), &scene.config)?;
+        solver.upload(&checkpoint.state)?;
+        Self::with_state(scene, solver, checkpoint.frame, checkpoint.state.clone())
+    }
+
+    fn with_state(
+        scene: CompiledScene,
+        mut solver: Box<dyn Solver>,
+        frame: u64,
+        state: State,
+    ) -> Result<Self> {
+        let mut normals = Vec::new();
+        solver.normals(&mut normals)?;
+        Ok(Self { scene, solver, frame, state, normals, report: StepReport::default() })
+    }
+
+    /// Advances by one frame, under the control that the scene has for it. Runs on past the last
+    /// frame of the scene if it is called again.
+    ///
+    /// # Errors
+    /// [`Error::Diverged`](crate::Error) and what else [`Solver::synchronize`] reports; the state
+    /// that [`Self::state`] gives is then still that of the frame before.
+    pub fn step(&mut self) -> Result<FrameOutcome<'_>> {
+        self.step_with(|_| {})
+    }
+
+    /// Like [`Self::step`], after `change` to the control that the scene has for this frame: for
+    /// input that no scene knows of, such as a mouse. Checkpoints do not remember a wind set here.
+    ///
+    /// # Errors
+    /// As [`Self::step`], and [`Error::Invalid`](crate::Error) for a control that makes no sense.
+    pub fn step_with(&mut self, change: impl FnOnce(&mut Control)) -> Result<FrameOutcome<'_>> {
+        let mut control = self.scene.timeline.control(self.frame);
+        change(&mut control);
+        self.solver.set_control(&control)?;
+        self.solver.advance(Frame::per_second(self.scene.frames_per_second))?;
+        self.report = self.solver.synchronize()?;
+        self.solver.download(&mut self.state)?;
+        self.solver.normals(&mut self.normals)?;
+        self.frame += 1;
+        Ok(FrameOutcome {
+            frame: self.frame,
+            report: &self.report,
+            state: &self.state,
+            normals: &self.normals,
+        })
+    }
+
+    /// Number of the present frame: frames computed since the start of the scene.
+    #[must_use]
+    pub const fn frame(&self) -> u64 {
+        self.frame
+    }
+
+    /// Whether all frames of the scene are computed.
+    #[must_use]
+    pub const fn is_finished(&self) -> bool {
+        self.frame >= self.scene.frames as u64
+    }
+
+    /// The scene.
+    #[must_use]
+    pub const fn scene(&self) -> &CompiledScene {
+        &self.scene
+    }
+
+    /// The model that is simulated.
+    #[must_use]
+    pub fn model(&self) -> &Arc<Model> {
+        &self.scene.model
+    }
+
+    /// The state at the end of the present frame.
+    #[must_use]
+    pub const fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Unit normals of the particles at the end of the present frame, as in [`FrameOutcome`].
+    #[must_use]
+    pub fn normals(&self) -> &[[f64; 3]] {
+        &self.normals
+    }
+
+    /// All that is needed to continue from the present frame later.
+    #[must_use]
+    pub fn checkpoint(&self) -> Checkpoint {
+        Checkpoint {
+            fingerprint: self.scene.model.fingerprint(),
+            precision: self.scene.config.precision,
+            frame: self.frame,
+            state: self.state.clone(),
+        }
+    }
+}

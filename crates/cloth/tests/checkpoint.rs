@@ -1,0 +1,215 @@
+//! Checkpoints: a run continues with the same bits, and what does not fit is refused.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
+use std::path::{Path, PathBuf};
+
+use cloth::{
+    Checkpoint, CheckpointError, Precision, Simulation, State, backend_create,
+    scene::{CompileOptions, CompiledScene, Scene},
+};
+use tempfile::TempDir;
+
+/// Everything that a state can hold: pins that move and let go, a collider that moves, contact.
+const SCENE: &str = r#"
+name = "checkpoint"
+
+[simulation]
+frames = 20
+frames_per_second = 60
+time_step = 4e-4
+
+[[cloth]]
+name = "patch"
+geometry.grid = { columns = 12, rows = 12, spacing = 0.02, centre = [0, 0, 0.4] }
+material.preset = "jersey"
+pins = ["bottom-left", "top-right"]
+[cloth.material.stretch]
+stiffness = 10
+[cloth.material.shear]
+stiffness = 5
+
+[[collider]]
+name = "ball"
+shape.sphere.radius = 0.1
+translation = [0, 0, 0.27]
+motion = [{ time = 0.25, translation = [0.02, 0, 0.32] }]
+
+[contact]
+distance = 0.018
+response.impulse.friction = 0.3
+
+[[event]]
+time = 0.05
+cloth = "patch"
+pins = ["top-right"]
+action.move = { offset = [-0.05, 0, 0], duration = 0.2 }
+
+[[event]]
+time = 0.25
+cloth = "patch"
+pins = ["bottom-left"]
+action = "release"
+"#;
+
+fn scene(precision: Precision, change: impl FnOnce(String) -> String) -> CompiledScene {
+    let mut scene = Scene::from_toml(&change(SCENE.to_owned()), "checkpoint.toml").unwrap();
+    scene.simulation.precision = match precision {
+        Precision::F32 => cloth::scene::ScenePrecision::F32,
+        Precision::F64 => cloth::scene::ScenePrecision::F64,
+    };
+    scene.compile(&CompileOptions::default()).unwrap()
+}
+
+fn advance(simulation: &mut Simulation, frames: u64) -> State {
+    for _ in 0..frames {
+        simulation.step().unwrap();
+    }
+    simulation.state().clone()
+}
+
+fn bits(state: &State) -> Vec<u64> {
+    let numbers = state.positions.iter().chain(&state.velocities).flatten();
+    numbers.map(|number| number.to_bits()).collect()
+}
+
+#[test]
+fn a_resumed_run_has_the_bits_of_an_uninterrupted_one() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("checkpoint");
+    for precision in [Precision::F32, Precision::F64] {
+        let scene = scene(precision, |text| text);
+        let backend = backend_create("cpu", None).unwrap();
+        let mut whole = Simulation::new(scene.clone(), backend.as_ref()).unwrap();
+        let wanted = advance(&mut whole, 20);
+
+        let mut first = Simulation::new(scene.clone(), backend.as_ref()).unwrap();
+        let half = advance(&mut first, 10);
+        first.checkpoint().write(&path).unwrap();
+        let checkpoint = Checkpoint::read(&path, &scene.model, precision).unwrap();
+        assert_eq!(checkpoint, first.checkpoint());
+        let mut second = Simulation::resume(scene, backend.as_ref(), &checkpoint).unwrap();
+        assert_eq!(second.frame(), 10);
+        let found = advance(&mut second, 10);
+
+        assert_ne!(bits(&half), bits(&wanted), "the second half does nothing");
+        assert_eq!(bits(&found), bits(&wanted), "{precision}");
+        assert_eq!(found, wanted);
+    }
+}
+
+/// A checkpoint of the scene after two frames, and the scene.
+struct Written {
+    folder: TempDir,
+    scene: CompiledScene,
+}
+
+impl Written {
+    fn new() -> Self {
+        let folder = TempDir::new().unwrap();
+        let scene = scene(Precision::F32, |text| text);
+        let backend = backend_create("cpu", None).unwrap();
+        let mut simulation = Simulation::new(scene.clone(), backend.as_ref()).unwrap();
+        advance(&mut simulation, 2);
+        simulation.checkpoint().write(&folder.path().join("checkpoint")).unwrap();
+        Self { folder, scene }
+    }
+
+    fn path(&self) -> PathBuf {
+        self.folder.path().join("checkpoint")
+    }
+
+    /// The error of reading the file after `change` to its bytes.
+    fn error(&self, change: impl FnOnce(&mut Vec<u8>)) -> CheckpointError {
+        let mut bytes = std::fs::read(self.path()).unwrap();
+        change(&mut bytes);
+        let path = self.folder.path().join("changed");
+        std::fs::write(&path, bytes).unwrap();
+        read_error(&path, &self.scene)
+    }
+}
+
+fn read_error(path: &Path, scene: &CompiledScene) -> CheckpointError {
+    let error = Checkpoint::read(path, &scene.model, scene.config.precision).unwrap_err();
+    assert!(error.to_string().contains(&path.display().to_string()), "{error}");
+    error
+}
+
+/// Makes the checksum right again.
+fn reseal(bytes: &mut [u8]) {
+    let (content, end) = bytes.split_at_mut(bytes.len() - 4);
+    end.copy_from_slice(&crc32fast::hash(content).to_le_bytes());
+}
+
+#[test]
+fn every_length_but_the_right_one_is_refused() {
+    let written = Written::new();
+    let size = std::fs::metadata(written.path()).unwrap().len() as usize;
+    for length in [1, 7, 8, 11, 63, 64, 67, 68, size / 2, size - 1] {
+        let error = written.error(|bytes| bytes.truncate(length));
+        assert!(matches!(error, CheckpointError::Truncated { .. }), "{length}: {error}");
+    }
+    let error = written.error(|bytes| bytes.push(0));
+    assert!(matches!(error, CheckpointError::Truncated { .. }), "{error}");
+    assert!(matches!(written.error(Vec::clear), CheckpointError::Magic { .. }));
+}
+
+#[test]
+fn another_file_is_refused() {
+    let written = Written::new();
+    let error = written.error(|bytes| bytes[0] = b'X');
+    assert!(matches!(error, CheckpointError::Magic { .. }), "{error}");
+    let error = read_error(&written.folder.path().join("missing"), &written.scene);
+    assert!(matches!(error, CheckpointError::Read { .. }), "{error}");
+}
+
+#[test]
+fn another_version_is_refused() {
+    let error = Written::new().error(|bytes| bytes[8] = 99);
+    assert!(matches!(error, CheckpointError::Version { found: 99, .. }), "{error}");
+}
+
+#[test]
+fn every_changed_bit_is_noticed() {
+    let written = Written::new();
+    let size = std::fs::metadata(written.path()).unwrap().len() as usize;
+    for place in [20, 30, 40, 100, size / 2, size - 2] {
+        let error = written.error(|bytes| bytes[place] ^= 1);
+        assert!(
+            matches!(error, CheckpointError::Checksum { .. }),
+            "byte {place} of {size}: {error}"
+        );
+    }
+}
+
+#[test]
+fn a_number_that_is_not_finite_is_refused() {
+    let written = Written::new();
+    let error = written.error(|bytes| {
+        bytes[64 + 24 * 5..64 + 24 * 5 + 8].copy_from_slice(&f64::NAN.to_le_bytes());
+        reseal(bytes);
+    });
+    let CheckpointError::State { source, .. } = &error else { panic!("{error}") };
+    assert!(source.to_string().contains("particle 5"), "{source}");
+}
+
+#[test]
+fn another_model_is_refused() {
+    let written = Written::new();
+    let other = |from: &str, to: &str| {
+        let changed = scene(Precision::F32, |text| text.replacen(from, to, 1));
+        read_error(&written.path(), &changed)
+    };
+    let error = other("columns = 12", "columns = 13");
+    assert!(matches!(error, CheckpointError::Count { found: 144, expected: 156, .. }), "{error}");
+    let error = other("stiffness = 10", "stiffness = 11");
+    assert!(matches!(error, CheckpointError::Model { .. }), "{error}");
+}
+
+#[test]
+fn another_precision_is_refused() {
+    let written = Written::new();
+    let error = read_error(&written.path(), &scene(Precision::F64, |text| text));
+    assert!(matches!(error, CheckpointError::Precision { .. }), "{error}");
+    assert!(error.to_string().contains("continue with precision f32"), "{error}");
+}

@@ -1,0 +1,79 @@
+//! Driving a scene frame by frame.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
+use cloth::{
+    Error, PinAction, PinControl, Simulation, backend_create,
+    scene::{CompileOptions, Scene},
+};
+
+const SCENE: &str = r#"
+name = "step"
+simulation = { frames = 3, frames_per_second = 50, precision = "f64" }
+[[cloth]]
+name = "patch"
+geometry.grid = { columns = 4, rows = 4, spacing = 0.1 }
+material = { mass.per_area = 0.2, thickness = 0.001, stretch.stiffness = 20, shear.stiffness = 10, bend.stiffness = 1 }
+pins = [0]
+[[event]]
+time = 0.02
+cloth = "patch"
+pins = [0]
+action = "release"
+"#;
+
+fn simulation(time_step: f64) -> Simulation {
+    let mut scene = Scene::from_toml(SCENE, "step.toml").unwrap();
+    scene.simulation.time_step = time_step;
+    let scene = scene.compile(&CompileOptions::default()).unwrap();
+    Simulation::new(scene, backend_create("cpu", None).unwrap().as_ref()).unwrap()
+}
+
+#[test]
+fn frames_are_counted_and_the_timeline_is_applied() {
+    let mut simulation = simulation(1e-3);
+    let start = simulation.state().clone();
+    assert_eq!((simulation.frame(), simulation.is_finished()), (0, false));
+    assert_eq!(simulation.normals()[5], [0.0, 0.0, 1.0]);
+
+    let outcome = simulation.step().unwrap();
+    assert_eq!((outcome.frame, outcome.report.substeps), (1, 20));
+    assert_eq!(outcome.state.positions[0], start.positions[0], "still held");
+    assert!(outcome.state.positions[15][2] < start.positions[15][2], "nothing falls");
+    assert_eq!(outcome.state.held[0], 1);
+    let outcome = simulation.step().unwrap();
+    assert_eq!(outcome.state.held[0], 0, "released by the event");
+    assert!(outcome.state.positions[0] != start.positions[0]);
+    simulation.step().unwrap();
+    assert!(simulation.is_finished());
+    assert!((simulation.state().time - 0.06).abs() < 1e-12);
+    assert_eq!(simulation.state().step, 60);
+}
+
+#[test]
+fn a_control_from_outside_is_obeyed_or_refused() {
+    let mut simulation = simulation(1e-3);
+    let pull = |particle| PinControl { particle, action: PinAction::MoveTo([0.25, 0.25, 0.125]) };
+    let outcome = simulation.step_with(|control| control.pins.push(pull(15))).unwrap();
+    assert_eq!(outcome.state.positions[15], [0.25, 0.25, 0.125]);
+    let refused = simulation.step_with(|control| control.pins.push(pull(16)));
+    assert!(matches!(refused, Err(Error::Invalid(_))));
+    assert_eq!(simulation.frame(), 1);
+}
+
+#[test]
+fn a_diverged_frame_leaves_the_state_of_the_frame_before() {
+    let mut simulation = simulation(2e-2);
+    let mut before = simulation.state().clone();
+    let divergence = loop {
+        match simulation.step() {
+            Ok(outcome) => before = outcome.state.clone(),
+            Err(Error::Diverged(divergence)) => break divergence,
+            Err(other) => panic!("{other}"),
+        }
+        assert!(simulation.frame() < 1000, "does not diverge");
+    };
+    assert!(divergence.stable_time_step < 2e-2);
+    assert_eq!(simulation.state(), &before);
+    assert_eq!(divergence.step, before.step + 1);
+}
