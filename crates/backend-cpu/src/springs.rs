@@ -172,3 +172,100 @@ fn is_regular(entries: &[Entry]) -> bool {
     let largest = degree.into_iter().max().unwrap_or(0);
     2 * offsets <= 3 * largest
 }
+
+#[cfg(test)]
+mod tests {
+    use cloth_core::{
+        Cloth, Geometry, GridPatch, MaterialPreset, Model, ModelBuilder, Stencil, TriangleMesh,
+    };
+
+    use super::*;
+
+    fn model(geometry: Geometry) -> Model {
+        let material = MaterialPreset::ALL[0].material(geometry.spacing());
+        let name = "cloth".to_owned();
+        let cloth = Cloth { name, geometry, material, pins: vec![], velocity: [0.0; 3] };
+        ModelBuilder::new().cloth(cloth).build().unwrap()
+    }
+
+    fn grid(columns: u32, rows: u32, stencil: Stencil) -> Model {
+        let patch = GridPatch { columns, rows, stencil, ..GridPatch::horizontal(2, 0.02, 0.0) };
+        model(Geometry::Grid(patch))
+    }
+
+    /// All springs of the columns, read back as (particle, neighbour, rest length).
+    fn entries(columns: &SpringColumns<f64>, particle_count: usize) -> Vec<(usize, usize, u64)> {
+        let mut entries = Vec::new();
+        for packet in 0..packets(particle_count) {
+            for lane in 0..LANES {
+                for column in columns.packet(packet) {
+                    if column.active[lane] == 0.0 {
+                        assert_eq!([column.stiffness[lane], column.damping[lane]], [0.0; 2]);
+                        continue;
+                    }
+                    let particle = packet * LANES + lane;
+                    let neighbour = match &column.neighbours {
+                        Neighbours::Offset(offset) => {
+                            particle.checked_add_signed(*offset as isize).unwrap()
+                        }
+                        Neighbours::Indices(indices) => indices[lane] as usize,
+                    };
+                    entries.push((particle, neighbour, column.rest_length[lane].to_bits()));
+                }
+            }
+        }
+        entries
+    }
+
+    /// The same from the model; in the same order only if columns visit neighbours ascending.
+    fn expected(model: &Model) -> Vec<(usize, usize, u64)> {
+        let rows = model.springs().gather_rows();
+        (0..model.particle_count())
+            .flat_map(|i| {
+                (rows.offsets[i] as usize..rows.offsets[i + 1] as usize).map(move |e| (i, e))
+            })
+            .map(|(i, e)| {
+                let kind = &model.springs().kinds()[rows.kinds[e] as usize];
+                (i, rows.columns[e] as usize, kind.rest_length.to_bits())
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_grid_needs_few_columns_and_loses_no_spring() {
+        for (columns, rows, stencil) in [
+            (160, 40, Stencil::Neighbours12),
+            (37, 23, Stencil::Neighbours24),
+            (2, 3, Stencil::Neighbours12),
+        ] {
+            let model = grid(columns, rows, stencil);
+            let packed = SpringColumns::<f64>::new(model.springs(), model.particle_count());
+            assert_eq!(entries(&packed, model.particle_count()), expected(&model));
+        }
+        // The patterns of 160 columns repeat with the rows: a taller patch needs no more of them.
+        let columns = |rows| {
+            let model = grid(160, rows, Stencil::Neighbours12);
+            SpringColumns::<f64>::new(model.springs(), model.particle_count()).columns.len()
+        };
+        assert_eq!(columns(40), columns(80));
+    }
+
+    #[test]
+    fn a_mesh_without_order_loses_no_spring() {
+        // A fan: the hub is joined to everything, no two rows are alike.
+        let rim = 50_u32;
+        let mesh = TriangleMesh {
+            positions: std::iter::once([0.0; 3])
+                .chain((0..rim).map(|i| {
+                    let angle = f64::from(i) * std::f64::consts::TAU / f64::from(rim);
+                    [angle.cos(), 1.1 * angle.sin(), 0.0]
+                }))
+                .collect(),
+            triangles: (0..rim).map(|i| [0, 1 + i, 1 + (i + 1) % rim]).collect(),
+            ..TriangleMesh::default()
+        };
+        let model = model(Geometry::Mesh(mesh));
+        let packed = SpringColumns::<f64>::new(model.springs(), model.particle_count());
+        assert_eq!(entries(&packed, model.particle_count()), expected(&model));
+    }
+}

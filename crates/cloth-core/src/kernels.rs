@@ -205,7 +205,7 @@ impl PinWrite {
 pub struct ContactStatistics {
     /// Pairs in contact at the last substep.
     pub contacts: u64,
-    /// Candidate pairs in the list.
+    /// Entries of the candidate list, pairs of particles or of groups of them.
     pub candidates: u64,
     /// Times the list was built.
     pub rebuilds: u32,

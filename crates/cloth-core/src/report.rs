@@ -15,7 +15,8 @@ pub struct StepReport {
     pub solver_residual: f64,
     /// Pairs of particles in contact at the last substep.
     pub contacts: u64,
-    /// Candidate pairs in the list at the end of the frame.
+    /// Entries of the candidate list at the end of the frame: pairs of particles, or of small groups
+    /// of them, as the backend keeps it.
     pub contact_candidates: u64,
     /// Times that the candidate list was built in this frame.
     pub contact_rebuilds: u32,

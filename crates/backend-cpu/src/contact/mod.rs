@@ -1,14 +1,15 @@
 //! NUMERICS §8: contact of the cloths with themselves and each other.
 //!
-//! Particles are sorted once, by recursive bisection of the rest shape, into [`groups`] that
-//! lie close together on the cloth and so move together. The [`broad_phase`] puts the boxes
-//! around groups into a spatial hash and lists, for each group, all groups that are near; the
-//! [`motion_bound`] proves how long that list stays complete. The [`narrow_phase`] then finds the
-//! pairs of particles in contact by comparing groups from the list, in every substep.
-//! [`response`] has the two answers to contact.
+//! Particles are sorted once, by recursive bisection of the rest shape, into [`groups`] that lie close
+//! together on the cloth and so move together. The [`broad_phase`] puts the boxes around groups into
+//! a spatial hash and lists, for each group, all groups that are near; the [`motion_bound`] proves
+//! how long that list stays complete. The [`narrow_phase`] finds the pairs of particles in contact in
+//! every substep, by a [`comparison`] of those groups of the list that can have come close enough
+//! since they were last compared. [`response`] has the two answers to contact.
 
 mod bounds;
 mod broad_phase;
+mod comparison;
 mod groups;
 mod motion_bound;
 mod narrow_phase;

@@ -67,3 +67,68 @@ impl SpringColouring {
         &self.springs[self.offsets[colour] as usize..self.offsets[colour + 1] as usize]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        Cloth, Geometry, GridPatch, MaterialPreset, ModelBuilder, NetworkSpring, SpringNetwork,
+    };
+
+    fn check(geometry: Geometry, classes: &[SpringClass]) -> SpringColouring {
+        let material = MaterialPreset::ALL[0].material(0.02);
+        let name = "cloth".to_owned();
+        let cloth = Cloth { name, geometry, material, pins: vec![], velocity: [0.0; 3] };
+        let model = ModelBuilder::new().cloth(cloth).build().unwrap();
+        let springs = model.springs();
+        let colouring = SpringColouring::greedy(springs, model.particle_count(), classes);
+        let mut count = 0;
+        for colour in 0..colouring.len() {
+            let mut used = vec![false; model.particle_count()];
+            for &[i, j, kind] in colouring.colour(colour) {
+                assert!(springs.joins(i, j));
+                assert!(classes.contains(&springs.kinds()[kind as usize].class));
+                for particle in [i, j] {
+                    assert!(!std::mem::replace(&mut used[particle as usize], true));
+                }
+                count += 1;
+            }
+        }
+        let wanted = springs.kind_indices().iter();
+        let wanted =
+            wanted.filter(|&&kind| classes.contains(&springs.kinds()[kind as usize].class));
+        assert_eq!(count, wanted.count(), "every spring of the classes has one colour");
+        colouring
+    }
+
+    #[test]
+    fn springs_of_a_colour_share_no_particle() {
+        let patch = GridPatch::horizontal(13, 0.02, 0.0);
+        let colouring = check(Geometry::Grid(patch), &[SpringClass::Stretch, SpringClass::Shear]);
+        assert!(colouring.len() <= 15, "greedy needs at most 2 x 8 - 1 for eight neighbours");
+    }
+
+    #[test]
+    fn a_hub_with_more_springs_than_a_word_has_bits_is_coloured() {
+        let network = SpringNetwork {
+            positions: (0..101).map(|i| [0.01 * f64::from(i), 1.0, 0.0]).collect(),
+            springs: (1..101)
+                .map(|i| NetworkSpring {
+                    particles: [0, i],
+                    class: SpringClass::Stretch,
+                    rest_length: None,
+                })
+                .collect(),
+        };
+        let geometry = Geometry::Network(network);
+        // Without triangles there is no area to take the mass from.
+        let mut material = MaterialPreset::ALL[0].material(0.02);
+        material.mass = crate::Mass::PerParticle(1e-4);
+        let name = "hub".to_owned();
+        let cloth = Cloth { name, geometry, material, pins: vec![], velocity: [0.0; 3] };
+        let model = ModelBuilder::new().cloth(cloth).build().unwrap();
+        let colouring = SpringColouring::greedy(model.springs(), 101, &[SpringClass::Stretch]);
+        assert_eq!(colouring.len(), 100);
+        assert!((0..100).all(|colour| colouring.colour(colour).len() == 1));
+    }
+}

@@ -4,9 +4,16 @@ use glam::DVec3;
 
 use super::Model;
 
-/// Rounds of the power iteration. The Rayleigh quotient is within a percent after these on grids of
-/// any size, as the highest modes of a grid lie close together.
+/// Rounds of the power iteration at most. The Rayleigh quotient is within a percent after these on
+/// grids of any size, as the highest modes of a grid lie close together.
 const ROUNDS: usize = 100;
+
+/// Springs visited in all rounds together at most, some seconds of work; a model so large gets fewer
+/// rounds, but never below [`ROUNDS_MIN`].
+const VISITS: usize = 200_000_000;
+
+/// Rounds after which the estimate is within some percent.
+const ROUNDS_MIN: usize = 20;
 
 impl Model {
     /// Estimate of the largest stable time step of symplectic Euler, 2/omega_max \[s\], for the
@@ -43,7 +50,8 @@ impl Model {
             .collect();
         let mut eigenvalue = 0.0;
         let mut image = vec![DVec3::ZERO; vector.len()];
-        for _ in 0..ROUNDS {
+        let rounds = (VISITS / springs.len().max(1)).clamp(ROUNDS_MIN, ROUNDS);
+        for _ in 0..rounds {
             let length = vector.iter().map(|entry| entry.length_squared()).sum::<f64>().sqrt();
             if length == 0.0 {
                 return 0.0;
