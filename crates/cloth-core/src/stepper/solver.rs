@@ -109,9 +109,11 @@ impl<K: Kernels> SteppedSolver<K> {
         } else {
             return None;
         };
+        let step = measures.non_finite_step.unwrap_or(self.step);
+        let substep = self.plan.substeps.iter().find(|substep| substep.step == step);
         Some(Divergence {
-            step: measures.non_finite_step.unwrap_or(self.step),
-            time: self.time,
+            step,
+            time: substep.map_or(self.time, |substep| substep.time + substep.length),
             particle,
             cause,
             time_step: self.kernels.config().time_step,
