@@ -1,7 +1,7 @@
 //! CPU backend: the reference for all others, and a fast one.
 //!
 //! Each stage of NUMERICS has a module of its name. Particles are kept as structure of arrays and
-//! worked on in packets of [`LANES`](memory::LANES) by loops that the compiler turns into vector
+//! worked on in packets of sixteen by loops that the compiler turns into vector
 //! instructions, for the widest instruction set that the processor has (`pulp` chooses at run time).
 //! Arithmetic is the same, operation for operation, at every width and on any number of threads, so
 //! that results are the same bits.

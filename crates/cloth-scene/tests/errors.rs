@@ -103,6 +103,35 @@ fn syntax_errors_have_a_line() {
 }
 
 #[test]
+fn values_of_the_wrong_kind_have_their_key() {
+    let kind = |key: &str, problem: &str| format!(": `{key}`: invalid {problem}");
+    changed(
+        "columns = 5",
+        "columns = \"five\"",
+        &kind("cloth[0].geometry.grid.columns", "type: string \"five\", expected u32"),
+    );
+    changed("columns = 5", "columns = -5", &kind("cloth[0].geometry.grid.columns", "value"));
+    changed("frames = 10", "frames = 1.5", &kind("simulation.frames", "type: floating point"));
+    changed(
+        "friction = 0.5",
+        "friction = true",
+        &kind("collider[0].friction", "type: boolean `true`, expected f64"),
+    );
+    changed("radius = 0.3", "radius = \"\"", &kind("collider[0].shape.sphere.radius", "type"));
+    changed("time = 1.0", "time = \"\"", &kind("collider[0].motion[0].time", "type"));
+    changed(
+        "velocity = [0, 0, 0]",
+        "velocity = [0, 0, \"\"]",
+        &kind("cloth[0].velocity[2]", "type"),
+    );
+    changed(
+        "{ friction = 0.2 }",
+        "{ friction = [] }",
+        &kind("contact.response.impulse.friction", "type"),
+    );
+}
+
+#[test]
 fn numbers_are_finite() {
     changed("time_step = 0.001", "time_step = nan", "`simulation.time_step` is nan");
     changed("velocity = [0, 0, 0]", "velocity = [0, 0, -inf]", "`cloth[0].velocity[2]` is -inf");

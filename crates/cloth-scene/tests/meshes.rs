@@ -2,7 +2,9 @@
 
 use std::{fs, path::Path};
 
-use cloth_scene::{CompileOptions, Scene, SceneError};
+use cloth_scene::{
+    CompileOptions, MemoryEstimate, Scene, SceneContact, SceneContactResponse, SceneError,
+};
 
 const SQUARE: &str = "\
 v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n";
@@ -34,7 +36,55 @@ fn a_mesh_is_scaled_turned_and_moved() {
     }
     assert_eq!(compiled.model.pins(), [3]);
     assert_eq!(compiled.texture(0).unwrap().coordinates[2], [1.0, 1.0]);
-    assert!(scene.memory_estimate(&CompileOptions::default()).particles > 0);
+}
+
+/// A square of `side` x `side` vertices as OBJ text and as binary PLY.
+fn square_files(folder: &Path, side: u32) {
+    let mut obj = String::new();
+    let mut ply = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\n\
+         property float y\nproperty float z\nelement face {}\n\
+         property list uchar int vertex_indices\nend_header\n",
+        side * side,
+        2 * (side - 1) * (side - 1),
+    )
+    .into_bytes();
+    for (row, column) in (0..side).flat_map(|row| (0..side).map(move |column| (row, column))) {
+        obj += &format!("v {column} {row} 0\n");
+        for coordinate in [column as f32, row as f32, 0.0] {
+            ply.extend(coordinate.to_le_bytes());
+        }
+    }
+    for (row, column) in (1..side).flat_map(|row| (1..side).map(move |column| (row, column))) {
+        let [above, below] = [row * side + column, (row - 1) * side + column];
+        for [a, b, c] in [[below - 1, below, above], [below - 1, above, above - 1]] {
+            obj += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
+            ply.push(3);
+            ply.extend([a, b, c].into_iter().flat_map(u32::to_le_bytes));
+        }
+    }
+    fs::write(folder.join("square.obj"), obj).unwrap_or_else(|error| panic!("{error}"));
+    fs::write(folder.join("square.ply"), ply).unwrap_or_else(|error| panic!("{error}"));
+}
+
+#[test]
+fn the_memory_of_a_mesh_is_estimated_from_its_vertices() {
+    let folder = tempfile::tempdir().unwrap();
+    square_files(folder.path(), 30);
+    for file in ["square.obj", "square.ply"] {
+        let mut scene = write(folder.path(), file);
+        let compiled = scene.compile(&CompileOptions::default()).unwrap();
+        scene.contact = Some(SceneContact {
+            distance: 0.5,
+            response: SceneContactResponse::Impulse { friction: 0.0, restitution: 0.0 },
+        });
+        let estimate = scene.memory_estimate(&CompileOptions::default());
+        assert_eq!(estimate.particles, compiled.model.particle_count() as u64, "{file}");
+        let per_particle = estimate.bytes / estimate.particles;
+        assert!((650..=750).contains(&per_particle), "{file}: {per_particle} bytes");
+    }
+    let missing = write(folder.path(), "none.obj");
+    assert_eq!(missing.memory_estimate(&CompileOptions::default()), MemoryEstimate::default());
 }
 
 #[test]

@@ -109,5 +109,5 @@ fn a_scene_beyond_its_memory_is_refused_before_it_is_built() {
         bench_scene(BenchKind::Hang, 100, true).memory_estimate(&CompileOptions::default());
     assert_eq!(estimate.particles, 10_000);
     let per_particle = estimate.bytes / estimate.particles;
-    assert!((200..1000).contains(&per_particle), "{per_particle} bytes");
+    assert!((270..=330).contains(&per_particle), "{per_particle} bytes");
 }

@@ -7,6 +7,7 @@ mod grid;
 mod material;
 mod memory;
 mod mesh;
+mod mesh_vertices;
 mod model_error;
 mod options;
 mod pins;

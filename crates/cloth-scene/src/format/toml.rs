@@ -7,7 +7,10 @@ use toml::de::{DeTable, Deserializer};
 
 use crate::{Scene, SceneError, SceneOrigin, ScenePlace, error::SceneUnknown};
 
-use super::{lines::Lines, toml_places::Places};
+use super::{
+    lines::Lines,
+    toml_places::{Places, key_at},
+};
 
 /// A scene of ten thousand pins has a few hundred kilobytes.
 const FILE_SIZE_MAX: u64 = 64 << 20;
@@ -49,11 +52,12 @@ impl Scene {
     /// # Errors
     /// [`SceneError::Syntax`] for text that is not TOML or values of the wrong kind,
     /// [`SceneError::Unknown`] for keys and words that do not exist, [`SceneError::Value`] for
-    /// numbers that are NaN or infinite; each with line and column.
+    /// numbers that are NaN or infinite; each with line and column, and with the key if it is about
+    /// a value.
     pub fn from_toml(text: &str, file: &str) -> Result<Self, SceneError> {
         let lines = Lines::new(text);
-        let wrap = |error: toml::de::Error| parse_error(&error, file, &lines);
-        let table = DeTable::parse(text).map_err(wrap)?;
+        let table =
+            DeTable::parse(text).map_err(|error| parse_error(&error, None, file, &lines))?;
         let places = Places::of(table.get_ref(), &lines);
         if let Some(number) = places.non_finite {
             return Err(SceneError::Value {
@@ -62,7 +66,14 @@ impl Scene {
             });
         }
         let keys = places.keys;
-        let mut scene = Self::deserialize(Deserializer::from(table)).map_err(wrap)?;
+        let mut scene = Self::deserialize(Deserializer::from(table)).map_err(|error| {
+            // Parsed once more: the table is used up, and keeping the key of every value would
+            // make each scene pay for the errors of a few.
+            let table = DeTable::parse(text).ok();
+            let key =
+                table.zip(error.span()).and_then(|(table, span)| key_at(table.get_ref(), &span));
+            parse_error(&error, key, file, &lines)
+        })?;
         scene.origin = SceneOrigin {
             file: file.into(),
             directory: Path::new(file).parent().map(Path::to_path_buf).unwrap_or_default(),
@@ -83,7 +94,13 @@ impl Scene {
     }
 }
 
-fn parse_error(error: &toml::de::Error, file: &str, lines: &Lines<'_>) -> SceneError {
+/// `key` is the value that the error is about, if it is about one.
+fn parse_error(
+    error: &toml::de::Error,
+    key: Option<String>,
+    file: &str,
+    lines: &Lines<'_>,
+) -> SceneError {
     let position = error.span().map(|span| lines.position(span.start));
     let place = ScenePlace { file: file.into(), position };
     match unknown_word(error.message()) {
@@ -91,6 +108,10 @@ fn parse_error(error: &toml::de::Error, file: &str, lines: &Lines<'_>) -> SceneE
         None => {
             // One sentence: parsers put what they expected on a second line.
             let problem = error.message().trim_end().replace('\n', ", ");
+            let problem = match key {
+                Some(key) => format!("`{key}`: {problem}"),
+                None => problem,
+            };
             SceneError::Syntax { place, problem }
         }
     }

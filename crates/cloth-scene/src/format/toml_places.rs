@@ -1,6 +1,6 @@
 //! Where every key of a TOML text is, and whether its numbers are numbers.
 
-use std::collections::HashMap;
+use std::{collections::HashMap, ops::Range};
 
 use toml::{
     Spanned,
@@ -73,5 +73,43 @@ impl<'a> Places<'a> {
             }
             _ => {}
         }
+    }
+}
+
+/// The key of the value at `span`: of the innermost value that covers it. `None` if only the text
+/// as a whole does.
+pub(super) fn key_at(table: &DeTable<'_>, span: &Range<usize>) -> Option<String> {
+    let mut innermost = None;
+    for (name, value) in table {
+        search(value, name.get_ref().to_string(), span, &mut innermost);
+    }
+    innermost.map(|(_, key)| key)
+}
+
+/// Looks at `value` and all that it holds. A table spans its header alone when it has one, so what
+/// a table holds is looked at whether or not the table covers `span`.
+fn search(
+    value: &Spanned<DeValue<'_>>,
+    key: String,
+    span: &Range<usize>,
+    innermost: &mut Option<(usize, String)>,
+) {
+    match value.get_ref() {
+        DeValue::Table(table) => {
+            for (name, value) in table {
+                search(value, format!("{key}.{}", name.get_ref()), span, innermost);
+            }
+        }
+        DeValue::Array(array) => {
+            for (index, element) in array.iter().enumerate() {
+                search(element, format!("{key}[{index}]"), span, innermost);
+            }
+        }
+        _ => {}
+    }
+    let own = value.span();
+    let closer = innermost.as_ref().is_none_or(|&(length, _)| own.len() < length);
+    if own.start <= span.start && span.end <= own.end && closer {
+        *innermost = Some((own.len(), key));
     }
 }
