@@ -59,8 +59,8 @@ pub(crate) struct RunArguments {
     /// What computes, see `cloth backends`.
     #[arg(long, default_value = "cpu")]
     pub(crate) backend: String,
-    /// Threads of the CPU backend; as many as the machine has if not given.
-    #[arg(long)]
+    /// Threads of the CPU backend, at most 1024; as many as the machine has if not given.
+    #[arg(long, value_parser = thread_count)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Output folder; out/NAME of the scene if not given. Files of an earlier run in it are
     /// replaced, other files are left alone.
@@ -129,6 +129,15 @@ pub(crate) struct ConvertArguments {
     /// Size of pictures in pixels.
     #[arg(long, value_name = "WxH", default_value = "800x450")]
     pub(crate) picture_size: PictureSize,
+}
+
+/// Most threads that can be asked for. Far more than that is a slip, and systems answer it by ending
+/// the program.
+const THREAD_LIMIT: usize = 1024;
+
+fn thread_count(text: &str) -> Result<NonZeroUsize, String> {
+    let count = text.parse().ok().filter(|count: &NonZeroUsize| count.get() <= THREAD_LIMIT);
+    count.ok_or_else(|| format!("give a number of threads from 1 to {THREAD_LIMIT}"))
 }
 
 /// Output formats of a run, each once.
@@ -201,6 +210,15 @@ mod tests {
         assert_eq!(list.0, [FrameFormat::Png, FrameFormat::Gif]);
         assert_eq!("none".parse(), Ok(FormatList(vec![])));
         assert!("png,".parse::<FormatList>().is_err());
+    }
+
+    #[test]
+    fn numbers_of_threads_have_a_limit() {
+        assert_eq!(thread_count("1024").map(NonZeroUsize::get), Ok(1024));
+        for wrong in ["0", "1025", "100000", "18446744073709551616", "-1", "two"] {
+            let message = thread_count(wrong).unwrap_err();
+            assert!(message.contains("from 1 to 1024"), "{wrong}: {message}");
+        }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::io::{Write, stdout};
 
-use cloth::scene::CompiledScene;
+use cloth::{ContactResponse, scene::CompiledScene};
 
 use crate::{
     arguments::CheckArguments, failure::Failure, scene_source::SceneSource, units::bytes_text,
@@ -76,7 +76,9 @@ fn warnings(scene: &CompiledScene, stable_time_step: f64) -> Vec<String> {
         ));
     }
     let model = &scene.model;
-    if let Some(contact) = model.self_contact() {
+    // The impulse response leaves neighbours out.
+    let penalty = |response| matches!(response, ContactResponse::Penalty { .. });
+    if let Some(contact) = model.self_contact().filter(|contact| penalty(contact.response)) {
         let rest_length = model
             .springs()
             .iter()

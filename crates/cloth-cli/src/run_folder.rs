@@ -7,8 +7,7 @@ use std::{
 };
 
 use cloth::{
-    file_replace,
-    io::FrameFormat,
+    io::{FrameFormat, file_replace},
     scene::{CompileOptions, Scene},
 };
 use serde::{Deserialize, Serialize};

@@ -1,21 +1,26 @@
 //! Meshes in, frames and pictures out.
 //!
-//! - [`mesh_read`] reads triangle meshes from OBJ, PLY and glTF files.
+//! - [`mesh_read`] reads triangle meshes from OBJ, PLY and glTF files, [`mesh_write`] writes OBJ and
+//!   PLY.
 //! - [`FrameStore`] keeps all frames of a run; [`FrameSequenceWriter`] and [`container_write`] turn
 //!   frames into [formats](FrameFormat) of other programs.
 //! - [`Picture`] renders cloth and colliders without a graphics card.
+//! - [`file_replace`] writes any file so that it is either complete or as it was.
 
+mod file;
 mod frame;
 mod mesh;
 mod picture;
 
+pub use file::file_replace;
 pub use frame::{
     ContainerOptions, ContainerReport, Frame, FrameError, FrameFormat, FrameFormatError,
-    FrameSequenceWriter, FrameStore, StoredFrame, Topology, TopologyCloth, container_write,
-    vertex_normals,
+    FrameSequenceWriter, FrameStore, PictureSequence, StoredFrame, Topology, TopologyCloth,
+    container_write, vertex_normals,
 };
 pub use mesh::{
-    MESH_EXTENSIONS, MeshError, MeshPlace, mesh_read, mesh_read_gltf, mesh_read_obj, mesh_read_ply,
+    MESH_EXTENSIONS, MESH_WRITE_EXTENSIONS, MeshError, MeshPlace, mesh_read, mesh_read_gltf,
+    mesh_read_obj, mesh_read_ply, mesh_write, mesh_write_obj, mesh_write_ply,
 };
 pub use picture::{
     Bounds, Camera, PICTURE_SIDE_LIMIT, Picture, PictureCloth, PictureError, PictureScene,

@@ -12,8 +12,7 @@ use std::{
 };
 
 use cloth_core::{Model, ModelError, Pose, Precision, State};
-
-use crate::file_replace;
+use cloth_io::file_replace;
 
 const MAGIC: &[u8; 8] = b"CLOTHCKP";
 const HEADER_SIZE: u64 = 64;

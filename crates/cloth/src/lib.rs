@@ -38,7 +38,6 @@
 
 mod backends;
 mod checkpoint;
-mod file;
 mod output;
 mod simulation;
 
@@ -54,6 +53,5 @@ pub use cloth_core::*;
 pub use cloth_io as io;
 /// Scene descriptions.
 pub use cloth_scene as scene;
-pub use file::file_replace;
 pub use output::{picture_style, topology};
 pub use simulation::{FrameOutcome, Simulation};

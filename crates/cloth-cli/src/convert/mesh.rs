@@ -1,39 +1,23 @@
 //! From one mesh format to another.
 
-use std::fs;
+use cloth::io::{FrameFormat, MESH_WRITE_EXTENSIONS, mesh_read, mesh_write_obj, mesh_write_ply};
 
-use cloth::io::{Frame, FrameFormat, FrameSequenceWriter, Topology, mesh_read};
-
-use crate::{
-    arguments::ConvertArguments,
-    failure::{Failure, WriteError},
-};
+use crate::{arguments::ConvertArguments, failure::Failure};
 
 use super::extension;
 
 pub(super) fn convert(arguments: &ConvertArguments) -> Result<(), Failure> {
     let ConvertArguments { input, output, .. } = arguments;
-    let format = match (arguments.format, extension(output).as_str()) {
-        (Some(format @ (FrameFormat::Obj | FrameFormat::Ply)), _) => format,
-        (None, "obj") => FrameFormat::Obj,
-        (None, "ply") => FrameFormat::Ply,
+    let write = match (arguments.format, extension(output).as_str()) {
+        (Some(FrameFormat::Obj), _) | (None, "obj") => mesh_write_obj,
+        (Some(FrameFormat::Ply), _) | (None, "ply") => mesh_write_ply,
         _ => {
             return Err(Failure::Usage(format!(
-                "a mesh can become obj or ply; give `{}` one of these extensions or use --format",
+                "a mesh can become {}; give `{}` one of these extensions or use --format",
+                MESH_WRITE_EXTENSIONS.join(" or "),
                 output.display()
             )));
         }
     };
-    let mesh = mesh_read(input)?;
-    let name = input.file_stem().unwrap_or_default().to_string_lossy();
-    // A mesh is a run of one frame, whose rate does not matter.
-    let topology = Topology::single(&name, mesh.positions.len(), mesh.triangles, mesh.texture, 1.0);
-    let folder = match output.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => ".".as_ref(),
-    };
-    let temporary = tempfile::tempdir_in(folder).map_err(WriteError::of(folder))?;
-    let mut writer = FrameSequenceWriter::new(format, temporary.path(), "mesh", &topology)?;
-    let written = writer.write(&Frame::new(0, 0.0, &mesh.positions))?;
-    Ok(fs::rename(written, output).map_err(WriteError::of(output))?)
+    Ok(write(output, &mesh_read(input)?)?)
 }

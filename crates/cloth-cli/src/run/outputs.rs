@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use cloth::{
     State,
     io::{
-        ContainerOptions, Frame, FrameFormat, FrameSequenceWriter, FrameStore, PictureStyle,
-        Topology, container_write,
+        ContainerOptions, Frame, FrameFormat, FrameSequenceWriter, FrameStore, PictureSequence,
+        PictureStyle, Topology, container_write,
     },
 };
 
@@ -30,6 +30,8 @@ pub(super) struct Outputs<'a> {
     sequence_folders: Vec<PathBuf>,
     frame_stride: usize,
     style: PictureStyle,
+    /// Pictures that animations can be made from.
+    picture_sequence: Option<PictureSequence>,
 }
 
 /// The frames in the folder end before the checkpoint.
@@ -99,8 +101,22 @@ impl<'a> Outputs<'a> {
             sequences.push(writer.with_style(style.clone()).resume(&store)?);
             sequence_folders.push(path);
         }
-        let frame_stride = arguments.frame_stride.get();
-        Ok(Self { topology, store, sequences, containers, sequence_folders, frame_stride, style })
+        // The pictures before a resumed part may have been made with another size or scene.
+        let is_reusable = arguments.format.0.contains(&FrameFormat::Png) && !arguments.resume;
+        let picture_sequence = is_reusable.then(|| PictureSequence {
+            folder: folder.sequence(FrameFormat::Png),
+            name: folder.name().to_owned(),
+        });
+        Ok(Self {
+            topology,
+            store,
+            sequences,
+            containers,
+            sequence_folders,
+            frame_stride: arguments.frame_stride.get(),
+            style,
+            picture_sequence,
+        })
     }
 
     /// Writes a frame into the store and the formats with one file per frame.
@@ -135,6 +151,7 @@ impl<'a> Outputs<'a> {
         let options = ContainerOptions {
             frame_stride: (self.frame_stride > 1).then_some(self.frame_stride),
             style: animation_style(&self.style),
+            picture_sequence: self.picture_sequence.clone(),
             ..ContainerOptions::default()
         };
         let mut files = Vec::new();

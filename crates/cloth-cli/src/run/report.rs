@@ -7,7 +7,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use cloth::{Measures, StepReport, file_replace};
+use cloth::{Measures, StepReport, io::file_replace};
 use serde::Serialize;
 
 use crate::failure::{Failure, ReadError, WriteError};

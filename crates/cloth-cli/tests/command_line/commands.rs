@@ -13,6 +13,7 @@ fn wrong_arguments_end_with_2() {
         &["run", "tiny.toml", "--frames", "0"],
         &["run", "tiny.toml", "--frame-stride", "0"],
         &["run", "tiny.toml", "--threads", "0"],
+        &["run", "tiny.toml", "--threads", "100000"],
         &["check", "tiny.toml", "--resume"],
     ] {
         assert_eq!(place.output(arguments).status.code(), Some(2), "{arguments:?}");
@@ -72,6 +73,17 @@ fn a_check_counts_and_warns() {
     let text = place.succeeds(&["check", "tiny.toml"]);
     assert!(text.contains("warning: nothing holds or stops the cloth"), "{text}");
     assert!(!place.path("out").exists());
+}
+
+#[test]
+fn a_contact_distance_that_parts_neighbours_is_reported() {
+    let wide = |response| format!("{TINY}[contact]\ndistance = 0.06\nresponse.{response}\n");
+    let place = Place::with("tiny.toml", wide("penalty.stiffness = 10"));
+    let text = place.succeeds(&["check", "tiny.toml"]);
+    assert!(text.contains("neighbours push each other apart"), "{text}");
+    place.write("tiny.toml", wide("impulse.friction = 0.1"));
+    let text = place.succeeds(&["check", "tiny.toml"]);
+    assert!(!text.contains("neighbours"), "{text}");
 }
 
 #[test]

@@ -164,6 +164,22 @@ fn resuming_to_an_earlier_end_removes_later_files() {
 }
 
 #[test]
+fn a_resumed_collection_names_only_files_that_exist() {
+    let place = Place::with("tiny.toml", TINY);
+    let run = |more: &[&str]| {
+        let arguments = ["run", "tiny.toml", "--out", "o", "--format", "vtu"];
+        place.succeeds(&[&arguments, more].concat())
+    };
+    run(&["--frames", "4", "--frame-stride", "2"]);
+    run(&["--frames", "9", "--frame-stride", "3", "--resume"]);
+    let text = String::from_utf8(place.read("o/vtu/tiny.pvd")).unwrap();
+    let names = text.split("file=\"").skip(1).map(|rest| rest.split('"').next().unwrap());
+    let names: Vec<&str> = names.collect();
+    assert_eq!(names, [0, 2, 4, 6, 9].map(|frame| format!("tiny_{frame:06}.vtu")));
+    assert!(names.iter().all(|name| place.path(&format!("o/vtu/{name}")).exists()));
+}
+
+#[test]
 fn a_new_run_replaces_an_earlier_one_and_nothing_else() {
     let place = Place::with("tiny.toml", TINY);
     place.succeeds(&["run", "tiny.toml", "--out", "o", "--format", "obj,pc2", "--frames", "5"]);

@@ -1,12 +1,20 @@
 //! Renders the frames of a run with one camera and one style.
 
-use image::RgbImage;
+use std::path::Path;
 
+use image::RgbImage;
+use image::imageops::{FilterType, resize};
+use rayon::prelude::*;
+
+use super::container::ContainerSource;
 use super::{FrameError, FrameStore, Topology};
 use crate::picture::{
     Bounds, Camera, Picture, PictureCloth, PictureError, PictureScene, PictureStyle,
     picture_palette,
 };
+
+/// Pixels of the pictures that are made at the same time, which limits the memory that they take.
+const BATCH_PIXELS: usize = 8 << 20;
 
 /// The renderer of a run.
 pub(super) struct PictureAnimation<'a> {
@@ -82,13 +90,48 @@ impl<'a> PictureAnimation<'a> {
         Picture::render(&scene, &self.camera, &self.style)
     }
 
-    /// Renders frame `index` of `store`.
-    pub(super) fn render_stored(
+    /// Makes the pictures of the frames of `source`, several at a time, and hands what `prepare`
+    /// makes of each to `take`, in their order.
+    pub(super) fn each<T: Send>(
         &self,
-        store: &FrameStore,
+        source: &ContainerSource<'_>,
+        prepare: impl Fn(RgbImage) -> T + Sync,
+        mut take: impl FnMut(usize, T) -> Result<(), FrameError>,
+    ) -> Result<(), FrameError> {
+        let pixels = self.style.width as usize * self.style.height as usize;
+        let limit = (BATCH_PIXELS / pixels.max(1)).clamp(1, rayon::current_num_threads());
+        for (batch, frames) in source.frames.chunks(limit).enumerate() {
+            let picture = |&index: &usize| self.stored(source, index).map(&prepare);
+            let pictures: Vec<Result<T, FrameError>> = frames.par_iter().map(picture).collect();
+            for (number, picture) in (batch * limit..).zip(pictures) {
+                take(number, picture?)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The picture of frame `index` of the store of `source`, from a file if there is one.
+    pub(super) fn stored(
+        &self,
+        source: &ContainerSource<'_>,
         index: usize,
     ) -> Result<RgbImage, FrameError> {
-        let frame = store.frame(index)?;
+        let sequence = source.options.picture_sequence.as_ref();
+        if let Some(image) = sequence.and_then(|sequence| self.read(&sequence.file(index))) {
+            return Ok(image);
+        }
+        let frame = source.store.frame(index)?;
         Ok(self.render(frame.time, &frame.positions_f64())?)
+    }
+
+    /// The picture in `file`, scaled down, if it can be read and is large enough.
+    fn read(&self, file: &Path) -> Option<RgbImage> {
+        let image = image::open(file).ok()?.into_rgb8();
+        let PictureStyle { width, height, .. } = self.style;
+        if image.dimensions() == (width, height) {
+            return Some(image);
+        }
+        let is_larger = image.width() >= width && image.height() >= height;
+        is_larger.then(|| resize(&image, width, height, FilterType::Triangle))
     }
 }

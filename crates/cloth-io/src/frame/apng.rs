@@ -1,5 +1,6 @@
 //! Writes an animated PNG.
 
+use image::RgbImage;
 use png::{BitDepth, ColorType, Compression, Encoder};
 
 use super::FrameError;
@@ -22,10 +23,10 @@ pub(super) fn write(source: &ContainerSource<'_>) -> Result<(), FrameError> {
         encoder.set_animated(frame_count, 0).map_err(error())?;
         encoder.set_frame_delay(numerator, denominator).map_err(error())?;
         let mut png = encoder.write_header().map_err(error())?;
-        for &index in &source.frames {
-            let image = pictures.render_stored(source.store, index)?;
-            png.write_image_data(&image).map_err(error())?;
-        }
+        let take = |_, image: RgbImage| {
+            png.write_image_data(&image).map_err(FrameError::write(source.path))
+        };
+        pictures.each(source, |image| image, take)?;
         png.finish().map_err(error())
     })
 }

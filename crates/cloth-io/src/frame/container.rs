@@ -16,6 +16,10 @@ pub struct ContainerOptions {
     pub frame_stride: Option<usize>,
     /// How pictures look.
     pub style: PictureStyle,
+    /// Pictures that are there already, with the camera, shapes and colours of `style`, at least as
+    /// large and of the same shape; scaling them down is faster than rendering. Frames that have
+    /// none are rendered.
+    pub picture_sequence: Option<PictureSequence>,
     /// Whether glTF carries the normals of each frame. They double its size; without them, lighting
     /// keeps the folds of the first frame.
     pub gltf_normals: bool,
@@ -29,9 +33,26 @@ impl Default for ContainerOptions {
         Self {
             frame_stride: None,
             style: PictureStyle::default(),
+            picture_sequence: None,
             gltf_normals: true,
             gltf_size: 256 << 20,
         }
+    }
+}
+
+/// Pictures that a [`FrameSequenceWriter`](crate::FrameSequenceWriter) wrote.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PictureSequence {
+    /// The folder they are in.
+    pub folder: PathBuf,
+    /// Start of their names.
+    pub name: String,
+}
+
+impl PictureSequence {
+    /// The picture of frame `index`.
+    pub(super) fn file(&self, index: usize) -> PathBuf {
+        self.folder.join(FrameFormat::Png.file_name(&self.name, index as u64))
     }
 }
 

@@ -72,6 +72,11 @@ impl FrameFormat {
         }
     }
 
+    /// Name of the file of frame `index` of a sequence that is called `name`.
+    pub(super) fn file_name(self, name: &str, index: u64) -> String {
+        format!("{name}_{index:06}.{}", self.extension())
+    }
+
     /// What the format is good for, for lists shown to users.
     #[must_use]
     pub fn description(self) -> &'static str {

@@ -43,17 +43,16 @@ pub(super) fn write(source: &ContainerSource<'_>) -> Result<(), FrameError> {
         let mut encoder = Encoder::new(writer, width, height, &palette.colors).map_err(error())?;
         encoder.set_repeat(Repeat::Infinite).map_err(error())?;
         let mut shown = None;
-        for (number, &index) in source.frames.iter().enumerate() {
-            let image = pictures.render_stored(source.store, index)?;
-            let indices = palette.indices(&image);
+        let take = |number, indices: Vec<u8>| {
             let frame = Frame {
                 delay: delay(number, source.rate),
                 ..difference(shown.as_deref(), &indices, width, height)
             };
             encoder.write_frame(&frame).map_err(error())?;
             shown = Some(indices);
-        }
-        Ok(())
+            Ok(())
+        };
+        pictures.each(source, |image| palette.indices(&image), take)
     })
 }
 
@@ -117,7 +116,7 @@ impl Palette {
         let step = source.frames.len().div_ceil(PALETTE_FRAMES).max(1);
         let mut pixels = Vec::new();
         for &index in source.frames.iter().step_by(step) {
-            let image = pictures.render_stored(source.store, index)?;
+            let image = pictures.stored(source, index)?;
             pixels.extend(image.pixels().step_by(3).flat_map(|p| [p[0], p[1], p[2], 255]));
         }
         let network = NeuQuant::new(3, usize::from(UNCHANGED), &pixels);

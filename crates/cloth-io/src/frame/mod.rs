@@ -24,10 +24,12 @@ mod store;
 mod topology;
 mod vtu;
 
-pub use container::{ContainerOptions, ContainerReport, container_write};
+pub use container::{ContainerOptions, ContainerReport, PictureSequence, container_write};
 pub use error::FrameError;
 pub use format::{FrameFormat, FrameFormatError};
 pub use normals::vertex_normals;
+pub(crate) use obj::obj_write;
+pub(crate) use ply::ply_write;
 pub use sequence::FrameSequenceWriter;
 pub use store::{FrameStore, StoredFrame};
 pub use topology::{Topology, TopologyCloth};

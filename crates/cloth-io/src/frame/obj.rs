@@ -6,7 +6,7 @@ use super::{Frame, Topology};
 
 /// Writes positions \[m\] with 9 decimals (a nanometre), texture coordinates and, for each cloth, an
 /// object with its faces. Vertex numbers are particle numbers plus one.
-pub(super) fn obj_write(
+pub(crate) fn obj_write(
     writer: &mut impl Write,
     topology: &Topology,
     frame: &Frame<'_>,

@@ -11,7 +11,7 @@ use super::{Frame, Topology};
 
 /// Writes positions \[m\], normals and faces, little endian. Texture coordinates are written if no
 /// particle has two of them: the format has no texture seams.
-pub(super) fn ply_write(
+pub(crate) fn ply_write(
     writer: &mut impl Write,
     topology: &Topology,
     frame: &Frame<'_>,

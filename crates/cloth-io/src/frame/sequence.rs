@@ -69,15 +69,18 @@ impl<'a> FrameSequenceWriter<'a> {
         self
     }
 
-    /// Takes the frames of `store`, written by an earlier part of the same run, into the
-    /// collection.
+    /// Takes the frames of `store` that an earlier part of the same run wrote files of into the
+    /// collection. The store has all frames, but that part may have left some out or written another
+    /// format.
     ///
     /// # Errors
     ///
     /// [`FrameError::Read`].
     pub fn resume(mut self, store: &FrameStore) -> Result<Self, FrameError> {
         for index in 0..store.len() {
-            self.times.insert(index as u64, store.time(index)?);
+            if self.folder.join(self.file_name(index as u64)).exists() {
+                self.times.insert(index as u64, store.time(index)?);
+            }
         }
         Ok(self)
     }
@@ -112,7 +115,7 @@ impl<'a> FrameSequenceWriter<'a> {
     }
 
     fn file_name(&self, index: u64) -> String {
-        format!("{}_{index:06}.{}", self.name, self.format.extension())
+        self.format.file_name(&self.name, index)
     }
 
     fn collection(&self) -> Result<(), FrameError> {

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::io;
 
-use crate::mesh::MESH_EXTENSIONS;
+use crate::mesh::{MESH_EXTENSIONS, MESH_WRITE_EXTENSIONS};
 
 /// A mesh file that cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -23,6 +23,26 @@ pub enum MeshError {
         MESH_EXTENSIONS.join(", ")
     )]
     Extension {
+        /// The file.
+        file: String,
+    },
+    /// The operating system could not write the file.
+    #[error(
+        "cannot write mesh file `{file}` ({source}); check free space and permissions or choose \
+         another folder"
+    )]
+    Write {
+        /// The file.
+        file: String,
+        /// Reason given by the operating system.
+        source: io::Error,
+    },
+    /// The file name extension stands for no format that can be written.
+    #[error(
+        "mesh file `{file}` has an extension that cannot be written; use one of: {}",
+        MESH_WRITE_EXTENSIONS.join(", ")
+    )]
+    WriteExtension {
         /// The file.
         file: String,
     },

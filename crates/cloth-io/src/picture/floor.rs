@@ -21,8 +21,12 @@ pub(super) fn floor_color(place: Vec2, width: Vec2, tile: f32) -> Vec3 {
 
 /// The integral of the square wave that is 1 on even and -1 on odd tiles.
 fn triangle_wave(x: f32) -> f32 {
-    let x = x.rem_euclid(2.0);
-    x.min(2.0 - x)
+    // Like `rem_euclid`, which is slow; so far away that the conversion saturates, haze hides it.
+    let half = 0.5 * x;
+    let whole = half as i32 as f32;
+    let part = 2.0 * (half - whole);
+    let part = if part < 0.0 { part + 2.0 } else { part };
+    part.min(2.0 - part)
 }
 
 /// The tile length, 1, 2 or 5 times a power of ten \[m\], of which a few fit across a scene with that

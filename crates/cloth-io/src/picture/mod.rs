@@ -79,8 +79,7 @@ impl Picture {
         let key = shadow::ShadowMap::of_key_light(&geometry, &view);
         let sky = sky::Sky::new(&geometry);
         let visibility = raster::Visibility::of_view(&geometry, &view);
-        let shader =
-            shade::Shader { geometry: &geometry, view: &view, key: &key, sky: &sky, style };
+        let shader = shade::Shader::new(&geometry, &view, &key, &sky, style);
         Ok(shader.image(&visibility))
     }
 }

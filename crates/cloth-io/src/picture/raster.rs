@@ -34,24 +34,15 @@ impl Visibility {
     /// What `view` sees, with [`SAMPLES`] × [`SAMPLES`] samples for each pixel.
     pub(super) fn of_view(geometry: &Geometry, view: &View) -> Self {
         let vertices: Vec<Vec4> = geometry.positions.par_iter().map(|&p| view.clip(p)).collect();
-        let size = [view.width, view.height].map(|side| side as usize * SAMPLES);
+        let [width, height] = [view.width, view.height].map(|side| side as usize * SAMPLES);
         // The reciprocal of depth is linear on the screen and precise also far away.
-        Self::new(&vertices, &geometry.triangles, size, |clip| clip.w.recip())
-    }
-
-    /// Renders triangles of `vertices` in clip space.
-    pub(super) fn new(
-        vertices: &[Vec4],
-        triangles: &[[u32; 3]],
-        [width, height]: [usize; 2],
-        nearness: impl Fn(Vec4) -> f32 + Sync,
-    ) -> Self {
+        let nearness = |clip: Vec4| clip.w.recip();
         let to_screen = |clip: Vec4| -> ScreenPt {
             let x = (0.5 + 0.5 * clip.x / clip.w) * width as f32;
             let y = (0.5 - 0.5 * clip.y / clip.w) * height as f32;
             pt3(x, y, nearness(clip))
         };
-        let numbered = triangles.par_chunks(CHUNK).enumerate();
+        let numbered = geometry.triangles.par_chunks(CHUNK).enumerate();
         let screen: Vec<Vec<ScreenTriangle>> = numbered
             .map(|(chunk, triangles)| {
                 let mut screen = Vec::with_capacity(triangles.len());

@@ -25,11 +25,15 @@ const SOLID: Vec3 = Vec3::new(0.5, 0.48, 0.45);
 
 /// Shades one picture.
 pub(super) struct Shader<'a> {
-    pub(super) geometry: &'a Geometry,
-    pub(super) view: &'a View,
-    pub(super) key: &'a ShadowMap,
-    pub(super) sky: &'a Sky,
-    pub(super) style: &'a PictureStyle,
+    geometry: &'a Geometry,
+    view: &'a View,
+    key: &'a ShadowMap,
+    sky: &'a Sky,
+    /// Background at the upper and the lower edge in linear light.
+    background: [Vec3; 2],
+    /// Length of the tiles of floors \[m\].
+    floor_tile: f32,
+    bytes: EncodeTable,
 }
 
 /// A sample that was shaded.
@@ -40,9 +44,8 @@ struct Seen {
     color: Vec3,
 }
 
-/// A point on a surface as a ray meets it.
+/// What shades a point on a surface as a ray meets it.
 struct Hit {
-    point: Vec3,
     /// Unit normal on the side of the viewer.
     normal: Vec3,
     /// Unit vector to the viewer.
@@ -51,19 +54,34 @@ struct Hit {
     front: bool,
     /// Weights of the corners of the triangle.
     weights: [f32; 3],
+    /// How much of the strong light reaches it.
+    lit: f32,
     /// Light of the sky.
     sky: f32,
 }
 
-impl Shader<'_> {
+impl<'a> Shader<'a> {
+    pub(super) fn new(
+        geometry: &'a Geometry,
+        view: &'a View,
+        key: &'a ShadowMap,
+        sky: &'a Sky,
+        style: &PictureStyle,
+    ) -> Self {
+        let background = style.background.map(linear);
+        let floor_tile = floor_tile(geometry.radius);
+        Self { geometry, view, key, sky, background, floor_tile, bytes: EncodeTable::new() }
+    }
+
     pub(super) fn image(&self, visibility: &Visibility) -> RgbImage {
         let mut image = RgbImage::new(self.view.width, self.view.height);
         let row_size = 3 * self.view.width as usize;
         let rows = image.par_chunks_exact_mut(row_size).enumerate();
         rows.for_each(|(row, pixels)| {
+            let background = self.background(row);
             for (column, pixel) in pixels.chunks_exact_mut(3).enumerate() {
-                let color = self.pixel(visibility, column, row);
-                pixel.copy_from_slice(&encode(color));
+                let color = self.pixel(visibility, column, row, background);
+                pixel.copy_from_slice(&self.bytes.encode(color));
             }
         });
         image
@@ -71,9 +89,8 @@ impl Shader<'_> {
 
     /// The mean of the samples. Samples that see the same part of a surface share one computation:
     /// edges are where the picture needs several.
-    fn pixel(&self, visibility: &Visibility, column: usize, row: usize) -> Vec3 {
+    fn pixel(&self, visibility: &Visibility, column: usize, row: usize, background: Vec3) -> Vec3 {
         const COUNT: usize = SAMPLES * SAMPLES;
-        let background = self.background(row);
         let mut seen: [Option<Seen>; COUNT] = [None; COUNT];
         let mut sum = Vec3::ZERO;
         for sample in 0..COUNT {
@@ -120,7 +137,7 @@ impl Shader<'_> {
     }
 
     fn background(&self, row: usize) -> Vec3 {
-        let [top, bottom] = self.style.background.map(linear);
+        let [top, bottom] = self.background;
         let part = (row as f32 + 0.5) / self.view.height as f32;
         top.lerp(bottom, part)
     }
@@ -184,14 +201,19 @@ impl Shader<'_> {
         let away = normal.dot(toward).min(0.0);
         let normal = (normal - 1.02 * away * toward).normalize_or(toward);
         let sky = self.sky.on_triangle(corners, weights, front);
-        Hit { point, normal, toward, front, weights, sky }
+        let lit = self.lit(point, normal);
+        Hit { normal, toward, front, weights, lit, sky }
+    }
+
+    /// How much of the strong light reaches a point, nothing if it faces away.
+    fn lit(&self, point: Vec3, normal: Vec3) -> f32 {
+        if normal.dot(self.key.direction) > 0.0 { self.key.lit(point, normal) } else { 0.0 }
     }
 
     /// Light that a matt surface of `color` sends to the viewer.
     fn light(&self, hit: &Hit, color: Vec3) -> Vec3 {
-        let key = self.key;
-        let facing = hit.normal.dot(key.direction).max(0.0);
-        let lit = if facing > 0.0 { key.lit(hit.point, hit.normal, 2) } else { 0.0 };
+        let facing = hit.normal.dot(self.key.direction).max(0.0);
+        let lit = hit.lit;
         let sky = hit.sky;
         let down = 0.5 - 0.5 * hit.normal.z;
         let fill = hit.normal.dot(hit.toward).max(0.0) * (0.4 + 0.6 * sky);
@@ -205,7 +227,7 @@ impl Shader<'_> {
         if shine < 0.01 {
             return Vec3::ZERO;
         }
-        KEY * (strength * shine * self.key.lit(hit.point, hit.normal, 2))
+        KEY * (strength * shine * hit.lit)
     }
 
     fn plane(
@@ -235,14 +257,14 @@ impl Shader<'_> {
         let toward = (self.view.eye - hit_point).normalize_or(normal);
         let facing_normal = if normal.dot(toward) >= 0.0 { normal } else { -normal };
         let hit = Hit {
-            point: hit_point,
             normal: facing_normal,
             toward,
             front: true,
             weights: [0.0; 3],
+            lit: self.lit(hit_point, facing_normal),
             sky: self.sky.on_plane(surface, hit_point),
         };
-        let color = self.light(&hit, floor_color(place, width, floor_tile(radius)));
+        let color = self.light(&hit, floor_color(place, width, self.floor_tile));
         // Haze blends the floor into the background before its edge.
         let reach = self.view.eye.length().max(radius);
         let haze = 1.0 - (-(from_point.length() / (3.2 * reach)).powi(2)).exp();
@@ -269,12 +291,25 @@ fn tone(color: Vec3) -> Vec3 {
     Vec3::new(channel(color.x), channel(color.y), channel(color.z))
 }
 
-/// Linear light to sRGB.
-fn encode(color: Vec3) -> [u8; 3] {
-    let channel = |x: f32| {
-        let x = x.clamp(0.0, 1.0);
-        let value = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
-        (255.0 * value).round() as u8
-    };
-    color.to_array().map(channel)
+/// Linear light to sRGB by a table: the power would take a good part of the time of a picture.
+struct EncodeTable(Vec<u8>);
+
+impl EncodeTable {
+    /// Enough for dark colours, where sRGB is steepest, to be half a step off at most.
+    const STEPS: usize = 8192;
+
+    fn new() -> Self {
+        let entry = |step: usize| {
+            let x = step as f32 / Self::STEPS as f32;
+            let value =
+                if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
+            (255.0 * value).round() as u8
+        };
+        Self((0..=Self::STEPS).map(entry).collect())
+    }
+
+    fn encode(&self, color: Vec3) -> [u8; 3] {
+        let scaled = color.clamp(Vec3::ZERO, Vec3::ONE) * Self::STEPS as f32 + 0.5;
+        scaled.to_array().map(|step| self.0[(step as usize).min(Self::STEPS)])
+    }
 }

@@ -83,7 +83,7 @@ impl SkyMaps {
             if facing <= 0.0 {
                 return 0.0;
             }
-            facing * map.lit(point, normal, 2)
+            facing * map.lit(point, normal)
         };
         self.maps.iter().map(light).sum::<f32>() / self.full
     }
