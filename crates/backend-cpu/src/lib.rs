@@ -47,7 +47,8 @@ impl CpuBackend {
     /// A backend with its own pool of `threads`, or as many as the machine has.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] if the threads cannot be started.
+    /// [`Error::LimitExceeded`] for more than 1024 threads, [`Error::NoDevice`] if they cannot be
+    /// started.
     pub fn new(threads: Option<NonZeroUsize>) -> Result<Self> {
         let pool = thread_pool(threads)?;
         let info = BackendInfo {
@@ -81,7 +82,17 @@ fn instructions() -> &'static str {
     }
 }
 
+/// Threads that a pool may have: far more than any machine, far fewer than it takes to exhaust one.
+const THREADS_MAX: usize = 1024;
+
 fn thread_pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool> {
+    if let Some(threads) = threads.filter(|threads| threads.get() > THREADS_MAX) {
+        return Err(Error::LimitExceeded {
+            limit: "threads of the cpu backend",
+            requested: threads.get() as u64,
+            max: THREADS_MAX as u64,
+        });
+    }
     ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, NonZeroUsize::get))
         .thread_name(|index| format!("cloth-cpu-{index}"))
@@ -112,5 +123,16 @@ impl Backend for CpuBackend {
             Precision::F32 => Box::new(CpuKernels::<f32>::new(model, config, pool)?),
             Precision::F64 => Box::new(CpuKernels::<f64>::new(model, config, pool)?),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_absurd_number_of_threads_is_refused() {
+        let error = CpuBackend::new(NonZeroUsize::new(100_000)).map(|_| ()).unwrap_err();
+        assert!(matches!(error, Error::LimitExceeded { requested: 100_000, max: 1024, .. }));
     }
 }

@@ -26,7 +26,7 @@ pub enum Error {
         feature: String,
     },
     /// A size is above a hard limit; found before any work is done.
-    #[error("{limit}: {requested} requested, at most {max} possible; split the scene")]
+    #[error("{limit}: {requested} requested, at most {max} possible; ask for less")]
     LimitExceeded {
         /// The limit, as the device or the engine names it.
         limit: &'static str,
