@@ -21,7 +21,8 @@ pub struct SteppedSolver<K> {
     wind_velocity: [f64; 3],
     time: f64,
     step: u64,
-    positions: State,
+    /// Where moving pins are when a frame starts.
+    scratch: State,
     report: StepReport,
     frame_start: Option<Instant>,
 }
@@ -45,7 +46,7 @@ impl<K: Kernels> SteppedSolver<K> {
             wind_velocity,
             time: 0.0,
             step: 0,
-            positions: State::default(),
+            scratch: State::default(),
             report: StepReport::default(),
             frame_start: None,
         };
@@ -59,11 +60,11 @@ impl<K: Kernels> SteppedSolver<K> {
         self.pins.clear();
         let moves = |pin: &&crate::PinControl| matches!(pin.action, PinAction::MoveTo(_));
         if self.control.pins.iter().any(|pin| moves(&pin)) {
-            self.kernels.state_read(&mut self.positions)?;
+            self.kernels.state_read(&mut self.scratch)?;
         }
         for pin in &self.control.pins {
             let position =
-                self.positions.positions.get(pin.particle as usize).copied().unwrap_or_default();
+                self.scratch.positions.get(pin.particle as usize).copied().unwrap_or_default();
             self.pins.push(PinWrite::at_frame_start(pin.particle, &pin.action, position, duration));
         }
         if !self.pins.is_empty() {
