@@ -172,7 +172,7 @@ fn springs_of_a_network() {
         assert_eq!(error, Err(expected));
     }
     let error = network([0, 3], None).build();
-    assert!(matches!(error, Err(ModelError::PinOutOfRange { pin: 3, particles: 3, .. })));
+    assert!(matches!(error, Err(ModelError::SpringOutOfRange { particle: 3, particles: 3, .. })));
     let empty = Geometry::Network(SpringNetwork::default());
     let error = ModelBuilder::new().cloth(Cloth { geometry: empty, ..patch() }).build();
     assert!(matches!(error, Err(ModelError::MeshEmpty { vertices: 0, .. })));

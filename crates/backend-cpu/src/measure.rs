@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::{
     collider_response::{ColliderAt, penetration},
     memory::{BLOCK, LANES, Lanes, Masses, lanes},
-    spring_forces::{ColumnVisitor, MotionView, visit_columns},
+    spring_forces::{ColumnVisitor, MotionView, PacketView, Spring, visit_columns},
     springs::{Column, SpringColumns},
 };
 
@@ -80,8 +80,7 @@ impl<T: Real> Measure<'_, T> {
     #[inline(always)]
     fn springs(&self, first: usize, partial: &mut Partial) {
         let mut sum = SpringSum {
-            x: self.motion.position(first),
-            v: self.motion.velocity(first),
+            motion: (self.motion.position(first), self.motion.velocity(first)),
             strain_max: [-T::ONE; LANES],
             strain_sum: [T::ZERO; LANES],
             elastic: [T::ZERO; LANES],
@@ -149,8 +148,7 @@ impl<T: Real> Measure<'_, T> {
 
 /// Sums over the springs of a packet.
 struct SpringSum<'a, T> {
-    x: [&'a Lanes<T>; 3],
-    v: [&'a Lanes<T>; 3],
+    motion: PacketView<'a, T>,
     strain_max: Lanes<T>,
     strain_sum: Lanes<T>,
     elastic: Lanes<T>,
@@ -163,29 +161,19 @@ impl<T: Real> ColumnVisitor<T> for SpringSum<'_, T> {
     #[inline(always)]
     fn visit(&mut self, column: &Column<T>, x: [&Lanes<T>; 3], v: [&Lanes<T>; 3]) {
         for lane in 0..LANES {
-            let dx = x[0][lane] - self.x[0][lane];
-            let dy = x[1][lane] - self.x[1][lane];
-            let dz = x[2][lane] - self.x[2][lane];
-            let length = (dx * dx + dy * dy + dz * dz).sqrt();
-            let inverse = T::ONE / length.maximum(T::LENGTH_MIN);
-            let rate = ((v[0][lane] - self.v[0][lane]) * dx
-                + (v[1][lane] - self.v[1][lane]) * dy
-                + (v[2][lane] - self.v[2][lane]) * dz)
-                * inverse;
+            let spring = Spring::new(column, self.motion, (x, v), lane);
             let active = column.active[lane];
-            let stretch = length - column.rest_length[lane];
-            let strain = stretch / column.rest_length[lane];
-            let tension = active * (column.stiffness[lane] * stretch + column.damping[lane] * rate);
-            let scale = tension * inverse;
+            let strain = spring.stretch / column.rest_length[lane];
             let largest = strain.maximum(self.strain_max[lane]);
             self.strain_max[lane] = if active != T::ZERO { largest } else { self.strain_max[lane] };
             self.strain_sum[lane] += active * strain.abs();
-            self.elastic[lane] += active * column.stiffness[lane] * stretch * stretch;
-            self.magnitude[lane] += tension.abs();
+            self.elastic[lane] += column.stiffness[lane] * spring.stretch * spring.stretch;
+            self.magnitude[lane] += spring.tension.abs();
             self.ends[lane] += active;
-            self.force[0][lane] += scale * dx;
-            self.force[1][lane] += scale * dy;
-            self.force[2][lane] += scale * dz;
+            let [fx, fy, fz] = spring.force();
+            self.force[0][lane] += fx;
+            self.force[1][lane] += fy;
+            self.force[2][lane] += fz;
         }
     }
 }

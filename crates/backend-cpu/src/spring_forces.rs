@@ -92,51 +92,71 @@ pub(crate) fn packet<T: Real>(
     first: usize,
     force: &mut [Lanes<T>; 3],
 ) {
-    let mut sum = ForceSum { x: motion.position(first), v: motion.velocity(first), force: *force };
+    let mut sum =
+        ForceSum { motion: (motion.position(first), motion.velocity(first)), force: *force };
     visit_columns(springs, motion, first, &mut sum);
     *force = sum.force;
 }
 
-/// Position, velocity and force of a packet.
-struct ForceSum<'a, T> {
-    x: [&'a Lanes<T>; 3],
-    v: [&'a Lanes<T>; 3],
-    force: [Lanes<T>; 3],
+/// A spring of one lane, seen from its particle in the packet.
+pub(crate) struct Spring<T> {
+    /// From the particle to its neighbour \[m\].
+    pub(crate) difference: [T; 3],
+    /// Length beyond the rest length \[m\].
+    pub(crate) stretch: T,
+    /// Force along the spring \[N\], zero in a lane without one.
+    pub(crate) tension: T,
+    /// 1 / length \[1/m\], bounded for coinciding particles.
+    pub(crate) inverse_length: T,
 }
 
-impl<T: Real> ForceSum<'_, T> {
-    /// Force of the spring of one lane.
+impl<T: Real> Spring<T> {
+    /// The spring of `lane` in a column, between a packet and the neighbours in that column, both
+    /// with position and velocity.
     #[inline(always)]
-    fn spring(
-        &self,
+    pub(crate) fn new(
         column: &Column<T>,
-        [xj, yj, zj]: [&Lanes<T>; 3],
-        [uj, vj, wj]: [&Lanes<T>; 3],
+        ([xi, yi, zi], [ui, vi, wi]): PacketView<'_, T>,
+        ([xj, yj, zj], [uj, vj, wj]): PacketView<'_, T>,
         lane: usize,
-    ) -> [T; 3] {
-        let [xi, yi, zi] = self.x;
-        let [ui, vi, wi] = self.v;
+    ) -> Self {
         let dx = xj[lane] - xi[lane];
         let dy = yj[lane] - yi[lane];
         let dz = zj[lane] - zi[lane];
         let length = (dx * dx + dy * dy + dz * dz).sqrt();
-        let inverse = T::ONE / length.maximum(T::LENGTH_MIN);
+        let inverse_length = T::ONE / length.maximum(T::LENGTH_MIN);
         let rate =
             ((uj[lane] - ui[lane]) * dx + (vj[lane] - vi[lane]) * dy + (wj[lane] - wi[lane]) * dz)
-                * inverse;
-        let scale = (column.stiffness[lane] * (length - column.rest_length[lane])
-            + column.damping[lane] * rate)
-            * inverse;
+                * inverse_length;
+        let stretch = length - column.rest_length[lane];
+        // A lane without a spring has stiffness and damping zero.
+        let tension = column.stiffness[lane] * stretch + column.damping[lane] * rate;
+        Self { difference: [dx, dy, dz], stretch, tension, inverse_length }
+    }
+
+    /// Force on the particle \[N\].
+    #[inline(always)]
+    pub(crate) fn force(&self) -> [T; 3] {
+        let scale = self.tension * self.inverse_length;
+        let [dx, dy, dz] = self.difference;
         [scale * dx, scale * dy, scale * dz]
     }
+}
+
+/// Position and velocity of a packet.
+pub(crate) type PacketView<'a, T> = ([&'a Lanes<T>; 3], [&'a Lanes<T>; 3]);
+
+/// Position, velocity and force of a packet.
+struct ForceSum<'a, T> {
+    motion: PacketView<'a, T>,
+    force: [Lanes<T>; 3],
 }
 
 impl<T: Real> ColumnVisitor<T> for ForceSum<'_, T> {
     #[inline(always)]
     fn visit(&mut self, column: &Column<T>, x: [&Lanes<T>; 3], v: [&Lanes<T>; 3]) {
-        // A lane without a spring has stiffness and damping zero.
         for lane in 0..LANES {
-            let [fx, fy, fz] = self.spring(column, x, v, lane);
+            let [fx, fy, fz] = Spring::new(column, self.motion, (x, v), lane).force();
             self.force[0][lane] += fx;
             self.force[1][lane] += fy;
             self.force[2][lane] += fz;

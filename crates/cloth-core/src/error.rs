@@ -294,6 +294,18 @@ pub enum ModelError {
         /// The two vertices.
         vertices: [u32; 2],
     },
+    /// A spring of a network names a particle that does not exist.
+    #[error(
+        "cloth {cloth:?}: a spring ends at particle {particle}, but there are {particles}: correct the index"
+    )]
+    SpringOutOfRange {
+        /// Name of the cloth.
+        cloth: String,
+        /// The index given.
+        particle: u32,
+        /// Particles there are.
+        particles: usize,
+    },
     /// A pin names a particle that does not exist.
     #[error(
         "{owner}: pin {pin} does not exist, there are {particles} particles: correct the index"

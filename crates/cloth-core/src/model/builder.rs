@@ -259,12 +259,12 @@ impl Parts {
         let first = self.positions.len() as u32;
         for spring in &mut springs {
             spring.particles.sort_unstable();
-            if let Some(&pin) =
+            if let Some(&particle) =
                 spring.particles.iter().find(|&&index| index as usize >= positions.len())
             {
-                return Err(ModelError::PinOutOfRange {
-                    owner: format!("cloth {name:?}, end of a spring"),
-                    pin,
+                return Err(ModelError::SpringOutOfRange {
+                    cloth: name.into(),
+                    particle,
                     particles: positions.len(),
                 });
             }
