@@ -2,14 +2,13 @@
 
 use std::sync::Arc;
 
-use cloth_core::{Error, ExplicitSettings, Integrator, ModelError, SolverConfig, StrainLimit};
+use cloth_core::{Error, ModelError, SolverConfig, StrainLimit};
 use harness::backends::candidates;
 
 use crate::builder;
 
 fn with_limit(limit: StrainLimit) -> SolverConfig {
-    let settings = ExplicitSettings { strain_limit: Some(limit) };
-    SolverConfig { integrator: Integrator::Explicit(settings), ..SolverConfig::default() }
+    SolverConfig { strain_limit: Some(limit), ..SolverConfig::default() }
 }
 
 #[test]

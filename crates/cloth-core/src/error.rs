@@ -113,6 +113,9 @@ pub enum DivergenceCause {
         /// The bound.
         bound: f64,
     },
+    /// The linear system of an implicit step could not be solved: its numbers are not finite, or
+    /// its matrix is not positive definite to rounding.
+    LinearSolver,
 }
 
 impl fmt::Display for DivergenceCause {
@@ -122,6 +125,9 @@ impl fmt::Display for DivergenceCause {
             Self::Strain { strain, bound } => {
                 write!(formatter, "has a spring at strain {strain:.3}, above the bound {bound:.3}")
             }
+            Self::LinearSolver => formatter.write_str(
+                "and all others stay where they are, as the linear system of the step has no solution in this precision",
+            ),
         }
     }
 }

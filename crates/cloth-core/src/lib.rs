@@ -23,10 +23,17 @@ mod state;
 pub mod stepper;
 
 pub use backend::{Backend, BackendInfo, Frame, Solver};
-pub use config::{ExplicitSettings, Integrator, Precision, SolverConfig, StrainLimit};
+pub use config::{
+    AdaptiveSettings, ImplicitSettings, Integrator, LinearMethod, LinearSettings, MatrixForm,
+    NewtonSettings, Precision, Preconditioner, SemiImplicitSettings, SemiImplicitSolve,
+    SolverConfig, StrainLimit, TimeStepControl,
+};
 pub use control::{ColliderControl, Control, PinAction, PinControl};
 pub use error::{Divergence, DivergenceCause, Error, ModelError, Result};
-pub use kernels::{ContactStatistics, Kernels, PinWrite};
+pub use kernels::{
+    ConstraintStatistics, ContactStatistics, ImplicitKernels, Kernels, LinearOutcome, LinearVector,
+    MatrixBlock, NewtonStart, PinWrite, SemiImplicitKernels,
+};
 pub use mesh::{TextureMap, TriangleMesh, VertexGroup};
 pub use model::{
     Aerodynamics, Air, Cloth, ClothRange, Collider, ColliderShape, ContactResponse, Field,
@@ -35,5 +42,5 @@ pub use model::{
     SpringKind, SpringNetwork, SpringRows, Springs, Stencil, WingedEdge, WingedEdges,
 };
 pub use real::Real;
-pub use report::{Measures, StageTime, StepReport};
+pub use report::{Measures, SolverReport, StageTime, StepReport, TimeStepChange, TimeStepReason};
 pub use state::State;

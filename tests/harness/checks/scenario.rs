@@ -3,9 +3,8 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Backend, Collider, ColliderShape, ContactResponse, ExplicitSettings, Frame, GridPatch,
-    Integrator, Model, ModelBuilder, Pose, Precision, SelfContact, Solver, SolverConfig, State,
-    StrainLimit,
+    Backend, Collider, ColliderShape, ContactResponse, Frame, GridPatch, Model, ModelBuilder, Pose,
+    Precision, SelfContact, Solver, SolverConfig, State, StrainLimit,
 };
 
 use crate::{
@@ -67,7 +66,7 @@ impl Scenario {
         let config = SolverConfig {
             precision: self.precision,
             time_step: TIME_STEP,
-            integrator: Integrator::Explicit(ExplicitSettings { strain_limit: limit }),
+            strain_limit: limit,
             strain_bound: 1e3,
             ..SolverConfig::default()
         };

@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    ContactResponse, ExplicitSettings, Integrator, Kernels, Model, ModelBuilder, Result,
-    SolverConfig, State, StrainLimit,
+    ContactResponse, Kernels, Model, ModelBuilder, Result, SolverConfig, State, StrainLimit,
     stepper::{FramePlan, Substep},
 };
 
@@ -96,7 +95,7 @@ impl Description {
         let config = SolverConfig {
             precision: candidate.precision,
             time_step,
-            integrator: Integrator::Explicit(ExplicitSettings { strain_limit: limit }),
+            strain_limit: limit,
             ..SolverConfig::default()
         };
         let plan = plan(&model, &state, time_step, &mut random);

@@ -19,7 +19,7 @@ const SIZE: f64 = 1e-4;
 /// Kernels with a defect. The inner kernels have no way to change their forces, so that a wrong
 /// force is kept here and added when forces are read or integrated.
 pub(super) struct PerturbedKernels {
-    inner: Box<dyn Kernels>,
+    pub(super) inner: Box<dyn Kernels>,
     defect: Defect,
     run: u64,
     extra_forces: Vec<[f64; 3]>,

@@ -1,5 +1,6 @@
 //! Backends that are wrong on purpose, to prove that the checks can fail.
 
+mod implicit;
 mod kernels;
 
 use std::sync::{

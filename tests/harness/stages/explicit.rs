@@ -67,7 +67,7 @@ pub fn explicit_substep(
     contact_forces(model, particles, &mut forces, epsilon);
     integrate_explicit(particles, &forces, substep.length);
     contact_impulses(model, particles, substep.length, epsilon);
-    if let Some(limit) = config.strain_limit() {
+    if let Some(limit) = &config.strain_limit {
         let colouring =
             SpringColouring::greedy(model.springs(), model.particle_count(), &limit.classes);
         for _ in 0..limit.sweeps {

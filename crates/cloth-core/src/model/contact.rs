@@ -45,6 +45,16 @@ impl SelfContact {
         (length / Self::RECOVERY_TIME).min(1.0)
     }
 
+    /// Longest time \[s\] that particles move before contact is looked for again, in integrators
+    /// with large steps. Cloths that meet at 3 m/s come 6 mm closer in it.
+    pub const MOVE_TIME: f64 = 2e-3;
+
+    /// Moves that a substep of `length` \[s\] is divided into.
+    #[must_use]
+    pub fn moves(length: f64) -> u32 {
+        (length / Self::MOVE_TIME).ceil().max(1.0) as u32
+    }
+
     /// Whether pairs joined by a spring or close at the start are left out.
     #[must_use]
     pub const fn excludes_neighbours(&self) -> bool {

@@ -3,11 +3,12 @@
 use std::{sync::Arc, time::Instant};
 
 use crate::{
-    ContactStatistics, Control, Divergence, DivergenceCause, Error, Frame, Integrator, Kernels,
-    Measures, Model, PinAction, PinWrite, Pose, Result, Solver, State, StepReport, error::positive,
+    ConstraintStatistics, ContactStatistics, Control, Divergence, DivergenceCause, Error, Frame,
+    Integrator, Kernels, Measures, Model, PinAction, PinWrite, Pose, Result, Solver, SolverReport,
+    State, StepReport, error::positive,
 };
 
-use super::FramePlan;
+use super::{FramePlan, Substep, implicit, semi_implicit};
 
 /// [`Solver`] over the stages of a backend: divides frames, moves pins and colliders, runs the
 /// integrator that the settings ask for, and measures the result.
@@ -24,6 +25,9 @@ pub struct SteppedSolver<K> {
     /// Where moving pins are when a frame starts.
     scratch: State,
     report: StepReport,
+    solver_report: SolverReport,
+    /// The substep in which a linear solve broke down.
+    breakdown_step: Option<u64>,
     frame_start: Option<Instant>,
 }
 
@@ -48,6 +52,8 @@ impl<K: Kernels> SteppedSolver<K> {
             step: 0,
             scratch: State::default(),
             report: StepReport::default(),
+            solver_report: SolverReport::default(),
+            breakdown_step: None,
             frame_start: None,
         };
         solver.upload(&state)?;
@@ -107,10 +113,12 @@ impl<K: Kernels> SteppedSolver<K> {
         } else if measures.strain_max > bound {
             let strain = measures.strain_max;
             (measures.strain_particle, DivergenceCause::Strain { strain, bound })
+        } else if self.breakdown_step.is_some() {
+            (measures.strain_particle, DivergenceCause::LinearSolver)
         } else {
             return None;
         };
-        let step = measures.non_finite_step.unwrap_or(self.step);
+        let step = measures.non_finite_step.or(self.breakdown_step).unwrap_or(self.step);
         let substep = self.plan.substeps.iter().find(|substep| substep.step == step);
         Some(Divergence {
             step,
@@ -161,11 +169,17 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
         self.kernels.frame_begin(&self.plan)?;
         let substeps = &self.plan.substeps;
         let integrator = self.kernels.config().integrator.clone();
-        self.kernels.batch(|kernels| match integrator {
-            Integrator::Explicit(_) => {
-                substeps.iter().try_for_each(|substep| kernels.explicit_substep(substep))
+        let report = &mut self.solver_report;
+        *report = SolverReport::default();
+        let done = self.kernels.batch(|kernels| {
+            for substep in substeps {
+                if !integrate(kernels, substep, &integrator, report)? {
+                    return Ok(Some(substep.step));
+                }
             }
+            Ok::<_, Error>(None)
         })?;
+        self.breakdown_step = done;
         self.time += frame.duration;
         self.step += self.plan.substeps.len() as u64;
         self.control_finish()
@@ -176,11 +190,16 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
             let measures = self.kernels.measure()?;
             let ContactStatistics { contacts, candidates, rebuilds } =
                 self.kernels.contact_statistics()?;
+            let ConstraintStatistics { constrained, released } =
+                self.kernels.constraint_statistics()?;
             self.report = StepReport {
                 time: self.time,
                 substeps: self.plan.substeps.len() as u32,
-                solver_iterations: 0,
-                solver_residual: 0.0,
+                solver: SolverReport {
+                    constrained,
+                    released,
+                    ..std::mem::take(&mut self.solver_report)
+                },
                 contacts,
                 contact_candidates: candidates,
                 contact_rebuilds: rebuilds,
@@ -205,5 +224,21 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
 
     fn normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
         self.kernels.vertex_normals(out)
+    }
+}
+
+/// One substep of the integrator. Returns whether it could be done.
+fn integrate<K: Kernels>(
+    kernels: &mut K,
+    substep: &Substep,
+    integrator: &Integrator,
+    report: &mut SolverReport,
+) -> Result<bool> {
+    match integrator {
+        Integrator::Explicit => kernels.explicit_substep(substep).map(|()| true),
+        Integrator::Implicit(settings) => implicit::substep(kernels, substep, settings, report),
+        Integrator::SemiImplicit(settings) => {
+            semi_implicit::substep(kernels, substep, settings, report).map(|()| true)
+        }
     }
 }

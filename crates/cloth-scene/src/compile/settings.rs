@@ -1,8 +1,8 @@
 //! The settings that belong to the scene as a whole.
 
 use cloth_core::{
-    Air, ContactResponse, ExplicitSettings, Field, Gust, Integrator, ModelBuilder, Precision,
-    SelfContact, SolverConfig, SpringClass, StrainLimit,
+    Air, ContactResponse, Field, Gust, Integrator, ModelBuilder, Precision, SelfContact,
+    SolverConfig, SpringClass, StrainLimit,
 };
 
 use crate::{
@@ -41,8 +41,9 @@ pub(super) fn solver_config(scene: &Scene, check: &Check<'_>) -> Result<SolverCo
         },
         time_step: simulation.time_step,
         integrator: match simulation.solver {
-            SceneSolver::Explicit => Integrator::Explicit(ExplicitSettings { strain_limit }),
+            SceneSolver::Explicit => Integrator::Explicit,
         },
+        strain_limit,
         strain_bound: simulation.strain_bound,
         ..SolverConfig::default()
     };

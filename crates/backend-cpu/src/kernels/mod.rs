@@ -1,5 +1,8 @@
 //! All stages on the memory of one solver.
 
+mod implicit;
+mod semi_implicit;
+
 use std::{
     sync::Arc,
     time::{Duration, Instant},
@@ -81,7 +84,7 @@ impl<T: Real> CpuKernels<T> {
             force: None,
             aerodynamics: Aerodynamics::new(&model),
             contact: Contact::new(&model),
-            strain_limiter: StrainLimiter::new(&model, config.strain_limit()),
+            strain_limiter: StrainLimiter::new(&model, config.strain_limit.as_ref()),
             colliders: Vec::new(),
             triangle_rows: None,
             non_finite_step: None,

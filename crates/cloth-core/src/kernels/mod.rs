@@ -1,6 +1,14 @@
-//! The stages of NUMERICS.md as a trait: what a backend computes.
+//! The stages of NUMERICS.md as traits: what a backend computes.
+
+mod implicit;
+mod semi_implicit;
 
 use std::sync::Arc;
+
+pub use implicit::{
+    ConstraintStatistics, ImplicitKernels, LinearOutcome, LinearVector, MatrixBlock, NewtonStart,
+};
+pub use semi_implicit::SemiImplicitKernels;
 
 use crate::{
     ContactResponse, Measures, Model, PinAction, Result, SolverConfig, StageTime, State,
@@ -15,10 +23,11 @@ use crate::{
 /// the backend. The method, the CPU function, the WGSL file, the CUDA file and the equivalence test
 /// of a stage have the same name, and NUMERICS.md has its formula.
 ///
-/// The composite stage [`explicit_substep`](Self::explicit_substep) has a default made of the small
+/// The stages that only one integrator needs are in [`ImplicitKernels`] and
+/// [`SemiImplicitKernels`]. The composite stage [`explicit_substep`](Self::explicit_substep) has a default made of the small
 /// ones. A backend overrides it where fusing them pays, and must then give the same bits as the
 /// default does.
-pub trait Kernels: Send {
+pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     /// The model.
     fn model(&self) -> &Arc<Model>;
 
