@@ -24,6 +24,7 @@ use crate::{
     },
     explicit_substep::ExplicitPass,
     field_forces::{self, FieldSum},
+    implicit::ImplicitSystem,
     integrate_explicit,
     measure::Measure,
     memory::{
@@ -49,6 +50,10 @@ pub(crate) struct CpuKernels<T> {
     offsets: Vec<T>,
     present: Motion<T>,
     next: Motion<T>,
+    /// The copy of `state_keep`.
+    kept: Motion<T>,
+    /// Memory of the linear system, once it is needed.
+    implicit: Option<Box<ImplicitSystem<T>>>,
     /// Memory of the single force stages; the fused substep does without.
     force: Option<VectorField<T>>,
     aerodynamics: Option<Aerodynamics<T>>,
@@ -81,6 +86,8 @@ impl<T: Real> CpuKernels<T> {
             offsets,
             present: Motion::new(count, margin),
             next: Motion::new(count, margin),
+            kept: Motion::new(0, 0),
+            implicit: None,
             force: None,
             aerodynamics: Aerodynamics::new(&model),
             contact: Contact::new(&model),

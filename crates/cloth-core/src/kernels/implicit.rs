@@ -45,6 +45,15 @@ pub enum NewtonStart {
     Iterate,
 }
 
+/// Where an iterative solver starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LinearStart {
+    /// At z, the vector that does nothing but meet the constraints.
+    Constraints,
+    /// At the present solution, with its constrained part replaced by z.
+    Solution,
+}
+
 /// What a linear solver did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LinearOutcome {
@@ -234,21 +243,23 @@ pub trait ImplicitKernels: Send {
     /// What the device reports.
     fn vector_write(&mut self, vector: LinearVector, values: &[[f64; 3]]) -> Result<()>;
 
-    /// Composite: the conjugate gradient method. The solution holds the start, constraints met. See
-    /// [`linear::conjugate_gradient`].
+    /// Composite: the conjugate gradient method. See [`linear::conjugate_gradient`].
     ///
     /// # Errors
     /// Those of the stages it is made of.
-    fn conjugate_gradient(&mut self, settings: &LinearSettings) -> Result<LinearOutcome> {
-        linear::conjugate_gradient(self, settings)
+    fn conjugate_gradient(
+        &mut self,
+        settings: &LinearSettings,
+        start: LinearStart,
+    ) -> Result<LinearOutcome> {
+        linear::conjugate_gradient(self, settings, start)
     }
 
-    /// Composite: damped block Jacobi. The solution holds the start, constraints met. See
-    /// [`linear::jacobi`].
+    /// Composite: damped block Jacobi. See [`linear::jacobi`].
     ///
     /// # Errors
     /// Those of the stages it is made of.
-    fn jacobi(&mut self, settings: &LinearSettings) -> Result<LinearOutcome> {
-        linear::jacobi(self, settings)
+    fn jacobi(&mut self, settings: &LinearSettings, start: LinearStart) -> Result<LinearOutcome> {
+        linear::jacobi(self, settings, start)
     }
 }

@@ -6,7 +6,8 @@ mod semi_implicit;
 use std::sync::Arc;
 
 pub use implicit::{
-    ConstraintStatistics, ImplicitKernels, LinearOutcome, LinearVector, MatrixBlock, NewtonStart,
+    ConstraintStatistics, ImplicitKernels, LinearOutcome, LinearStart, LinearVector, MatrixBlock,
+    NewtonStart,
 };
 pub use semi_implicit::SemiImplicitKernels;
 

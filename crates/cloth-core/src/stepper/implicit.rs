@@ -1,8 +1,8 @@
 //! Backward Euler (NUMERICS §5).
 
 use crate::{
-    ImplicitSettings, Kernels, LinearOutcome, LinearVector, NewtonSettings, NewtonStart, Result,
-    SolverReport,
+    ImplicitSettings, Kernels, LinearOutcome, LinearStart, LinearVector, NewtonSettings,
+    NewtonStart, Result, SolverReport,
 };
 
 use super::{Substep, finish, forces};
@@ -34,8 +34,12 @@ pub fn substep<K: Kernels + ?Sized>(
     if constrained {
         kernels.collider_constraints(substep)?;
     }
-    let warm = settings.linear.warm_start && substep.index > 0;
-    let mut solved = solve(kernels, settings, (constrained, warm), report)?;
+    let start = if settings.linear.warm_start && substep.index > 0 {
+        LinearStart::Solution
+    } else {
+        LinearStart::Constraints
+    };
+    let mut solved = solve(kernels, settings, (constrained, start), report)?;
     if solved && settings.newton.iterations_max > 1 {
         solved = newton(kernels, substep, settings, constrained, report)?;
     } else if solved {
@@ -73,19 +77,14 @@ fn system<K: Kernels + ?Sized>(
 fn solve<K: Kernels + ?Sized>(
     kernels: &mut K,
     settings: &ImplicitSettings,
-    (constrained, mut warm): (bool, bool),
+    (constrained, mut start): (bool, LinearStart),
     report: &mut SolverReport,
 ) -> Result<bool> {
     let solver = settings.linear.method.solver::<K>();
     report.newton_iterations += 1;
     for pass in 0..settings.constraint_passes {
-        if !warm {
-            kernels
-                .vector_combine((0.0, LinearVector::RightSide), (0.0, LinearVector::Solution))?;
-        }
-        kernels.constraint_project(LinearVector::Solution)?;
         solver.prepare(kernels, &settings.linear)?;
-        let outcome: LinearOutcome = solver.solve(kernels, &settings.linear)?;
+        let outcome: LinearOutcome = solver.solve(kernels, &settings.linear, start)?;
         report.add(&outcome);
         if outcome.breakdown {
             return Ok(false);
@@ -94,7 +93,7 @@ fn solve<K: Kernels + ?Sized>(
         if !constrained || kernels.constraint_release()? == 0 || last {
             break;
         }
-        warm = true;
+        start = LinearStart::Solution;
     }
     Ok(true)
 }
@@ -131,7 +130,7 @@ fn newton<K: Kernels + ?Sized>(
             report.newton_residual = report.newton_residual.max(relative);
             return Ok(relative.is_finite());
         }
-        if !solve(kernels, settings, (constrained, false), report)? {
+        if !solve(kernels, settings, (constrained, LinearStart::Constraints), report)? {
             return Ok(false);
         }
     }

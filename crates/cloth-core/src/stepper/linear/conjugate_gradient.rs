@@ -1,8 +1,8 @@
 //! The modified preconditioned conjugate gradient method.
 
-use crate::{ImplicitKernels, LinearOutcome, LinearSettings, LinearVector, Result};
+use crate::{ImplicitKernels, LinearOutcome, LinearSettings, LinearStart, LinearVector, Result};
 
-use super::{not_a_system, nothing_to_solve, reference_residual, residual_of};
+use super::{Begin, begin};
 
 /// Solves S A S y = S b with y = z in the constrained directions (Ascher and Boxerman 2003), in the
 /// form with one pass of reductions for each iteration (Chronopoulos and Gear 1989): the image of
@@ -13,16 +13,13 @@ use super::{not_a_system, nothing_to_solve, reference_residual, residual_of};
 pub fn conjugate_gradient<K: ImplicitKernels + ?Sized>(
     kernels: &mut K,
     settings: &LinearSettings,
+    start: LinearStart,
 ) -> Result<LinearOutcome> {
     use LinearVector::{Direction, DirectionImage, Image, Preconditioned, Residual, Solution};
-    let reference = reference_residual(kernels, settings)?;
-    if reference == 0.0 {
-        return nothing_to_solve(kernels);
-    }
-    let mut residual = residual_of(kernels, settings, Solution)?;
-    if !(reference.is_finite() && residual.is_finite()) {
-        return Ok(not_a_system());
-    }
+    let (reference, mut residual) = match begin(kernels, settings, start)? {
+        Begin::Done(outcome) => return Ok(outcome),
+        Begin::Iterate { reference, residual } => (reference, residual),
+    };
     kernels.preconditioner_apply(Residual, Preconditioned)?;
     let mut gamma = kernels.vector_dot(Residual, Preconditioned)?;
     let mut recurrence = Recurrence::default();

@@ -1,8 +1,8 @@
 //! Damped block Jacobi.
 
-use crate::{ImplicitKernels, LinearOutcome, LinearSettings, LinearVector, Result};
+use crate::{ImplicitKernels, LinearOutcome, LinearSettings, LinearStart, LinearVector, Result};
 
-use super::{not_a_system, nothing_to_solve, reference_residual, residual_of};
+use super::{Begin, begin, residual_of};
 
 /// Times that the damping factor may be halved; after that the iteration stops where it is.
 const HALVINGS_MAX: u32 = 20;
@@ -20,16 +20,13 @@ const HALVINGS_MAX: u32 = 20;
 pub fn jacobi<K: ImplicitKernels + ?Sized>(
     kernels: &mut K,
     settings: &LinearSettings,
+    start: LinearStart,
 ) -> Result<LinearOutcome> {
     use LinearVector::{Preconditioned, Residual, Solution};
-    let reference = reference_residual(kernels, settings)?;
-    if reference == 0.0 {
-        return nothing_to_solve(kernels);
-    }
-    let mut residual = residual_of(kernels, settings, Solution)?;
-    if !(reference.is_finite() && residual.is_finite()) {
-        return Ok(not_a_system());
-    }
+    let (reference, mut residual) = match begin(kernels, settings, start)? {
+        Begin::Done(outcome) => return Ok(outcome),
+        Begin::Iterate { reference, residual } => (reference, residual),
+    };
     kernels.preconditioner_apply(Residual, Preconditioned)?;
     let mut norm = kernels.vector_dot(Residual, Preconditioned)?;
     let mut omega = 1.0;

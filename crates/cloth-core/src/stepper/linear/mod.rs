@@ -8,14 +8,13 @@ pub use conjugate_gradient::{Recurrence, conjugate_gradient};
 pub use jacobi::jacobi;
 
 use crate::{
-    ImplicitKernels, LinearMethod, LinearOutcome, LinearSettings, LinearVector, Preconditioner,
-    Result,
+    ImplicitKernels, LinearMethod, LinearOutcome, LinearSettings, LinearStart, LinearVector,
+    Preconditioner, Result,
 };
 
 /// A solver of A y = b under constraints.
 ///
-/// The matrix, b and the constraints are in place; the solution holds a start that meets the
-/// constraints, and the answer afterwards.
+/// The matrix, b and the constraints are in place; the solution holds the answer afterwards.
 pub trait LinearSolver<K: ImplicitKernels + ?Sized> {
     /// Makes what a solve needs of the present matrix and constraints.
     ///
@@ -28,7 +27,12 @@ pub trait LinearSolver<K: ImplicitKernels + ?Sized> {
     /// # Errors
     /// Those of the stages. A solve that fails as mathematics is no error but a
     /// [`LinearOutcome::breakdown`].
-    fn solve(&self, kernels: &mut K, settings: &LinearSettings) -> Result<LinearOutcome>;
+    fn solve(
+        &self,
+        kernels: &mut K,
+        settings: &LinearSettings,
+        start: LinearStart,
+    ) -> Result<LinearOutcome>;
 }
 
 impl LinearMethod {
@@ -52,8 +56,13 @@ impl<K: ImplicitKernels + ?Sized> LinearSolver<K> for ConjugateGradient {
         kernels.preconditioner_build(settings.preconditioner)
     }
 
-    fn solve(&self, kernels: &mut K, settings: &LinearSettings) -> Result<LinearOutcome> {
-        kernels.conjugate_gradient(settings)
+    fn solve(
+        &self,
+        kernels: &mut K,
+        settings: &LinearSettings,
+        start: LinearStart,
+    ) -> Result<LinearOutcome> {
+        kernels.conjugate_gradient(settings, start)
     }
 }
 
@@ -62,8 +71,13 @@ impl<K: ImplicitKernels + ?Sized> LinearSolver<K> for Jacobi {
         kernels.preconditioner_build(Preconditioner::Block)
     }
 
-    fn solve(&self, kernels: &mut K, settings: &LinearSettings) -> Result<LinearOutcome> {
-        kernels.jacobi(settings)
+    fn solve(
+        &self,
+        kernels: &mut K,
+        settings: &LinearSettings,
+        start: LinearStart,
+    ) -> Result<LinearOutcome> {
+        kernels.jacobi(settings, start)
     }
 }
 
@@ -72,9 +86,60 @@ impl<K: ImplicitKernels + ?Sized> LinearSolver<K> for Direct {
         Ok(())
     }
 
-    fn solve(&self, kernels: &mut K, _: &LinearSettings) -> Result<LinearOutcome> {
+    fn solve(&self, kernels: &mut K, _: &LinearSettings, _: LinearStart) -> Result<LinearOutcome> {
         kernels.direct_solve()
     }
+}
+
+/// How an iteration begins.
+pub enum Begin {
+    /// There is nothing left to do.
+    Done(LinearOutcome),
+    /// There is.
+    Iterate {
+        /// |S (b - A z)|, what relative residuals are relative to.
+        reference: f64,
+        /// |r| of the start.
+        residual: f64,
+    },
+}
+
+/// Puts the solution where an iteration starts, and its residual with it. Uses image and direction.
+///
+/// # Errors
+/// Those of the stages.
+pub fn begin<K: ImplicitKernels + ?Sized>(
+    kernels: &mut K,
+    settings: &LinearSettings,
+    start: LinearStart,
+) -> Result<Begin> {
+    use LinearVector::{Direction, Residual, RightSide, Solution};
+    kernels.vector_combine((0.0, RightSide), (0.0, Direction))?;
+    kernels.constraint_project(Direction)?;
+    let reference = if kernels.vector_dot(Direction, Direction)? == 0.0 {
+        kernels.vector_combine((1.0, RightSide), (0.0, Residual))?;
+        kernels.constraint_filter(Residual)?;
+        kernels.vector_dot(Residual, Residual)?.sqrt()
+    } else {
+        residual_of(kernels, settings, Direction)?
+    };
+    if reference == 0.0 || start == LinearStart::Constraints {
+        kernels.vector_combine((1.0, Direction), (0.0, Solution))?;
+    }
+    if reference == 0.0 {
+        return Ok(Begin::Done(LinearOutcome { converged: true, ..LinearOutcome::default() }));
+    }
+    let residual = if start == LinearStart::Constraints {
+        reference
+    } else {
+        kernels.constraint_project(Solution)?;
+        residual_of(kernels, settings, Solution)?
+    };
+    if !(reference.is_finite() && residual.is_finite()) {
+        let outcome = LinearOutcome { breakdown: true, ..LinearOutcome::default() };
+        return Ok(Begin::Done(LinearOutcome { residual: f64::INFINITY, ..outcome }));
+    }
+    Ok(Begin::Iterate { reference, residual })
 }
 
 /// r = S (b - A y) for a vector y; uses the image. Returns |r|.
@@ -89,27 +154,4 @@ fn residual_of<K: ImplicitKernels + ?Sized>(
     kernels.vector_combine((-1.0, Image), (1.0, Residual))?;
     kernels.constraint_filter(Residual)?;
     Ok(kernels.vector_dot(Residual, Residual)?.sqrt())
-}
-
-/// |S (b - A z)|, the residual of the vector that does nothing but meet the constraints: what
-/// relative residuals are relative to. Uses image and residual, and leaves z as the direction.
-fn reference_residual<K: ImplicitKernels + ?Sized>(
-    kernels: &mut K,
-    settings: &LinearSettings,
-) -> Result<f64> {
-    use LinearVector::{Direction, RightSide};
-    kernels.vector_combine((0.0, RightSide), (0.0, Direction))?;
-    kernels.constraint_project(Direction)?;
-    residual_of(kernels, settings, Direction)
-}
-
-/// The outcome for a system whose answer is z: nothing is left to solve.
-fn nothing_to_solve<K: ImplicitKernels + ?Sized>(kernels: &mut K) -> Result<LinearOutcome> {
-    kernels.vector_combine((1.0, LinearVector::Direction), (0.0, LinearVector::Solution))?;
-    Ok(LinearOutcome { converged: true, ..LinearOutcome::default() })
-}
-
-/// The outcome for a system with numbers that are not finite.
-fn not_a_system() -> LinearOutcome {
-    LinearOutcome { residual: f64::INFINITY, breakdown: true, ..LinearOutcome::default() }
 }
