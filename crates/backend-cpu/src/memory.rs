@@ -42,6 +42,11 @@ impl<T: Real> VectorField<T> {
         self.margin
     }
 
+    /// Sets everything to zero.
+    pub(crate) fn clear(&mut self) {
+        self.components.iter_mut().for_each(|component| component.fill(T::ZERO));
+    }
+
     pub(crate) fn get(&self, particle: usize) -> [T; 3] {
         self.components.each_ref().map(|component| component[self.margin + particle])
     }

@@ -49,7 +49,8 @@ pub struct SolverReport {
     pub factorisations: u32,
     /// Particles that colliders constrained in the last substep.
     pub constrained: u64,
-    /// Contacts with colliders that were released, or began to slide, after a solve.
+    /// Contacts with colliders that were released, or began to slide, or slid with another drag,
+    /// after a solve.
     pub released: u64,
     /// Decisions of the adaptive time step, in order.
     pub time_step_changes: Vec<TimeStepChange>,

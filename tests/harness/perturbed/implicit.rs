@@ -36,10 +36,6 @@ impl ImplicitKernels for PerturbedKernels {
         self.inner.constraint_release()
     }
 
-    fn constraint_friction(&mut self) -> Result<()> {
-        self.inner.constraint_friction()
-    }
-
     fn constraint_statistics(&mut self) -> Result<ConstraintStatistics> {
         self.inner.constraint_statistics()
     }

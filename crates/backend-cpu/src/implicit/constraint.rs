@@ -3,10 +3,19 @@
 use cloth_core::Real;
 
 use super::matrix::Symmetric;
-use crate::vector::dot;
+use crate::vector::{dot, sub};
 
 /// A normal that has less than this outside of the directions constrained already adds nothing.
 const DIRECTION_MIN: f64 = 1e-3;
+
+/// Slower slip \[m/s\] counts as this much, so that drags stay finite.
+const SLIP_MIN: f64 = 1e-4;
+
+/// Friction this far from its value, relative to it, is corrected ...
+const DRAG_ERROR: f64 = 0.1;
+
+/// ... if that is more than a free particle needs for this change of velocity \[m/s\].
+const SLIP_ERROR: f64 = 3e-4;
 
 /// Contacts that a particle can have at a time: no more directions are left.
 const TOUCHES_MAX: usize = 3;
@@ -22,6 +31,67 @@ pub(super) struct Touch<T> {
     pub(super) friction: T,
     /// Whether friction holds the particle.
     pub(super) sticks: bool,
+    /// Friction as a drag along the surface \[kg\], if the contact slides.
+    pub(super) drag: T,
+}
+
+/// A particle after a solve.
+pub(super) struct SolvedParticle<T> {
+    /// Of the constraint, lambda \[N s\].
+    pub(super) impulse: [T; 3],
+    /// At the end of the substep \[m/s\].
+    pub(super) velocity: [T; 3],
+    /// \[kg\]
+    pub(super) mass: T,
+    /// D \[kg\].
+    pub(super) inertia: Symmetric<T>,
+}
+
+/// What a solve says of a contact.
+enum Verdict<T> {
+    Stands,
+    /// It slides with this drag.
+    Drag(T),
+    /// It does not stick any more, but slides with this drag.
+    Slips(T),
+    Pulls,
+}
+
+impl<T: Real> Touch<T> {
+    fn verdict(&self, solved: &SolvedParticle<T>) -> Verdict<T> {
+        let push = dot(solved.impulse, self.normal);
+        if push < T::ZERO {
+            return Verdict::Pulls;
+        }
+        let grip = self.friction * push;
+        if self.sticks {
+            let (along, direction) = self.tangential(solved.impulse);
+            if along <= grip {
+                return Verdict::Stands;
+            }
+            // What the drag is if nothing but this particle starts to move.
+            let inertia = dot(direction, symmetric_apply(&solved.inertia, direction));
+            return Verdict::Slips(grip * inertia / (along - grip));
+        }
+        let (slip, _) = self.tangential(sub(solved.velocity, self.surface));
+        let slip = slip.maximum(T::from_f64(SLIP_MIN));
+        let drag = grip / slip;
+        let error = (drag - self.drag).abs() * slip;
+        let negligible = solved.mass * T::from_f64(SLIP_ERROR);
+        if error > (T::from_f64(DRAG_ERROR) * grip).maximum(negligible) {
+            Verdict::Drag(drag)
+        } else {
+            Verdict::Stands
+        }
+    }
+
+    /// Length and direction of what a vector has along the surface.
+    fn tangential(&self, vector: [T; 3]) -> (T, [T; 3]) {
+        let across = dot(vector, self.normal);
+        let along: [T; 3] = std::array::from_fn(|axis| vector[axis] - across * self.normal[axis]);
+        let length = dot(along, along).sqrt();
+        (length, along.map(|component| component / length.maximum(T::LENGTH_MIN)))
+    }
 }
 
 /// The filter S and the target velocity of one particle, and the contacts they come from.
@@ -34,8 +104,6 @@ pub(crate) struct Constraint<T> {
     filter: Symmetric<T>,
     /// The velocity in the constrained directions \[m/s\].
     target: [T; 3],
-    /// Of the constraint, from the last solve \[N s\].
-    impulse: [T; 3],
 }
 
 impl<T: Real> Constraint<T> {
@@ -46,7 +114,6 @@ impl<T: Real> Constraint<T> {
             count: 0,
             filter: identity(),
             target: [T::ZERO; 3],
-            impulse: [T::ZERO; 3],
         };
         constraint.add(touch);
         constraint
@@ -69,7 +136,7 @@ impl<T: Real> Constraint<T> {
         self.count == 0
     }
 
-    fn touches(&self) -> &[Touch<T>] {
+    pub(super) fn touches(&self) -> &[Touch<T>] {
         &self.touches[..usize::from(self.count)]
     }
 
@@ -95,46 +162,33 @@ impl<T: Real> Constraint<T> {
         std::array::from_fn(|axis| free[axis] + (change[axis] - filtered[axis]))
     }
 
-    /// Releases the last contact that pulls, or lets the last one slide that slips, under this
-    /// impulse. Returns whether there was one.
-    pub(super) fn release(&mut self, impulse: [T; 3]) -> bool {
-        self.impulse = impulse;
+    /// Releases the last contact that pulls, or lets the last one slide that slips, or corrects the
+    /// drag of those that slide. Returns whether anything changed.
+    pub(super) fn release(&mut self, solved: &SolvedParticle<T>) -> bool {
+        let mut changed = false;
         for index in (0..usize::from(self.count)).rev() {
-            let touch = self.touches[index];
-            let push = dot(impulse, touch.normal);
-            if push < T::ZERO {
-                self.touches.copy_within(index + 1.., index);
-                self.count -= 1;
-                self.update();
-                return true;
-            }
-            let across: [T; 3] =
-                std::array::from_fn(|axis| impulse[axis] - push * touch.normal[axis]);
-            if touch.sticks && dot(across, across).sqrt() > touch.friction * push {
-                self.touches[index].sticks = false;
-                self.update();
-                return true;
-            }
-        }
-        false
-    }
-
-    /// The velocity after friction at the contacts that slide.
-    pub(super) fn friction(&self, mut velocity: [T; 3], inverse_mass: T) -> [T; 3] {
-        for touch in self.touches().iter().filter(|touch| !touch.sticks) {
-            let push = dot(self.impulse, touch.normal).maximum(T::ZERO);
-            let relative: [T; 3] = std::array::from_fn(|axis| velocity[axis] - touch.surface[axis]);
-            let across = dot(relative, touch.normal);
-            let slip: [T; 3] =
-                std::array::from_fn(|axis| relative[axis] - across * touch.normal[axis]);
-            let speed = dot(slip, slip).sqrt();
-            let lost = (touch.friction * push * inverse_mass).minimum(speed)
-                / speed.maximum(T::LENGTH_MIN);
-            for axis in 0..3 {
-                velocity[axis] -= lost * slip[axis];
+            let touch = &mut self.touches[index];
+            match touch.verdict(solved) {
+                Verdict::Stands => {}
+                Verdict::Drag(drag) => {
+                    touch.drag = drag;
+                    changed = true;
+                }
+                Verdict::Slips(drag) => {
+                    touch.sticks = false;
+                    touch.drag = drag;
+                    self.update();
+                    return true;
+                }
+                Verdict::Pulls => {
+                    self.touches.copy_within(index + 1.., index);
+                    self.count -= 1;
+                    self.update();
+                    return true;
+                }
             }
         }
-        velocity
+        changed
     }
 
     /// Filter and target from the contacts.

@@ -1,15 +1,18 @@
 //! NUMERICS §5: what colliders demand of velocities, `collider_constraints`, and how contacts come
-//! and go, `constraint_release` and `constraint_friction`.
+//! and go, `constraint_release`.
 
 use cloth_core::{ConstraintStatistics, Real};
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
-use super::constraint::{Constraint, Touch};
+use super::{
+    constraint::{Constraint, SolvedParticle, Touch, symmetric_apply},
+    matrix::Matrix,
+};
 use crate::{
     collider_response::ColliderAt,
-    memory::{BLOCK, FieldView, LANES, Masses, MotionChunk, lanes},
-    vector::dot,
+    memory::{BLOCK, FieldView, LANES, Masses, VectorField, lanes},
+    vector::{dot, sub},
 };
 
 /// All constraints, by blocks of [`BLOCK`] particles, particles ascending.
@@ -17,6 +20,15 @@ use crate::{
 pub(crate) struct Constraints<T> {
     blocks: Vec<Vec<Constraint<T>>>,
     statistics: ConstraintStatistics,
+}
+
+/// A solve, as contacts look at it.
+pub(super) struct Solve<'a, T> {
+    /// A y.
+    pub(super) image: FieldView<'a, T>,
+    pub(super) solution: FieldView<'a, T>,
+    /// The velocities that the solution changes.
+    pub(super) velocity: FieldView<'a, T>,
 }
 
 /// What the detection reads.
@@ -38,11 +50,6 @@ impl<T: Real> Constraints<T> {
             blocks: (0..count.div_ceil(BLOCK)).map(|_| Vec::new()).collect(),
             statistics: ConstraintStatistics::default(),
         }
-    }
-
-    /// Forgets all constraints.
-    pub(super) fn clear(&mut self) {
-        self.blocks.iter_mut().for_each(Vec::clear);
     }
 
     /// Finds the constraints of a substep.
@@ -69,43 +76,48 @@ impl<T: Real> Constraints<T> {
         self.blocks.iter().all(Vec::is_empty)
     }
 
-    /// Changes the contacts that pull or slip, given A y and b. Returns how many.
-    pub(super) fn release(&mut self, image: FieldView<'_, T>, right: FieldView<'_, T>) -> u64 {
-        let released = self
-            .blocks
-            .par_iter_mut()
-            .map(|constraints| {
-                let mut released = 0;
-                for constraint in constraints.iter_mut() {
-                    let particle = constraint.particle();
-                    let (image, right) = (image.get(particle), right.get(particle));
-                    let impulse = std::array::from_fn(|axis| image[axis] - right[axis]);
-                    released += u64::from(constraint.release(impulse));
-                }
-                constraints.retain(|constraint| !constraint.is_free());
-                released
-            })
-            .sum();
-        self.statistics.released += released;
-        released
+    /// Adds the drag of the contacts that slide to matrix and right-hand side.
+    pub(super) fn drag(
+        &self,
+        velocity: FieldView<'_, T>,
+        matrix: &mut Matrix<T>,
+        right_side: &mut VectorField<T>,
+    ) {
+        for constraint in self.iter() {
+            let velocity = velocity.get(constraint.particle());
+            drag_add(constraint, T::ONE, velocity, matrix, right_side);
+        }
     }
 
-    /// Friction of the contacts that slide, on the velocities of a block.
-    pub(super) fn friction(
-        &self,
-        block: usize,
+    /// Changes the contacts that pull, slip, or slide with a drag that is not theirs. Returns how many.
+    pub(super) fn release(
+        &mut self,
+        solve: &Solve<'_, T>,
         masses: &Masses<T>,
-        chunk: &mut MotionChunk<'_, T>,
-    ) {
-        for constraint in &self.blocks[block] {
+        matrix: &mut Matrix<T>,
+        right_side: &mut VectorField<T>,
+    ) -> u64 {
+        let mut changed = 0;
+        for constraint in self.blocks.iter_mut().flatten() {
             let particle = constraint.particle();
-            let local = particle - block * BLOCK;
-            let velocity = chunk.velocity.each_ref().map(|component| component[local]);
-            let slowed = constraint.friction(velocity, masses.inverse[particle]);
-            for axis in 0..3 {
-                chunk.velocity[axis][local] = slowed[axis];
+            let velocity = solve.velocity.get(particle);
+            let (image, right) = (solve.image.get(particle), right_side.get(particle));
+            let (change, before) = (solve.solution.get(particle), *constraint);
+            let outcome = SolvedParticle {
+                impulse: std::array::from_fn(|axis| image[axis] - right[axis]),
+                velocity: std::array::from_fn(|axis| velocity[axis] + change[axis]),
+                mass: masses.mass[particle],
+                inertia: matrix.diagonal.get(particle),
+            };
+            if constraint.release(&outcome) {
+                drag_add(&before, -T::ONE, velocity, matrix, right_side);
+                drag_add(constraint, T::ONE, velocity, matrix, right_side);
+                changed += 1;
             }
         }
+        self.blocks.iter_mut().for_each(|block| block.retain(|constraint| !constraint.is_free()));
+        self.statistics.released += changed;
+        changed
     }
 
     /// Counts since the last call.
@@ -165,17 +177,19 @@ impl<T: Real> Detection<'_, T> {
                 let normal = depths.normals.map(|component| component[lane]);
                 let x = position.map(|component| component[lane]);
                 let v = velocity.map(|component| component[lane]);
-                let touch = self.touch(collider, (depths.depth[lane], normal), x, v);
+                let mass = self.masses.mass[first + lane];
+                let touch = self.touch(collider, (depths.depth[lane], normal), mass, x, v);
                 add(constraints, (first + lane) as u32, touch);
             }
         }
     }
 
-    /// The contact of a particle at x with velocity v.
+    /// The contact of a particle of some mass at x with velocity v.
     fn touch(
         &self,
         collider: &ColliderAt<T>,
         (depth, normal): (T, [T; 3]),
+        mass: T,
         x: [T; 3],
         v: [T; 3],
     ) -> Touch<T> {
@@ -198,8 +212,39 @@ impl<T: Real> Detection<'_, T> {
             slip[axis] = relative[axis] - across * normal[axis];
         }
         let push = speed - (across + surface_speed);
-        let sticks = dot(slip, slip).sqrt() <= collider.friction() * push;
-        Touch { normal, speed, surface, friction: collider.friction(), sticks }
+        let friction = collider.friction();
+        let (slip, grip) = (dot(slip, slip).sqrt(), friction * push);
+        let sticks = slip <= grip;
+        let drag = if sticks { T::ZERO } else { mass * grip / slip };
+        Touch { normal, speed, surface, friction, sticks, drag }
+    }
+}
+
+/// Adds c P to B and D and -c P (v - u) to b, for the drag c of each contact times `sign` and P the
+/// projector on its plane.
+fn drag_add<T: Real>(
+    constraint: &Constraint<T>,
+    sign: T,
+    velocity: [T; 3],
+    matrix: &mut Matrix<T>,
+    right_side: &mut VectorField<T>,
+) {
+    let particle = constraint.particle();
+    for touch in constraint.touches().iter().filter(|touch| touch.drag > T::ZERO) {
+        let drag = sign * touch.drag;
+        let [x, y, z] = touch.normal;
+        let plane = [
+            drag * (T::ONE - x * x),
+            drag * (T::ONE - y * y),
+            drag * (T::ONE - z * z),
+            -(drag * (x * y)),
+            -(drag * (x * z)),
+            -(drag * (y * z)),
+        ];
+        matrix.base.add(particle, plane);
+        matrix.diagonal.add(particle, plane);
+        let slip = symmetric_apply(&plane, sub(velocity, touch.surface));
+        right_side.set(particle, sub(right_side.get(particle), slip));
     }
 }
 

@@ -81,7 +81,9 @@ impl<T: Real> Assembly<'_, T> {
                 }
             }
         });
-        if let (Some(aerodynamics), Some(off_diagonal)) = (self.aerodynamics, off_diagonal) {
+        let Some(off_diagonal) = off_diagonal else { return };
+        off_diagonal.clear();
+        if let Some(aerodynamics) = self.aerodynamics {
             for particle in 0..self.count {
                 let [xx, yy, zz, xy, xz, yz] =
                     aerodynamics.jacobian(particle).map(|entry| self.length * entry);

@@ -32,6 +32,12 @@ impl<T: Real> BlockField<T> {
         [xx, yy, zz, xy, xz, yz]
     }
 
+    /// Adds to one block. Without memory off the diagonal, only that is added.
+    pub(super) fn add(&mut self, particle: usize, change: Symmetric<T>) {
+        let block = self.get(particle);
+        self.set(particle, std::array::from_fn(|entry| block[entry] + change[entry]));
+    }
+
     pub(super) fn set(&mut self, particle: usize, [xx, yy, zz, xy, xz, yz]: Symmetric<T>) {
         self.diagonal.set(particle, [xx, yy, zz]);
         if let Some(field) = &mut self.off_diagonal {
@@ -45,18 +51,18 @@ impl<T: Real> BlockField<T> {
 pub(crate) struct Matrix<T> {
     pub(super) factors: SpringFactors<T>,
     pub(super) contacts: ContactFactors<T>,
-    /// B of NUMERICS §5: mass, drag, air.
+    /// B of NUMERICS §5: mass, drag, air, friction.
     pub(super) base: BlockField<T>,
     /// D of NUMERICS §5: the diagonal blocks of A.
     pub(super) diagonal: BlockField<T>,
 }
 
 impl<T: Real> Matrix<T> {
-    pub(super) fn new(springs: &SpringColumns<T>, count: usize, air: bool) -> Self {
+    pub(super) fn new(springs: &SpringColumns<T>, count: usize, full: bool) -> Self {
         Self {
             factors: SpringFactors::new(springs),
             contacts: ContactFactors::new(),
-            base: BlockField::new(count, air),
+            base: BlockField::new(count, full),
             diagonal: BlockField::new(count, true),
         }
     }

@@ -29,7 +29,7 @@ pub(super) fn build<T: Real>(
     } else {
         inverse.off_diagonal = None;
         let source = FieldView::new(&diagonal.diagonal);
-        inverse.diagonal.chunks_mut(BLOCK).enumerate().for_each(|(block, mut chunk)| {
+        inverse.diagonal.chunks_mut(BLOCK).enumerate().for_each(|(block, chunk)| {
             for local in (0..chunk[0].len()).step_by(LANES) {
                 let packet = source.packet((block * BLOCK + local) as isize);
                 for axis in 0..3 {

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::{
     conjugate_gradient::{self, Passes},
-    constraints::{Constraints, Detection},
+    constraints::{Constraints, Detection, Solve},
     filter::Filter,
     implicit_assemble::Assembly,
     matrix::{BlockField, Matrix},
@@ -52,9 +52,9 @@ pub(crate) struct Surroundings<'a, T> {
 }
 
 impl<T: Real> ImplicitSystem<T> {
-    pub(crate) fn new(springs: &SpringColumns<T>, count: usize, air: bool) -> Self {
+    pub(crate) fn new(springs: &SpringColumns<T>, count: usize, full: bool) -> Self {
         Self {
-            matrix: Matrix::new(springs, count, air),
+            matrix: Matrix::new(springs, count, full),
             constraints: Constraints::new(count),
             vectors: LinearVectors::new(count, springs.margin()),
             inverse: BlockField::new(count, true),
@@ -110,6 +110,7 @@ impl<T: Real> ImplicitSystem<T> {
         };
         let right_side = self.vectors.get_mut(LinearVector::RightSide);
         assembly.run(&mut self.matrix, right_side, at.arch);
+        self.constraints.drag(assembly.velocity, &mut self.matrix, right_side);
     }
 
     pub(crate) fn collider_constraints(
@@ -133,20 +134,24 @@ impl<T: Real> ImplicitSystem<T> {
     }
 
     /// Needs A y as the image.
-    pub(crate) fn constraint_release(&mut self) -> u64 {
-        let image = FieldView::new(self.vectors.get(LinearVector::Image));
-        let right = FieldView::new(self.vectors.get(LinearVector::RightSide));
-        self.constraints.release(image, right)
+    pub(crate) fn constraint_release(
+        &mut self,
+        masses: &Masses<T>,
+        velocity: &VectorField<T>,
+    ) -> u64 {
+        let mut right_side = self.vectors.take(LinearVector::RightSide);
+        let solve = Solve {
+            image: FieldView::new(self.vectors.get(LinearVector::Image)),
+            solution: FieldView::new(self.vectors.get(LinearVector::Solution)),
+            velocity: FieldView::new(velocity),
+        };
+        let changed = self.constraints.release(&solve, masses, &mut self.matrix, &mut right_side);
+        self.vectors.put(LinearVector::RightSide, right_side);
+        changed
     }
 
     pub(crate) fn constraints_are_empty(&self) -> bool {
         self.constraints.is_empty()
-    }
-
-    pub(crate) fn constraint_friction(&self, masses: &Masses<T>, motion: &mut Motion<T>) {
-        motion.chunks_mut(BLOCK).enumerate().for_each(|(block, mut chunk)| {
-            self.constraints.friction(block, masses, &mut chunk);
-        });
     }
 
     pub(crate) fn constraint_statistics(&mut self) -> ConstraintStatistics {

@@ -25,8 +25,8 @@ impl<T: Real> CpuKernels<T> {
         work: impl FnOnce(&mut Self, &mut ImplicitSystem<T>, f64) -> R + Send,
     ) -> R {
         let mut system = self.implicit.take().unwrap_or_else(|| {
-            let air = self.model.air().is_some();
-            Box::new(ImplicitSystem::new(&self.springs, self.model.particle_count(), air))
+            let full = self.model.air().is_some() || !self.model.colliders().is_empty();
+            Box::new(ImplicitSystem::new(&self.springs, self.model.particle_count(), full))
         });
         let result = self.stage(stage, |kernels| work(kernels, &mut system, length));
         self.implicit = Some(system);
@@ -107,15 +107,8 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
             }
             let (from, to) = (LinearVector::Solution, LinearVector::Image);
             system.matrix_apply(&kernels.springs, from, to, kernels.arch);
-            system.constraint_release()
+            system.constraint_release(&kernels.masses, &kernels.present.velocity)
         }))
-    }
-
-    fn constraint_friction(&mut self) -> Result<()> {
-        self.implicit_stage("constraint_friction", 0.0, |kernels, system, _| {
-            system.constraint_friction(&kernels.masses, &mut kernels.present);
-        });
-        Ok(())
     }
 
     fn constraint_statistics(&mut self) -> Result<ConstraintStatistics> {

@@ -73,7 +73,7 @@ pub struct LinearOutcome {
 pub struct ConstraintStatistics {
     /// Particles whose velocity a collider constrained.
     pub constrained: u64,
-    /// Contacts that were released, or began to slide, after a solve.
+    /// Contacts that were released, or began to slide, or slid with another drag, after a solve.
     pub released: u64,
 }
 
@@ -121,7 +121,7 @@ pub trait ImplicitKernels: Send {
     fn contact_linearise(&mut self, substep: &Substep) -> Result<()>;
 
     /// NUMERICS §5: the matrix A and the right-hand side b, from what is linearised, the velocities,
-    /// and f, which has all forces but those of springs.
+    /// the contacts that slide, and f, which has all forces but those of springs.
     ///
     /// # Errors
     /// What the device reports.
@@ -134,18 +134,13 @@ pub trait ImplicitKernels: Send {
     /// What the device reports.
     fn collider_constraints(&mut self, substep: &Substep) -> Result<()>;
 
-    /// NUMERICS §5: releases contacts whose force pulls, and lets those slide whose force leaves the
-    /// cone of friction, given the solution. Returns how many of both.
+    /// NUMERICS §5: releases contacts whose force pulls, lets those slide whose force leaves the cone
+    /// of friction, and corrects the drag of those that slide, given the solution. Returns how many
+    /// contacts changed; matrix and right-hand side then have changed with them.
     ///
     /// # Errors
     /// What the device reports.
     fn constraint_release(&mut self) -> Result<u64>;
-
-    /// NUMERICS §5: friction of the contacts that slide, on the present velocities.
-    ///
-    /// # Errors
-    /// What the device reports.
-    fn constraint_friction(&mut self) -> Result<()>;
 
     /// Counts since the last call.
     ///

@@ -15,7 +15,7 @@ const HALVINGS_MAX: u32 = 10;
 const SLOPE_MAX: f64 = 0.9;
 
 /// One implicit substep, booked in `report`: the velocity at its end from Newton's method under the constraints of
-/// colliders, friction, then the motion with that velocity, contact between cloths along the way.
+/// colliders, then the motion with that velocity, contact between cloths along the way.
 ///
 /// Returns whether it could be done. If not, a linear solve broke down, and the state is that of the
 /// start of the substep.
@@ -29,11 +29,11 @@ pub fn substep<K: Kernels + ?Sized>(
     report: &mut SolverReport,
 ) -> Result<bool> {
     kernels.state_keep()?;
-    system(kernels, substep, NewtonStart::StepStart)?;
     let constrained = !kernels.model().colliders().is_empty();
     if constrained {
         kernels.collider_constraints(substep)?;
     }
+    system(kernels, substep, NewtonStart::StepStart)?;
     let start = if settings.linear.warm_start && substep.index > 0 {
         LinearStart::Solution
     } else {
@@ -48,9 +48,6 @@ pub fn substep<K: Kernels + ?Sized>(
     if !solved {
         kernels.state_restore()?;
         return Ok(false);
-    }
-    if constrained {
-        kernels.constraint_friction()?;
     }
     kernels.position_from_kept(0.0)?;
     finish::advance(kernels, substep)?;
@@ -107,24 +104,29 @@ fn newton<K: Kernels + ?Sized>(
     constrained: bool,
     report: &mut SolverReport,
 ) -> Result<bool> {
-    use LinearVector::{RightSide, Solution};
+    use LinearVector::{Residual, Solution};
     let NewtonSettings { iterations_max, tolerance } = settings.newton;
-    let first = residual(kernels)?;
+    let mut first = None;
     for iteration in 1.. {
-        let slope_start = kernels.vector_dot(RightSide, Solution)?;
+        // The solver has left its own residual there.
+        let start = residual(kernels)?;
+        let first = *first.get_or_insert(start);
+        let slope_start = kernels.vector_dot(Residual, Solution)?;
+        constraints_meet(kernels)?;
         let mut scale = 1.0;
+        let mut left = f64::INFINITY;
         kernels.velocity_add(scale)?;
         for halving in 0.. {
             kernels.position_from_kept(substep.length)?;
             system(kernels, substep, NewtonStart::Iterate)?;
-            let slope = kernels.vector_dot(RightSide, Solution)?;
+            left = residual(kernels)?;
+            let slope = kernels.vector_dot(Residual, Solution)?;
             if -slope <= SLOPE_MAX * slope_start.abs() || halving == HALVINGS_MAX {
                 break;
             }
             scale *= 0.5;
             kernels.velocity_add(-scale)?;
         }
-        let left = residual(kernels)?;
         let relative = if first > 0.0 { left / first } else { 0.0 };
         if iteration == iterations_max || relative <= tolerance || !relative.is_finite() {
             report.newton_residual = report.newton_residual.max(relative);
@@ -135,6 +137,19 @@ fn newton<K: Kernels + ?Sized>(
         }
     }
     Ok(true)
+}
+
+/// Gives the velocities what constraints ask for, and leaves the free part of the step as the
+/// solution: a line search that shortened both would leave constraints unmet.
+fn constraints_meet<K: Kernels + ?Sized>(kernels: &mut K) -> Result<()> {
+    use LinearVector::{Direction, Image, Solution};
+    kernels.vector_combine((1.0, Solution), (0.0, Image))?;
+    kernels.vector_combine((0.0, Image), (0.0, Direction))?;
+    kernels.constraint_project(Direction)?;
+    kernels.vector_combine((1.0, Direction), (0.0, Solution))?;
+    kernels.velocity_add(1.0)?;
+    kernels.vector_combine((-1.0, Direction), (1.0, Image))?;
+    kernels.vector_combine((1.0, Image), (0.0, Solution))
 }
 
 /// |S b|, what is left of the nonlinear system at the present iterate.
