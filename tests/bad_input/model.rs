@@ -1,7 +1,7 @@
 //! Numbers and names of cloths, colliders, fields, air and contact.
 
 use cloth_core::{
-    Air, Cloth, Collider, ColliderShape, ContactResponse, Field, Geometry, Gust, Mass,
+    Air, BendModel, Cloth, Collider, ColliderShape, ContactResponse, Field, Geometry, Gust, Mass,
     ModelBuilder, ModelError, NetworkSpring, Pose, SelfContact, SpringClass, SpringNetwork,
 };
 
@@ -35,7 +35,7 @@ fn assert_refused(builder: ModelBuilder, kind: Kind, quantity: &str) {
 fn numbers_of_a_cloth() {
     type Change = fn(&mut Cloth, f64);
     // Quantity, how to set it, and the error for zero and for a negative number.
-    let quantities: [(&str, Change, Option<Kind>, Option<Kind>); 11] = [
+    let quantities: [(&str, Change, Option<Kind>, Option<Kind>); 12] = [
         (
             "mass per particle",
             |cloth, value| cloth.material.mass = Mass::PerParticle(value),
@@ -57,6 +57,14 @@ fn numbers_of_a_cloth() {
         (
             "bend stiffness",
             |cloth, value| cloth.material.bend.stiffness = value,
+            Some(Kind::NotPositive),
+            Some(Kind::NotPositive),
+        ),
+        (
+            "bend rigidity",
+            |cloth, rigidity| {
+                cloth.material.bend_model = BendModel::ImmediateBuckling { rigidity };
+            },
             Some(Kind::NotPositive),
             Some(Kind::NotPositive),
         ),

@@ -23,11 +23,17 @@ fn busy() -> Description {
         colliders: 4,
         contact: Contact::Penalty,
         strain_limit: true,
+        buckling: false,
     }
 }
 
 fn with_impulses() -> Description {
     Description { contact: Contact::Impulse, deformation: Deformation::Compressed, ..busy() }
+}
+
+/// Most bend springs are on the branch of the bent strut.
+fn buckled() -> Description {
+    Description { buckling: true, deformation: Deformation::Compressed, ..busy() }
 }
 
 fn without_contact() -> Description {
@@ -64,6 +70,8 @@ fn control_in(
 fn every_perturbed_stage_is_found_by_its_check() {
     control(Defect::Scaled(Stage::FieldForces), &busy(), checks::field_forces);
     control(Defect::Scaled(Stage::SpringForces), &busy(), checks::spring_forces);
+    control(Defect::Scaled(Stage::SpringForces), &buckled(), checks::spring_forces);
+    control(Defect::Scaled(Stage::Measure), &buckled(), checks::measure);
     control(Defect::Scaled(Stage::AerodynamicForces), &busy(), checks::aerodynamic_forces);
     control(Defect::Scaled(Stage::ContactForces), &busy(), checks::contact_forces);
     control(Defect::Scaled(Stage::IntegrateExplicit), &busy(), checks::integrate_explicit);

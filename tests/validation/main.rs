@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a rig that fails is a test that fails")]
 
+mod buckling;
 mod chain;
 mod colliders;
 mod control;

@@ -14,6 +14,7 @@
 mod aerodynamic_forces;
 mod collider_response;
 mod contact;
+mod elasticity;
 mod explicit_substep;
 mod field_forces;
 mod implicit;

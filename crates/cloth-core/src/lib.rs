@@ -36,10 +36,11 @@ pub use kernels::{
 };
 pub use mesh::{TextureMap, TriangleMesh, VertexGroup};
 pub use model::{
-    Aerodynamics, Air, Cloth, ClothRange, Collider, ColliderShape, ContactResponse, Field,
-    Geometry, GridPatch, Gust, Mass, Material, MaterialPreset, Model, ModelBuilder, NONE,
-    NetworkSpring, Pose, SelfContact, Spring, SpringClass, SpringCoefficients, SpringColouring,
-    SpringKind, SpringNetwork, SpringRows, Springs, Stencil, WingedEdge, WingedEdges,
+    Aerodynamics, Air, BUCKLING_COEFFICIENTS, BendModel, Buckling, Cloth, ClothRange, Collider,
+    ColliderShape, ContactResponse, Field, Geometry, GridPatch, Gust, Mass, Material,
+    MaterialPreset, Model, ModelBuilder, NONE, NetworkSpring, Pose, SelfContact, Spring,
+    SpringClass, SpringCoefficients, SpringColouring, SpringKind, SpringNetwork, SpringRows,
+    Springs, Stencil, WingedEdge, WingedEdges,
 };
 pub use real::Real;
 pub use report::{Measures, SolverReport, StageTime, StepReport, TimeStepChange, TimeStepReason};

@@ -38,7 +38,7 @@ fn time_step(model: &Model) -> f64 {
     for spring in model.springs().iter() {
         let kind = model.springs().kinds()[spring.kind as usize];
         for particle in spring.particles {
-            stiffness[particle as usize] += kind.stiffness;
+            stiffness[particle as usize] += kind.stiffness_max();
             damping[particle as usize] += kind.damping;
         }
     }
@@ -70,7 +70,12 @@ impl Description {
         let mut builder = ModelBuilder::new();
         for (i, &piece) in self.pieces.iter().enumerate() {
             let name = format!("cloth {i}");
-            let cloth = pieces::cloth(piece, name, spacing, centre, self.pins, &mut random);
+            let mut cloth = pieces::cloth(piece, name, spacing, centre, self.pins, &mut random);
+            if self.buckling {
+                let stiffness = cloth.material.bend.stiffness;
+                cloth.material.bend_model =
+                    pieces::random_bend_model(stiffness, spacing, &mut random);
+            }
             builder = builder.cloth(cloth);
         }
         for number in 0..self.fields {

@@ -62,7 +62,7 @@ pub fn explicit_substep(
     epsilon: f64,
 ) {
     let mut forces = field_forces(model, particles);
-    spring_forces(model, particles, &mut forces);
+    spring_forces(model, particles, &mut forces, epsilon);
     aerodynamic_forces(model, particles, substep.wind_velocity, &mut forces);
     contact_forces(model, particles, &mut forces, epsilon);
     integrate_explicit(particles, &forces, substep.length);

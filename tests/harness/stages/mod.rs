@@ -26,7 +26,7 @@ pub use explicit::{explicit_substep, integrate_explicit, strain_limit};
 pub use fields::field_forces;
 pub use measure::{TrackedMeasures, measure};
 pub use normals::vertex_normals;
-pub use springs::{spring_force_on, spring_forces};
+pub use springs::{spring_energy_doubled, spring_force_on, spring_forces, spring_tension};
 
 /// The state of all particles.
 #[derive(Clone, Debug)]

@@ -341,16 +341,17 @@ impl Parts {
 }
 
 fn spring_kind(material: &Material, class: SpringClass, rest_length: f64) -> SpringKind {
-    let coefficients = match class {
-        SpringClass::Stretch => material.stretch,
-        SpringClass::Shear => material.shear,
-        SpringClass::Bend => material.bend,
+    let (coefficients, rigidity) = match class {
+        SpringClass::Stretch => (material.stretch, None),
+        SpringClass::Shear => (material.shear, None),
+        SpringClass::Bend => (material.bend, material.bend_model.rigidity()),
     };
     SpringKind {
         class,
         rest_length,
         stiffness: coefficients.stiffness,
         damping: coefficients.damping,
+        rigidity,
     }
 }
 

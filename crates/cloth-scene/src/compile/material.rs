@@ -44,6 +44,7 @@ pub(super) fn compile(
         stretch: spring("stretch", scene.stretch, preset.map(|preset| preset.stretch))?,
         shear: spring("shear", scene.shear, preset.map(|preset| preset.shear))?,
         bend: spring("bend", scene.bend, preset.map(|preset| preset.bend))?,
+        bend_model: preset.map(|preset| preset.bend_model).unwrap_or_default(),
         aerodynamics: Aerodynamics {
             pressure: given_air.pressure.unwrap_or(air.pressure),
             friction: given_air.friction.unwrap_or(air.friction),
