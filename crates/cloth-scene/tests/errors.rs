@@ -23,6 +23,7 @@ preset = "jersey"
 thickness = 0.002
 mass.per_area = 0.2
 stretch.stiffness = 20
+bend.rigidity = 1e-6
 
 [[collider]]
 name = "ball"
@@ -83,6 +84,7 @@ fn the_unchanged_scene_is_valid() {
 #[test]
 fn unknown_words_have_suggestions() {
     changed("spacing = 0.1", "spacin = 0.1", "unknown key `spacin`; did you mean `spacing`?");
+    changed("bend.rigidity", "bend.rigidty", "did you mean `rigidity`?");
     changed("stretch.stiffness", "stretch.stifness", "did you mean `stiffness`?");
     changed("shape.sphere.radius", "shape.spere.radius", "did you mean `sphere`?");
     changed("[contact]", "[contct]", "unknown key `contct`; did you mean `contact`?");
@@ -134,6 +136,7 @@ fn values_of_the_wrong_kind_have_their_key() {
 #[test]
 fn numbers_are_finite() {
     changed("time_step = 0.001", "time_step = nan", "`simulation.time_step` is nan");
+    changed("rigidity = 1e-6", "rigidity = inf", "`cloth[0].material.bend.rigidity` is inf");
     changed("velocity = [0, 0, 0]", "velocity = [0, 0, -inf]", "`cloth[0].velocity[2]` is -inf");
 }
 
@@ -148,6 +151,14 @@ fn values_are_checked_with_their_line() {
     changed("thickness = 0.002", "thickness = 0", "thickness of cloth \"sheet\" is 0");
     changed("mass.per_area = 0.2", "mass.per_area = -1", "mass per area of cloth \"sheet\" is -1");
     changed("stretch.stiffness = 20", "stretch.stiffness = -3", "stretch stiffness");
+    for bad in ["0", "-1e-6"] {
+        let expected = format!("bend rigidity of cloth \"sheet\" is {bad}");
+        changed(
+            "rigidity = 1e-6",
+            &format!("rigidity = {bad}"),
+            &expected.replace("-1e-6", "-0.000001"),
+        );
+    }
     changed("radius = 0.3", "radius = 0", "radius of collider \"ball\" is 0");
     changed("friction = 0.5", "friction = -1", "friction of collider \"ball\" is -1");
     changed("restitution = 0.1", "restitution = 2", "between 0 and 1");

@@ -26,7 +26,7 @@ pins = [0, 3, "row-1", "corners"]
 velocity = [0.0, 1.0, 2.0]
 colour = "#102030"
 geometry.grid = { columns = 4, rows = 3, size = [0.3, 0.2], centre = [0.5, 0.25, 1.5], stencil = 24 }
-material = { preset = "denim", mass.per_particle = 0.5, bend = { stiffness = 2.5, damping = 0.125 }, aerodynamics.pressure = 1.5 }
+material = { preset = "denim", mass.per_particle = 0.5, bend = { stiffness = 2.5, damping = 0.125, rigidity = 1e-4 }, aerodynamics.pressure = 1.5 }
 [[collider]]
 name = "b"
 shape.capsule = { half_length = 0.5, radius = 0.25 }

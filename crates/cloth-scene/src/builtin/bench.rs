@@ -1,7 +1,7 @@
 //! The workload by which the engine is compared with others, at any size.
 
 use crate::{
-    Scene, SceneCloth, SceneCollider, SceneContact, SceneContactResponse, SceneField,
+    Scene, SceneBend, SceneCloth, SceneCollider, SceneContact, SceneContactResponse, SceneField,
     SceneGeometry, SceneGrid, SceneMass, SceneMaterial, ScenePin, SceneShape, SceneSimulation,
     SceneSpring,
 };
@@ -60,7 +60,7 @@ pub fn bench_scene(kind: BenchKind, particles_per_side: u32, contact: bool) -> S
             mass: Some(SceneMass::PerParticle(1e-4)),
             stretch: spring(10.0),
             shear: spring(10.0),
-            bend: spring(2.0),
+            bend: Some(SceneBend { stiffness: Some(2.0), damping: Some(0.005), rigidity: None }),
             ..SceneMaterial::default()
         },
     });

@@ -21,7 +21,7 @@ pub use colour::SceneColour;
 pub use contact::{SceneContact, SceneContactResponse};
 pub use environment::{SceneField, SceneGust, SceneWind};
 pub use event::{SceneAction, SceneEvent};
-pub use material::{SceneAerodynamics, SceneMass, SceneMaterial, SceneSpring};
+pub use material::{SceneAerodynamics, SceneBend, SceneMass, SceneMaterial, SceneSpring};
 pub use origin::SceneOrigin;
 pub use pin::ScenePin;
 pub use rotation::SceneRotation;
