@@ -62,6 +62,21 @@ pub(crate) fn visit_columns<T: Real>(
     first: usize,
     visitor: &mut impl ColumnVisitor<T>,
 ) {
+    // Two loops, so that the sums of a visitor stay in registers where no spring buckles.
+    if springs.can_buckle() {
+        visit_columns_of::<T, true>(springs, motion, first, visitor);
+    } else {
+        visit_columns_of::<T, false>(springs, motion, first, visitor);
+    }
+}
+
+#[inline(always)]
+fn visit_columns_of<T: Real, const CAN_BUCKLE: bool>(
+    springs: &SpringColumns<T>,
+    motion: MotionView<'_, T>,
+    first: usize,
+    visitor: &mut impl ColumnVisitor<T>,
+) {
     for column in springs.packet(first / LANES) {
         match &column.neighbours {
             Neighbours::Offset(offset) => {
@@ -70,7 +85,7 @@ pub(crate) fn visit_columns<T: Real>(
                 let [u, v, w] = motion.v;
                 let x = [lanes(x, start), lanes(y, start), lanes(z, start)];
                 let v = [lanes(u, start), lanes(v, start), lanes(w, start)];
-                visit_column(column, (x, v), visitor);
+                visit_column::<T, CAN_BUCKLE>(column, (x, v), visitor);
             }
             Neighbours::Indices(indices) => {
                 let mut x = [[T::ZERO; LANES]; 3];
@@ -82,7 +97,7 @@ pub(crate) fn visit_columns<T: Real>(
                         v[axis][lane] = motion.v[axis][at];
                     }
                 }
-                visit_column(column, (x.each_ref(), v.each_ref()), visitor);
+                visit_column::<T, CAN_BUCKLE>(column, (x.each_ref(), v.each_ref()), visitor);
             }
         }
     }
@@ -90,14 +105,14 @@ pub(crate) fn visit_columns<T: Real>(
 
 /// Shows one column to a visitor, compiled for each elasticity.
 #[inline(always)]
-fn visit_column<T: Real>(
+fn visit_column<T: Real, const CAN_BUCKLE: bool>(
     column: &Column<T>,
     neighbours: PacketView<'_, T>,
     visitor: &mut impl ColumnVisitor<T>,
 ) {
     match &column.buckling {
-        None => visitor.visit(column, &Linear, neighbours),
-        Some(buckling) => visitor.visit(column, &**buckling, neighbours),
+        Some(buckling) if CAN_BUCKLE => visitor.visit(column, &**buckling, neighbours),
+        _ => visitor.visit(column, &Linear, neighbours),
     }
 }
 

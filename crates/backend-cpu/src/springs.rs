@@ -44,6 +44,7 @@ pub(crate) struct SpringColumns<T> {
     columns: Vec<Column<T>>,
     packets: Vec<Range<u32>>,
     margin: usize,
+    can_buckle: bool,
 }
 
 /// A kind of springs in the precision of the solver.
@@ -77,7 +78,8 @@ impl<T: Real> SpringColumns<T> {
     pub(crate) fn new(springs: &Springs, particle_count: usize) -> Self {
         let rows = springs.gather_rows();
         let kinds: Vec<Kind<T>> = springs.kinds().iter().map(Kind::new).collect();
-        let mut result = Self { columns: Vec::new(), packets: Vec::new(), margin: 0 };
+        let can_buckle = kinds.iter().any(|kind| kind.buckling.is_some());
+        let mut result = Self { columns: Vec::new(), packets: Vec::new(), margin: 0, can_buckle };
         let mut shared: HashMap<Vec<Entry>, Range<u32>> = HashMap::new();
         for packet in 0..packets(particle_count) {
             let entries = packet_entries(&rows, packet, particle_count);
@@ -101,6 +103,12 @@ impl<T: Real> SpringColumns<T> {
     /// Entries that arrays need beyond both ends for the loads of offset columns.
     pub(crate) const fn margin(&self) -> usize {
         self.margin
+    }
+
+    /// Whether any spring can buckle.
+    #[inline(always)]
+    pub(crate) const fn can_buckle(&self) -> bool {
+        self.can_buckle
     }
 
     /// The columns of a packet.

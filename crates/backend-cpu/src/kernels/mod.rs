@@ -507,21 +507,26 @@ impl<T: Real> Kernels for CpuKernels<T> {
 #[cfg(test)]
 mod tests {
     use cloth_core::{
-        Air, Cloth, Collider, ColliderShape, Frame, Geometry, GridPatch, MaterialPreset,
+        Air, BendModel, Cloth, Collider, ColliderShape, Frame, Geometry, GridPatch, MaterialPreset,
         ModelBuilder, Pose, SelfContact, Solver, stepper::SteppedSolver,
     };
 
     use super::*;
 
-    /// A patch that falls folded onto a ball, in wind, with contact.
+    /// A patch with springs that buckle, which falls folded onto a ball, in wind, with contact.
     fn model(response: ContactResponse) -> Arc<Model> {
         let spacing = 0.02;
+        let preset = &MaterialPreset::ALL[0];
+        let rigidity = 0.5 * preset.bending * spacing;
+        let mut material = preset.material(spacing);
+        material.bend.stiffness *= 20.0;
+        material.bend_model = BendModel::ImmediateBuckling { rigidity };
         let patch =
             GridPatch { column_axis: [0.6, 0.0, 0.8], ..GridPatch::horizontal(19, spacing, 0.05) };
         let cloth = Cloth {
             name: "patch".into(),
             geometry: Geometry::Grid(patch),
-            material: MaterialPreset::ALL[0].material(spacing),
+            material,
             pins: vec![3],
             velocity: [0.0, 0.0, -2.0],
         };
