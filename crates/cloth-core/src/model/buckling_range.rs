@@ -190,4 +190,23 @@ mod tests {
             assert!(steepest > 0.99 * kind.stiffness_max(), "{rho}: the bound is attained");
         }
     }
+
+    #[test]
+    fn the_energy_is_the_work_on_the_way_from_the_rest_length() {
+        const CELLS: u32 = 3000;
+        for rho in RATIOS {
+            let kind = kind(rho);
+            let buckling = kind.buckling().unwrap();
+            let [step, mut work] = [kind.rest_length / f64::from(CELLS), 0.0];
+            for cell in 0..CELLS {
+                let start = -f64::from(cell) * step;
+                let tension = |share: f64| buckling.tension(kind.stiffness, start - share * step);
+                work -= step / 6.0 * (tension(0.0) + 4.0 * tension(0.5) + tension(1.0));
+                // Two corners at most, each wrong by less than k step^2.
+                let error = (buckling.energy(kind.stiffness, start - step) - work).abs();
+                let bound = 2.0 * kind.stiffness * step * step;
+                assert!(error <= bound, "{rho}, {start}: {error:e} of {bound:e}");
+            }
+        }
+    }
 }
