@@ -31,7 +31,7 @@ impl SpringKind {
     }
 
     /// What its rigidity does, or `None` for a spring that never buckles: without rigidity, or with
-    /// one above 0.0318 k L^3, where k (l - L) is the weaker force at every length.
+    /// one above 0.0319 k L^3, where k (l - L) is the weaker force at every length.
     #[must_use]
     pub fn buckling(&self) -> Option<Buckling<f64>> {
         let range = self.buckled_range()?;

@@ -55,7 +55,7 @@ pub enum BendModel {
     /// The stiffness of the spring is then that of the ramp to the buckled force, and limits how
     /// suddenly it sets in. The spring buckles at a compression of about 12 B / (k L^3), with
     /// rigidity B, stiffness k and rest length L: choose k of some hundred B / L^3, so that this is
-    /// a few percent. Above B = 0.0318 k L^3 it never buckles
+    /// a few percent. Above B = 0.0319 k L^3 it never buckles
     /// ([`SpringKind::buckling_onset`](crate::SpringKind::buckling_onset) tells).
     ImmediateBuckling {
         /// Flexural rigidity B of one spring \[N m^2\], above zero.
