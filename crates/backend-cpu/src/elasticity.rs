@@ -10,6 +10,9 @@ pub(crate) trait Elasticity<T> {
     /// Elastic tension \[N\] of the spring of a lane; zero in a lane without stiffness.
     fn tension(&self, lane: usize, stiffness: T, stretch: T) -> T;
 
+    /// Derivative of the tension by the length \[N/m\].
+    fn tension_derivative(&self, lane: usize, stiffness: T, stretch: T) -> T;
+
     /// Twice its elastic energy \[J\].
     fn energy_doubled(&self, lane: usize, stiffness: T, stretch: T) -> T;
 }
@@ -21,6 +24,11 @@ impl<T: Real> Elasticity<T> for Linear {
     #[inline(always)]
     fn tension(&self, _lane: usize, stiffness: T, stretch: T) -> T {
         stiffness * stretch
+    }
+
+    #[inline(always)]
+    fn tension_derivative(&self, _lane: usize, stiffness: T, _stretch: T) -> T {
+        stiffness
     }
 
     #[inline(always)]
@@ -76,6 +84,11 @@ impl<T: Real> Elasticity<T> for BucklingLanes<T> {
     #[inline(always)]
     fn tension(&self, lane: usize, stiffness: T, stretch: T) -> T {
         self.get(lane).tension(stiffness, stretch)
+    }
+
+    #[inline(always)]
+    fn tension_derivative(&self, lane: usize, stiffness: T, stretch: T) -> T {
+        self.get(lane).tension_derivative(stiffness, stretch)
     }
 
     #[inline(always)]

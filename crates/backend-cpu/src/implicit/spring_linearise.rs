@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::spring_factors::{Factors, NONE, SpringFactors};
 use crate::{
+    elasticity::{Elasticity, Linear},
     memory::{BLOCK, FieldView, LANES, Lanes, lanes_mut},
     springs::{Column, Neighbours, SpringColumns},
 };
@@ -102,13 +103,29 @@ fn linearise<T: Real>(
     first: isize,
     length: T,
 ) -> Factors<T> {
+    match &column.buckling {
+        None => elastic(column, &Linear, position, first, length),
+        Some(buckling) => elastic(column, &**buckling, position, first, length),
+    }
+}
+
+#[inline(always)]
+fn elastic<T: Real>(
+    column: &Column<T>,
+    elasticity: &impl Elasticity<T>,
+    position: FieldView<'_, T>,
+    first: isize,
+    length: T,
+) -> Factors<T> {
     let own = position.packet(first);
     match &column.neighbours {
         Neighbours::Offset(offset) => {
-            factors(column, own, position.packet(first + *offset as isize), length)
+            let other = position.packet(first + *offset as isize);
+            factors(column, elasticity, own, other, length)
         }
         Neighbours::Indices(indices) => {
-            factors(column, own, position.gather(indices).each_ref(), length)
+            let other = position.gather(indices);
+            factors(column, elasticity, own, other.each_ref(), length)
         }
     }
 }
@@ -116,6 +133,7 @@ fn linearise<T: Real>(
 #[inline(always)]
 fn factors<T: Real>(
     column: &Column<T>,
+    elasticity: &impl Elasticity<T>,
     [xi, yi, zi]: [&Lanes<T>; 3],
     [xj, yj, zj]: [&Lanes<T>; 3],
     step: T,
@@ -128,9 +146,11 @@ fn factors<T: Real>(
         let dz = zj[lane] - zi[lane];
         let length = (dx * dx + dy * dy + dz * dz).sqrt();
         let inverse_length = T::ONE / length.maximum(T::LENGTH_MIN);
-        let tension = column.stiffness[lane] * (length - column.rest_length[lane]);
+        let stretch = length - column.rest_length[lane];
+        let tension = elasticity.tension(lane, column.stiffness[lane], stretch);
+        let slope = elasticity.tension_derivative(lane, column.stiffness[lane], stretch);
         let e = square * tension * inverse_length;
-        let along = square * column.stiffness[lane] + step * column.damping[lane];
+        let along = square * slope + step * column.damping[lane];
         let root = (along - e.maximum(T::ZERO)).maximum(T::ZERO).sqrt() * inverse_length;
         factors.u[0][lane] = root * dx;
         factors.u[1][lane] = root * dy;
