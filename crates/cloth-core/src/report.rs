@@ -28,7 +28,10 @@ pub struct StepReport {
     pub wall_time: Duration,
 }
 
-/// What the solvers of the implicit integrators did in a frame; all zero for the explicit one.
+/// What the solvers of the implicit integrators did in a frame, and the adaptive time step.
+///
+/// Solves, iterations and factorisations count all work, that of substeps that were taken back
+/// included; residuals and solves above the tolerance are those of the substeps that stand.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SolverReport {
     /// Linear systems solved.
@@ -52,7 +55,10 @@ pub struct SolverReport {
     /// Contacts with colliders that were released, or began to slide, or slid with another drag,
     /// after a solve.
     pub released: u64,
-    /// Decisions of the adaptive time step, in order.
+    /// Substeps that failed at the shortest length of the adaptive time step and stand nevertheless.
+    pub substeps_failed: u32,
+    /// Decisions of the adaptive time step, in order. Each one to a shorter length took one substep
+    /// back.
     pub time_step_changes: Vec<TimeStepChange>,
 }
 
@@ -63,6 +69,19 @@ impl SolverReport {
         self.solves_unconverged += u32::from(!outcome.converged);
         self.iterations += u64::from(outcome.iterations);
         self.residual = self.residual.max(outcome.residual);
+    }
+
+    /// Adds an attempt at a substep: its work, and, if it stands, what it left behind.
+    pub(crate) fn add_attempt(&mut self, attempt: &Self, stands: bool) {
+        self.solves += attempt.solves;
+        self.iterations += attempt.iterations;
+        self.newton_iterations += attempt.newton_iterations;
+        self.factorisations += attempt.factorisations;
+        if stands {
+            self.solves_unconverged += attempt.solves_unconverged;
+            self.residual = self.residual.max(attempt.residual);
+            self.newton_residual = self.newton_residual.max(attempt.newton_residual);
+        }
     }
 }
 

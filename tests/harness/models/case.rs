@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cloth_core::{
     ContactResponse, Kernels, Model, ModelBuilder, Result, SolverConfig, State, StrainLimit,
-    stepper::{FramePlan, Substep},
+    stepper::{FramePlan, FrameSpan, Substep},
 };
 
 use super::{
@@ -114,7 +114,14 @@ fn plan(model: &Model, state: &State, time_step: f64, random: &mut Random) -> Fr
         state.colliders.iter().map(|pose| surroundings::pose_nearby(pose, random)).collect();
     let wind = model.air().map_or([0.0; 3], |air| air.wind_velocity);
     let mut plan = FramePlan::default();
-    plan.refill(model, (0.0, 0), 4.5 * time_step, time_step, wind, &state.colliders, &targets);
+    let span = FrameSpan {
+        time: 0.0,
+        duration: 4.5 * time_step,
+        wind_velocity: wind,
+        from: &state.colliders,
+        to: &targets,
+    };
+    plan.refill(model, &span, (0.0, 0), time_step);
     plan
 }
 

@@ -188,12 +188,11 @@ impl Model {
             velocities[pin as usize] = [0.0; 3];
         }
         State {
-            time: 0.0,
-            step: 0,
             positions: self.positions.clone(),
             velocities,
             held,
             colliders: self.colliders.iter().map(|collider| collider.pose).collect(),
+            ..State::default()
         }
     }
 

@@ -8,13 +8,17 @@ use crate::{
     State, StepReport, error::positive,
 };
 
-use super::{FramePlan, Substep, implicit, semi_implicit};
+use super::{
+    FramePlan, FrameSpan,
+    time_step::{FrameEnd, TimeStep},
+};
 
 /// [`Solver`] over the stages of a backend: divides frames, moves pins and colliders, runs the
 /// integrator that the settings ask for, and measures the result.
 pub struct SteppedSolver<K> {
     kernels: K,
     plan: FramePlan,
+    time_step: TimeStep,
     pins: Vec<PinWrite>,
     control: Control,
     colliders: Vec<Pose>,
@@ -26,8 +30,7 @@ pub struct SteppedSolver<K> {
     scratch: State,
     report: StepReport,
     solver_report: SolverReport,
-    /// The substep in which a linear solve broke down.
-    breakdown_step: Option<u64>,
+    frame_end: FrameEnd,
     frame_start: Option<Instant>,
 }
 
@@ -41,6 +44,7 @@ impl<K: Kernels> SteppedSolver<K> {
         let state = kernels.model().initial_state();
         let wind_velocity = kernels.model().air().map_or([0.0; 3], |air| air.wind_velocity);
         let mut solver = Self {
+            time_step: TimeStep::new(kernels.config()),
             kernels,
             plan: FramePlan::default(),
             pins: Vec::new(),
@@ -53,7 +57,7 @@ impl<K: Kernels> SteppedSolver<K> {
             scratch: State::default(),
             report: StepReport::default(),
             solver_report: SolverReport::default(),
-            breakdown_step: None,
+            frame_end: FrameEnd::default(),
             frame_start: None,
         };
         solver.upload(&state)?;
@@ -113,20 +117,22 @@ impl<K: Kernels> SteppedSolver<K> {
         } else if measures.strain_max > bound {
             let strain = measures.strain_max;
             (measures.strain_particle, DivergenceCause::Strain { strain, bound })
-        } else if self.breakdown_step.is_some() {
+        } else if self.frame_end.broken.is_some() {
             (measures.strain_particle, DivergenceCause::LinearSolver)
         } else {
             return None;
         };
-        let step = measures.non_finite_step.or(self.breakdown_step).unwrap_or(self.step);
+        let broken = self.frame_end.broken.map(|substep| substep.step);
+        let step = measures.non_finite_step.or(broken).unwrap_or(self.step);
         let substep = self.plan.substeps.iter().find(|substep| substep.step == step);
+        let explicit = self.kernels.config().integrator == Integrator::Explicit;
         Some(Divergence {
             step,
             time: substep.map_or(self.time, |substep| substep.time + substep.length),
             particle,
             cause,
-            time_step: self.kernels.config().time_step,
-            stable_time_step: self.kernels.model().stable_time_step(),
+            time_step: self.time_step.length(),
+            stable_time_step: explicit.then(|| self.kernels.model().stable_time_step()),
         })
     }
 }
@@ -141,6 +147,7 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
         self.kernels.state_write(state)?;
         self.time = state.time;
         self.step = state.step;
+        self.time_step.upload(state);
         self.colliders.clone_from(&state.colliders);
         self.collider_targets.clone_from(&state.colliders);
         self.control = Control::default();
@@ -157,31 +164,23 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
         positive(|| "duration of the frame".into(), frame.duration)?;
         self.frame_start = Some(Instant::now());
         self.control_apply(frame.duration)?;
-        self.plan.refill(
-            self.kernels.model(),
-            (self.time, self.step),
-            frame.duration,
-            self.kernels.config().time_step,
-            self.wind_velocity,
-            &self.colliders,
-            &self.collider_targets,
-        );
-        self.kernels.frame_begin(&self.plan)?;
-        let substeps = &self.plan.substeps;
-        let integrator = self.kernels.config().integrator.clone();
-        let report = &mut self.solver_report;
-        *report = SolverReport::default();
-        let done = self.kernels.batch(|kernels| {
-            for substep in substeps {
-                if !integrate(kernels, substep, &integrator, report)? {
-                    return Ok(Some(substep.step));
-                }
-            }
-            Ok::<_, Error>(None)
-        })?;
-        self.breakdown_step = done;
-        self.time += frame.duration;
-        self.step += self.plan.substeps.len() as u64;
+        let span = FrameSpan {
+            time: self.time,
+            duration: frame.duration,
+            wind_velocity: self.wind_velocity,
+            from: &self.colliders,
+            to: &self.collider_targets,
+        };
+        self.solver_report = SolverReport::default();
+        self.frame_end = self.time_step.frame(
+            &mut self.kernels,
+            &mut self.plan,
+            (&span, self.step),
+            &mut self.solver_report,
+        )?;
+        let broken = self.frame_end.broken.map(|substep| substep.time);
+        self.time = broken.unwrap_or(self.time + frame.duration);
+        self.step += u64::from(self.frame_end.substeps);
         self.control_finish()
     }
 
@@ -194,7 +193,7 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
                 self.kernels.constraint_statistics()?;
             self.report = StepReport {
                 time: self.time,
-                substeps: self.plan.substeps.len() as u32,
+                substeps: self.frame_end.substeps,
                 solver: SolverReport {
                     constrained,
                     released,
@@ -218,27 +217,12 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
         self.kernels.state_read(out)?;
         out.time = self.time;
         out.step = self.step;
+        self.time_step.download(out);
         out.colliders.clone_from(&self.colliders);
         Ok(())
     }
 
     fn normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
         self.kernels.vertex_normals(out)
-    }
-}
-
-/// One substep of the integrator. Returns whether it could be done.
-fn integrate<K: Kernels>(
-    kernels: &mut K,
-    substep: &Substep,
-    integrator: &Integrator,
-    report: &mut SolverReport,
-) -> Result<bool> {
-    match integrator {
-        Integrator::Explicit => kernels.explicit_substep(substep).map(|()| true),
-        Integrator::Implicit(settings) => implicit::substep(kernels, substep, settings, report),
-        Integrator::SemiImplicit(settings) => {
-            semi_implicit::substep(kernels, substep, settings, report).map(|()| true)
-        }
     }
 }
