@@ -7,6 +7,27 @@ const VALID: &str = r#"name = "test"
 [simulation]
 frames = 10
 time_step = 0.001
+solver = "implicit"
+
+[simulation.implicit]
+time_step = 0.02
+linear = "cg"
+preconditioner = "block"
+matrix = "assembled"
+tolerance = 0.01
+iterations = 50
+newton_iterations = 3
+newton_tolerance = 0.05
+constraint_passes = 2
+
+[simulation.semi_implicit]
+time_step = 0.01
+solve = "factorisation"
+
+[simulation.adaptive]
+strain_max = 0.4
+halvings = 5
+grow_after = 6
 
 [[cloth]]
 name = "sheet"
@@ -92,6 +113,13 @@ fn unknown_words_have_suggestions() {
     changed("\"top-left\"", "\"topleft\"", "did you mean `top-left`?");
     changed("cloth = \"sheet\"", "cloth = \"shet\"", "unknown cloth `shet`; did you mean `sheet`?");
     changed("\"release\"", "\"relase\"", "did you mean `release`?");
+    changed("\"implicit\"", "\"implicid\"", "unknown word `implicid`; did you mean `implicit`?");
+    changed("\"block\"", "\"blok\"", "unknown word `blok`; did you mean `block`?");
+    changed("\"cg\"", "\"gmres\"", "known here: `cg`, `jacobi`, `direct`");
+    changed("\"assembled\"", "\"asembled\"", "did you mean `assembled`?");
+    changed("\"factorisation\"", "\"lu\"", "known here: `factorisation`, `dense-inverse`");
+    changed("grow_after = 6", "grow_afer = 6", "did you mean `grow_after`?");
+    changed("[simulation.implicit]", "[simulation.implicitt]", "did you mean `implicit`?");
 }
 
 #[test]
@@ -131,6 +159,7 @@ fn values_of_the_wrong_kind_have_their_key() {
         "{ friction = [] }",
         &kind("contact.response.impulse.friction", "type"),
     );
+    changed("\"cg\"", "5", &kind("simulation.implicit.linear", "type: integer `5`"));
 }
 
 #[test]
@@ -169,6 +198,53 @@ fn values_are_checked_with_their_line() {
     changed("pins = [0]", "pins = [1]", "no pin of cloth \"sheet\" is held there");
     changed("target = [0, 0, 0]", "target = [1, 1, 1]", "is where the eye is");
     changed("velocity = [1, 0, 0]", "velocity = [1, 0, 0]\ndensity = -1", "density of the air");
+}
+
+/// Also those of solvers that the scene does not choose: another run of it may.
+#[test]
+fn settings_of_all_solvers_are_checked_with_their_line() {
+    for solver in ["implicit", "explicit", "semi-implicit"] {
+        let check = |from: &str, to: &str, expected: &str| {
+            let text = VALID.replace("\"implicit\"", &format!("{solver:?}"));
+            assert_eq!(text.matches(from).count(), 1, "{from} must be there once");
+            let message = failure(&text.replace(from, to));
+            assert!(message.contains(expected), "{message}\nshould say: {expected}");
+            let line = 1 + text[..text.find(from).unwrap_or_default()].matches('\n').count();
+            assert!(message.starts_with(&format!("scene file `test.toml`, line {line}, ")));
+        };
+        let positive = "it must be greater than zero";
+        let implicit = "`simulation.implicit.";
+        check(
+            "time_step = 0.02",
+            "time_step = 0",
+            &format!("{implicit}time_step` is 0: {positive}"),
+        );
+        check("time_step = 0.02", "time_step = 1e-12", "substeps of a frame");
+        check("time_step = 0.01", "time_step = -1", &format!("time_step` is -1: {positive}"));
+        check(
+            "time_step = 0.01",
+            "time_step = 1e-12",
+            "`simulation.semi_implicit.time_step` makes",
+        );
+        check(
+            "tolerance = 0.01",
+            "tolerance = 2",
+            &format!("{implicit}tolerance` is 2: it must lie"),
+        );
+        check("tolerance = 0.05", "tolerance = -1", &format!("{implicit}newton_tolerance` is -1"));
+        check("iterations = 50", "iterations = 0", &format!("{implicit}iterations` is 0"));
+        check("newton_iterations = 3", "newton_iterations = 0", "newton_iterations` is 0: give at");
+        check("passes = 2", "passes = 0", &format!("{implicit}constraint_passes` is 0: give at"));
+        check("strain_max = 0.4", "strain_max = 0", &format!("strain_max` is 0: {positive}"));
+        check(
+            "halvings = 5",
+            "halvings = 21",
+            "`simulation.adaptive.halvings` is 21: give at most 20",
+        );
+        check("grow_after = 6", "grow_after = 0", "`simulation.adaptive.grow_after` is 0: give at");
+    }
+    let message = failure(&VALID.replace("time_step = 0.02", "time_step = 1e-6"));
+    assert!(message.contains("halvings` is 5, which can make 1066667 substeps"), "{message}");
 }
 
 #[test]

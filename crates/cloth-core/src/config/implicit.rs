@@ -5,7 +5,7 @@ use crate::{
     error::{in_range, positive},
 };
 
-use super::LinearSettings;
+use super::{LinearSettings, names::names};
 
 /// Settings of the implicit integrator.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,3 +72,7 @@ impl ImplicitSettings {
         Ok(())
     }
 }
+
+names!(SemiImplicitSolve, "solve of the semi-implicit integrator",
+    SemiImplicitSolve::Factorisation => "factorisation",
+    SemiImplicitSolve::DenseInverse => "dense-inverse");

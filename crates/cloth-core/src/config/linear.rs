@@ -5,6 +5,8 @@ use crate::{
     error::{in_range, positive},
 };
 
+use super::names::names;
+
 /// How the linear system of an implicit step is solved (NUMERICS §5).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearSettings {
@@ -80,40 +82,6 @@ impl LinearSettings {
         positive(|| "iterations of the linear solver".into(), f64::from(self.iterations_max))?;
         Ok(())
     }
-}
-
-macro_rules! names {
-    ($type:ty, $what:literal, $($value:path => $name:literal),+) => {
-        impl $type {
-            /// All of them.
-            pub const ALL: &[Self] = &[$($value),+];
-
-            /// Its name on the command line and in scene files.
-            #[must_use]
-            pub const fn name(self) -> &'static str {
-                match self {
-                    $($value => $name),+
-                }
-            }
-        }
-
-        impl std::str::FromStr for $type {
-            type Err = String;
-
-            fn from_str(name: &str) -> Result<Self, String> {
-                Self::ALL.iter().copied().find(|value| value.name() == name).ok_or_else(|| {
-                    let names: Vec<_> = Self::ALL.iter().map(|value| value.name()).collect();
-                    format!("unknown {} {name:?}: use {}", $what, names.join(" or "))
-                })
-            }
-        }
-
-        impl std::fmt::Display for $type {
-            fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                formatter.write_str(self.name())
-            }
-        }
-    };
 }
 
 names!(LinearMethod, "linear solver",

@@ -2,6 +2,7 @@
 
 mod implicit;
 mod linear;
+mod names;
 mod strain_limit;
 mod time_step;
 

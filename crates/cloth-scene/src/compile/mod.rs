@@ -12,6 +12,7 @@ mod model_error;
 mod options;
 mod pins;
 mod settings;
+mod solver;
 mod timeline;
 
 use std::{borrow::Cow, sync::Arc};

@@ -7,10 +7,12 @@ mod contact;
 mod environment;
 mod event;
 mod material;
+mod named;
 mod origin;
 mod pin;
 mod rotation;
 mod simulation;
+mod solver;
 mod view;
 
 use serde::{Deserialize, Serialize};
@@ -25,9 +27,8 @@ pub use material::{SceneAerodynamics, SceneBend, SceneMass, SceneMaterial, Scene
 pub use origin::SceneOrigin;
 pub use pin::ScenePin;
 pub use rotation::SceneRotation;
-pub use simulation::{
-    ScenePrecision, SceneSimulation, SceneSolver, SceneSpringClass, SceneStrainLimit,
-};
+pub use simulation::{ScenePrecision, SceneSimulation, SceneSpringClass, SceneStrainLimit};
+pub use solver::{SceneAdaptive, SceneImplicit, SceneSemiImplicit, SceneSolver};
 pub use view::SceneView;
 
 /// All that a scene file says.
