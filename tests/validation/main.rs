@@ -15,3 +15,4 @@ mod oscillator;
 mod rig;
 mod self_contact;
 mod stability;
+mod time_step;

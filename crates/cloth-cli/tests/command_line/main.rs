@@ -6,3 +6,4 @@ mod bad_input;
 mod commands;
 mod place;
 mod run;
+mod solvers;

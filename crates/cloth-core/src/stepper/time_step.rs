@@ -164,7 +164,7 @@ impl AdaptiveFrame<'_> {
                 self.report.add_attempt(&attempt, !shorter);
                 if let Some(SubstepFailure { reason, usable }) = failure {
                     if shorter {
-                        kernels.state_restore()?;
+                        take_back(kernels, reason)?;
                         self.changed(substep.time, before, reason);
                         continue 'plan;
                     }
@@ -235,6 +235,18 @@ impl AdaptiveFrame<'_> {
         let to = self.time_step.length();
         self.report.time_step_changes.push(TimeStepChange { time, from, to, reason });
     }
+}
+
+/// Takes a substep back that failed for this reason.
+fn take_back<K: Kernels>(kernels: &mut K, reason: TimeStepReason) -> Result<()> {
+    kernels.state_restore()?;
+    // Kernels stand still once a number is not finite, until a state is written.
+    if reason == TimeStepReason::NonFinite {
+        let mut state = State::default();
+        kernels.state_read(&mut state)?;
+        kernels.state_write(&state)?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]
