@@ -33,6 +33,7 @@ pub(crate) fn chain(
         particles: [i, i + 1],
         class: SpringClass::Stretch,
         rest_length: Some(rest_length),
+        coefficients: None,
     });
     network("chain", positions, springs.collect(), mass, stiffness, [0.0; 3])
 }

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    AdaptiveSettings, Control, DivergenceCause, Error, Frame, GridPatch, Model, ModelBuilder,
-    PinAction, PinControl, Solver, SolverConfig, State, StepReport, TimeStepChange,
-    TimeStepControl, TimeStepReason,
+    AdaptiveSettings, Control, DivergenceCause, Error, Frame, GridPatch, ImplicitSettings,
+    Integrator, LinearSettings, Model, ModelBuilder, PinAction, PinControl, Solver, SolverConfig,
+    State, StepReport, TimeStepChange, TimeStepControl, TimeStepReason,
 };
 use harness::{
     backends::{Candidate, candidates},
@@ -278,13 +278,60 @@ fn a_moved_pin_arrives_exactly_in_a_frame_that_is_divided_again() {
 fn a_good_run_is_left_alone() {
     let model = oscillator();
     let time_step = 0.5 / angular_frequency();
-    assert!(AMPLITUDE < 0.3 * REST_LENGTH);
+    const { assert!(AMPLITUDE < 0.3 * REST_LENGTH) };
     for candidate in candidates() {
         let mut solver = solver(candidate, &model, time_step, adaptive(6));
         for _ in 0..20 {
             let report = frame(&mut *solver, 5.0 * time_step).unwrap();
             assert_eq!(report.substeps, 5);
             assert_eq!(report.solver.time_step_changes, []);
+        }
+    }
+}
+
+/// The cap on iterations is met by shorter substeps: their systems are closer to the masses alone. A
+/// tolerance of zero asks for the cap, not for a residual.
+#[test]
+fn a_linear_solve_that_misses_its_tolerance_is_done_in_shorter_substeps() {
+    let model = hanging();
+    let time_step = 1.0 / 30.0;
+    for candidate in candidates() {
+        let run = |tolerance: f64| {
+            let linear =
+                LinearSettings { tolerance, iterations_max: 6, ..LinearSettings::default() };
+            let config = SolverConfig {
+                precision: candidate.precision,
+                time_step,
+                time_step_control: TimeStepControl::Adaptive(AdaptiveSettings::default()),
+                integrator: Integrator::Implicit(ImplicitSettings {
+                    linear,
+                    ..ImplicitSettings::default()
+                }),
+                ..SolverConfig::default()
+            };
+            let mut solver = candidate.backend.create_solver(model.clone(), &config).unwrap();
+            let frames = (0..20).map(|_| frame(&mut *solver, time_step).unwrap().solver);
+            frames.collect::<Vec<_>>()
+        };
+        let tolerance = 1e-2;
+        let reports = run(tolerance);
+        let mut length = time_step;
+        for report in &reports {
+            length = decisions_follow(&report.time_step_changes, length);
+            for change in report.time_step_changes.iter().filter(|c| c.to < c.from) {
+                let TimeStepReason::LinearSolver { residual } = change.reason else {
+                    panic!("{}: {change:?}", candidate.label);
+                };
+                assert!(residual > tolerance);
+            }
+            assert_eq!((report.substeps_failed, report.solves_unconverged), (0, 0));
+            assert!(report.residual <= tolerance, "of the substeps that stand");
+        }
+        let taken_back = reports.iter().flat_map(|report| &report.time_step_changes);
+        assert!(taken_back.count() > 0, "{}: nothing was taken back", candidate.label);
+        for report in run(0.0) {
+            assert_eq!(report.time_step_changes, []);
+            assert!(report.solves_unconverged > 0);
         }
     }
 }

@@ -96,6 +96,7 @@ mod tests {
                     particles: [i - 1, i],
                     class: SpringClass::Stretch,
                     rest_length: None,
+                    coefficients: None,
                 })
                 .collect(),
         };
