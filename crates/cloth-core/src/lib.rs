@@ -5,7 +5,8 @@
 //! frames under a [`Control`], and gives a [`StepReport`] of each. Integrators are written once, in
 //! [`stepper`], over the stages of [`Kernels`]; a backend is an implementation of that trait.
 //!
-//! All quantities are in SI units, coordinates are right handed with z up.
+//! All quantities are in SI units, coordinates are right handed with z up. Which of the integrators
+//! suits what, [`integrators`] says.
 //!
 //! The formulas that all backends implement:
 #![doc = include_str!("../NUMERICS.md")]
@@ -14,6 +15,10 @@ mod backend;
 mod config;
 mod control;
 mod error;
+/// Which integrator suits what.
+pub mod integrators {
+    #![doc = include_str!("../INTEGRATORS.md")]
+}
 mod kernels;
 mod mesh;
 mod model;
