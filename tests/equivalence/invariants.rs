@@ -1,6 +1,6 @@
 //! Simulations with contact, of which no trajectory can be compared.
 
-use cloth_core::ContactResponse;
+use cloth_core::{ContactResponse, ImplicitSettings, Integrator};
 use harness::{
     backends::candidates,
     checks::{Scenario, invariants},
@@ -12,10 +12,15 @@ fn penetration_momentum_energy_and_strain_stay_within_bounds() {
     let penalty = ContactResponse::Penalty { stiffness: 30.0, damping: 0.01 };
     for candidate in candidates() {
         for response in [impulse, penalty] {
-            let precision = candidate.precision;
-            let scenario = Scenario { side: 24, response, precision, substeps: 600 };
-            if let Err(failure) = invariants(candidate, &scenario) {
-                panic!("{response:?}: {failure}");
+            for (integrator, substeps) in [
+                (Integrator::Explicit, 600),
+                (Integrator::Implicit(ImplicitSettings::default()), 120),
+            ] {
+                let precision = candidate.precision;
+                let scenario = Scenario { side: 24, response, precision, substeps, integrator };
+                if let Err(failure) = invariants(candidate, &scenario) {
+                    panic!("{scenario:?}: {failure}");
+                }
             }
         }
     }

@@ -1,6 +1,8 @@
 //! A wrong backend must be found out: each check is given one with a small defect and has to fail.
 
-use cloth_core::{ContactResponse, Precision, Stencil};
+use cloth_core::{
+    ContactResponse, Integrator, MatrixForm, NewtonStart, Precision, Preconditioner, Stencil,
+};
 use harness::{
     Verdict,
     backends::{Candidate, cpu},
@@ -82,6 +84,69 @@ fn every_perturbed_stage_is_found_by_its_check() {
     control(Defect::Scaled(Stage::Measure), &busy(), checks::measure);
 }
 
+/// Particles among colliders, moved and pulled in all directions.
+fn on_colliders() -> Description {
+    Description { contact: Contact::Off, deformation: Deformation::Jitter, ..busy() }
+}
+
+#[test]
+fn every_perturbed_stage_of_the_implicit_step_is_found_by_its_check() {
+    for start in [NewtonStart::StepStart, NewtonStart::Iterate] {
+        for stage in [Stage::SpringLinearise, Stage::ContactLinearise, Stage::ImplicitAssemble] {
+            control(Defect::Scaled(stage), &busy(), |candidate, description| {
+                checks::implicit_assemble(candidate, description, start)
+            });
+        }
+    }
+    control(Defect::Scaled(Stage::MatrixApply), &busy(), |candidate, description| {
+        checks::matrix_apply(candidate, description, MatrixForm::MatrixFree)
+    });
+    for stage in [Stage::PreconditionerBuild, Stage::PreconditionerApply] {
+        for blocks in [false, true] {
+            control(Defect::Scaled(stage), &busy(), |candidate, description| {
+                checks::preconditioner_apply(candidate, description, blocks)
+            });
+        }
+    }
+    let busy = busy();
+    // One in which a particle has to come to rest just before a collider, at a speed of gap / h.
+    let near = Description { seed: 33, ..on_colliders() };
+    control(Defect::Scaled(Stage::ColliderConstraints), &near, checks::collider_constraints);
+    control(Defect::Scaled(Stage::ConstraintFilter), &busy, checks::constraint_filter);
+    control(Defect::Scaled(Stage::ConstraintProject), &busy, checks::constraint_project);
+    control(Defect::Scaled(Stage::ConstraintRelease), &on_colliders(), checks::constraint_release);
+    control(
+        Defect::Scaled(Stage::ConstraintFriction),
+        &on_colliders(),
+        checks::constraint_friction,
+    );
+    control(Defect::Scaled(Stage::VectorDot), &busy, checks::vector_dot);
+    control(Defect::Scaled(Stage::VectorCombine), &busy, checks::vector_combine);
+    control(Defect::Scaled(Stage::VelocityAdd), &busy, checks::velocity_add);
+    control(Defect::Scaled(Stage::PositionAdvance), &busy, checks::position_advance);
+    control(Defect::Scaled(Stage::PositionFromKept), &busy, checks::position_from_kept);
+    control(Defect::Scaled(Stage::StateKeep), &busy, checks::state_keep);
+    control(Defect::Scaled(Stage::StateRestore), &busy, checks::state_restore);
+}
+
+#[test]
+fn a_fused_linear_solver_that_differs_is_found() {
+    control(Defect::FusedDiffers, &busy(), |candidate, description| {
+        checks::conjugate_gradient(candidate, description, Preconditioner::Block)
+    });
+    control(Defect::FusedDiffers, &busy(), checks::jacobi);
+}
+
+#[test]
+fn an_implicit_trajectory_of_a_perturbed_backend_is_found() {
+    let check = |candidate: &Candidate, description: &Description| {
+        checks::implicit_trajectory(candidate, description, 8)
+    };
+    for stage in [Stage::SpringLinearise, Stage::ImplicitAssemble, Stage::PositionAdvance] {
+        control_in(&[Precision::F64], Defect::Scaled(stage), &without_contact(), check);
+    }
+}
+
 #[test]
 fn a_dropped_contact_pair_is_found() {
     let defect = Defect::ContactPairDropped;
@@ -123,6 +188,7 @@ fn runs_that_differ_are_found() {
         response: ContactResponse::Penalty { stiffness: 30.0, damping: 0.01 },
         precision: Precision::F32,
         substeps: 120,
+        integrator: Integrator::Explicit,
     };
     let real = cpu(1);
     assert_eq!(checks::same_bits(&[&real, &real], &scenario), Ok(()));

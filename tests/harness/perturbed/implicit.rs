@@ -1,39 +1,84 @@
-//! The stages of the implicit integrators, passed on.
+//! The stages of the implicit integrators with a defect.
 
 use cloth_core::{
-    ConstraintStatistics, ImplicitKernels, LinearOutcome, LinearVector, MatrixBlock, MatrixForm,
-    NewtonStart, Preconditioner, Result, SemiImplicitKernels, SemiImplicitSolve, stepper::Substep,
+    ConstraintStatistics, ImplicitKernels, LinearOutcome, LinearSettings, LinearStart,
+    LinearVector, MatrixBlock, MatrixForm, NewtonStart, Preconditioner, Result,
+    SemiImplicitKernels, SemiImplicitSolve,
+    stepper::{self, Substep},
 };
 
-use super::kernels::PerturbedKernels;
+use super::{
+    Defect, Stage,
+    kernels::{PerturbedKernels, SIZE},
+};
+
+impl PerturbedKernels {
+    fn has(&self, stage: Stage) -> bool {
+        self.defect == Defect::Scaled(stage)
+    }
+
+    /// The substep, longer if it is this stage that is wrong.
+    fn substep_of(&self, stage: Stage, substep: &Substep) -> Substep {
+        let factor = if self.has(stage) { 1.0 + SIZE } else { 1.0 };
+        Substep { length: substep.length * factor, ..*substep }
+    }
+
+    /// Makes what became of a vector a little larger.
+    fn vector_scale(&mut self, vector: LinearVector) -> Result<()> {
+        let mut values = Vec::new();
+        self.inner.vector_read(vector, &mut values)?;
+        values.iter_mut().for_each(|value| *value = value.map(|c| c * (1.0 + SIZE)));
+        self.inner.vector_write(vector, &values)
+    }
+
+    fn vector_scale_if(&mut self, stage: Stage, vector: LinearVector) -> Result<()> {
+        if self.has(stage) { self.vector_scale(vector) } else { Ok(()) }
+    }
+
+    /// What is wrong with a fused solver.
+    fn solution_differs(&mut self) -> Result<()> {
+        if self.defect == Defect::FusedDiffers {
+            self.vector_scale(LinearVector::Solution)?;
+        }
+        Ok(())
+    }
+}
 
 impl ImplicitKernels for PerturbedKernels {
     fn state_keep(&mut self) -> Result<()> {
-        self.inner.state_keep()
+        if !self.has(Stage::StateKeep) {
+            return self.inner.state_keep();
+        }
+        let state = self.state()?;
+        let mut wrong = state.clone();
+        wrong.velocities.iter_mut().for_each(|v| *v = v.map(|c| c * (1.0 + SIZE)));
+        self.inner.state_write(&wrong)?;
+        self.inner.state_keep()?;
+        self.inner.state_write(&state)
     }
 
     fn state_restore(&mut self) -> Result<()> {
-        self.inner.state_restore()
+        self.state_stage(Stage::StateRestore, |inner| inner.state_restore())
     }
 
     fn spring_linearise(&mut self, substep: &Substep) -> Result<()> {
-        self.inner.spring_linearise(substep)
+        self.inner.spring_linearise(&self.substep_of(Stage::SpringLinearise, substep))
     }
 
     fn contact_linearise(&mut self, substep: &Substep) -> Result<()> {
-        self.inner.contact_linearise(substep)
+        self.inner.contact_linearise(&self.substep_of(Stage::ContactLinearise, substep))
     }
 
     fn implicit_assemble(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
-        self.inner.implicit_assemble(substep, start)
+        self.inner.implicit_assemble(&self.substep_of(Stage::ImplicitAssemble, substep), start)
     }
 
     fn collider_constraints(&mut self, substep: &Substep) -> Result<()> {
-        self.inner.collider_constraints(substep)
+        self.inner.collider_constraints(&self.substep_of(Stage::ColliderConstraints, substep))
     }
 
     fn constraint_release(&mut self) -> Result<u64> {
-        self.inner.constraint_release()
+        if self.has(Stage::ConstraintRelease) { Ok(0) } else { self.inner.constraint_release() }
     }
 
     fn constraint_statistics(&mut self) -> Result<ConstraintStatistics> {
@@ -41,11 +86,13 @@ impl ImplicitKernels for PerturbedKernels {
     }
 
     fn constraint_filter(&mut self, vector: LinearVector) -> Result<()> {
-        self.inner.constraint_filter(vector)
+        self.inner.constraint_filter(vector)?;
+        self.vector_scale_if(Stage::ConstraintFilter, vector)
     }
 
     fn constraint_project(&mut self, vector: LinearVector) -> Result<()> {
-        self.inner.constraint_project(vector)
+        self.inner.constraint_project(vector)?;
+        self.vector_scale_if(Stage::ConstraintProject, vector)
     }
 
     fn matrix_apply(
@@ -54,7 +101,8 @@ impl ImplicitKernels for PerturbedKernels {
         from: LinearVector,
         to: LinearVector,
     ) -> Result<()> {
-        self.inner.matrix_apply(form, from, to)
+        self.inner.matrix_apply(form, from, to)?;
+        self.vector_scale_if(Stage::MatrixApply, to)
     }
 
     fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
@@ -62,15 +110,19 @@ impl ImplicitKernels for PerturbedKernels {
     }
 
     fn preconditioner_apply(&mut self, from: LinearVector, to: LinearVector) -> Result<()> {
-        self.inner.preconditioner_apply(from, to)
+        self.inner.preconditioner_apply(from, to)?;
+        self.vector_scale_if(Stage::PreconditionerBuild, to)?;
+        self.vector_scale_if(Stage::PreconditionerApply, to)
     }
 
     fn vector_dot(&mut self, a: LinearVector, b: LinearVector) -> Result<f64> {
-        self.inner.vector_dot(a, b)
+        let factor = if self.has(Stage::VectorDot) { 1.0 + SIZE } else { 1.0 };
+        Ok(factor * self.inner.vector_dot(a, b)?)
     }
 
     fn vector_combine(&mut self, from: (f64, LinearVector), to: (f64, LinearVector)) -> Result<()> {
-        self.inner.vector_combine(from, to)
+        self.inner.vector_combine(from, to)?;
+        self.vector_scale_if(Stage::VectorCombine, to.1)
     }
 
     fn direct_solve(&mut self) -> Result<LinearOutcome> {
@@ -78,15 +130,15 @@ impl ImplicitKernels for PerturbedKernels {
     }
 
     fn velocity_add(&mut self, scale: f64) -> Result<()> {
-        self.inner.velocity_add(scale)
+        self.state_stage(Stage::VelocityAdd, |inner| inner.velocity_add(scale))
     }
 
     fn position_advance(&mut self, length: f64) -> Result<()> {
-        self.inner.position_advance(length)
+        self.state_stage(Stage::PositionAdvance, |inner| inner.position_advance(length))
     }
 
     fn position_from_kept(&mut self, length: f64) -> Result<()> {
-        self.inner.position_from_kept(length)
+        self.state_stage(Stage::PositionFromKept, |inner| inner.position_from_kept(length))
     }
 
     fn matrix_read(&mut self, out: &mut Vec<MatrixBlock>) -> Result<()> {
@@ -99,6 +151,22 @@ impl ImplicitKernels for PerturbedKernels {
 
     fn vector_write(&mut self, vector: LinearVector, values: &[[f64; 3]]) -> Result<()> {
         self.inner.vector_write(vector, values)
+    }
+
+    fn conjugate_gradient(
+        &mut self,
+        settings: &LinearSettings,
+        start: LinearStart,
+    ) -> Result<LinearOutcome> {
+        let outcome = stepper::linear::conjugate_gradient(self, settings, start)?;
+        self.solution_differs()?;
+        Ok(outcome)
+    }
+
+    fn jacobi(&mut self, settings: &LinearSettings, start: LinearStart) -> Result<LinearOutcome> {
+        let outcome = stepper::linear::jacobi(self, settings, start)?;
+        self.solution_differs()?;
+        Ok(outcome)
     }
 }
 

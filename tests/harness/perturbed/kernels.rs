@@ -14,13 +14,13 @@ use crate::{
 };
 
 /// Relative size of a defect: a stiffness, say, that is off by this much.
-const SIZE: f64 = 1e-4;
+pub(super) const SIZE: f64 = 1e-4;
 
 /// Kernels with a defect. The inner kernels have no way to change their forces, so that a wrong
 /// force is kept here and added when forces are read or integrated.
 pub(super) struct PerturbedKernels {
     pub(super) inner: Box<dyn Kernels>,
-    defect: Defect,
+    pub(super) defect: Defect,
     run: u64,
     extra_forces: Vec<[f64; 3]>,
 }
@@ -39,7 +39,7 @@ impl PerturbedKernels {
         Self { inner, defect, run, extra_forces }
     }
 
-    fn state(&mut self) -> Result<State> {
+    pub(super) fn state(&mut self) -> Result<State> {
         let mut state = State::default();
         self.inner.state_read(&mut state)?;
         state.colliders = self.model().initial_state().colliders;
@@ -71,7 +71,7 @@ impl PerturbedKernels {
     }
 
     /// Runs a stage that changes the state.
-    fn state_stage(
+    pub(super) fn state_stage(
         &mut self,
         stage: Stage,
         run: impl FnOnce(&mut dyn Kernels) -> Result<()>,

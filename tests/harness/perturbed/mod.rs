@@ -17,11 +17,13 @@ use self::kernels::PerturbedKernels;
 /// What is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Defect {
-    /// What the stage changes, it changes by a ten-thousandth too much.
+    /// What the stage changes, it changes by a ten-thousandth too much; stages whose result stays
+    /// inside are told a length of the substep that is so much too long, and `constraint_release`
+    /// does nothing.
     Scaled(Stage),
     /// The first pair in contact is overlooked.
     ContactPairDropped,
-    /// The fused substep is not the same as its stages.
+    /// The fused substep, or a fused linear solver, is not the same as its stages.
     FusedDiffers,
     /// Every run differs a little from the one before.
     RunsDiffer,
@@ -50,6 +52,42 @@ pub enum Stage {
     VertexNormals,
     /// `measure`
     Measure,
+    /// `state_keep`
+    StateKeep,
+    /// `state_restore`
+    StateRestore,
+    /// `spring_linearise`
+    SpringLinearise,
+    /// `contact_linearise`
+    ContactLinearise,
+    /// `implicit_assemble`
+    ImplicitAssemble,
+    /// `collider_constraints`
+    ColliderConstraints,
+    /// `constraint_release`
+    ConstraintRelease,
+    /// `constraint_friction`
+    ConstraintFriction,
+    /// `constraint_filter`
+    ConstraintFilter,
+    /// `constraint_project`
+    ConstraintProject,
+    /// `matrix_apply`
+    MatrixApply,
+    /// `preconditioner_build`
+    PreconditionerBuild,
+    /// `preconditioner_apply`
+    PreconditionerApply,
+    /// `vector_dot`
+    VectorDot,
+    /// `vector_combine`
+    VectorCombine,
+    /// `velocity_add`
+    VelocityAdd,
+    /// `position_advance`
+    PositionAdvance,
+    /// `position_from_kept`
+    PositionFromKept,
 }
 
 /// A backend with a defect.

@@ -8,6 +8,7 @@ mod colliders;
 mod contact;
 mod explicit;
 mod fields;
+mod implicit;
 mod measure;
 mod normals;
 mod springs;
@@ -24,6 +25,10 @@ pub use contact::{
 };
 pub use explicit::{explicit_substep, integrate_explicit, strain_limit};
 pub use fields::field_forces;
+pub use implicit::{
+    Constraint, Constraints, LinearSystem, Term, TrackedMatrix, air_jacobians, contact_terms,
+    preconditioner_apply, spring_terms,
+};
 pub use measure::{TrackedMeasures, measure};
 pub use normals::vertex_normals;
 pub use springs::{spring_energy_doubled, spring_force_on, spring_forces, spring_tension};
