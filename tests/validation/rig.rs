@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Cloth, Frame, Geometry, Model, ModelBuilder, NetworkSpring, Precision, Solver, SolverConfig,
-    SpringClass, SpringNetwork, State,
+    Cloth, Frame, Geometry, ImplicitSettings, Integrator, Model, ModelBuilder, NetworkSpring,
+    Precision, Solver, SolverConfig, SpringClass, SpringNetwork, State,
 };
 use harness::{
     backends::{Candidate, candidates},
@@ -65,9 +65,32 @@ pub(crate) fn build(builder: ModelBuilder) -> Arc<Model> {
 
 /// A solver with explicit steps of `time_step` \[s\].
 pub(crate) fn solver(candidate: &Candidate, model: &Arc<Model>, time_step: f64) -> Box<dyn Solver> {
-    let config =
-        SolverConfig { precision: candidate.precision, time_step, ..SolverConfig::default() };
+    solver_of(candidate, model, time_step, Integrator::Explicit)
+}
+
+/// A solver with steps of `time_step` \[s\] of an integrator.
+pub(crate) fn solver_of(
+    candidate: &Candidate,
+    model: &Arc<Model>,
+    time_step: f64,
+    integrator: Integrator,
+) -> Box<dyn Solver> {
+    let config = SolverConfig {
+        precision: candidate.precision,
+        time_step,
+        integrator,
+        ..SolverConfig::default()
+    };
     candidate.backend.create_solver(model.clone(), &config).unwrap()
+}
+
+/// The implicit integrator with linear systems solved to `tolerance`, or as far as rounding lets
+/// them: single precision does not get below some 1e-6.
+pub(crate) fn implicit(candidate: &Candidate, tolerance: f64) -> Integrator {
+    let mut settings = ImplicitSettings::default();
+    settings.linear.tolerance = tolerance.max(20.0 * candidate.epsilon());
+    settings.linear.iterations_max = 2000;
+    Integrator::Implicit(settings)
 }
 
 /// Advances by one frame of `substeps` substeps of `time_step` \[s\] and downloads the state.
