@@ -19,5 +19,6 @@ mod internal_forces;
 mod oscillator;
 mod rig;
 mod self_contact;
+mod semi_implicit;
 mod stability;
 mod time_step;

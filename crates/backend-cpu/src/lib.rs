@@ -23,6 +23,8 @@ mod integrate_implicit;
 mod kernels;
 mod measure;
 mod memory;
+mod semi_implicit;
+mod sparse_cholesky;
 mod spring_forces;
 mod springs;
 mod strain_limit;

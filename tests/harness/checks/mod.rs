@@ -12,6 +12,7 @@ mod motion;
 mod outputs;
 mod reproducibility;
 mod scenario;
+mod semi_implicit;
 mod trajectory;
 
 pub use contact_pairs::{
@@ -32,4 +33,5 @@ pub use motion::{collider_response, contact_impulses, integrate_explicit, strain
 pub use outputs::{measure, vertex_normals};
 pub use reproducibility::{resumes_with_same_bits, same_bits};
 pub use scenario::Scenario;
+pub use semi_implicit::{semi_implicit_solve, solution_motion, torque_correct};
 pub use trajectory::trajectory;

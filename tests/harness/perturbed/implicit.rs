@@ -1,7 +1,7 @@
 //! The stages of the implicit integrators with a defect.
 
 use cloth_core::{
-    ConstraintStatistics, ImplicitKernels, LinearOutcome, LinearSettings, LinearStart,
+    ConstraintStatistics, ImplicitKernels, Kernels, LinearOutcome, LinearSettings, LinearStart,
     LinearVector, MatrixBlock, MatrixForm, NewtonStart, Preconditioner, Result,
     SemiImplicitKernels, SemiImplicitSolve,
     stepper::{self, Substep},
@@ -9,7 +9,7 @@ use cloth_core::{
 
 use super::{
     Defect, Stage,
-    kernels::{PerturbedKernels, SIZE},
+    kernels::{PerturbedKernels, SIZE, extrapolate},
 };
 
 impl PerturbedKernels {
@@ -176,10 +176,31 @@ impl SemiImplicitKernels for PerturbedKernels {
     }
 
     fn semi_implicit_solve(&mut self, substep: &Substep) -> Result<()> {
-        self.inner.semi_implicit_solve(substep)
+        let nothing = vec![[0.0; 3]; self.inner.model().particle_count()];
+        self.inner.vector_write(LinearVector::Solution, &nothing)?;
+        self.solution_stage(Stage::SemiImplicitSolve, |inner| inner.semi_implicit_solve(substep))
     }
 
     fn torque_correct(&mut self, substep: &Substep) -> Result<()> {
-        self.inner.torque_correct(substep)
+        self.solution_stage(Stage::TorqueCorrect, |inner| inner.torque_correct(substep))
+    }
+}
+
+impl PerturbedKernels {
+    /// Runs a stage that changes the solution of the linear system.
+    fn solution_stage(
+        &mut self,
+        stage: Stage,
+        run: impl FnOnce(&mut dyn Kernels) -> Result<()>,
+    ) -> Result<()> {
+        if !self.is_scaled(stage) {
+            return run(&mut *self.inner);
+        }
+        let [mut before, mut after] = [Vec::new(), Vec::new()];
+        self.inner.vector_read(LinearVector::Solution, &mut before)?;
+        run(&mut *self.inner)?;
+        self.inner.vector_read(LinearVector::Solution, &mut after)?;
+        extrapolate(&before, &mut after, 1.0 + SIZE);
+        self.inner.vector_write(LinearVector::Solution, &after)
     }
 }

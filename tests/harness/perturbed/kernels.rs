@@ -26,7 +26,7 @@ pub(super) struct PerturbedKernels {
 }
 
 /// `from + factor (to - from)`, component by component.
-fn extrapolate(from: &[[f64; 3]], to: &mut [[f64; 3]], factor: f64) {
+pub(super) fn extrapolate(from: &[[f64; 3]], to: &mut [[f64; 3]], factor: f64) {
     for (to, from) in to.iter_mut().zip(from) {
         *to = std::array::from_fn(|k| from[k] + factor * (to[k] - from[k]));
     }
@@ -68,6 +68,11 @@ impl PerturbedKernels {
             *extra = std::array::from_fn(|k| extra[k] + SIZE * (after[k] - before[k]));
         }
         Ok(())
+    }
+
+    /// Whether this stage is the wrong one.
+    pub(super) fn is_scaled(&self, stage: Stage) -> bool {
+        self.defect == Defect::Scaled(stage)
     }
 
     /// Runs a stage that changes the state.

@@ -66,8 +66,6 @@ pub enum Stage {
     ColliderConstraints,
     /// `constraint_release`
     ConstraintRelease,
-    /// `constraint_friction`
-    ConstraintFriction,
     /// `constraint_filter`
     ConstraintFilter,
     /// `constraint_project`
@@ -88,6 +86,10 @@ pub enum Stage {
     PositionAdvance,
     /// `position_from_kept`
     PositionFromKept,
+    /// `semi_implicit_solve`
+    SemiImplicitSolve,
+    /// `torque_correct`
+    TorqueCorrect,
 }
 
 /// A backend with a defect.

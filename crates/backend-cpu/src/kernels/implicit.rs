@@ -18,7 +18,7 @@ use crate::{
 
 impl<T: Real> CpuKernels<T> {
     /// Runs a stage of the linear system, whose memory is taken when it is first needed.
-    fn implicit_stage<R: Send>(
+    pub(super) fn implicit_stage<R: Send>(
         &mut self,
         stage: &'static str,
         length: f64,

@@ -26,6 +26,7 @@ use crate::{
     field_forces::{self, FieldSum},
     implicit::ImplicitSystem,
     integrate_explicit,
+    kernels::semi_implicit::SemiImplicitMemory,
     measure::Measure,
     memory::{
         BLOCK, LANES, Lanes, Masses, Motion, PacketMotion, VectorField, lanes, lanes_mut, packets,
@@ -61,6 +62,7 @@ pub(crate) struct CpuKernels<T> {
     strain_limiter: Option<StrainLimiter<T>>,
     colliders: Vec<ColliderAt<T>>,
     triangle_rows: Option<TriangleRows>,
+    semi_implicit: SemiImplicitMemory<T>,
     non_finite_step: Option<u64>,
     stage_times: Vec<StageTime>,
 }
@@ -94,6 +96,7 @@ impl<T: Real> CpuKernels<T> {
             strain_limiter: StrainLimiter::new(&model, config.strain_limit.as_ref()),
             colliders: Vec::new(),
             triangle_rows: None,
+            semi_implicit: SemiImplicitMemory::new(),
             non_finite_step: None,
             stage_times: Vec::new(),
             springs,
@@ -224,6 +227,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
         for (particle, &held) in state.held.iter().enumerate() {
             self.masses.hold(particle, held != 0);
         }
+        self.semi_implicit.pins_changed = true;
         self.non_finite_step = None;
         Ok(())
     }
@@ -249,6 +253,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
     }
 
     fn pins_write(&mut self, pins: &[PinWrite]) -> Result<()> {
+        self.semi_implicit.pins_changed = true;
         for pin in pins {
             let particle = pin.particle as usize;
             self.masses.hold(particle, pin.held);
