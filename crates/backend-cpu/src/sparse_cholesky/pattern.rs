@@ -54,6 +54,12 @@ impl Neighbourhood {
         &self.columns[self.offsets[particle]..self.offsets[particle + 1]]
     }
 
+    /// Neighbours of larger index.
+    pub(crate) fn after(&self, particle: usize) -> &[u32] {
+        let neighbours = self.of(particle);
+        &neighbours[neighbours.partition_point(|&other| (other as usize) < particle)..]
+    }
+
     /// The connected pieces, in the order of their first particles, each ascending.
     pub(crate) fn pieces(&self) -> Vec<Vec<u32>> {
         let mut is_reached = vec![false; self.len()];
@@ -99,9 +105,7 @@ impl LowerPattern {
         for particle in 0..neighbourhood.len() {
             for column in 0..size {
                 pattern.rows.extend((column..size).map(|row| size * particle + row));
-                let neighbours = neighbourhood.of(particle);
-                let after = neighbours.partition_point(|&other| (other as usize) < particle);
-                for &other in &neighbours[after..] {
+                for &other in neighbourhood.after(particle) {
                     pattern.rows.extend((0..size).map(|row| size * other as usize + row));
                 }
                 pattern.offsets.push(pattern.rows.len());
