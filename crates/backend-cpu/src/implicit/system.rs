@@ -1,13 +1,14 @@
 //! All memory of the linear system, and its stages.
 
 use cloth_core::{
-    ConstraintStatistics, LinearOutcome, LinearSettings, LinearVector, MatrixBlock, NewtonStart,
-    Preconditioner, Real,
+    ConstraintStatistics, LinearOutcome, LinearSettings, LinearVector, MatrixBlock, Model,
+    NewtonStart, Preconditioner, Real, Result,
 };
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
 use super::{
+    assembled::Assembled,
     conjugate_gradient::{self, Passes},
     constraints::{Constraints, Detection, Solve},
     filter::Filter,
@@ -26,7 +27,6 @@ use crate::{
 };
 
 /// The system and all that solves it.
-#[derive(Debug)]
 pub(crate) struct ImplicitSystem<T> {
     matrix: Matrix<T>,
     constraints: Constraints<T>,
@@ -34,6 +34,10 @@ pub(crate) struct ImplicitSystem<T> {
     inverse: BlockField<T>,
     partials: Vec<[f64; 2]>,
     count: usize,
+    /// The preconditioner that was built last.
+    preconditioner: Preconditioner,
+    /// Once a solver has asked for it.
+    assembled: Option<Assembled<T>>,
 }
 
 /// What the stages read of the solver they belong to.
@@ -60,6 +64,21 @@ impl<T: Real> ImplicitSystem<T> {
             inverse: BlockField::new(count, true),
             partials: vec![[0.0; 2]; count.div_ceil(BLOCK)],
             count,
+            preconditioner: Preconditioner::default(),
+            assembled: None,
+        }
+    }
+
+    /// The matrix as blocks, up to date.
+    fn assembled(&mut self, model: &Model, springs: &SpringColumns<T>) -> Assembled<T> {
+        let mut assembled = self.assembled.take().unwrap_or_else(|| Assembled::new(model));
+        assembled.update(&self.matrix, springs);
+        assembled
+    }
+
+    fn matrix_has_changed(&mut self) {
+        if let Some(assembled) = &mut self.assembled {
+            assembled.outdate();
         }
     }
 
@@ -111,6 +130,7 @@ impl<T: Real> ImplicitSystem<T> {
         let right_side = self.vectors.get_mut(LinearVector::RightSide);
         assembly.run(&mut self.matrix, right_side, at.arch);
         self.constraints.drag(assembly.velocity, &mut self.matrix, right_side);
+        self.matrix_has_changed();
     }
 
     pub(crate) fn collider_constraints(
@@ -147,6 +167,9 @@ impl<T: Real> ImplicitSystem<T> {
         };
         let changed = self.constraints.release(&solve, masses, &mut self.matrix, &mut right_side);
         self.vectors.put(LinearVector::RightSide, right_side);
+        if changed > 0 {
+            self.matrix_has_changed();
+        }
         changed
     }
 
@@ -199,7 +222,50 @@ impl<T: Real> ImplicitSystem<T> {
         self.vectors.put(to, image);
     }
 
-    pub(crate) fn preconditioner_build(&mut self, kind: Preconditioner, arch: pulp::Arch) {
+    /// to = A from, from blocks.
+    pub(crate) fn matrix_apply_assembled(
+        &mut self,
+        (model, springs): (&Model, &SpringColumns<T>),
+        from: LinearVector,
+        to: LinearVector,
+    ) {
+        let assembled = self.assembled(model, springs);
+        let mut image = self.vectors.take(to);
+        assembled.apply(self.vectors.get(from), &mut image);
+        self.vectors.put(to, image);
+        self.assembled = Some(assembled);
+    }
+
+    pub(crate) fn direct_solve(
+        &mut self,
+        (model, springs): (&Model, &SpringColumns<T>),
+        masses: &Masses<T>,
+    ) -> Result<LinearOutcome> {
+        let mut assembled = self.assembled(model, springs);
+        let mut solution = self.vectors.take(LinearVector::Solution);
+        let filter = Filter { masses, constraints: &self.constraints };
+        let right_side = self.vectors.get(LinearVector::RightSide);
+        let outcome = assembled.direct_solve(model, &filter, right_side, &mut solution);
+        self.vectors.put(LinearVector::Solution, solution);
+        self.assembled = Some(assembled);
+        outcome
+    }
+
+    pub(crate) fn preconditioner_build(
+        &mut self,
+        (model, springs): (&Model, &SpringColumns<T>),
+        masses: &Masses<T>,
+        kind: Preconditioner,
+        arch: pulp::Arch,
+    ) {
+        self.preconditioner = kind;
+        if kind == Preconditioner::IncompleteCholesky {
+            let mut assembled = self.assembled(model, springs);
+            let filter = Filter { masses, constraints: &self.constraints };
+            assembled.incomplete_build(&filter, arch);
+            self.assembled = Some(assembled);
+            return;
+        }
         let blocks = kind != Preconditioner::Diagonal;
         preconditioner::build(
             &self.matrix.diagonal,
@@ -221,6 +287,15 @@ impl<T: Real> ImplicitSystem<T> {
         let mut out = self.vectors.take(to);
         let vector = FieldView::new(self.vectors.get(from));
         let filter = Filter { masses, constraints: &self.constraints };
+        if self.preconditioner == Preconditioner::IncompleteCholesky
+            && let Some(assembled) = &mut self.assembled
+        {
+            assembled.incomplete_apply(self.vectors.get(from), &mut out, arch);
+            let blocks = out.chunks_mut(BLOCK).enumerate();
+            blocks.for_each(|(block, mut chunk)| filter.apply(block, &mut chunk));
+            self.vectors.put(to, out);
+            return;
+        }
         let inverse = &self.inverse;
         out.chunks_mut(BLOCK).enumerate().for_each(|(block, to)| {
             arch.dispatch(PreconditionTask { inverse, filter, vector, block, to });

@@ -1,7 +1,7 @@
 //! The stages of the implicit integrator on the CPU.
 
 use cloth_core::{
-    ConstraintStatistics, Error, ImplicitKernels, LinearOutcome, LinearSettings, LinearStart,
+    ConstraintStatistics, ImplicitKernels, LinearOutcome, LinearSettings, LinearStart,
     LinearVector, MatrixBlock, MatrixForm, NewtonStart, Preconditioner, Real, Result,
     stepper::{
         Substep,
@@ -138,18 +138,19 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
         from: LinearVector,
         to: LinearVector,
     ) -> Result<()> {
-        if form == MatrixForm::Assembled {
-            return Err(Error::Unsupported { backend: "cpu", feature: "assembled".into() });
-        }
-        self.implicit_stage("matrix_apply", 0.0, |kernels, system, _| {
-            system.matrix_apply(&kernels.springs, from, to, kernels.arch);
+        self.implicit_stage("matrix_apply", 0.0, |kernels, system, _| match form {
+            MatrixForm::Assembled => {
+                system.matrix_apply_assembled((&kernels.model, &kernels.springs), from, to);
+            }
+            _ => system.matrix_apply(&kernels.springs, from, to, kernels.arch),
         });
         Ok(())
     }
 
     fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
         self.implicit_stage("preconditioner_build", 0.0, |kernels, system, _| {
-            system.preconditioner_build(preconditioner, kernels.arch);
+            let model = (&*kernels.model, &kernels.springs);
+            system.preconditioner_build(model, &kernels.masses, preconditioner, kernels.arch);
         });
         Ok(())
     }
@@ -175,7 +176,12 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
     }
 
     fn direct_solve(&mut self) -> Result<LinearOutcome> {
-        Err(Error::Unsupported { backend: "cpu", feature: "direct".into() })
+        // What it changes is added to z.
+        self.vector_combine((0.0, LinearVector::RightSide), (0.0, LinearVector::Solution))?;
+        self.constraint_project(LinearVector::Solution)?;
+        self.implicit_stage("direct_solve", 0.0, |kernels, system, _| {
+            system.direct_solve((&kernels.model, &kernels.springs), &kernels.masses)
+        })
     }
 
     fn velocity_add(&mut self, scale: f64) -> Result<()> {
@@ -226,6 +232,11 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
         start: LinearStart,
     ) -> Result<LinearOutcome> {
         use LinearVector::{Preconditioned, Residual};
+        let fuses = settings.matrix == MatrixForm::MatrixFree
+            && settings.preconditioner != Preconditioner::IncompleteCholesky;
+        if !fuses {
+            return linear::conjugate_gradient(self, settings, start);
+        }
         let (reference, residual) = match linear::begin(self, settings, start)? {
             Begin::Done(outcome) => return Ok(outcome),
             Begin::Iterate { reference, residual } => (reference, residual),
