@@ -13,11 +13,13 @@ pub(super) fn advance<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -
     let impulses = kernels.model().self_contact().is_some() && !kernels.contact_is_penalty();
     if impulses {
         let moves = SelfContact::moves(substep.length);
-        let part = Substep { length: substep.length / f64::from(moves), ..*substep };
+        let part = substep.length / f64::from(moves);
+        let length = SelfContact::recovery_length(part, substep.length);
+        let recovery = Substep { length, ..*substep };
         for _ in 0..moves {
-            kernels.position_advance(part.length)?;
+            kernels.position_advance(part)?;
             kernels.contact_candidates()?;
-            kernels.contact_impulses(&part)?;
+            kernels.contact_impulses(&recovery)?;
         }
     } else {
         kernels.position_advance(substep.length)?;
