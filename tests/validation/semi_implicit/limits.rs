@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Field, Frame, GridPatch, Model, ModelBuilder, Precision, SolverConfig, State, Stencil,
+    Field, Frame, GridPatch, LinearVector, Model, ModelBuilder, Precision, SemiImplicitSolve,
+    SolverConfig, State, Stencil, stepper::Substep,
 };
 use harness::{
     backends::{Candidate, candidates, cpu},
@@ -100,6 +101,31 @@ fn the_shortest_and_the_longest_steps_stay_finite() {
         let error = solver.advance(Frame { duration: 1e160 });
         let text = error.unwrap_err().to_string();
         assert!(text.contains("constant matrix"), "{text}");
+    }
+}
+
+/// Of a cloth that nothing holds, the longest steps leave no trace of the masses in the matrix: it
+/// would be singular to rounding if they did not count for more than they are.
+#[test]
+fn masses_lost_in_the_stiffness_leave_a_matrix_that_can_be_factorised() {
+    let model = patch(10.0, Vec::new());
+    for candidate in candidates() {
+        let config = SolverConfig { precision: candidate.precision, ..SolverConfig::default() };
+        let mut kernels = candidate.backend.create_kernels(model.clone(), &config).unwrap();
+        let substep = Substep { length: 1e6, ..Substep::default() };
+        let solve = SemiImplicitSolve::Factorisation;
+        assert_eq!(kernels.semi_implicit_factorise(substep.length, solve), Ok(true));
+        kernels.field_forces().unwrap();
+        kernels.spring_forces().unwrap();
+        kernels.semi_implicit_solve(&substep).unwrap();
+        let mut solution = Vec::new();
+        kernels.vector_read(LinearVector::Solution, &mut solution).unwrap();
+        // It falls no faster than a stone, then, and all of it alike.
+        let fall = -GRAVITY * substep.length;
+        for y in &solution {
+            assert!(y[2] < 0.0 && y[2] > 1.001 * fall, "{}: {y:?}", candidate.label);
+            assert!((y[2] / solution[0][2] - 1.0).abs() < 1e-3, "{}: {y:?}", candidate.label);
+        }
     }
 }
 

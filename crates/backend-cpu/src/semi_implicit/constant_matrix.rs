@@ -4,6 +4,10 @@ use cloth_core::{Error, Model, ModelError, Result};
 
 use crate::sparse_cholesky::LowerPattern;
 
+/// The least mass of a particle, as a share of the sum of its springs in W: what is smaller would be
+/// lost in the rounding of the factorisation.
+const MASS_SHARE_MIN: f64 = 1e-12;
+
 /// Writes W for substeps of `length` \[s\] in the order of its pattern: for each particle the diagonal
 /// entry, then its springs to later particles. Rows and columns of held particles are those of the
 /// unit matrix, so that the pattern stays.
@@ -20,9 +24,6 @@ pub(super) fn fill(
     let springs = model.springs();
     values.clear();
     values.resize(pattern.rows.len(), 0.0);
-    for (particle, &mass) in model.masses().iter().enumerate() {
-        values[pattern.offsets[particle]] = mass;
-    }
     for (i, &held_i) in held.iter().enumerate() {
         for (place, spring) in springs.row(i).enumerate() {
             let j = springs.columns()[spring] as usize;
@@ -35,8 +36,10 @@ pub(super) fn fill(
             }
         }
     }
-    for (particle, _) in held.iter().enumerate().filter(|&(_, &held)| held) {
-        values[pattern.offsets[particle]] = 1.0;
+    for (particle, &held) in held.iter().enumerate() {
+        let diagonal = &mut values[pattern.offsets[particle]];
+        let mass = model.masses()[particle].max(MASS_SHARE_MIN * *diagonal);
+        *diagonal = if held { 1.0 } else { mass + *diagonal };
     }
     match values.iter().find(|value| !value.is_finite()) {
         Some(&value) => Err(Error::Invalid(ModelError::NonFinite {

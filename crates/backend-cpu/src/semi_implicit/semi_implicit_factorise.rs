@@ -22,10 +22,6 @@ const KEPT: usize = 2;
 /// of a frame is what is left of it.
 const SAME_LENGTH: f64 = 1e-9;
 
-/// Shares of the diagonal that are added to it, one after the other, until the factorisation
-/// succeeds. None is needed unless the masses are lost in the rounding of the stiffness.
-const LIFTS: [f64; 4] = [0.0, 1e-13, 1e-11, 1e-9];
-
 /// The constant matrix, factorised for the last few lengths of substeps.
 pub(crate) struct SemiImplicit<T> {
     factorisation: SparseCholesky,
@@ -149,16 +145,11 @@ impl<T: Real> SemiImplicit<T> {
 
     fn factorise_sparse(&mut self, model: &Model, length: f64) -> Result<()> {
         let Self { factorisation, matrix, held, .. } = self;
-        for lift in LIFTS {
-            let pattern = factorisation.pattern();
-            constant_matrix::fill(model, pattern, held, length, matrix)?;
-            for &diagonal in &pattern.offsets[..pattern.len()] {
-                matrix[diagonal] += lift * matrix[diagonal];
-            }
-            if factorisation.factorise(matrix).is_ok() {
-                return Ok(());
-            }
+        constant_matrix::fill(model, factorisation.pattern(), held, length, matrix)?;
+        if factorisation.factorise(matrix).is_ok() {
+            return Ok(());
         }
+        // Never seen, as the matrix is diagonally dominant by more than rounding.
         Err(Error::Diverged(Divergence {
             step: 0,
             time: 0.0,
