@@ -58,6 +58,21 @@ fn collider_constraints() {
     for_all(2 * CASES, &with_colliders(), checks::collider_constraints);
 }
 
+/// Cases in which particles touch four colliders at a time, two of them with nearly the same normal.
+#[test]
+fn collider_constraints_and_constraint_release_of_many_contacts() {
+    let cases = with_colliders().prop_map(|mut case| {
+        case.colliders = 4;
+        case.contact = Contact::Off;
+        case.pieces.truncate(1);
+        case
+    });
+    for_all(6 * CASES, &cases, |candidate, case| {
+        checks::collider_constraints(candidate, case)?;
+        checks::constraint_release(candidate, case)
+    });
+}
+
 #[test]
 fn constraint_filter() {
     for_all(CASES, &with_colliders(), checks::constraint_filter);

@@ -24,7 +24,7 @@ fn integrators() -> Vec<(Integrator, u32)> {
         if method == LinearMethod::ConjugateGradient {
             settings.newton = NewtonSettings { iterations_max: 2, ..NewtonSettings::default() };
         }
-        all.push((Integrator::Implicit(settings), 36));
+        all.push((Integrator::Implicit(settings), 24));
     }
     all
 }
@@ -48,7 +48,7 @@ fn scenarios(side: u32) -> impl Iterator<Item = Scenario> {
 fn one_two_and_eight_threads_give_the_same_bits() {
     let backends = [1, 2, 8].map(cpu);
     let backends = backends.each_ref().map(|backend| backend as &dyn Backend);
-    for scenario in scenarios(48) {
+    for scenario in scenarios(32) {
         if let Err(failure) = same_bits(&backends, &scenario) {
             panic!("{failure}");
         }

@@ -17,8 +17,9 @@ const DRAG_ERROR: f64 = 0.1;
 /// ... if that is more than a free particle needs for this change of velocity \[m/s\].
 const SLIP_ERROR: f64 = 3e-4;
 
-/// Contacts that a particle can have at a time: no more directions are left.
-const TOUCHES_MAX: usize = 3;
+/// Contacts that count for a particle. Three are not enough: normals that nearly agree leave a direction
+/// for a fourth.
+const TOUCHES_MAX: usize = 4;
 
 /// Contact with one collider.
 #[derive(Clone, Copy, Debug, Default)]
@@ -140,7 +141,7 @@ impl<T: Real> Constraint<T> {
         &self.touches[..usize::from(self.count)]
     }
 
-    /// Adds a contact. A fourth one finds all directions taken.
+    /// Adds a contact, if there is a place for it.
     pub(super) fn add(&mut self, touch: Touch<T>) {
         if usize::from(self.count) < TOUCHES_MAX {
             self.touches[usize::from(self.count)] = touch;

@@ -8,6 +8,9 @@ use super::{
 };
 use crate::tracked::{Tracked, TrackedVector};
 
+/// Contacts that count for a particle.
+const TOUCHES_MAX: usize = 4;
+
 /// Contact with one collider.
 #[derive(Clone, Copy, Debug)]
 struct Touch {
@@ -139,7 +142,7 @@ impl Constraints {
                 if inside || uncertain {
                     uncertain |= surface.uncertain;
                 }
-                if inside {
+                if inside && constraint.touches.len() < TOUCHES_MAX {
                     let carried = colliders::carried(state, x);
                     let coefficients =
                         [collider.restitution, collider.friction].map(Tracked::rounded);

@@ -75,8 +75,8 @@ impl TrackedMatrix {
         for row in 0..3 {
             for column in 0..=row {
                 let mut rest = self.0[row].0[column];
-                for k in 0..column {
-                    rest = rest - factor[row][k] * factor[column][k];
+                for (a, b) in factor[row].iter().zip(&factor[column]).take(column) {
+                    rest = rest - *a * *b;
                 }
                 factor[row][column] =
                     if row == column { rest.sqrt() } else { rest * (ONE / factor[column][column]) };
