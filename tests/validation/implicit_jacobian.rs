@@ -22,15 +22,8 @@ type Matrix3 = [[f64; 3]; 3];
 
 /// Central differences of a force by three numbers.
 fn differences(step: f64, force: impl Fn(DVec3) -> DVec3) -> Matrix3 {
-    let mut derivative = [[0.0; 3]; 3];
-    for column in 0..3 {
-        let change = DVec3::AXES[column] * step;
-        let slope = (force(change) - force(-change)) / (2.0 * step);
-        for row in 0..3 {
-            derivative[row][column] = slope[row];
-        }
-    }
-    derivative
+    let columns = DVec3::AXES.map(|axis| (force(axis * step) - force(-axis * step)) / (2.0 * step));
+    std::array::from_fn(|row| columns.map(|column| column[row]))
 }
 
 fn norm(matrix: &Matrix3) -> f64 {

@@ -93,6 +93,12 @@ pub(crate) fn implicit(candidate: &Candidate, tolerance: f64) -> Integrator {
     Integrator::Implicit(settings)
 }
 
+/// The integrators that solve the equations of motion themselves, so that mechanics applies to what
+/// they compute; linear systems solved as well as the precision allows.
+pub(crate) fn integrators(candidate: &Candidate) -> [Integrator; 2] {
+    [Integrator::Explicit, implicit(candidate, 1e-12)]
+}
+
 /// Advances by one frame of `substeps` substeps of `time_step` \[s\] and downloads the state.
 pub(crate) fn advance(solver: &mut dyn Solver, substeps: u32, time_step: f64) -> State {
     solver.advance(Frame { duration: f64::from(substeps) * time_step }).unwrap();
