@@ -4,7 +4,9 @@ use std::error::Error;
 
 use cloth::{
     Backend, Frame, LinearMethod, MatrixForm, Preconditioner, State,
-    scene::{BenchKind, CompileOptions, Scene, SceneSolver, bench_scene},
+    scene::{
+        BenchKind, CompileOptions, Scene, SceneGeometry, SceneSolver, SceneStencil, bench_scene,
+    },
 };
 
 use crate::MEMORY;
@@ -13,18 +15,25 @@ const SIDE: u32 = 256;
 
 pub(crate) fn print(backend: &dyn Backend) -> Result<(), Box<dyn Error>> {
     println!(
-        "\nbytes per particle of a {SIDE} x {SIDE} patch, 12 neighbours, f32, without contact"
+        "\nbytes per particle of a {SIDE} x {SIDE} patch with 12 and 24 neighbours, f32, without contact"
     );
-    println!("{:<48}{:>8}{:>8}", "", "running", "peak");
+    println!("{:<48}{:>8}{:>8}{:>12}{:>8}", "", "12", "peak", "24", "peak");
     for (name, change) in CASES {
-        let mut scene = bench_scene(BenchKind::Sphere, SIDE, false);
-        change(&mut scene);
         print!("{name:<48}");
-        match bytes(backend, &scene) {
-            Ok([running, peak]) => println!("{running:>8.0}{peak:>8.0}"),
-            Err(cloth::Error::Unsupported { .. }) => println!("{:>16}", "not supported"),
-            Err(error) => return Err(error.into()),
+        for (stencil, width) in [(SceneStencil::Neighbours12, 8), (SceneStencil::Neighbours24, 12)]
+        {
+            let mut scene = bench_scene(BenchKind::Sphere, SIDE, false);
+            change(&mut scene);
+            if let SceneGeometry::Grid(grid) = &mut scene.cloths[0].geometry {
+                grid.stencil = stencil;
+            }
+            match bytes(backend, &scene) {
+                Ok([running, peak]) => print!("{running:>width$.0}{peak:>8.0}"),
+                Err(cloth::Error::Unsupported { .. }) => print!("{:>16}", "not supported"),
+                Err(error) => return Err(error.into()),
+            }
         }
+        println!();
     }
     Ok(())
 }
