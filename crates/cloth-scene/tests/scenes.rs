@@ -3,8 +3,8 @@
 use std::sync::LazyLock;
 
 use cloth_core::{
-    AdaptiveSettings, ContactResponse, ImplicitSettings, Integrator, LinearMethod, PinAction,
-    TimeStepControl,
+    AdaptiveSettings, ContactResponse, ImplicitSettings, Integrator, LinearMethod, MatrixForm,
+    PinAction, Preconditioner, TimeStepControl,
 };
 use cloth_scene::{
     BenchKind, CompileOptions, CompiledScene, Scene, SceneError, SceneSolver, bench_scene,
@@ -155,4 +155,32 @@ fn a_scene_beyond_its_memory_is_refused_before_it_is_built() {
     assert_eq!(estimate.particles, 10_000);
     let per_particle = estimate.bytes / estimate.particles;
     assert!((270..=330).contains(&per_particle), "{per_particle} bytes");
+}
+
+#[test]
+fn the_memory_of_a_solver_is_in_the_estimate() {
+    let estimate = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = bench_scene(BenchKind::Sphere, 256, false);
+        change(&mut scene);
+        let estimate = scene.memory_estimate(&CompileOptions::default());
+        estimate.bytes / estimate.particles
+    };
+    let implicit = |change: fn(&mut cloth_scene::SceneImplicit)| {
+        estimate(&|scene| {
+            scene.simulation.solver = SceneSolver::Implicit;
+            change(&mut scene.simulation.implicit);
+        })
+    };
+    let semi_implicit = estimate(&|scene| scene.simulation.solver = SceneSolver::SemiImplicit);
+    // Bytes per particle as the benchmark of memory measures them, at the peak.
+    for (found, measured) in [
+        (estimate(&|_| {}), 239.0),
+        (implicit(|_| {}), 562.0),
+        (implicit(|implicit| implicit.matrix = MatrixForm::Assembled), 870.0),
+        (implicit(|implicit| implicit.preconditioner = Preconditioner::IncompleteCholesky), 1643.0),
+        (semi_implicit, 2955.0),
+    ] {
+        let ratio = found as f64 / measured;
+        assert!((0.8..1.3).contains(&ratio), "{found} bytes, measured {measured}");
+    }
 }

@@ -6,6 +6,7 @@ mod collider;
 mod grid;
 mod material;
 mod memory;
+mod memory_solver;
 mod mesh;
 mod mesh_vertices;
 mod model_error;
