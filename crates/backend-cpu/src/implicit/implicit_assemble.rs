@@ -145,10 +145,9 @@ impl<T: Real> BlockTask<'_, '_, T> {
         let at = first as isize;
         let own = (assembly.position.packet(at), assembly.velocity.packet(at));
         let mut sums = self.start(first);
-        let mut place = self.factors.packet(first / LANES);
-        for column in assembly.springs.packet(first / LANES) {
+        let places = self.factors.packet(first / LANES)..;
+        for (column, place) in assembly.springs.packet(first / LANES).iter().zip(places) {
             let (u, e) = self.factors.at(place, first);
-            place += 1;
             match &column.neighbours {
                 Neighbours::Offset(offset) => {
                     let at = at + *offset as isize;

@@ -87,10 +87,9 @@ fn packet<T: Real>(
     let at = first as isize;
     let own = vector.packet(at);
     let mut sum = base(matrix, own, at);
-    let mut place = matrix.factors.packet(first / LANES);
-    for column in springs.packet(first / LANES) {
+    let places = matrix.factors.packet(first / LANES)..;
+    for (column, place) in springs.packet(first / LANES).iter().zip(places) {
         let factors = matrix.factors.at(place, first);
-        place += 1;
         match &column.neighbours {
             Neighbours::Offset(offset) => {
                 spring(&mut sum, factors, own, vector.packet(at + *offset as isize));
