@@ -215,7 +215,8 @@ impl<T: Real> Detection<'_, T> {
         let friction = collider.friction();
         let (slip, grip) = (dot(slip, slip).sqrt(), friction * push);
         let sticks = slip <= grip;
-        let drag = if sticks { T::ZERO } else { mass * grip / slip };
+        // The fields may pull it off, which no friction resists.
+        let drag = if sticks { T::ZERO } else { (mass * grip / slip).maximum(T::ZERO) };
         Touch { normal, speed, surface, friction, sticks, drag }
     }
 }
