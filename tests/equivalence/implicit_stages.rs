@@ -1,9 +1,9 @@
 //! One test for each stage of the implicit integrator, under the name of the stage.
 
-use cloth_core::NewtonStart;
+use cloth_core::{LinearSettings, NewtonStart};
 use harness::{
     checks,
-    linear::{MATRIX_FORMS, PRECONDITIONERS},
+    linear::{LINEAR_METHODS, MATRIX_FORMS, PRECONDITIONERS},
     models::{Contact, Description, description},
     runner::for_all,
 };
@@ -89,11 +89,6 @@ fn constraint_release() {
 }
 
 #[test]
-fn constraint_friction() {
-    for_all(CASES, &with_colliders(), checks::constraint_friction);
-}
-
-#[test]
 fn preconditioner_build_and_preconditioner_apply() {
     for blocks in [false, true] {
         for_all(CASES, &description(), |candidate, case| {
@@ -149,4 +144,26 @@ fn conjugate_gradient_is_its_stages() {
 #[test]
 fn jacobi_is_its_stages() {
     for_all(CASES, &description(), checks::jacobi);
+}
+
+#[test]
+fn every_method_solves_the_system() {
+    for &method in LINEAR_METHODS {
+        let settings = LinearSettings { method, ..LinearSettings::default() };
+        for_all(CASES, &description(), |candidate, case| {
+            checks::linear_solution(candidate, case, &settings)
+        });
+    }
+}
+
+#[test]
+fn conjugate_gradient_solves_the_system_with_every_preconditioner_and_matrix() {
+    for &preconditioner in PRECONDITIONERS {
+        for &matrix in MATRIX_FORMS {
+            let settings = LinearSettings { preconditioner, matrix, ..LinearSettings::default() };
+            for_all(CASES / 2, &description(), |candidate, case| {
+                checks::linear_solution(candidate, case, &settings)
+            });
+        }
+    }
 }

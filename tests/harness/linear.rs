@@ -5,10 +5,11 @@ use cloth_core::{LinearMethod, MatrixForm, Preconditioner};
 
 /// Methods that every backend under test has.
 pub const LINEAR_METHODS: &[LinearMethod] =
-    &[LinearMethod::ConjugateGradient, LinearMethod::Jacobi];
+    &[LinearMethod::ConjugateGradient, LinearMethod::Jacobi, LinearMethod::Direct];
 
 /// Preconditioners that every backend under test has.
-pub const PRECONDITIONERS: &[Preconditioner] = &[Preconditioner::Diagonal, Preconditioner::Block];
+pub const PRECONDITIONERS: &[Preconditioner] =
+    &[Preconditioner::Diagonal, Preconditioner::Block, Preconditioner::IncompleteCholesky];
 
 /// Forms of the matrix that every backend under test has.
-pub const MATRIX_FORMS: &[MatrixForm] = &[MatrixForm::MatrixFree];
+pub const MATRIX_FORMS: &[MatrixForm] = &[MatrixForm::MatrixFree, MatrixForm::Assembled];

@@ -78,7 +78,15 @@ impl ImplicitKernels for PerturbedKernels {
     }
 
     fn constraint_release(&mut self) -> Result<u64> {
-        if self.has(Stage::ConstraintRelease) { Ok(0) } else { self.inner.constraint_release() }
+        if !self.has(Stage::ConstraintRelease) {
+            return self.inner.constraint_release();
+        }
+        let mut solution = Vec::new();
+        self.inner.vector_read(LinearVector::Solution, &mut solution)?;
+        self.vector_scale(LinearVector::Solution)?;
+        let changed = self.inner.constraint_release()?;
+        self.inner.vector_write(LinearVector::Solution, &solution)?;
+        Ok(changed)
     }
 
     fn constraint_statistics(&mut self) -> Result<ConstraintStatistics> {

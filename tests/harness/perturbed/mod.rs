@@ -18,8 +18,8 @@ use self::kernels::PerturbedKernels;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Defect {
     /// What the stage changes, it changes by a ten-thousandth too much; stages whose result stays
-    /// inside are told a length of the substep that is so much too long, and `constraint_release`
-    /// does nothing.
+    /// inside are told a length of the substep that is so much too long, and `constraint_release` is
+    /// told a solution that is so much too large.
     Scaled(Stage),
     /// The first pair in contact is overlooked.
     ContactPairDropped,

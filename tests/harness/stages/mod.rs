@@ -33,7 +33,10 @@ pub use implicit::{
 pub use measure::{TrackedMeasures, measure};
 pub use normals::vertex_normals;
 pub use semi_implicit::{Surplus, angular_surplus, pieces, semi_implicit_residual};
-pub use springs::{spring_energy_doubled, spring_force_on, spring_forces, spring_tension};
+pub use springs::{
+    spring_energy_doubled, spring_force_on, spring_forces, spring_tension,
+    spring_tension_derivative,
+};
 
 /// The state of all particles.
 #[derive(Clone, Debug)]

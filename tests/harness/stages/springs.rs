@@ -53,6 +53,28 @@ pub fn spring_tension(kind: &SpringKind, length: Tracked, epsilon: f64) -> Track
     }
 }
 
+/// Derivative of the elastic tension by the length, and whether rounding decides on which branch it
+/// is; `epsilon` is that of the backend.
+#[must_use]
+pub fn spring_tension_derivative(
+    kind: &SpringKind,
+    length: Tracked,
+    epsilon: f64,
+) -> (Tracked, bool) {
+    let stiffness = Tracked::rounded(kind.stiffness);
+    let (ramp, Some(buckled)) = branches(kind, length, epsilon) else {
+        return (stiffness, false);
+    };
+    let uncertain = ramp.is_close(buckled, epsilon);
+    if buckled.value <= ramp.value {
+        return (stiffness, uncertain);
+    }
+    let c = BUCKLING_COEFFICIENTS;
+    let derivative = [c[1], 2.0 * c[2], 3.0 * c[3], 4.0 * c[4], 5.0 * c[5], 0.0];
+    let slope = -polynomial(derivative, compression(kind, length, epsilon));
+    (force_scale(kind) * Tracked::rounded(kind.rest_length.recip()) * slope, uncertain)
+}
+
 /// Twice the elastic energy at a length; `epsilon` is that of the backend.
 #[must_use]
 pub fn spring_energy_doubled(kind: &SpringKind, length: Tracked, epsilon: f64) -> Tracked {

@@ -2,22 +2,17 @@
 
 use cloth_core::LinearVector;
 
-use super::prepared::Prepared;
+use super::{prepared::Prepared, system::compare_system};
 use crate::{
     Verdict,
     backends::Candidate,
     models::Description,
-    stages::Constraints,
     tracked::TrackedVector,
     verdict::{compare, ensure},
 };
 
 /// S, by its columns, and z.
-fn compare_constraints(
-    candidate: &Candidate,
-    prepared: &mut Prepared,
-    constraints: &Constraints,
-) -> Verdict {
+fn compare_constraints(candidate: &Candidate, prepared: &mut Prepared) -> Verdict {
     let count = prepared.particles.len();
     let vector = LinearVector::Direction;
     for axis in 0..3 {
@@ -26,16 +21,16 @@ fn compare_constraints(
         prepared.kernels.constraint_filter(vector)?;
         let found = prepared.read(vector)?;
         let unit = TrackedVector::exact(unit);
-        let expected: Vec<_> = constraints.0.iter().map(|c| c.filter().apply(unit)).collect();
+        let constraints = prepared.constraints.0.iter();
+        let expected: Vec<_> = constraints.map(|c| c.filter().apply(unit)).collect();
         let uncertain = &prepared.particles.uncertain;
         compare(candidate, "column of the filter", &expected, &found, uncertain)?;
     }
     prepared.kernels.vector_write(vector, &vec![[0.0; 3]; count])?;
     prepared.kernels.constraint_project(vector)?;
     let found = prepared.read(vector)?;
-    let velocities = &prepared.particles.velocities;
-    let expected: Vec<_> =
-        constraints.0.iter().zip(velocities).map(|(c, &v)| c.change(v)).collect();
+    let both = prepared.constraints.0.iter().zip(&prepared.particles.velocities);
+    let expected: Vec<_> = both.map(|(c, &v)| c.change(v)).collect();
     compare(candidate, "change asked for", &expected, &found, &prepared.particles.uncertain)
 }
 
@@ -45,10 +40,10 @@ fn compare_constraints(
 /// What is wrong.
 pub fn collider_constraints(candidate: &Candidate, description: &Description) -> Verdict {
     let mut prepared = Prepared::at_start(candidate, description)?;
-    let constraints = prepared.constrain()?;
-    compare_constraints(candidate, &mut prepared, &constraints)?;
+    compare_constraints(candidate, &mut prepared)?;
     let counted = prepared.kernels.constraint_statistics()?.constrained;
-    let expected = constraints.0.iter().filter(|c| !c.is_free() && !c.is_held()).count() as u64;
+    let constraints = prepared.constraints.0.iter();
+    let expected = constraints.filter(|c| !c.is_free() && !c.is_held()).count() as u64;
     let certain = !prepared.particles.uncertain.contains(&true);
     ensure(!certain || counted == expected, || {
         format!("{}: {counted} particles are constrained, expected {expected}", candidate.label)
@@ -61,12 +56,11 @@ pub fn collider_constraints(candidate: &Candidate, description: &Description) ->
 /// What is wrong.
 pub fn constraint_filter(candidate: &Candidate, description: &Description) -> Verdict {
     let mut prepared = Prepared::at_start(candidate, description)?;
-    let constraints = prepared.constrain()?;
     let vector = prepared.fill(candidate, LinearVector::Residual)?;
     prepared.kernels.constraint_filter(LinearVector::Residual)?;
     let found = prepared.read(LinearVector::Residual)?;
-    let expected: Vec<_> =
-        constraints.0.iter().zip(&vector).map(|(c, &y)| filtered(c, y)).collect();
+    let both = prepared.constraints.0.iter().zip(&vector);
+    let expected: Vec<_> = both.map(|(c, &y)| filtered(c, y)).collect();
     compare(candidate, "filtered vector", &expected, &found, &prepared.particles.uncertain)
 }
 
@@ -76,12 +70,11 @@ pub fn constraint_filter(candidate: &Candidate, description: &Description) -> Ve
 /// What is wrong.
 pub fn constraint_project(candidate: &Candidate, description: &Description) -> Verdict {
     let mut prepared = Prepared::at_start(candidate, description)?;
-    let constraints = prepared.constrain()?;
     let vector = prepared.fill(candidate, LinearVector::Solution)?;
     prepared.kernels.constraint_project(LinearVector::Solution)?;
     let found = prepared.read(LinearVector::Solution)?;
     let velocities = &prepared.particles.velocities;
-    let both = constraints.0.iter().zip(vector.iter().zip(velocities));
+    let both = prepared.constraints.0.iter().zip(vector.iter().zip(velocities));
     let expected: Vec<_> = both.map(|(c, (&y, &v))| filtered(c, y) + c.change(v)).collect();
     compare(candidate, "projected vector", &expected, &found, &prepared.particles.uncertain)
 }
@@ -90,50 +83,28 @@ fn filtered(constraint: &crate::stages::Constraint, vector: TrackedVector) -> Tr
     if constraint.is_free() { vector } else { constraint.filter().apply(vector) }
 }
 
-/// Passes of [`constraint_release`] and [`constraint_friction`].
+/// Times that [`constraint_release`] runs the stage.
 const PASSES: usize = 3;
 
-/// Releases a few times, each time for another solution.
-fn release(
-    candidate: &Candidate,
-    prepared: &mut Prepared,
-    constraints: &mut Constraints,
-) -> Verdict {
-    for pass in 0..PASSES {
-        let solution = prepared.fill(candidate, LinearVector::Solution)?;
-        let image = prepared.system.apply(&solution);
-        let right_side = &prepared.system.right_side;
-        let impulses: Vec<_> = image.iter().zip(right_side).map(|(&a, &b)| a - b).collect();
-        let found = prepared.kernels.constraint_release()?;
-        let expected = constraints.release(&mut prepared.particles, &impulses, candidate.epsilon());
-        let certain = !prepared.particles.uncertain.contains(&true);
-        ensure(!certain || found == expected, || {
-            format!("{}: pass {pass} releases {found}, expected {expected}", candidate.label)
-        })?;
-        compare_constraints(candidate, prepared, constraints)?;
-    }
-    Ok(())
-}
-
-/// `constraint_release` against NUMERICS §5, for solutions that are not what a solver would find.
+/// `constraint_release` against NUMERICS §5, each time for another solution that is not what a solver
+/// would find: filter, change asked for, matrix and right-hand side.
 ///
 /// # Errors
 /// What is wrong.
 pub fn constraint_release(candidate: &Candidate, description: &Description) -> Verdict {
     let mut prepared = Prepared::at_start(candidate, description)?;
-    let mut constraints = prepared.constrain()?;
-    release(candidate, &mut prepared, &mut constraints)
-}
-
-/// `constraint_friction` against NUMERICS §5, after contacts have begun to slide.
-///
-/// # Errors
-/// What is wrong.
-pub fn constraint_friction(candidate: &Candidate, description: &Description) -> Verdict {
-    let mut prepared = Prepared::at_start(candidate, description)?;
-    let mut constraints = prepared.constrain()?;
-    release(candidate, &mut prepared, &mut constraints)?;
-    prepared.kernels.constraint_friction()?;
-    constraints.friction(&mut prepared.particles);
-    super::super::motion::compare_state(candidate, &prepared.particles, &mut *prepared.kernels)
+    for pass in 0..PASSES {
+        let solution = prepared.fill(candidate, LinearVector::Solution)?;
+        let found = prepared.kernels.constraint_release()?;
+        let Prepared { case, particles, system, constraints, .. } = &mut prepared;
+        let expected =
+            constraints.release(&case.model, particles, system, &solution, candidate.epsilon());
+        let certain = !particles.uncertain.contains(&true);
+        ensure(!certain || found == expected, || {
+            format!("{}: pass {pass} changes {found}, expected {expected}", candidate.label)
+        })?;
+        compare_constraints(candidate, &mut prepared)?;
+        compare_system(candidate, &mut prepared)?;
+    }
+    Ok(())
 }

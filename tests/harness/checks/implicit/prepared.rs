@@ -21,8 +21,8 @@ pub(super) struct Prepared {
     pub(super) substep: Substep,
     pub(super) particles: Particles,
     pub(super) system: LinearSystem,
+    pub(super) constraints: Constraints,
     pub(super) random: Random,
-    epsilon: f64,
 }
 
 impl Prepared {
@@ -31,7 +31,7 @@ impl Prepared {
         Self::new(candidate, description, NewtonStart::StepStart)
     }
 
-    /// At the start of a substep, or at an iterate somewhere near.
+    /// At the start of a substep, or at an iterate somewhere near, with the constraints of the start.
     pub(super) fn new(
         candidate: &Candidate,
         description: &Description,
@@ -43,6 +43,15 @@ impl Prepared {
         let mut substep = case.substep();
         substep.length *= LENGTH_FACTOR;
         kernels.state_keep()?;
+        kernels.collider_constraints(&substep)?;
+        let epsilon = candidate.epsilon();
+        let mut particles = case.particles();
+        let constraints = {
+            let colliders = case.plan.colliders_at(substep.index);
+            let length = substep.length;
+            Constraints::new(&case.model, &mut particles, colliders, length, epsilon)
+        };
+        let uncertain = std::mem::take(&mut particles.uncertain);
         let velocities_start: Vec<_> =
             case.state.velocities.iter().copied().map(TrackedVector::exact).collect();
         if start == NewtonStart::Iterate {
@@ -65,25 +74,18 @@ impl Prepared {
         let mut forces = Vec::new();
         kernels.forces_read(&mut forces)?;
         let forces: Vec<_> = forces.into_iter().map(TrackedVector::exact).collect();
-        let mut particles = case.particles();
-        let (model, epsilon) = (&case.model, candidate.epsilon());
-        let mut terms = stages::spring_terms(model, &particles, substep.length, epsilon);
+        let model = &case.model;
+        let mut particles = Particles { uncertain, ..case.particles() };
+        let mut terms = stages::spring_terms(model, &mut particles, substep.length, epsilon);
         if penalty {
             let contacts = stages::contact_terms(model, &mut particles, substep.length, epsilon);
             terms.extend(contacts);
         }
         let at = (substep.length, substep.wind_velocity);
         let from = (start, &velocities_start[..]);
-        let system = LinearSystem::assemble(model, &particles, terms, &forces, at, from);
-        Ok(Self { case, kernels, substep, particles, system, random, epsilon })
-    }
-
-    /// Finds the constraints of colliders, in the kernels and here.
-    pub(super) fn constrain(&mut self) -> Result<Constraints> {
-        self.kernels.collider_constraints(&self.substep)?;
-        let colliders = self.case.plan.colliders_at(self.substep.index);
-        let (model, length) = (&self.case.model, self.substep.length);
-        Ok(Constraints::new(model, &mut self.particles, colliders, length, self.epsilon))
+        let mut system = LinearSystem::assemble(model, &particles, terms, &forces, at, from);
+        constraints.add_drags(&particles.velocities, &mut system);
+        Ok(Self { case, kernels, substep, particles, system, constraints, random })
     }
 
     /// Numbers between -1 and 1 that the candidate holds exactly.

@@ -8,8 +8,9 @@ use cloth_core::{
 use super::prepared::Prepared;
 use crate::{
     Verdict,
-    backends::{Candidate, reference},
+    backends::{Candidate, SAFETY, reference},
     models::Description,
+    tracked::TrackedVector,
     verdict::ensure,
 };
 
@@ -26,7 +27,6 @@ fn compare_solvers(
         let mut results = Vec::new();
         for solve in solvers {
             let mut prepared = Prepared::at_start(candidate, description)?;
-            prepared.constrain()?;
             prepared.kernels.preconditioner_build(settings.preconditioner)?;
             prepared.fill(candidate, LinearVector::Solution)?;
             let outcome = solve(&mut *prepared.kernels, settings, start)?;
@@ -86,6 +86,71 @@ pub fn jacobi(candidate: &Candidate, description: &Description) -> Verdict {
         kernels.jacobi(settings, start)
     };
     compare_solvers(candidate, description, &settings, [fused, staged])
+}
+
+/// The linear system solved, against NUMERICS §5: the residual that is left is within the tolerance,
+/// and constraints are met. As no eigenvalue of A is smaller than the smallest mass, a residual r
+/// means an error of at most |r| / mass: all solvers then agree on the solution.
+///
+/// The bound allows for rounding in every iteration: the residual that an iteration carries along
+/// drifts away from the true one by no more than that.
+///
+/// # Errors
+/// What is wrong.
+pub fn linear_solution(
+    candidate: &Candidate,
+    description: &Description,
+    settings: &LinearSettings,
+) -> Verdict {
+    let mut prepared = Prepared::at_start(candidate, description)?;
+    // Rounding keeps the conjugate gradient method from residuals that are much smaller.
+    let tolerance = 1e4 * candidate.epsilon();
+    let settings = LinearSettings { tolerance, iterations_max: 5000, ..*settings };
+    let LinearSettings { method, preconditioner, matrix, .. } = settings;
+    let label = format!("{}, {method}, {preconditioner}, {matrix}", candidate.label);
+    let solver = method.solver::<dyn Kernels>();
+    solver.prepare(&mut *prepared.kernels, &settings)?;
+    let outcome = solver.solve(&mut *prepared.kernels, &settings, LinearStart::Constraints)?;
+    ensure(outcome.converged && !outcome.breakdown, || format!("{label}: {outcome:?}"))?;
+    let found = prepared.read(LinearVector::Solution)?;
+
+    let roundings = SAFETY * candidate.epsilon() * f64::from(1 + outcome.iterations);
+    let Prepared { particles, system, constraints, .. } = &prepared;
+    let solution: Vec<_> = found.iter().copied().map(TrackedVector::exact).collect();
+    let change: Vec<_> =
+        constraints.0.iter().zip(&particles.velocities).map(|(c, &v)| c.change(v)).collect();
+    // Norms of S (b - A y) and of its errors, where rounding does not decide what S is.
+    let residual = |vector: &[TrackedVector]| {
+        let image = system.apply(vector);
+        let (mut square, mut error) = (0.0, 0.0);
+        for (i, constraint) in constraints.0.iter().enumerate() {
+            if !particles.uncertain[i] {
+                let rest = system.right_side[i] - image[i];
+                let rest =
+                    if constraint.is_free() { rest } else { constraint.filter().apply(rest) };
+                square += rest.0.iter().map(|c| c.value * c.value).sum::<f64>();
+                error += rest.0.iter().map(|c| c.error * c.error).sum::<f64>();
+            }
+        }
+        [square.sqrt(), error.sqrt()]
+    };
+    let [[left, error], [reference, reference_error]] = [residual(&solution), residual(&change)];
+    let bound = tolerance * reference + roundings * (error + reference_error);
+    // Written so that NaN fails.
+    let within = left <= bound;
+    ensure(within, || format!("{label}: residual {left:e}, bound {bound:e}"))?;
+
+    for (i, constraint) in constraints.0.iter().enumerate() {
+        if particles.uncertain[i] || constraint.is_free() {
+            continue;
+        }
+        let rest = solution[i] - constraint.filter().apply(solution[i]) - change[i];
+        let within = rest.0.iter().all(|c| c.value.abs() <= roundings * c.error);
+        ensure(within, || {
+            format!("{label}: the constraint of particle {i} is missed by {:?}", rest.values())
+        })?;
+    }
+    Ok(())
 }
 
 /// Some implicit substeps against the reference in double precision.

@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// `spring_linearise`, `contact_linearise` and `implicit_assemble` against NUMERICS §5: the blocks of
-/// the matrix and the right-hand side.
+/// the matrix and the right-hand side, friction of the contacts with colliders included.
 ///
 /// # Errors
 /// What is wrong.
@@ -20,7 +20,11 @@ pub fn implicit_assemble(
     description: &Description,
     start: NewtonStart,
 ) -> Verdict {
-    let mut prepared = Prepared::new(candidate, description, start)?;
+    compare_system(candidate, &mut Prepared::new(candidate, description, start)?)
+}
+
+/// The blocks of the matrix and the right-hand side.
+pub(super) fn compare_system(candidate: &Candidate, prepared: &mut Prepared) -> Verdict {
     let right_side = prepared.read(LinearVector::RightSide)?;
     let uncertain = &prepared.particles.uncertain;
     compare(candidate, "right-hand side", &prepared.system.right_side, &right_side, uncertain)?;

@@ -23,7 +23,6 @@ pub fn preconditioner_apply(
     blocks: bool,
 ) -> Verdict {
     let mut prepared = Prepared::at_start(candidate, description)?;
-    let constraints = prepared.constrain()?;
     let kind = if blocks { Preconditioner::Block } else { Preconditioner::Diagonal };
     prepared.kernels.preconditioner_build(kind)?;
     let residual = prepared.fill(candidate, LinearVector::Residual)?;
@@ -34,7 +33,7 @@ pub fn preconditioner_apply(
         let diagonal = matrix[&[i, i]];
         stages::preconditioner_apply(diagonal, constraint, blocks, residual[i], candidate.epsilon())
     };
-    let expected: Vec<_> = constraints.0.iter().enumerate().map(apply).collect();
+    let expected: Vec<_> = prepared.constraints.0.iter().enumerate().map(apply).collect();
     compare(candidate, "preconditioned", &expected, &found, &prepared.particles.uncertain)
 }
 
@@ -50,7 +49,6 @@ pub fn preconditioner_is_symmetric(
 ) -> Verdict {
     use LinearVector::{Direction, DirectionImage, Image, Preconditioned, Residual};
     let mut prepared = Prepared::at_start(candidate, description)?;
-    prepared.constrain()?;
     let kernels = &mut prepared.kernels;
     kernels.preconditioner_build(kind)?;
     let mut filtered = [Vec::new(), Vec::new()];

@@ -1,27 +1,16 @@
-//! NUMERICS §5: `collider_constraints`, `constraint_release`, `constraint_friction`.
+//! NUMERICS §5: `collider_constraints`, `constraint_release`, and what friction adds to the system.
 
 use cloth_core::{Field, Model, stepper::ColliderState};
 
 use super::{
-    super::{LENGTH_MIN, ONE, Particles, ZERO, colliders},
-    TrackedMatrix,
+    super::{ONE, Particles, colliders},
+    LinearSystem, TrackedMatrix,
+    touch::{Outcome, Solved, Touch},
 };
 use crate::tracked::{Tracked, TrackedVector};
 
 /// Contacts that count for a particle.
 const TOUCHES_MAX: usize = 4;
-
-/// Contact with one collider.
-#[derive(Clone, Copy, Debug)]
-struct Touch {
-    normal: TrackedVector,
-    /// Velocity along the normal that is asked for.
-    speed: Tracked,
-    /// Velocity of the collider.
-    surface: TrackedVector,
-    friction: Tracked,
-    sticks: bool,
-}
 
 /// The constraint of one particle; without contacts it is free.
 #[derive(Clone, Debug, Default)]
@@ -29,7 +18,6 @@ pub struct Constraint {
     touches: Vec<Touch>,
     directions: Vec<TrackedVector>,
     target: TrackedVector,
-    impulse: TrackedVector,
     held: bool,
 }
 
@@ -93,6 +81,50 @@ impl Constraint {
         uncertain
     }
 
+    /// What a solve makes of the contacts: whether anything changed, and whether rounding decides.
+    fn release(&mut self, solved: &Solved, epsilon: f64) -> (bool, bool) {
+        let [mut changed, mut uncertain] = [false; 2];
+        for index in (0..self.touches.len()).rev() {
+            let touch = &mut self.touches[index];
+            let (outcome, close) = touch.outcome(solved, epsilon);
+            uncertain |= close;
+            match outcome {
+                Outcome::Stands => continue,
+                Outcome::Corrected(drag) => {
+                    touch.drag = drag;
+                    changed = true;
+                    continue;
+                }
+                Outcome::Slips(drag) => {
+                    touch.sticks = false;
+                    touch.drag = drag;
+                }
+                Outcome::Pulls => {
+                    self.touches.remove(index);
+                }
+            }
+            uncertain |= self.update(epsilon);
+            return (true, uncertain);
+        }
+        (changed, uncertain)
+    }
+
+    /// Adds the drag of its contacts, times `sign`, to the system.
+    fn add_drags(
+        &self,
+        particle: usize,
+        velocity: TrackedVector,
+        sign: f64,
+        system: &mut LinearSystem,
+    ) {
+        for touch in &self.touches {
+            if touch.drag != Tracked::default() {
+                let drag = touch.drag * Tracked::exact(sign);
+                system.add_drag(particle, drag, touch.normal, velocity - touch.surface);
+            }
+        }
+    }
+
     fn constrain(&mut self, direction: TrackedVector, speed: Tracked, epsilon: f64) -> bool {
         if self.directions.len() == 3 {
             return false;
@@ -146,8 +178,10 @@ impl Constraints {
                     let carried = colliders::carried(state, x);
                     let coefficients =
                         [collider.restitution, collider.friction].map(Tracked::rounded);
+                    let mass = Tracked::rounded(model.masses()[i]);
+                    let velocities = [v, predicted, carried];
                     let (touch, close) =
-                        touch(normal, largest, [v, predicted, carried], coefficients, epsilon);
+                        Touch::new((normal, largest), mass, velocities, coefficients, epsilon);
                     constraint.touches.push(touch);
                     uncertain |= close | constraint.update(epsilon);
                 }
@@ -157,78 +191,44 @@ impl Constraints {
         Self(all)
     }
 
-    /// `constraint_release`, given A y - b. Returns the number of contacts that changed.
+    /// The part of `implicit_assemble` that is friction, for particles with these velocities.
+    pub fn add_drags(&self, velocities: &[TrackedVector], system: &mut LinearSystem) {
+        for (i, (constraint, &velocity)) in self.0.iter().zip(velocities).enumerate() {
+            constraint.add_drags(i, velocity, 1.0, system);
+        }
+    }
+
+    /// `constraint_release`, given a solution of the system. Returns the number of particles whose
+    /// contacts changed.
     pub fn release(
         &mut self,
+        model: &Model,
         particles: &mut Particles,
-        impulses: &[TrackedVector],
+        system: &mut LinearSystem,
+        solution: &[TrackedVector],
         epsilon: f64,
     ) -> u64 {
+        let (image, blocks) = (system.apply(solution), system.blocks());
         let mut released = 0;
         for (i, constraint) in self.0.iter_mut().enumerate() {
-            constraint.impulse = impulses[i];
-            for index in (0..constraint.touches.len()).rev() {
-                let touch = constraint.touches[index];
-                let push = impulses[i].dot(touch.normal);
-                let slip = (impulses[i] - touch.normal.scaled(push)).length();
-                let holds = touch.friction * push;
-                particles.uncertain[i] |= push.is_close(ZERO, epsilon);
-                if push.value < 0.0 {
-                    constraint.touches.remove(index);
-                } else if touch.sticks && slip.value > holds.value {
-                    particles.uncertain[i] |= slip.is_close(holds, epsilon);
-                    constraint.touches[index].sticks = false;
-                } else {
-                    particles.uncertain[i] |= touch.sticks && slip.is_close(holds, epsilon);
-                    continue;
-                }
-                particles.uncertain[i] |= constraint.update(epsilon);
+            let velocity = particles.velocities[i];
+            let solved = Solved {
+                impulse: image[i] - system.right_side[i],
+                velocity: velocity + solution[i],
+                mass: Tracked::rounded(model.masses()[i]),
+                inertia: blocks[&[i, i]],
+            };
+            let before = constraint.clone();
+            let (changed, uncertain) = constraint.release(&solved, epsilon);
+            particles.uncertain[i] |= uncertain;
+            if changed {
+                before.add_drags(i, velocity, -1.0, system);
+                constraint.add_drags(i, velocity, 1.0, system);
                 released += 1;
-                break;
             }
         }
         released
     }
-
-    /// `constraint_friction`, on the velocities.
-    pub fn friction(&self, particles: &mut Particles) {
-        for (i, constraint) in self.0.iter().enumerate() {
-            for touch in constraint.touches.iter().filter(|touch| !touch.sticks) {
-                let push = constraint.impulse.dot(touch.normal).max(ZERO);
-                let relative = particles.velocities[i] - touch.surface;
-                let slip = relative - touch.normal.scaled(relative.dot(touch.normal));
-                let speed = slip.length();
-                let lost = (touch.friction * push * particles.inverse_masses[i]).min(speed);
-                particles.velocities[i] -= slip.scaled(lost / speed.max(LENGTH_MIN));
-            }
-        }
-    }
-}
-
-/// The contact of a particle, and whether rounding decides what it is like.
-fn touch(
-    normal: TrackedVector,
-    largest: Tracked,
-    [velocity, predicted, surface]: [TrackedVector; 3],
-    [restitution, friction]: [Tracked; 2],
-    epsilon: f64,
-) -> (Touch, bool) {
-    let carried = surface.dot(normal);
-    let approach = (velocity - surface).dot(normal);
-    let mut speed = largest.min(carried);
-    let mut uncertain = false;
-    if restitution.value > 0.0 {
-        uncertain = approach.is_close(ZERO, epsilon);
-        if approach.value < 0.0 {
-            speed = speed.max(carried - restitution * approach);
-        }
-    }
-    let relative = predicted - surface;
-    let slip = (relative - normal.scaled(relative.dot(normal))).length();
-    let holds = friction * (speed - predicted.dot(normal));
-    uncertain |= slip.is_close(holds, epsilon);
-    let sticks = slip.value <= holds.value;
-    (Touch { normal, speed, surface, friction, sticks }, uncertain)
 }
 
 /// Sum of accelerations and of drag rates.

@@ -5,6 +5,7 @@ mod constraints;
 mod matrix;
 mod preconditioner;
 mod system;
+mod touch;
 
 pub use air::air_jacobians;
 pub use constraints::{Constraint, Constraints};

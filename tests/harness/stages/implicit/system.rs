@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use cloth_core::{ContactResponse, Field, Model, NewtonStart};
 
 use super::{
-    super::{LENGTH_MIN, ONE, Particles, ZERO, contact_pairs},
+    super::{
+        LENGTH_MIN, ONE, Particles, ZERO, contact_pairs, spring_tension, spring_tension_derivative,
+    },
     TrackedMatrix, air_jacobians,
 };
 use crate::tracked::{Tracked, TrackedVector};
@@ -30,21 +32,32 @@ fn positive(value: Tracked, epsilon: f64) -> Tracked {
     if value.value < 0.0 && !value.is_close(ZERO, epsilon) { ZERO } else { value.max(ZERO) }
 }
 
-/// `spring_linearise`: the terms of all springs, in their order.
+/// `spring_linearise`: the terms of all springs, in their order. Marks the particles of a spring for
+/// which rounding decides whether it has buckled.
 #[must_use]
-pub fn spring_terms(model: &Model, particles: &Particles, length: f64, epsilon: f64) -> Vec<Term> {
+pub fn spring_terms(
+    model: &Model,
+    particles: &mut Particles,
+    length: f64,
+    epsilon: f64,
+) -> Vec<Term> {
     let h = Tracked::rounded(length);
     let term = |spring: cloth_core::Spring| {
         let kind = model.springs().kinds()[spring.kind as usize];
-        let [stiffness, damping, rest_length] =
-            [kind.stiffness, kind.damping, kind.rest_length].map(Tracked::rounded);
+        let damping = Tracked::rounded(kind.damping);
         let [i, j] = spring.particles.map(|particle| particle as usize);
         let difference = particles.positions[j] - particles.positions[i];
         let distance = difference.length();
         let divisor = distance.max(LENGTH_MIN);
-        let e = h * h * (stiffness * (distance - rest_length)) / divisor;
+        let tension = spring_tension(&kind, distance, epsilon);
+        let (slope, uncertain) = spring_tension_derivative(&kind, distance, epsilon);
+        if uncertain {
+            particles.uncertain[i] = true;
+            particles.uncertain[j] = true;
+        }
+        let e = h * h * tension / divisor;
         let g = positive(e, epsilon);
-        let rest = positive(h * h * stiffness + h * damping - g, epsilon);
+        let rest = positive(h * h * slope + h * damping - g, epsilon);
         let root = if rest.value > 0.0 { rest.sqrt() } else { ZERO };
         let u = difference.divided(divisor).scaled(root);
         Term { particles: [i, j], e, g, u, damping: Some(damping) }
@@ -92,8 +105,10 @@ pub fn contact_terms(
 pub struct LinearSystem {
     /// Springs, then pairs in contact.
     pub terms: Vec<Term>,
-    /// B: mass, drag, air.
-    pub base: Vec<TrackedMatrix>,
+    /// B without friction: mass, drag, air.
+    base: Vec<TrackedMatrix>,
+    /// What friction has added to B and D since, and taken out again, in this order.
+    frictions: Vec<Vec<TrackedMatrix>>,
     /// b.
     pub right_side: Vec<TrackedVector>,
 }
@@ -129,8 +144,8 @@ impl LinearSystem {
                 right_side[i] -= change.scaled(mass);
             }
         }
-        let base = base.collect();
-        let mut system = Self { terms, base, right_side };
+        let frictions = vec![Vec::new(); particles.len()];
+        let mut system = Self { terms, base: base.collect(), frictions, right_side };
         system.add_terms(model, particles, h, start);
         system
     }
@@ -162,6 +177,26 @@ impl LinearSystem {
         }
     }
 
+    /// Adds the drag c \[kg\] of a contact that slides: c P to B and D, -c P (v - u) to b, v - u being
+    /// `relative` and P the projector on the plane of `normal`.
+    pub fn add_drag(
+        &mut self,
+        particle: usize,
+        drag: Tracked,
+        normal: TrackedVector,
+        relative: TrackedVector,
+    ) {
+        let across = TrackedMatrix::outer(normal, normal);
+        let plane = (TrackedMatrix::diagonal(ONE) + across.negated()).scaled(drag);
+        self.frictions[particle].push(plane);
+        self.right_side[particle] -= plane.apply(relative);
+    }
+
+    /// A diagonal block with what friction has done to it.
+    fn with_friction(&self, particle: usize, block: TrackedMatrix) -> TrackedMatrix {
+        self.frictions[particle].iter().fold(block, |block, &friction| block + friction)
+    }
+
     /// All blocks, by row and column.
     #[must_use]
     pub fn blocks(&self) -> BTreeMap<[usize; 2], TrackedMatrix> {
@@ -178,13 +213,20 @@ impl LinearSystem {
                 *blocks.entry(place).or_default() += block;
             }
         }
+        for ([row, column], block) in &mut blocks {
+            if row == column {
+                *block = self.with_friction(*row, *block);
+            }
+        }
         blocks
     }
 
     /// A p, spring by spring.
     #[must_use]
     pub fn apply(&self, p: &[TrackedVector]) -> Vec<TrackedVector> {
-        let mut image: Vec<_> = self.base.iter().zip(p).map(|(base, &p)| base.apply(p)).collect();
+        let base = self.base.iter().zip(p).enumerate();
+        let mut image: Vec<_> =
+            base.map(|(i, (&base, &p))| self.with_friction(i, base).apply(p)).collect();
         for Term { particles: [i, j], g, u, .. } in &self.terms {
             let difference = p[*i] - p[*j];
             let part = difference.scaled(*g) + u.scaled(u.dot(difference));
