@@ -32,6 +32,7 @@ fn strut(length: f64, damping: f64) -> Arc<Model> {
         particles: [0, 1],
         class: SpringClass::Bend,
         rest_length: Some(REST_LENGTH),
+        coefficients: None,
     };
     let network =
         SpringNetwork { positions: vec![[0.0; 3], [0.0, 0.0, length]], springs: vec![spring] };

@@ -203,6 +203,7 @@ fn blocks_of_contacts_are_along_the_normal() {
         rest_length: distance,
         stiffness,
         damping,
+        rigidity: None,
     };
     let mut pairs = 0;
     for _ in 0..30 {

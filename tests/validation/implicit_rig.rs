@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Cloth, Frame, Geometry, ImplicitSettings, Integrator, Kernels, LinearVector, MatrixBlock,
-    Model, ModelBuilder, NetworkSpring, NewtonStart, SolverConfig, SpringClass, SpringCoefficients,
+    Cloth, Geometry, ImplicitSettings, Integrator, Kernels, LinearVector, MatrixBlock, Model,
+    ModelBuilder, NetworkSpring, NewtonStart, SolverConfig, SpringClass, SpringCoefficients,
     SpringNetwork, State,
-    stepper::{FramePlan, Substep},
+    stepper::{FramePlan, FrameSpan, Substep},
 };
 use harness::{backends::Candidate, models::material, random::Random};
 
@@ -35,6 +35,7 @@ pub(crate) fn network(particles: u32, random: &mut Random) -> Cloth {
                     particles: [i, j],
                     class: SpringClass::Stretch,
                     rest_length: Some(random.between(0.05, 0.2)),
+                    coefficients: None,
                 });
             }
         }
@@ -95,9 +96,14 @@ pub(crate) fn kernels(
     };
     let mut kernels = candidate.backend.create_kernels(model.clone(), &config).unwrap();
     let mut plan = FramePlan::default();
-    let wind = model.air().map_or([0.0; 3], |air| air.wind_velocity);
-    let frame = Frame { duration: length };
-    plan.refill(model, (0.0, 0), frame.duration, length, wind, &state.colliders, &state.colliders);
+    let span = FrameSpan {
+        time: 0.0,
+        duration: length,
+        wind_velocity: model.air().map_or([0.0; 3], |air| air.wind_velocity),
+        from: &state.colliders,
+        to: &state.colliders,
+    };
+    plan.refill(model, &span, (0.0, 0), length);
     kernels.state_write(state).unwrap();
     kernels.frame_begin(&plan).unwrap();
     (kernels, plan.substeps[0])
