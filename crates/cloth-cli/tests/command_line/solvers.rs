@@ -47,6 +47,17 @@ fn an_implicit_run_reports_its_solver() {
 }
 
 #[test]
+fn a_semi_implicit_run_factorises_once() {
+    let place = Place::with("tiny.toml", TINY);
+    let text = run(&place, &["--solver", "semi-implicit"]);
+    let lines: Vec<_> = text.lines().collect();
+    assert!(lines.contains(&"6 solves, none of them iterative, 1 factorisation"), "{text}");
+    let counts: Vec<_> =
+        report_lines(&place).iter().map(|line| line["solver_factorisations"].clone()).collect();
+    assert_eq!(counts, [1, 0, 0]);
+}
+
+#[test]
 fn the_scene_in_the_folder_has_the_settings_of_the_command_line() {
     let place = Place::with("tiny.toml", TINY);
     let settings = ["--linear", "jacobi", "--tolerance", "0.05", "--iterations", "77"];
@@ -90,7 +101,7 @@ fn an_adaptive_run_succeeds_where_a_fixed_one_diverges() {
 #[test]
 fn a_resumed_adaptive_run_equals_an_uninterrupted_one() {
     let place = Place::with("tiny.toml", TINY);
-    for solver in ["explicit", "implicit"] {
+    for solver in ["explicit", "implicit", "semi-implicit"] {
         let run = |folder: &str, more: &[&str]| {
             let arguments = ["run", "tiny.toml", "--out", folder, "--format", "none", "--adaptive"];
             let solver = ["--time-step", "1.6e-2", "--solver", solver];
