@@ -113,11 +113,15 @@ impl FramePlan {
     }
 }
 
+/// A rest shorter than this share of a step is no step of its own.
+const SLIVER: f64 = 0.01;
+
 /// Lengths of the substeps of a frame \[s\]: as many of `time_step` as fit, and a shorter last one
-/// for the rest (NUMERICS §4). A rest below a millionth of a step is rounding, not a step.
+/// for the rest (NUMERICS §4). A rest below a hundredth of a step goes to the one before: strain
+/// limiting divides a length by the step, and would make a great velocity of it.
 pub fn substep_lengths(duration: f64, time_step: f64) -> impl Iterator<Item = f64> {
     let exact = duration / time_step;
-    let count = if exact - exact.floor() < 1e-6 { exact.floor() } else { exact.ceil() }.max(1.0);
+    let count = if exact - exact.floor() < SLIVER { exact.floor() } else { exact.ceil() }.max(1.0);
     let last = duration - (count - 1.0) * time_step;
     let count = count as u64;
     (1..=count).map(move |number| if number == count { last } else { time_step })
@@ -184,6 +188,15 @@ mod tests {
         let lengths: Vec<f64> = substep_lengths(1.0 / 60.0, 1.0 / 1020.0).collect();
         assert_eq!(lengths.len(), 17);
         assert!(lengths.iter().all(|length| (length * 1020.0 - 1.0).abs() < 1e-9));
+    }
+
+    #[test]
+    fn a_time_step_cut_off_after_some_digits_makes_no_sliver() {
+        let lengths: Vec<f64> = substep_lengths(1.0 / 60.0, 0.008_333_3).collect();
+        assert_eq!(lengths.len(), 2);
+        assert!((lengths.iter().sum::<f64>() - 1.0 / 60.0).abs() < 1e-15);
+        let lengths: Vec<f64> = substep_lengths(0.102, 0.01).collect();
+        assert_eq!(lengths.len(), 11, "a fifth of a step is one");
     }
 
     #[test]
