@@ -57,8 +57,8 @@ fn problem(candidate: &Candidate) -> (Arc<Model>, State, Vec<Pose>) {
 fn prepared(candidate: &Candidate) -> Box<dyn Kernels> {
     let (model, state, targets) = problem(candidate);
     let (mut kernels, substep) = kernels_moving(candidate, &model, &state, &targets, LENGTH);
-    assemble(&mut *kernels, &substep);
     kernels.collider_constraints(&substep).unwrap();
+    assemble(&mut *kernels, &substep);
     kernels
 }
 

@@ -9,7 +9,7 @@ use crate::vector::{dot, sub};
 const DIRECTION_MIN: f64 = 1e-3;
 
 /// Slower slip \[m/s\] counts as this much, so that drags stay finite.
-const SLIP_MIN: f64 = 1e-4;
+pub(super) const SLIP_MIN: f64 = 1e-4;
 
 /// Friction this far from its value, relative to it, is corrected ...
 const DRAG_ERROR: f64 = 0.1;

@@ -6,7 +6,7 @@ use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
 use super::{
-    constraint::{Constraint, SolvedParticle, Touch, symmetric_apply},
+    constraint::{Constraint, SLIP_MIN, SolvedParticle, Touch, symmetric_apply},
     matrix::Matrix,
 };
 use crate::{
@@ -216,7 +216,8 @@ impl<T: Real> Detection<'_, T> {
         let (slip, grip) = (dot(slip, slip).sqrt(), friction * push);
         let sticks = slip <= grip;
         // The fields may pull it off, which no friction resists.
-        let drag = if sticks { T::ZERO } else { (mass * grip / slip).maximum(T::ZERO) };
+        let left = (slip - grip).maximum(T::from_f64(SLIP_MIN));
+        let drag = if sticks { T::ZERO } else { (mass * grip / left).maximum(T::ZERO) };
         Touch { normal, speed, surface, friction, sticks, drag }
     }
 }

@@ -64,7 +64,8 @@ impl Touch {
         let sticks = slip.value <= holds.value;
         // A contact that the fields pull apart has no friction.
         let pulls = holds.value < 0.0 && !holds.is_close(ZERO, epsilon);
-        let drag = if sticks || pulls { ZERO } else { (mass * holds / slip).max(ZERO) };
+        let left = (slip - holds).max(Tracked::rounded(1e-4));
+        let drag = if sticks || pulls { ZERO } else { (mass * holds / left).max(ZERO) };
         (Self { normal, speed, surface, friction, sticks, drag }, uncertain)
     }
 
