@@ -2,7 +2,14 @@
 //!
 //! A stage has one name everywhere: a method of `cloth_core::Kernels`, a module of the CPU backend,
 //! `wgsl/<stage>.wgsl` and `cuda/<stage>.cu` in this package, an equivalence test. [`STAGES`] is the
-//! list that all of them are held against. The kernel sources come with the backends that run them.
+//! list that all of them are held against. [`WGSL_MODULES`] has the sources for wgpu; a stage of several
+//! passes has a module for each, `<stage>_<pass>`.
+
+mod wgsl;
+
+pub use wgsl::{
+    ComposeError, WGSL_MODULES, WgslBinding, WgslBindingKind, WgslModule, wgsl_bindings,
+};
 
 /// A stage of the numerics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

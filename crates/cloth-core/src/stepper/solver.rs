@@ -54,6 +54,11 @@ impl<K: Kernels> SteppedSolver<K> {
         Ok(solver)
     }
 
+    /// The kernels, for what a backend offers beyond [`Solver`].
+    pub const fn kernels_mut(&mut self) -> &mut K {
+        &mut self.kernels
+    }
+
     /// Turns the pending control into writes for the kernels. Particles that move need to know
     /// where they are now, the one case in which a control reads the state back.
     fn control_apply(&mut self, duration: f64) -> Result<()> {
