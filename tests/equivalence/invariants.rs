@@ -11,6 +11,7 @@ fn penetration_momentum_energy_and_strain_stay_within_bounds() {
     let impulse = ContactResponse::Impulse { restitution: 0.1, friction: 0.3 };
     let penalty = ContactResponse::Penalty { stiffness: 30.0, damping: 0.01 };
     for candidate in candidates() {
+        let _turn = candidate.turn();
         for response in [impulse, penalty] {
             let precision = candidate.precision;
             let scenario = Scenario { side: 24, response, precision, substeps: 600 };

@@ -31,6 +31,7 @@ fn one_two_and_eight_threads_give_the_same_bits() {
 fn running_twice_gives_the_same_bits() {
     for scenario in scenarios(24) {
         for candidate in candidates().iter().filter(|c| c.precision == scenario.precision) {
+            let _turn = candidate.turn();
             let backend = &*candidate.backend;
             if let Err(failure) = same_bits(&[backend, backend], &scenario) {
                 panic!("{}: {failure}", candidate.label);
@@ -43,6 +44,7 @@ fn running_twice_gives_the_same_bits() {
 fn a_continued_run_gives_the_same_bits() {
     for scenario in scenarios(24) {
         for candidate in candidates().iter().filter(|c| c.precision == scenario.precision) {
+            let _turn = candidate.turn();
             if let Err(failure) = resumes_with_same_bits(&*candidate.backend, &scenario) {
                 panic!("{}: {failure}", candidate.label);
             }
