@@ -165,26 +165,21 @@ impl Buffers {
         let uniform = ["model", "substep", "colour", "contact"].contains(&name);
         let kind = if uniform { wgpu::BufferUsages::UNIFORM } else { wgpu::BufferUsages::STORAGE };
         let usage = kind | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
-        let scope = context.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let buffer = match contents.filter(|contents| !contents.is_empty()) {
-            Some(contents) => {
-                context.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                    label: Some(name),
-                    contents,
-                    usage,
-                })
-            }
-            None => context.device.create_buffer(&wgpu::BufferDescriptor {
+        let contents = contents.filter(|contents| !contents.is_empty());
+        let made = context.scoped(wgpu::ErrorFilter::OutOfMemory, |device| match contents {
+            Some(contents) => device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some(name),
+                contents,
+                usage,
+            }),
+            None => device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(name),
                 size,
                 usage,
                 mapped_at_creation: false,
             }),
-        };
-        // Scopes answer at once on native platforms.
-        if let Some(error) = pollster::block_on(scope.pop()) {
-            return Err(fault(&error, self.bytes + size, self.bytes));
-        }
+        });
+        let buffer = made.map_err(|error| fault(&error, self.bytes + size, self.bytes))?;
         context.faults.check()?;
         self.bytes += size;
         Ok(buffer)

@@ -75,34 +75,57 @@ impl DeviceContext {
         let bindings = wgsl_bindings(&text);
         self.bindings_check(&bindings)?;
         let entries: Vec<_> = bindings.iter().map(layout_entry).collect();
-        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let shader = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(name),
-            source: wgpu::ShaderSource::Wgsl(text.into()),
+        let made = self.scoped(wgpu::ErrorFilter::Validation, |device| {
+            let shader = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(name),
+                source: wgpu::ShaderSource::Wgsl(text.into()),
+            });
+            let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: Some(name),
+                entries: &entries,
+            });
+            let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(name),
+                bind_group_layouts: &[Some(&layout)],
+                immediate_size: 0,
+            });
+            let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(name),
+                layout: Some(&pipeline_layout),
+                module: &shader,
+                entry_point: Some("main"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            });
+            (pipeline, layout)
         });
-        let layout = self.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some(name),
-            entries: &entries,
-        });
-        let pipeline_layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(name),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(name),
-            layout: Some(&pipeline_layout),
-            module: &shader,
-            entry_point: Some("main"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: None,
-        });
-        // Scopes answer at once on native platforms.
-        if let Some(error) = pollster::block_on(scope.pop()) {
-            self.faults.check()?;
-            return Err(fail(error.to_string()));
-        }
+        self.faults.check()?;
+        let (pipeline, layout) = made.map_err(|error| fail(error.to_string()))?;
         Ok(Kernel { name, pipeline, layout, bindings })
+    }
+
+    /// Runs `work`; its error, if it caused one that passes the filter.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn scoped<R>(
+        &self,
+        filter: wgpu::ErrorFilter,
+        work: impl FnOnce(&wgpu::Device) -> R,
+    ) -> std::result::Result<R, wgpu::Error> {
+        let scope = self.device.push_error_scope(filter);
+        let result = work(&self.device);
+        // The answer is there at once on native platforms.
+        pollster::block_on(scope.pop()).map_or(Ok(result), Err)
+    }
+
+    /// Runs `work`. In a browser the answer comes later, and nothing may wait for it: errors go to
+    /// `faults`.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) fn scoped<R>(
+        &self,
+        _filter: wgpu::ErrorFilter,
+        work: impl FnOnce(&wgpu::Device) -> R,
+    ) -> std::result::Result<R, wgpu::Error> {
+        Ok(work(&self.device))
     }
 
     fn bindings_check(&self, bindings: &[WgslBinding]) -> Result<()> {

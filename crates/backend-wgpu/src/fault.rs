@@ -59,3 +59,28 @@ pub(crate) fn fault(error: &wgpu::Error, requested: u64, available: u64) -> Erro
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_that_runs_out_is_told_with_its_size() {
+        let error = wgpu::Error::OutOfMemory { source: "full".into() };
+        let expected = Error::OutOfMemory { requested: 30, available: 20 };
+        assert_eq!(fault(&error, 30, 20), expected);
+    }
+
+    #[test]
+    fn the_loss_of_a_device_counts_more_than_what_follows_from_it() {
+        let faults = Faults::default();
+        assert_eq!(faults.check(), Ok(()));
+        let follows = Error::OutOfMemory { requested: 1, available: 0 };
+        let lost = Error::DeviceLost { backend: BACKEND, reason: "unplugged".into() };
+        faults.report(follows.clone());
+        assert_eq!(faults.check(), Err(follows.clone()));
+        faults.report(lost.clone());
+        faults.report(follows);
+        assert_eq!(faults.check(), Err(lost));
+    }
+}

@@ -76,10 +76,9 @@ impl Stages {
             });
         }
         context.faults.check()?;
-        let count = model.particle_count() as u32;
-        // Everything that a kernel is started for is no more than particles, cells or springs.
+        // No kernel is started for more: springs of a colour share no particle.
         let limit = context.limits.max_compute_workgroups_per_dimension;
-        groups(count.max(model.springs().len() as u32), WORKGROUP, limit)?;
+        groups(model.particle_count() as u32, WORKGROUP, limit)?;
         let contact = model
             .self_contact()
             .map(|contact| ContactPolicy::new(&model, contact, config.time_step));

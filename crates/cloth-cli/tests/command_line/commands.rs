@@ -54,6 +54,8 @@ fn a_shown_scene_runs_as_a_file() {
 fn backends_are_listed() {
     let text = Place::new().succeeds(&["backends"]);
     assert!(text.lines().any(|line| line.starts_with("cpu: ")), "{text}");
+    assert!(text.lines().any(|line| line.starts_with("wgpu: ")), "{text}");
+    assert!(text.contains("  adapter 0: ") && text.contains("    limits: "), "{text}");
 }
 
 #[test]
