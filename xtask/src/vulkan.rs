@@ -1,6 +1,6 @@
 //! Makes sure that there is a Vulkan driver, without which the wgpu backend cannot be tested.
 
-use std::{path::Path, process::Command};
+use std::process::Command;
 
 use crate::command;
 
@@ -49,8 +49,7 @@ fn is_there() -> bool {
     if named.iter().any(|name| std::env::var_os(name).is_some()) {
         return true;
     }
-    let has_files = |folder: &&str| {
-        std::fs::read_dir(Path::new(folder)).is_ok_and(|mut files| files.next().is_some())
-    };
-    DRIVER_FOLDERS.iter().any(|folder| has_files(folder))
+    let has_files =
+        |folder: &str| std::fs::read_dir(folder).is_ok_and(|mut files| files.next().is_some());
+    DRIVER_FOLDERS.into_iter().any(has_files)
 }
