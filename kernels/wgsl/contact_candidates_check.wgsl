@@ -11,7 +11,7 @@ fn main(
     if particle >= model.particle_count || is_stopped() {
         return;
     }
-    if !contact_list_holds(particle, position_in[particle].xyz, 1.0) {
+    if !contact_list_holds(contact_progress(particle, position_in[particle].xyz)) {
         atomicMax(&status.contact_stale, substep.contact_tick);
     }
 }

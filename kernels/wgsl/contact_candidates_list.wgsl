@@ -148,6 +148,7 @@ fn main(
     let first = atomicAdd(&status.contact_entries, count);
     if first + count > contact.list_capacity {
         atomicOr(&status.invalid, INVALID_OVERFLOW);
+        atomicMax(&status.contact_needed, first + count);
         contact_rows[particle] = vec2<u32>(0u, 0u);
         return;
     }

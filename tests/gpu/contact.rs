@@ -33,7 +33,7 @@ fn a_full_candidate_list_grows_and_the_frame_is_done_again() {
     let mut solver = gpu().create_solver(Arc::clone(&model), &config).unwrap();
     solver.advance(Frame { duration: 2e-3 }).unwrap();
     let report = solver.synchronize().unwrap();
-    // Far above the twelve for each particle that there is room for at first.
+    // Far above the sixteen for each particle that there is room for at first.
     assert!(report.contact_candidates > 50 * model.particle_count() as u64);
     let mut found = State::default();
     solver.download(&mut found).unwrap();
@@ -53,7 +53,7 @@ fn a_full_candidate_list_grows_and_the_frame_is_done_again() {
 }
 
 /// A sheet that flies through another one, so fast that it touches it in a single substep. When the list was
-/// built they were three cells apart, and it would not be built again until they are past each other.
+/// built they were four cells apart, and it would not be built again until they are past each other.
 #[test]
 fn a_list_that_is_used_too_long_is_built_more_often() {
     let spacing = 0.02;
@@ -62,8 +62,8 @@ fn a_list_that_is_used_too_long_is_built_more_often() {
         let patch = GridPatch::horizontal(12, spacing, height);
         grid_cloth(name, patch, material(1e-3, 10.0, 1e-3))
     };
-    let mut fast = sheet("fast", 0.158);
-    fast.velocity = [0.0, 0.0, -200.0];
+    let mut fast = sheet("fast", 0.308);
+    fast.velocity = [0.0, 0.0, -400.0];
     let model = ModelBuilder::new()
         .cloth(sheet("resting", 0.0))
         .cloth(fast)

@@ -72,9 +72,9 @@ shared_struct! {
         contact_entries: u32,
         contact_rebuilds: u32,
         cell_particles: u32,
+        contact_needed: u32,
         padding_0: u32,
         padding_1: u32,
-        padding_2: u32,
     }
 }
 
@@ -95,7 +95,7 @@ shared_struct! {
         list_distance: f32,
         cell_mask: u32,
         list_capacity: u32,
-        stale_fraction: f32,
+        lead: f32,
     }
 }
 

@@ -29,8 +29,8 @@ struct Contact {
     cell_mask: u32,
     // Entries that the candidate list has room for.
     list_capacity: u32,
-    // Part of the allowance and the reach beyond which the list counts as stale.
-    stale_fraction: f32,
+    // Time from one opportunity to build the list to the next [s].
+    lead: f32,
 }
 
 @group(0) @binding(15) var<uniform> contact: Contact;
@@ -44,28 +44,46 @@ fn contact_velocity(packed: u32) -> vec3f {
     return contact.velocity_max * unpack4x8snorm(packed).xyz;
 }
 
-// Whether the list is complete as far as this particle, which is at `position` now, can tell, with
-// only a part of the allowances.
-fn contact_list_holds(particle: u32, position: vec3f, part: f32) -> bool {
+// How a particle that is at `position` now has moved since the list was built.
+struct Progress {
+    elapsed: f32,
+    // Square of the distance relative to the drift, and of that to its expected place [m^2].
+    used: vec2f,
+}
+
+fn contact_progress(particle: u32, position: vec3f) -> Progress {
     let elapsed = substep.time - status.contact_built_time;
     let reference = contact_reference[particle];
     let moved = (position - bitcast<vec3f>(reference.xyz)) - elapsed * contact.drift;
     let strayed = moved - elapsed * contact_velocity(reference.w);
-    let allowed = part * vec2f(contact.reach, contact.allowance);
-    let used = vec2f(dot_product(moved, moved), dot_product(strayed, strayed));
+    return Progress(elapsed, vec2f(dot_product(moved, moved), dot_product(strayed, strayed)));
+}
+
+// Whether the list is complete as far as this particle can tell.
+fn contact_list_holds(progress: Progress) -> bool {
+    let allowed = vec2f(contact.reach, contact.allowance);
     // Written so that a NaN counts as too far.
-    return all(used <= allowed * allowed) && elapsed >= 0.0 && elapsed <= contact.horizon
-        && status.contact_built != 0u;
+    return all(progress.used <= allowed * allowed) && progress.elapsed >= 0.0
+        && progress.elapsed <= contact.horizon && status.contact_built != 0u;
+}
+
+// Whether it will still be complete when the opportunity after the next one comes, if displacements
+// grow with time and ways bend with its square.
+fn contact_list_will_hold(progress: Progress) -> bool {
+    let growth = (progress.elapsed + contact.lead) / max(progress.elapsed, 1e-12);
+    let grown = progress.used * vec2f(growth * growth, growth * growth * growth * growth);
+    return contact_list_holds(Progress(progress.elapsed, grown));
 }
 
 // Called by whoever uses the list, for each particle: marks the frame as invalid if the list is not
 // complete, and the list as stale if it soon may not be.
 fn contact_list_verify(particle: u32, position: vec3f) {
-    if !contact_list_holds(particle, position, contact.stale_fraction) {
+    let progress = contact_progress(particle, position);
+    if progress.elapsed != 0.0 && !contact_list_will_hold(progress) {
         atomicMax(&status.contact_stale, substep.contact_tick);
-        if !contact_list_holds(particle, position, 1.0) {
-            atomicOr(&status.invalid, INVALID_LIST);
-        }
+    }
+    if !contact_list_holds(progress) {
+        atomicOr(&status.invalid, INVALID_LIST);
     }
 }
 

@@ -19,9 +19,10 @@ struct Status {
     contact_rebuilds: u32,
     // Particles put into cells so far.
     cell_particles: atomic<u32>,
+    // Room that the largest candidate list so far needed [entries], noted if it did not fit.
+    contact_needed: atomic<u32>,
     padding_0: u32,
     padding_1: u32,
-    padding_2: u32,
 }
 
 @group(0) @binding(2) var<storage, read_write> status: Status;

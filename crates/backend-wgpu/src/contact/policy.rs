@@ -17,21 +17,21 @@ pub(crate) struct ContactSizes {
 }
 
 /// Entries of the list for each particle at first.
-const ENTRIES_PER_PARTICLE: u32 = 12;
-/// Size of a cell in units of the contact distance.
-const CELL: f64 = 3.0;
+const ENTRIES_PER_PARTICLE: u32 = 16;
+/// Size of a cell in units of the contact distance. This and the next were chosen for the fewest builds of a
+/// patch of 96 x 96 particles that falls over a ball: four in a frame of 17 substeps, ten candidates a particle.
+const CELL: f64 = 5.0;
 /// How far a particle may stray from its expected way, in units of the contact distance.
-const ALLOWANCE: f64 = 0.25;
-/// Share of the allowances after which the list is built at the next opportunity.
-const STALE: f32 = 0.4;
+const ALLOWANCE: f64 = 0.75;
 /// Share of the reach that rounding cannot use up.
 const REACH_SAFETY: f64 = 0.99;
 /// Substeps that a list is made for, at least.
 const HORIZON: u32 = 16;
 /// Longest interval between two opportunities to build the list \[substep\].
 const INTERVAL_MAX: u32 = 8;
-/// Good frames after which a longer interval is tried.
-const PATIENCE: u32 = 24;
+/// Good frames after which a longer interval is tried: so many at first, twice as many after each trial
+/// that failed, up to the largest number; the first number again after that many good frames.
+const PATIENCE: [u32; 2] = [2, 8];
 
 /// What the host decides about contact.
 #[derive(Debug)]
@@ -42,6 +42,7 @@ pub(crate) struct ContactPolicy {
     /// Substeps from one opportunity to build the list to the next.
     pub(crate) interval: u32,
     good_frames: u32,
+    patience: u32,
     drift: [f64; 3],
     /// The constants changed: a list made with the old ones is worthless.
     pub(crate) changed: bool,
@@ -60,6 +61,7 @@ impl ContactPolicy {
             sizes,
             interval: 4,
             good_frames: 0,
+            patience: PATIENCE[0],
             drift: [0.0; 3],
             changed: true,
         }
@@ -81,7 +83,7 @@ impl ContactPolicy {
             list_distance: (1.001 * (self.distance + 2.0 * allowance)) as f32,
             cell_mask: self.sizes.cells - 1,
             list_capacity: self.sizes.entries,
-            stale_fraction: STALE,
+            lead: (f64::from(self.interval) * self.time_step) as f32,
         }
     }
 
@@ -99,7 +101,10 @@ impl ContactPolicy {
     /// A frame was good.
     pub(crate) fn frame_was_good(&mut self) {
         self.good_frames += 1;
-        if self.good_frames >= PATIENCE && self.interval < INTERVAL_MAX {
+        if self.good_frames >= PATIENCE[1] {
+            self.patience = PATIENCE[0];
+        }
+        if self.good_frames >= self.patience && self.interval < INTERVAL_MAX {
             self.good_frames = 0;
             self.interval *= 2;
             self.changed = true;
@@ -109,6 +114,9 @@ impl ContactPolicy {
     /// A list was used too long; `attempts` is how often this frame was tried.
     pub(crate) fn list_was_broken(&mut self, attempts: u32) {
         self.good_frames = 0;
+        if attempts == 1 {
+            self.patience = (2 * self.patience).min(PATIENCE[1]);
+        }
         // An interval of one cannot fail: the list is then built for the very positions it is used for.
         self.interval = if attempts > 1 { 1 } else { (self.interval / 2).max(1) };
         self.changed = true;
@@ -119,7 +127,7 @@ impl ContactPolicy {
     /// # Errors
     /// `Overflow` if no buffer of this device, at most `max` bytes, can hold them.
     pub(crate) fn entries_grow(&mut self, status: &Status, max: u64) -> Result<u32> {
-        let needed = u64::from(status.contact_entries);
+        let needed = u64::from(status.contact_needed);
         let possible = (max / 4).min(u64::from(u32::MAX));
         if needed > possible {
             return Err(Error::Overflow {
@@ -131,5 +139,66 @@ impl ContactPolicy {
         self.sizes.entries = (needed + needed / 2).min(possible) as u32;
         self.changed = true;
         Ok(self.sizes.entries)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cloth_core::{
+        Cloth, ContactResponse, Geometry, GridPatch, MaterialPreset, ModelBuilder, SelfContact,
+    };
+
+    use super::*;
+
+    fn policy() -> ContactPolicy {
+        let response = ContactResponse::Penalty { stiffness: 1.0, damping: 0.0 };
+        let contact = SelfContact { distance: 0.01, response };
+        let cloth = Cloth {
+            name: "cloth".into(),
+            geometry: Geometry::Grid(GridPatch::horizontal(4, 0.02, 0.0)),
+            material: MaterialPreset::ALL[0].material(0.02),
+            pins: vec![],
+            velocity: [0.0; 3],
+        };
+        let model = ModelBuilder::new().cloth(cloth).self_contact(contact).build().unwrap();
+        ContactPolicy::new(&model, &contact, 1e-3)
+    }
+
+    #[test]
+    fn a_frame_that_fails_again_is_tried_with_a_list_for_every_use() {
+        let mut policy = policy();
+        policy.list_was_broken(1);
+        assert_eq!(policy.interval, 2);
+        policy.list_was_broken(2);
+        assert_eq!(policy.interval, 1);
+    }
+
+    #[test]
+    fn good_frames_bring_long_intervals_back_sooner_or_later() {
+        let mut policy = policy();
+        let frames_until = |policy: &mut ContactPolicy, interval: u32| {
+            (1..1000).find(|_| {
+                policy.frame_was_good();
+                policy.interval == interval
+            })
+        };
+        policy.list_was_broken(1);
+        policy.list_was_broken(2);
+        let first = frames_until(&mut policy, 4);
+        policy.list_was_broken(1);
+        policy.list_was_broken(2);
+        let second = frames_until(&mut policy, 4);
+        assert!(first < second, "{first:?} {second:?}");
+        assert!(frames_until(&mut policy, INTERVAL_MAX).is_some());
+    }
+
+    #[test]
+    fn a_list_that_no_buffer_can_hold_is_an_error() {
+        let mut policy = policy();
+        let status = |contact_needed| Status { contact_needed, ..Status::default() };
+        assert_eq!(policy.entries_grow(&status(2000), 1 << 20), Ok(3000));
+        let expected =
+            Error::Overflow { buffer: "contact candidates", needed: 2000, capacity: 1000 };
+        assert_eq!(policy.entries_grow(&status(2000), 4000), Err(expected));
     }
 }

@@ -262,7 +262,7 @@ impl Stages {
     }
 
     pub(crate) fn frame_begin(&mut self, plan: &FramePlan) -> Result<()> {
-        self.settle()?;
+        self.settle_measured()?;
         self.drift_update(plan);
         self.slots.fill(plan);
         let rebuild = self.contact.as_ref().is_some_and(|policy| policy.interval == 1);

@@ -25,6 +25,15 @@ impl Stages {
         self.finish(false)
     }
 
+    /// The same before a new frame, whose contact wants to know how everything moves.
+    pub(super) fn settle_measured(&mut self) -> Result<()> {
+        if self.open.is_some() && self.failure.is_none() {
+            self.finish(true)
+        } else {
+            self.settle()
+        }
+    }
+
     pub(crate) fn measure(&mut self) -> Result<Measures> {
         if let Some(failure) = self.failure.take() {
             return Err(failure);
@@ -69,7 +78,7 @@ impl Stages {
         self.open = None;
         Err(Error::Overflow {
             buffer: "contact candidates",
-            needed: u64::from(self.status.contact_entries),
+            needed: u64::from(self.status.contact_needed),
             capacity: self.contact.as_ref().map_or(0, |policy| u64::from(policy.sizes.entries)),
         })
     }
