@@ -5,19 +5,13 @@
 //! The program prints a CSV table with the columns scene, self, N, ms_per_frame. Without the
 //! variable ours runs alone, and the table says so.
 
-use std::{
-    collections::HashMap,
-    env, fs,
-    path::Path,
-    process::{Command, ExitCode},
-    time::Instant,
-};
+use std::{collections::HashMap, path::Path, process::ExitCode, time::Instant};
 
 use cloth::{
     Backend, State,
     scene::{BenchKind, CompileOptions, bench_scene},
 };
-use cloth_benches::{FRAMES_MEASURED, Workload};
+use cloth_benches::{FRAMES_MEASURED, Workload, reference_build, reference_run};
 use peak_alloc::PeakAlloc;
 
 #[global_allocator]
@@ -40,10 +34,8 @@ fn main() -> ExitCode {
 }
 
 fn run() -> Result<(), Box<dyn std::error::Error>> {
-    let reference = env::var_os("CLOTH_REFERENCE");
-    let program =
-        reference.as_ref().map(|source| reference_build(Path::new(source))).transpose()?;
-    let before = program.as_deref().map(reference_run).transpose()?;
+    let program = reference_build(Path::new(env!("CARGO_TARGET_TMPDIR")))?;
+    let before = program.as_deref().map(times).transpose()?;
     let backend = cloth::backend_create("cpu", None)?;
     let mut ours = Vec::new();
     for kind in [BenchKind::Hang, BenchKind::Sphere] {
@@ -53,7 +45,7 @@ fn run() -> Result<(), Box<dyn std::error::Error>> {
             }
         }
     }
-    let after = program.as_deref().map(reference_run).transpose()?;
+    let after = program.as_deref().map(times).transpose()?;
     println!("\nCPU, f32, {}, median of frames 10 to 70", backend.info().device);
     println!(
         "{:<8}{:<10}{:>5}{:>10}{:>12}{:>10}{:>10}{:>22}{:>8}",
@@ -157,51 +149,18 @@ fn memory(backend: &dyn Backend) -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Compiles the reference beside the build's own files.
-fn reference_build(source: &Path) -> Result<std::path::PathBuf, Box<dyn std::error::Error>> {
-    if !source.is_file() {
-        return Err(format!("CLOTH_REFERENCE: there is no file {}", source.display()).into());
-    }
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    fs::create_dir_all(folder)?;
-    let program = folder.join("reference");
-    let status = Command::new("c++")
-        .args(["-O3", "-march=native", "-o"])
-        .arg(&program)
-        .arg(source)
-        .status()
-        .map_err(|error| format!("c++ cannot be started ({error}): install a C++ compiler"))?;
-    if !status.success() {
-        return Err(format!("c++ could not compile {}", source.display()).into());
-    }
-    Ok(program)
-}
-
 /// Runs the reference with ten seconds for each case, enough for all measured frames.
-fn reference_run(program: &Path) -> Result<Times, Box<dyn std::error::Error>> {
-    let output = Command::new(program).arg("10").output()?;
-    let text = String::from_utf8(output.stdout)?;
-    let mut lines = text.lines();
-    let columns: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
-    let column = |name: &str| {
-        columns
-            .iter()
-            .position(|column| *column == name)
-            .ok_or_else(|| format!("the reference prints no column {name}"))
-    };
-    let [scene, contact, side, time] =
-        [column("scene")?, column("self")?, column("N")?, column("ms_per_frame")?];
+fn times(program: &Path) -> Result<Times, Box<dyn std::error::Error>> {
     let mut times = Times::new();
-    for line in lines {
-        let fields: Vec<&str> = line.split(',').collect();
-        let with_contact = match fields[contact] {
+    for row in reference_run(program, 10, &["scene", "self", "N", "ms_per_frame"])? {
+        let with_contact = match row["self"].as_str() {
             "none" => false,
             "grid" => true,
             _ => continue,
         };
         times.insert(
-            (fields[scene].to_owned(), with_contact, fields[side].parse()?),
-            fields[time].parse()?,
+            (row["scene"].clone(), with_contact, row["N"].parse()?),
+            row["ms_per_frame"].parse()?,
         );
     }
     Ok(times)

@@ -20,7 +20,8 @@ pub struct Stage {
     pub section: u32,
 }
 
-/// All stages, in the order in which an explicit substep runs them.
+/// All stages: those of the explicit substep in its order, then those of the implicit and
+/// semi-implicit one, then what looks at the state.
 pub const STAGES: &[Stage] = &[
     Stage { name: "field_forces", section: 3 },
     Stage { name: "spring_forces", section: 2 },
@@ -31,9 +32,60 @@ pub const STAGES: &[Stage] = &[
     Stage { name: "contact_impulses", section: 8 },
     Stage { name: "strain_limit", section: 4 },
     Stage { name: "collider_response", section: 7 },
+    Stage { name: "state_keep", section: 5 },
+    Stage { name: "state_restore", section: 5 },
+    Stage { name: "spring_linearise", section: 5 },
+    Stage { name: "contact_linearise", section: 5 },
+    Stage { name: "implicit_assemble", section: 5 },
+    Stage { name: "collider_constraints", section: 5 },
+    Stage { name: "constraint_release", section: 5 },
+    Stage { name: "constraint_filter", section: 5 },
+    Stage { name: "constraint_project", section: 5 },
+    Stage { name: "matrix_apply", section: 5 },
+    Stage { name: "preconditioner_build", section: 5 },
+    Stage { name: "preconditioner_apply", section: 5 },
+    Stage { name: "conjugate_gradient", section: 5 },
+    Stage { name: "jacobi", section: 5 },
+    Stage { name: "direct_solve", section: 5 },
+    Stage { name: "velocity_add", section: 5 },
+    Stage { name: "position_advance", section: 5 },
+    Stage { name: "position_from_kept", section: 5 },
+    Stage { name: "vector_dot", section: 5 },
+    Stage { name: "vector_combine", section: 5 },
+    Stage { name: "semi_implicit_factorise", section: 6 },
+    Stage { name: "semi_implicit_solve", section: 6 },
+    Stage { name: "torque_correct", section: 6 },
     Stage { name: "vertex_normals", section: 9 },
     Stage { name: "measure", section: 10 },
 ];
+
+/// Stages that no WGSL module computes: they are not offered on a GPU yet.
+pub const WGSL_STAGES_MISSING: &[&str] = &[
+    "spring_linearise",
+    "contact_linearise",
+    "implicit_assemble",
+    "collider_constraints",
+    "constraint_release",
+    "constraint_filter",
+    "constraint_project",
+    "matrix_apply",
+    "preconditioner_build",
+    "preconditioner_apply",
+    "conjugate_gradient",
+    "jacobi",
+    "direct_solve",
+    "velocity_add",
+    "position_advance",
+    "position_from_kept",
+    "vector_dot",
+    "vector_combine",
+    "semi_implicit_factorise",
+    "semi_implicit_solve",
+    "torque_correct",
+];
+
+/// Stages that are copies of buffers: no kernel computes them.
+pub const COPIED_STAGES: &[&str] = &["state_keep", "state_restore"];
 
 #[cfg(test)]
 mod tests {
@@ -43,7 +95,9 @@ mod tests {
     fn every_stage_is_in_its_section_of_the_numerics() {
         let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../crates/cloth-core");
         let numerics = std::fs::read_to_string(format!("{root}/NUMERICS.md")).unwrap();
-        let kernels = std::fs::read_to_string(format!("{root}/src/kernels.rs")).unwrap();
+        let kernels = ["mod", "implicit", "semi_implicit"]
+            .map(|file| std::fs::read_to_string(format!("{root}/src/kernels/{file}.rs")).unwrap());
+        let kernels = kernels.concat();
         for stage in STAGES {
             let heading = format!("\n## {} ", stage.section);
             let start = numerics.find(&heading).unwrap_or_else(|| panic!("no section {heading:?}"));

@@ -1,6 +1,12 @@
 // The composite stage: all forces, integration and, where nothing comes between, colliders, in one
 // pass over the particles. It is made of the same functions as the single stages.
 //!include model substep status motion motion_out finite field spring integrate collider
+//!if buckling
+//!include spring_buckling
+//!end
+//!if not buckling
+//!include spring_linear
+//!end
 //!if air
 //!include triangles air
 //!end

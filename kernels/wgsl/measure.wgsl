@@ -1,5 +1,11 @@
 // NUMERICS section 10: figures of a state, over blocks of particles.
 //!include model substep motion finite spring collider measure_sum
+//!if buckling
+//!include spring_buckling
+//!end
+//!if not buckling
+//!include spring_linear
+//!end
 //!if contact
 @group(0) @binding(19) var<storage, read> contact_counts: array<u32>;
 //!end
@@ -31,11 +37,11 @@ fn figures_of(particle: u32) -> Figures {
     var total = vec3f(0.0);
     let row = spring_row(particle);
     for (var at = row.first; at < row.end; at += row.stride) {
-        let spring = spring_at(spring_entries[at], particle, position.xyz, velocity.xyz);
+        let spring = spring_at(at, particle, position.xyz, velocity.xyz);
         let strain = spring.stretch / spring.rest_length;
         extremes.strain_max = max(extremes.strain_max, strain);
         strain_sum += abs(strain);
-        elastic = fma(spring.stiffness * spring.stretch, spring.stretch, elastic);
+        elastic += elastic_energy_doubled(at, spring.stiffness, spring.stretch);
         magnitude += abs(spring.tension);
         total = add_scaled(total, spring.tension * spring.inverse_length, spring.difference);
     }

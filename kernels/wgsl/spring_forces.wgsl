@@ -1,5 +1,11 @@
 // NUMERICS section 2: adds the forces of springs and their dampers.
 //!include model status motion force spring
+//!if buckling
+//!include spring_buckling
+//!end
+//!if not buckling
+//!include spring_linear
+//!end
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -2,14 +2,21 @@
 
 use std::sync::Arc;
 
-use cloth_core::{Error, ExplicitSettings, Integrator, ModelError, SolverConfig, StrainLimit};
+use cloth_core::{AdaptiveSettings, Error, ModelError, SolverConfig, StrainLimit, TimeStepControl};
 use harness::backends::candidates;
 
 use crate::builder;
 
 fn with_limit(limit: StrainLimit) -> SolverConfig {
-    let settings = ExplicitSettings { strain_limit: Some(limit) };
-    SolverConfig { integrator: Integrator::Explicit(settings), ..SolverConfig::default() }
+    SolverConfig { strain_limit: Some(limit), ..SolverConfig::default() }
+}
+
+fn adaptive(strain_max: f64, halvings_max: u32, grow_after: u32) -> SolverConfig {
+    let settings = AdaptiveSettings { strain_max, halvings_max, grow_after };
+    SolverConfig {
+        time_step_control: TimeStepControl::Adaptive(settings),
+        ..SolverConfig::default()
+    }
 }
 
 #[test]
@@ -35,6 +42,17 @@ fn every_setting_is_checked_by_every_backend() {
             },
         ),
         (sweeps, not_positive("sweeps of the strain limit", 0.0)),
+        (adaptive(0.0, 8, 4), not_positive("largest strain of the adaptive time step", 0.0)),
+        (
+            adaptive(0.5, 21, 4),
+            ModelError::OutOfRange {
+                what: "halvings of the adaptive time step".into(),
+                value: 21.0,
+                min: 0.0,
+                max: 20.0,
+            },
+        ),
+        (adaptive(0.5, 8, 0), not_positive("substeps before the adaptive time step grows", 0.0)),
     ];
     let model = Arc::new(builder().build().unwrap());
     for (config, expected) in cases {

@@ -4,6 +4,7 @@
 
 mod config;
 mod control_and_state;
+mod implicit;
 mod mesh;
 mod model;
 mod solver;

@@ -1,8 +1,9 @@
 //! Numbers and names of cloths, colliders, fields, air and contact.
 
 use cloth_core::{
-    Air, Cloth, Collider, ColliderShape, ContactResponse, Field, Geometry, Gust, Mass,
-    ModelBuilder, ModelError, NetworkSpring, Pose, SelfContact, SpringClass, SpringNetwork,
+    Air, BendModel, Cloth, Collider, ColliderShape, ContactResponse, Field, Geometry, Gust, Mass,
+    ModelBuilder, ModelError, NetworkSpring, Pose, SelfContact, SpringClass, SpringCoefficients,
+    SpringNetwork,
 };
 
 use crate::{builder, grid_of, patch};
@@ -35,7 +36,7 @@ fn assert_refused(builder: ModelBuilder, kind: Kind, quantity: &str) {
 fn numbers_of_a_cloth() {
     type Change = fn(&mut Cloth, f64);
     // Quantity, how to set it, and the error for zero and for a negative number.
-    let quantities: [(&str, Change, Option<Kind>, Option<Kind>); 11] = [
+    let quantities: [(&str, Change, Option<Kind>, Option<Kind>); 12] = [
         (
             "mass per particle",
             |cloth, value| cloth.material.mass = Mass::PerParticle(value),
@@ -57,6 +58,14 @@ fn numbers_of_a_cloth() {
         (
             "bend stiffness",
             |cloth, value| cloth.material.bend.stiffness = value,
+            Some(Kind::NotPositive),
+            Some(Kind::NotPositive),
+        ),
+        (
+            "bend rigidity",
+            |cloth, rigidity| {
+                cloth.material.bend_model = BendModel::ImmediateBuckling { rigidity };
+            },
             Some(Kind::NotPositive),
             Some(Kind::NotPositive),
         ),
@@ -153,7 +162,16 @@ fn names_that_are_taken() {
 }
 
 fn network(particles: [u32; 2], rest_length: Option<f64>) -> ModelBuilder {
-    let spring = NetworkSpring { particles, class: SpringClass::Stretch, rest_length };
+    network_with(particles, rest_length, None)
+}
+
+fn network_with(
+    particles: [u32; 2],
+    rest_length: Option<f64>,
+    coefficients: Option<SpringCoefficients>,
+) -> ModelBuilder {
+    let spring =
+        NetworkSpring { particles, class: SpringClass::Stretch, rest_length, coefficients };
     let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0]];
     let geometry = Geometry::Network(SpringNetwork { positions, springs: vec![spring] });
     ModelBuilder::new().cloth(Cloth { geometry, ..patch() })
@@ -165,6 +183,13 @@ fn springs_of_a_network() {
         assert_refused(network([0, 1], Some(rest_length)), Kind::NotPositive, "rest length");
     }
     assert_refused(network([0, 1], Some(f64::NAN)), Kind::NonFinite, "rest length");
+    let with = |stiffness, damping| {
+        network_with([0, 1], None, Some(SpringCoefficients { stiffness, damping }))
+    };
+    assert!(with(3.0, 0.0).build().is_ok());
+    assert_refused(with(0.0, 0.0), Kind::NotPositive, "stiffness of a spring");
+    assert_refused(with(f64::INFINITY, 0.0), Kind::NonFinite, "stiffness of a spring");
+    assert_refused(with(1.0, -1.0), Kind::Negative, "damping of a spring");
     for [a, b] in [[1, 1], [2, 1]] {
         let error = network([a, b], None).build();
         let vertices = [a.min(b), a.max(b)];

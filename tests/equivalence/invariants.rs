@@ -1,9 +1,10 @@
 //! Simulations with contact, of which no trajectory can be compared.
 
-use cloth_core::ContactResponse;
+use cloth_core::{ContactResponse, ImplicitSettings, Integrator};
 use harness::{
     backends::candidates,
     checks::{Scenario, invariants},
+    feature::Feature,
 };
 
 #[test]
@@ -13,10 +14,19 @@ fn penetration_momentum_energy_and_strain_stay_within_bounds() {
     for candidate in candidates() {
         let _turn = candidate.turn();
         for response in [impulse, penalty] {
-            let precision = candidate.precision;
-            let scenario = Scenario { side: 24, response, precision, substeps: 600 };
-            if let Err(failure) = invariants(candidate, &scenario) {
-                panic!("{response:?}: {failure}");
+            for (integrator, substeps) in [
+                (Integrator::Explicit, 600),
+                (Integrator::Implicit(ImplicitSettings::default()), 120),
+            ] {
+                let precision = candidate.precision;
+                let implicit = matches!(integrator, Integrator::Implicit(_));
+                if implicit && !candidate.offers(Feature::Implicit) {
+                    continue;
+                }
+                let scenario = Scenario { side: 24, response, precision, substeps, integrator };
+                if let Err(failure) = invariants(candidate, &scenario) {
+                    panic!("{scenario:?}: {failure}");
+                }
             }
         }
     }

@@ -1,10 +1,14 @@
 //! A wrong backend must be found out: each check is given one with a small defect and has to fail.
 
-use cloth_core::{ContactResponse, Precision, Stencil};
+use cloth_core::{
+    ContactResponse, Integrator, LinearMethod, LinearSettings, NewtonStart, Precision,
+    Preconditioner, Stencil,
+};
 use harness::{
     Verdict,
     backends::{Candidate, SharedGpu, cpu, gpu_candidate},
     checks,
+    linear::MATRIX_FORMS,
     models::{Contact, Deformation, Description, Piece, Place},
     perturbed::{Defect, PerturbedBackend, Stage},
 };
@@ -23,11 +27,17 @@ fn busy() -> Description {
         colliders: 4,
         contact: Contact::Penalty,
         strain_limit: true,
+        buckling: false,
     }
 }
 
 fn with_impulses() -> Description {
     Description { contact: Contact::Impulse, deformation: Deformation::Compressed, ..busy() }
+}
+
+/// Most bend springs are on the branch of the bent strut.
+fn buckled() -> Description {
+    Description { buckling: true, deformation: Deformation::Compressed, ..busy() }
 }
 
 fn without_contact() -> Description {
@@ -57,8 +67,10 @@ fn control_of(
     description: &Description,
     check: impl Fn(&Candidate, &Description) -> Verdict,
 ) {
-    if let Err(failure) = check(real, description) {
-        panic!("the check fails without the defect: {failure}");
+    match check(real, description) {
+        Err(failure) if real.is_known_to_lack(&failure) => return,
+        Err(failure) => panic!("the check fails without the defect: {failure}"),
+        Ok(()) => {}
     }
     assert!(check(perturbed, description).is_err(), "{defect:?} in {} is not seen", real.label);
 }
@@ -81,6 +93,8 @@ fn control_in(
 fn every_perturbed_stage_is_found_by_its_check() {
     control(Defect::Scaled(Stage::FieldForces), &busy(), checks::field_forces);
     control(Defect::Scaled(Stage::SpringForces), &busy(), checks::spring_forces);
+    control(Defect::Scaled(Stage::SpringForces), &buckled(), checks::spring_forces);
+    control(Defect::Scaled(Stage::Measure), &buckled(), checks::measure);
     control(Defect::Scaled(Stage::AerodynamicForces), &busy(), checks::aerodynamic_forces);
     control(Defect::Scaled(Stage::ContactForces), &busy(), checks::contact_forces);
     control(Defect::Scaled(Stage::IntegrateExplicit), &busy(), checks::integrate_explicit);
@@ -89,6 +103,97 @@ fn every_perturbed_stage_is_found_by_its_check() {
     control(Defect::Scaled(Stage::ColliderResponse), &busy(), checks::collider_response);
     control(Defect::Scaled(Stage::VertexNormals), &busy(), checks::vertex_normals);
     control(Defect::Scaled(Stage::Measure), &busy(), checks::measure);
+    control(Defect::Scaled(Stage::SemiImplicitSolve), &busy(), checks::semi_implicit_solve);
+    control(Defect::Scaled(Stage::VelocityAdd), &busy(), checks::solution_motion);
+    let free = Description { pins: false, ..busy() };
+    // A ten-thousandth of what is taken back, itself a small part of the angular momentum, is below
+    // the rounding of f32.
+    let defect = Defect::Scaled(Stage::TorqueCorrect);
+    control_in(&[Precision::F64], defect, &free, checks::torque_correct);
+}
+
+/// Particles among colliders, moved and pulled in all directions.
+fn on_colliders() -> Description {
+    Description { contact: Contact::Off, deformation: Deformation::Jitter, ..busy() }
+}
+
+#[test]
+fn every_perturbed_stage_of_the_implicit_step_is_found_by_its_check() {
+    for start in [NewtonStart::StepStart, NewtonStart::Iterate] {
+        for stage in [Stage::SpringLinearise, Stage::ContactLinearise, Stage::ImplicitAssemble] {
+            control(Defect::Scaled(stage), &busy(), |candidate, description| {
+                checks::implicit_assemble(candidate, description, start)
+            });
+        }
+    }
+    // Most bend springs have the slope of a bent strut.
+    control(Defect::Scaled(Stage::SpringLinearise), &buckled(), |candidate, description| {
+        checks::implicit_assemble(candidate, description, NewtonStart::StepStart)
+    });
+    for &form in MATRIX_FORMS {
+        control(Defect::Scaled(Stage::MatrixApply), &busy(), |candidate, description| {
+            checks::matrix_apply(candidate, description, form)
+        });
+    }
+    for stage in [Stage::PreconditionerBuild, Stage::PreconditionerApply] {
+        for blocks in [false, true] {
+            control(Defect::Scaled(stage), &busy(), |candidate, description| {
+                checks::preconditioner_apply(candidate, description, blocks)
+            });
+        }
+    }
+    let busy = busy();
+    // One in which a particle has to come to rest just before a collider, at a speed of gap / h.
+    let near = Description { seed: 33, ..on_colliders() };
+    control(Defect::Scaled(Stage::ColliderConstraints), &near, checks::collider_constraints);
+    control(Defect::Scaled(Stage::ConstraintFilter), &busy, checks::constraint_filter);
+    control(Defect::Scaled(Stage::ConstraintProject), &busy, checks::constraint_project);
+    // One in which a particle touches all four colliders.
+    let crowded = Description { seed: 29, ..on_colliders() };
+    control(Defect::Scaled(Stage::ConstraintRelease), &crowded, checks::constraint_release);
+    // One with contacts that slide, whose drag does not divide a small number by another one: the
+    // bound of f32 is then narrow enough.
+    let sliding = Description { seed: 14, ..on_colliders() };
+    control(Defect::Scaled(Stage::ColliderConstraints), &sliding, |candidate, description| {
+        checks::implicit_assemble(candidate, description, NewtonStart::StepStart)
+    });
+    control(Defect::Scaled(Stage::ConstraintRelease), &sliding, checks::constraint_release);
+    control(Defect::Scaled(Stage::VectorDot), &busy, checks::vector_dot);
+    control(Defect::Scaled(Stage::VectorCombine), &busy, checks::vector_combine);
+    control(Defect::Scaled(Stage::VelocityAdd), &busy, checks::velocity_add);
+    control(Defect::Scaled(Stage::PositionAdvance), &busy, checks::position_advance);
+    control(Defect::Scaled(Stage::PositionFromKept), &busy, checks::position_from_kept);
+    control(Defect::Scaled(Stage::StateKeep), &busy, checks::state_keep);
+    control(Defect::Scaled(Stage::StateRestore), &busy, checks::state_restore);
+}
+
+#[test]
+fn a_fused_linear_solver_that_differs_is_found() {
+    control(Defect::FusedDiffers, &busy(), |candidate, description| {
+        checks::conjugate_gradient(candidate, description, Preconditioner::Block)
+    });
+    control(Defect::FusedDiffers, &busy(), checks::jacobi);
+}
+
+#[test]
+fn a_solution_that_is_a_little_off_is_found() {
+    for method in [LinearMethod::ConjugateGradient, LinearMethod::Jacobi] {
+        let settings = LinearSettings { method, ..LinearSettings::default() };
+        // In f32 a ten-thousandth is within the tolerance.
+        control_in(&[Precision::F64], Defect::FusedDiffers, &busy(), |candidate, description| {
+            checks::linear_solution(candidate, description, &settings)
+        });
+    }
+}
+
+#[test]
+fn an_implicit_trajectory_of_a_perturbed_backend_is_found() {
+    let check = |candidate: &Candidate, description: &Description| {
+        checks::implicit_trajectory(candidate, description, 8)
+    };
+    for stage in [Stage::SpringLinearise, Stage::ImplicitAssemble, Stage::PositionAdvance] {
+        control_in(&[Precision::F64], Defect::Scaled(stage), &without_contact(), check);
+    }
 }
 
 #[test]
@@ -132,6 +237,7 @@ fn runs_that_differ_are_found() {
         response: ContactResponse::Penalty { stiffness: 30.0, damping: 0.01 },
         precision: Precision::F32,
         substeps: 120,
+        integrator: Integrator::Explicit,
     };
     let real = cpu(1);
     assert_eq!(checks::same_bits(&[&real, &real], &scenario), Ok(()));

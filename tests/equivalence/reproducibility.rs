@@ -1,18 +1,46 @@
 //! The same bits on any number of threads, on every run, and after a checkpoint.
 
-use cloth_core::{Backend, ContactResponse, Precision};
+use cloth_core::{
+    Backend, ContactResponse, ImplicitSettings, Integrator, LinearMethod, NewtonSettings, Precision,
+};
 use harness::{
     backends::{candidates, cpu},
     checks::{Scenario, resumes_with_same_bits, same_bits},
+    linear::LINEAR_METHODS,
 };
 
 const IMPULSE: ContactResponse = ContactResponse::Impulse { restitution: 0.1, friction: 0.3 };
 const PENALTY: ContactResponse = ContactResponse::Penalty { stiffness: 30.0, damping: 0.01 };
 
+/// Linearised steps with each linear solver, and Newton's method, all from the answer of the substep
+/// before.
+fn integrators() -> Vec<(Integrator, u32)> {
+    let mut all = vec![(Integrator::Explicit, 300)];
+    for &method in LINEAR_METHODS {
+        let mut settings = ImplicitSettings::default();
+        settings.linear.method = method;
+        settings.linear.warm_start = true;
+        settings.linear.iterations_max = 40;
+        if method == LinearMethod::ConjugateGradient {
+            settings.newton = NewtonSettings { iterations_max: 2, ..NewtonSettings::default() };
+        }
+        all.push((Integrator::Implicit(settings), 24));
+    }
+    all
+}
+
 fn scenarios(side: u32) -> impl Iterator<Item = Scenario> {
     let precisions = [Precision::F32, Precision::F64];
     precisions.into_iter().flat_map(move |precision| {
-        [IMPULSE, PENALTY].map(|response| Scenario { side, response, precision, substeps: 300 })
+        [IMPULSE, PENALTY].into_iter().flat_map(move |response| {
+            integrators().into_iter().map(move |(integrator, substeps)| Scenario {
+                side,
+                response,
+                precision,
+                substeps,
+                integrator,
+            })
+        })
     })
 }
 
@@ -20,7 +48,7 @@ fn scenarios(side: u32) -> impl Iterator<Item = Scenario> {
 fn one_two_and_eight_threads_give_the_same_bits() {
     let backends = [1, 2, 8].map(cpu);
     let backends = backends.each_ref().map(|backend| backend as &dyn Backend);
-    for scenario in scenarios(48) {
+    for scenario in scenarios(32) {
         if let Err(failure) = same_bits(&backends, &scenario) {
             panic!("{failure}");
         }
@@ -33,8 +61,10 @@ fn running_twice_gives_the_same_bits() {
         for candidate in candidates().iter().filter(|c| c.precision == scenario.precision) {
             let _turn = candidate.turn();
             let backend = &*candidate.backend;
-            if let Err(failure) = same_bits(&[backend, backend], &scenario) {
-                panic!("{}: {failure}", candidate.label);
+            match same_bits(&[backend, backend], &scenario) {
+                Err(failure) if candidate.is_known_to_lack(&failure) => {}
+                Err(failure) => panic!("{}: {failure}", candidate.label),
+                Ok(()) => {}
             }
         }
     }
@@ -45,8 +75,10 @@ fn a_continued_run_gives_the_same_bits() {
     for scenario in scenarios(24) {
         for candidate in candidates().iter().filter(|c| c.precision == scenario.precision) {
             let _turn = candidate.turn();
-            if let Err(failure) = resumes_with_same_bits(&*candidate.backend, &scenario) {
-                panic!("{}: {failure}", candidate.label);
+            match resumes_with_same_bits(&*candidate.backend, &scenario) {
+                Err(failure) if candidate.is_known_to_lack(&failure) => {}
+                Err(failure) => panic!("{}: {failure}", candidate.label),
+                Ok(()) => {}
             }
         }
     }

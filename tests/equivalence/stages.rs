@@ -139,6 +139,21 @@ fn measure() {
 }
 
 #[test]
+fn semi_implicit_solve() {
+    for_all(CASES, &description(), checks::semi_implicit_solve);
+}
+
+#[test]
+fn torque_correct() {
+    for_all(CASES, &with(|case| case.pins &= case.seed % 2 == 0), checks::torque_correct);
+}
+
+#[test]
+fn velocity_add_and_position_advance() {
+    for_all(CASES, &description(), checks::solution_motion);
+}
+
+#[test]
 fn explicit_substep_is_its_stages() {
     for_all(2 * CASES, &description(), checks::explicit_substep);
 }

@@ -2,14 +2,14 @@
 
 use harness::{
     checks,
-    models::{Contact, Deformation, description},
+    models::{Contact, Deformation, Description, description},
     runner::for_all,
 };
 use proptest::strategy::Strategy;
 
-#[test]
-fn trajectories_stay_within_the_bound_of_their_rounding_errors() {
-    let cases = description().prop_map(|mut description| {
+/// Cases of which a trajectory can be compared.
+fn cases() -> impl Strategy<Value = Description> {
+    description().prop_map(|mut description| {
         description.contact = Contact::Off;
         description.colliders = 0;
         // It turns an error of position into one of velocity, larger by 1/h, for every colour: after
@@ -20,6 +20,15 @@ fn trajectories_stay_within_the_bound_of_their_rounding_errors() {
             description.deformation = Deformation::Jitter;
         }
         description
-    });
-    for_all(24, &cases, |candidate, case| checks::trajectory(candidate, case, 20));
+    })
+}
+
+#[test]
+fn trajectories_stay_within_the_bound_of_their_rounding_errors() {
+    for_all(24, &cases(), |candidate, case| checks::trajectory(candidate, case, 20));
+}
+
+#[test]
+fn implicit_trajectories_stay_near_the_reference() {
+    for_all(24, &cases(), |candidate, case| checks::implicit_trajectory(candidate, case, 8));
 }

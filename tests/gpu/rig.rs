@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use cloth_backend_wgpu::{WgpuBackend, WgpuOptions, wgpu};
 use cloth_core::{
-    Air, Backend, Collider, ColliderShape, ContactResponse, ExplicitSettings, Frame, GridPatch,
-    Integrator, Model, ModelBuilder, Pose, SelfContact, Solver, SolverConfig, State, StrainLimit,
+    Air, Backend, Collider, ColliderShape, ContactResponse, Frame, GridPatch, Integrator, Model,
+    ModelBuilder, Pose, SelfContact, Solver, SolverConfig, State, StrainLimit,
 };
 use harness::models::{fold, grid_cloth, material};
 
@@ -39,7 +39,8 @@ pub(crate) fn config() -> SolverConfig {
     let strain_limit = Some(StrainLimit::default());
     SolverConfig {
         time_step: 5e-4,
-        integrator: Integrator::Explicit(ExplicitSettings { strain_limit }),
+        integrator: Integrator::Explicit,
+        strain_limit,
         strain_bound: 1e3,
         ..SolverConfig::default()
     }

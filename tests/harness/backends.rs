@@ -11,7 +11,11 @@ use cloth_core::{
     Backend, BackendInfo, Kernels, Model, Precision, Result, Solver, SolverConfig, State,
 };
 
-use crate::tracked::Tracked;
+use crate::{
+    feature::{Feature, is_lacking_printed},
+    tracked::Tracked,
+    verdict::Failure,
+};
 
 /// A backend at one precision.
 pub struct Candidate {
@@ -27,6 +31,8 @@ pub struct Candidate {
     /// Only one in so many generated cases is run: a GPU driver that computes on the processor takes
     /// far longer for a small case than its arithmetic does.
     pub case_divisor: u32,
+    /// What the backend does not offer, and says so when asked for it.
+    pub missing: &'static [Feature],
     /// Held while the candidate is under test, if it can take one test at a time.
     turn: Option<&'static Mutex<()>>,
 }
@@ -51,7 +57,29 @@ impl Candidate {
     #[must_use]
     pub fn new(label: &str, backend: Box<dyn Backend>, precision: Precision) -> Self {
         let label = format!("{label} {precision}");
-        Self { label, backend, precision, rounding: 1.0, case_divisor: 1, turn: None }
+        Self { label, backend, precision, rounding: 1.0, case_divisor: 1, missing: &[], turn: None }
+    }
+
+    /// Whether the backend offers a feature; a line says so if it does not.
+    #[must_use]
+    pub fn offers(&self, feature: Feature) -> bool {
+        let lacks = self.missing.contains(&feature);
+        if lacks {
+            is_lacking_printed(&self.label, feature);
+        }
+        !lacks
+    }
+
+    /// Whether a failure is the backend's answer that it has no such feature, and the list says the
+    /// same.
+    #[must_use]
+    pub fn is_known_to_lack(&self, failure: &Failure) -> bool {
+        let Some(text) = failure.unsupported() else { return false };
+        let known = self.missing.iter().find(|feature| text.contains(feature.wording()));
+        if let Some(&feature) = known {
+            is_lacking_printed(&self.label, feature);
+        }
+        known.is_some()
     }
 
     /// Distance between 1 and the next larger number, times what the backend may add to it.
@@ -148,6 +176,7 @@ pub fn gpu_candidate(label: &str, backend: Box<dyn Backend>) -> Candidate {
     Candidate {
         rounding: WGSL_ROUNDING,
         case_divisor: if gpu().is_processor() { 3 } else { 1 },
+        missing: &[Feature::Implicit, Feature::SemiImplicit],
         turn: Some(&TURN),
         ..Candidate::new(label, backend, Precision::F32)
     }
@@ -157,6 +186,11 @@ pub fn gpu_candidate(label: &str, backend: Box<dyn Backend>) -> Candidate {
 #[must_use]
 pub fn reference() -> &'static Candidate {
     &candidates()[0]
+}
+
+/// The candidates that offer a feature; a line for each of the others.
+pub fn candidates_with(feature: Feature) -> impl Iterator<Item = &'static Candidate> {
+    candidates().iter().filter(move |candidate| candidate.offers(feature))
 }
 
 /// Every backend that this build has, at every precision. A new backend is added here, and every

@@ -6,11 +6,15 @@
 //!   bound of their rounding error ([`tracked`]);
 //! - [`checks`]: one check for each stage and property, which answers with a [`Verdict`], so that
 //!   the negative controls can assert that a wrong backend is found out;
-//! - [`perturbed`]: the wrong backends.
+//! - [`perturbed`]: the wrong backends;
+//! - [`linear`]: the linear solvers under test; [`dense`]: matrices to compare them with.
 
 pub mod backends;
 pub mod bits;
 pub mod checks;
+pub mod dense;
+pub mod feature;
+pub mod linear;
 pub mod models;
 pub mod perturbed;
 pub mod random;

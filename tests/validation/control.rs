@@ -6,7 +6,7 @@ use harness::{
     models::{grid_cloth, material},
 };
 
-use crate::rig::{GRAVITY, advance, build, particles, solver};
+use crate::rig::{GRAVITY, advance, build, integrators, particles, solver_of};
 
 fn pin(particle: u32, action: PinAction) -> Control {
     Control { pins: vec![PinControl { particle, action }], ..Control::default() }
@@ -21,17 +21,19 @@ fn a_moved_pin_arrives_exactly() {
     cloth.pins = vec![0, 3];
     let model = build(ModelBuilder::new().cloth(cloth));
     for candidate in candidates() {
-        let mut solver = solver(candidate, &model, time_step);
-        let target = [0.123_456_789, -0.2, 0.377];
-        solver.set_control(&pin(3, PinAction::MoveTo(target))).unwrap();
-        let state = advance(&mut *solver, 7, time_step);
-        let expected = State { positions: vec![target], ..State::default() };
-        let expected = candidate.rounded(&expected).positions[0];
-        assert_eq!(state.positions[3], expected, "{}", candidate.label);
-        let later = advance(&mut *solver, 7, time_step);
-        assert_eq!(later.positions[3], expected, "{}: moved on", candidate.label);
-        assert_eq!(later.positions[0], candidate.rounded(&model.initial_state()).positions[0]);
-        assert_eq!(later.held[3], 1);
+        for integrator in integrators(candidate) {
+            let mut solver = solver_of(candidate, &model, time_step, integrator);
+            let target = [0.123_456_789, -0.2, 0.377];
+            solver.set_control(&pin(3, PinAction::MoveTo(target))).unwrap();
+            let state = advance(&mut *solver, 7, time_step);
+            let expected = State { positions: vec![target], ..State::default() };
+            let expected = candidate.rounded(&expected).positions[0];
+            assert_eq!(state.positions[3], expected, "{}", candidate.label);
+            let later = advance(&mut *solver, 7, time_step);
+            assert_eq!(later.positions[3], expected, "{}: moved on", candidate.label);
+            assert_eq!(later.positions[0], candidate.rounded(&model.initial_state()).positions[0]);
+            assert_eq!(later.held[3], 1);
+        }
     }
 }
 
@@ -44,15 +46,19 @@ fn moved_pins_pull_their_neighbours_along() {
     cloth.pins = vec![0, 1];
     let model = build(ModelBuilder::new().gravity([0.0; 3]).cloth(cloth));
     for candidate in candidates() {
-        let mut solver = solver(candidate, &model, time_step);
-        let up = |particle: u32| {
-            let x = model.positions()[particle as usize];
-            PinControl { particle, action: PinAction::MoveTo([x[0], x[1], x[2] + 0.05]) }
-        };
-        solver.set_control(&Control { pins: vec![up(0), up(1)], ..Control::default() }).unwrap();
-        let state = advance(&mut *solver, 50, time_step);
-        for follower in [2, 3] {
-            assert!(state.positions[follower][2] > 0.0, "{}: left behind", candidate.label);
+        for integrator in integrators(candidate) {
+            let mut solver = solver_of(candidate, &model, time_step, integrator);
+            let up = |particle: u32| {
+                let x = model.positions()[particle as usize];
+                PinControl { particle, action: PinAction::MoveTo([x[0], x[1], x[2] + 0.05]) }
+            };
+            solver
+                .set_control(&Control { pins: vec![up(0), up(1)], ..Control::default() })
+                .unwrap();
+            let state = advance(&mut *solver, 50, time_step);
+            for follower in [2, 3] {
+                assert!(state.positions[follower][2] > 0.0, "{}: left behind", candidate.label);
+            }
         }
     }
 }
@@ -65,20 +71,22 @@ fn a_released_pin_falls() {
     cloth.pins = vec![0, 1];
     let model = build(ModelBuilder::new().cloth(cloth));
     for candidate in candidates() {
-        let mut solver = solver(candidate, &model, time_step);
-        let held = advance(&mut *solver, 100, time_step);
-        assert_eq!(held.positions, model.positions(), "{}", candidate.label);
-        solver.set_control(&pin(1, PinAction::Release)).unwrap();
-        let steps = 200;
-        let state = advance(&mut *solver, steps, time_step);
-        let n = f64::from(steps);
-        let fall = GRAVITY * time_step * time_step * n * (n + 1.0) / 2.0;
-        assert_eq!(state.positions[0], [0.0; 3]);
-        // n roundings of a velocity of up to g n h, each of which counts for n steps of h.
-        let tolerance = 2.0 * n * n * time_step * candidate.epsilon() * GRAVITY * n * time_step;
-        assert!((state.positions[1][2] + fall).abs() <= tolerance, "{}", candidate.label);
-        solver.set_control(&pin(1, PinAction::Hold)).unwrap();
-        let caught = advance(&mut *solver, 100, time_step);
-        assert_eq!(caught.positions[1], state.positions[1], "{}: not held", candidate.label);
+        for integrator in integrators(candidate) {
+            let mut solver = solver_of(candidate, &model, time_step, integrator);
+            let held = advance(&mut *solver, 100, time_step);
+            assert_eq!(held.positions, model.positions(), "{}", candidate.label);
+            solver.set_control(&pin(1, PinAction::Release)).unwrap();
+            let steps = 200;
+            let state = advance(&mut *solver, steps, time_step);
+            let n = f64::from(steps);
+            let fall = GRAVITY * time_step * time_step * n * (n + 1.0) / 2.0;
+            assert_eq!(state.positions[0], [0.0; 3]);
+            // n roundings of a velocity of up to g n h, each of which counts for n steps of h.
+            let tolerance = 2.0 * n * n * time_step * candidate.epsilon() * GRAVITY * n * time_step;
+            assert!((state.positions[1][2] + fall).abs() <= tolerance, "{}", candidate.label);
+            solver.set_control(&pin(1, PinAction::Hold)).unwrap();
+            let caught = advance(&mut *solver, 100, time_step);
+            assert_eq!(caught.positions[1], state.positions[1], "{}: not held", candidate.label);
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a rig that fails is a test that fails")]
 
+mod buckling;
 mod chain;
 mod colliders;
 mod control;
@@ -9,8 +10,20 @@ mod convergence;
 mod energy;
 mod free_flight;
 mod friction;
+mod implicit_colliders;
+mod implicit_energy;
+mod implicit_jacobian;
+mod implicit_linear;
+mod implicit_matrix;
+mod implicit_newton;
+mod implicit_oscillator;
+mod implicit_rig;
+mod implicit_stability;
+mod implicit_stack;
 mod internal_forces;
 mod oscillator;
 mod rig;
 mod self_contact;
+mod semi_implicit;
 mod stability;
+mod time_step;

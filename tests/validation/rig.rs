@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Cloth, Frame, Geometry, Model, ModelBuilder, NetworkSpring, Precision, Solver, SolverConfig,
-    SpringClass, SpringNetwork, State,
+    Cloth, Frame, Geometry, ImplicitSettings, Integrator, Model, ModelBuilder, NetworkSpring,
+    Precision, Solver, SolverConfig, SpringClass, SpringNetwork, State,
 };
 use harness::{
     backends::{Candidate, candidates},
+    feature::Feature,
     models::material,
 };
 
@@ -33,6 +34,7 @@ pub(crate) fn chain(
         particles: [i, i + 1],
         class: SpringClass::Stretch,
         rest_length: Some(rest_length),
+        coefficients: None,
     });
     network("chain", positions, springs.collect(), mass, stiffness, [0.0; 3])
 }
@@ -64,9 +66,42 @@ pub(crate) fn build(builder: ModelBuilder) -> Arc<Model> {
 
 /// A solver with explicit steps of `time_step` \[s\].
 pub(crate) fn solver(candidate: &Candidate, model: &Arc<Model>, time_step: f64) -> Box<dyn Solver> {
-    let config =
-        SolverConfig { precision: candidate.precision, time_step, ..SolverConfig::default() };
+    solver_of(candidate, model, time_step, Integrator::Explicit)
+}
+
+/// A solver with steps of `time_step` \[s\] of an integrator.
+pub(crate) fn solver_of(
+    candidate: &Candidate,
+    model: &Arc<Model>,
+    time_step: f64,
+    integrator: Integrator,
+) -> Box<dyn Solver> {
+    let config = SolverConfig {
+        precision: candidate.precision,
+        time_step,
+        integrator,
+        ..SolverConfig::default()
+    };
     candidate.backend.create_solver(model.clone(), &config).unwrap()
+}
+
+/// The implicit integrator with linear systems solved to `tolerance`, or as far as rounding lets
+/// them: single precision does not get below some 1e-6.
+pub(crate) fn implicit(candidate: &Candidate, tolerance: f64) -> Integrator {
+    let mut settings = ImplicitSettings::default();
+    settings.linear.tolerance = tolerance.max(20.0 * candidate.epsilon());
+    settings.linear.iterations_max = 2000;
+    Integrator::Implicit(settings)
+}
+
+/// The integrators that solve the equations of motion themselves, so that mechanics applies to what
+/// they compute, as far as the candidate offers them; linear systems solved as well as the precision allows.
+pub(crate) fn integrators(candidate: &Candidate) -> Vec<Integrator> {
+    let mut all = vec![Integrator::Explicit];
+    if candidate.offers(Feature::Implicit) {
+        all.push(implicit(candidate, 1e-12));
+    }
+    all
 }
 
 /// Advances by one frame of `substeps` substeps of `time_step` \[s\] and downloads the state.

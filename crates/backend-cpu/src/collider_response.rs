@@ -8,7 +8,7 @@ use pulp::NullaryFnOnce;
 
 use crate::{
     memory::{LANES, Lanes, MotionChunk, PacketMotion, lanes},
-    vector::dot,
+    vector::{dot, sub},
 };
 
 /// A collider at one time, in the precision of the solver.
@@ -77,6 +77,49 @@ impl<T: Real> ColliderAt<T> {
                 restitution: T::from_f64(collider.restitution),
             }));
         }
+    }
+}
+
+impl<T: Real> ColliderAt<T> {
+    /// How deep a packet is in the collider.
+    #[inline(always)]
+    pub(crate) fn depths(
+        &self,
+        offsets: &Lanes<T>,
+        inverse_mass: &Lanes<T>,
+        position: [&Lanes<T>; 3],
+    ) -> Depths<T> {
+        let mut depths = Depths::zero();
+        let at = self.translation;
+        match &self.shape {
+            Shape::Plane(shape) => depths.fill(shape, at, offsets, inverse_mass, position),
+            Shape::Sphere(shape) => depths.fill(shape, at, offsets, inverse_mass, position),
+            Shape::Capsule(shape) => depths.fill(shape, at, offsets, inverse_mass, position),
+            Shape::Box(shape) => depths.fill(shape, at, offsets, inverse_mass, position),
+        }
+        depths
+    }
+
+    /// Velocity of the collider at a point \[m/s\].
+    #[inline(always)]
+    pub(crate) fn velocity_at(&self, point: [T; 3]) -> [T; 3] {
+        let [ax, ay, az] = self.angular_velocity;
+        let arm = sub(point, self.translation);
+        let turning =
+            [ay * arm[2] - az * arm[1], az * arm[0] - ax * arm[2], ax * arm[1] - ay * arm[0]];
+        let mut velocity = [T::ZERO; 3];
+        for axis in 0..3 {
+            velocity[axis] = self.linear_velocity[axis] + turning[axis];
+        }
+        velocity
+    }
+
+    pub(crate) const fn friction(&self) -> T {
+        self.friction
+    }
+
+    pub(crate) const fn restitution(&self) -> T {
+        self.restitution
     }
 }
 
@@ -215,10 +258,10 @@ fn collide<T: Real>(
 }
 
 /// How deep the particles of a packet are in a collider.
-struct Depths<T> {
+pub(crate) struct Depths<T> {
     /// Intrusion into the thickness \[m\]; not positive for particles that are outside or held.
-    depth: Lanes<T>,
-    normals: [Lanes<T>; 3],
+    pub(crate) depth: Lanes<T>,
+    pub(crate) normals: [Lanes<T>; 3],
 }
 
 impl<T: Real> Depths<T> {
@@ -259,14 +302,7 @@ pub(crate) fn penetration<T: Real>(
 ) -> T {
     let mut deepest = T::ZERO;
     for collider in colliders {
-        let mut contact = Depths::zero();
-        let at = collider.translation;
-        match &collider.shape {
-            Shape::Plane(shape) => contact.fill(shape, at, offsets, inverse_mass, position),
-            Shape::Sphere(shape) => contact.fill(shape, at, offsets, inverse_mass, position),
-            Shape::Capsule(shape) => contact.fill(shape, at, offsets, inverse_mass, position),
-            Shape::Box(shape) => contact.fill(shape, at, offsets, inverse_mass, position),
-        }
+        let contact = collider.depths(offsets, inverse_mass, position);
         for lane in 0..LANES {
             deepest = contact.depth[lane].maximum(deepest);
         }
@@ -302,7 +338,6 @@ fn respond<T: Real>(
     Depths { depth, normals }: &Depths<T>,
     motion: &mut PacketMotion<T>,
 ) {
-    let [ax, ay, az] = collider.angular_velocity;
     let rebound = T::ONE + collider.restitution;
     for lane in 0..LANES {
         let touches = depth[lane] > T::ZERO;
@@ -314,16 +349,9 @@ fn respond<T: Real>(
             velocity[axis] = motion.velocity[axis][lane];
             position[axis] = motion.position[axis][lane] + depth[lane] * normal[axis];
         }
-        let mut arm = [T::ZERO; 3];
-        for axis in 0..3 {
-            arm[axis] = position[axis] - collider.translation[axis];
-        }
-        let turning =
-            [ay * arm[2] - az * arm[1], az * arm[0] - ax * arm[2], ax * arm[1] - ay * arm[0]];
-        let mut surface = [T::ZERO; 3];
+        let surface = collider.velocity_at(position);
         let mut relative = [T::ZERO; 3];
         for axis in 0..3 {
-            surface[axis] = collider.linear_velocity[axis] + turning[axis];
             relative[axis] = velocity[axis] - surface[axis];
         }
         let approach = dot(relative, normal);

@@ -18,6 +18,11 @@ impl<T: Real> FieldSum<T> {
             drag_rate: model.drag_rate().map(T::from_f64),
         }
     }
+
+    /// Acceleration and drag rate.
+    pub(crate) const fn sums(&self) -> ([T; 3], [T; 3]) {
+        (self.acceleration, self.drag_rate)
+    }
 }
 
 /// Forces of the fields on a packet.

@@ -14,12 +14,17 @@
 mod aerodynamic_forces;
 mod collider_response;
 mod contact;
+mod elasticity;
 mod explicit_substep;
 mod field_forces;
+mod implicit;
 mod integrate_explicit;
+mod integrate_implicit;
 mod kernels;
 mod measure;
 mod memory;
+mod semi_implicit;
+mod sparse_cholesky;
 mod spring_forces;
 mod springs;
 mod strain_limit;

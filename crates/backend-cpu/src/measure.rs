@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::{
     collider_response::{ColliderAt, penetration},
+    elasticity::Elasticity,
     memory::{BLOCK, LANES, Lanes, Masses, lanes},
     spring_forces::{ColumnVisitor, MotionView, PacketView, Spring, visit_columns},
     springs::{Column, SpringColumns},
@@ -95,7 +96,7 @@ impl<T: Real> Measure<'_, T> {
                 partial.strain_particle = (first + lane) as u32;
             }
             partial.strain_sum += sum.strain_sum[lane].to_f64();
-            // Both ends of a spring count its energy k stretch^2 / 2.
+            // Both ends of a spring count twice its energy.
             partial.elastic += 0.25 * sum.elastic[lane].to_f64();
             partial.force_magnitude += sum.magnitude[lane].to_f64();
             partial.spring_ends += sum.ends[lane].to_f64();
@@ -159,15 +160,21 @@ struct SpringSum<'a, T> {
 
 impl<T: Real> ColumnVisitor<T> for SpringSum<'_, T> {
     #[inline(always)]
-    fn visit(&mut self, column: &Column<T>, x: [&Lanes<T>; 3], v: [&Lanes<T>; 3]) {
+    fn visit(
+        &mut self,
+        column: &Column<T>,
+        elasticity: &impl Elasticity<T>,
+        neighbours: PacketView<'_, T>,
+    ) {
         for lane in 0..LANES {
-            let spring = Spring::new(column, self.motion, (x, v), lane);
+            let spring = Spring::new(column, elasticity, self.motion, neighbours, lane);
             let active = column.active[lane];
             let strain = spring.stretch / column.rest_length[lane];
             let largest = strain.maximum(self.strain_max[lane]);
             self.strain_max[lane] = if active != T::ZERO { largest } else { self.strain_max[lane] };
             self.strain_sum[lane] += active * strain.abs();
-            self.elastic[lane] += column.stiffness[lane] * spring.stretch * spring.stretch;
+            self.elastic[lane] +=
+                elasticity.energy_doubled(lane, column.stiffness[lane], spring.stretch);
             self.magnitude[lane] += spring.tension.abs();
             self.ends[lane] += active;
             let [fx, fy, fz] = spring.force();

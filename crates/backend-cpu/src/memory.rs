@@ -42,6 +42,11 @@ impl<T: Real> VectorField<T> {
         self.margin
     }
 
+    /// Sets everything to zero.
+    pub(crate) fn clear(&mut self) {
+        self.components.iter_mut().for_each(|component| component.fill(T::ZERO));
+    }
+
     pub(crate) fn get(&self, particle: usize) -> [T; 3] {
         self.components.each_ref().map(|component| component[self.margin + particle])
     }
@@ -81,6 +86,61 @@ impl<T: Real> VectorField<T> {
     }
 }
 
+/// A [`VectorField`] to read from, with the components as slices.
+#[derive(Clone, Copy)]
+pub(crate) struct FieldView<'a, T> {
+    components: [&'a [T]; 3],
+    margin: usize,
+}
+
+impl<'a, T: Real> FieldView<'a, T> {
+    #[inline(always)]
+    pub(crate) fn new(field: &'a VectorField<T>) -> Self {
+        Self { components: field.padded(), margin: field.margin() }
+    }
+
+    /// Entries without margins, a multiple of [`LANES`].
+    #[inline(always)]
+    pub(crate) fn len(&self) -> usize {
+        self.components[0].len() - 2 * self.margin
+    }
+
+    /// The packet that starts at `first`, which can lie in the margin and need not be aligned.
+    #[inline(always)]
+    pub(crate) fn packet(&self, first: isize) -> [&'a Lanes<T>; 3] {
+        let at = self.margin.wrapping_add_signed(first);
+        let [x, y, z] = self.components;
+        [lanes(x, at), lanes(y, at), lanes(z, at)]
+    }
+
+    /// `length` particles from `first` on.
+    #[inline(always)]
+    pub(crate) fn range(&self, first: isize, length: usize) -> [&'a [T]; 3] {
+        let start = self.margin.wrapping_add_signed(first);
+        let end = start + length;
+        let [x, y, z] = self.components;
+        [&x[start..end], &y[start..end], &z[start..end]]
+    }
+
+    /// The vectors of single particles.
+    #[inline(always)]
+    pub(crate) fn gather(&self, particles: &Lanes<u32>) -> [Lanes<T>; 3] {
+        let mut gathered = [[T::ZERO; LANES]; 3];
+        for lane in 0..LANES {
+            let at = self.margin + particles[lane] as usize;
+            for axis in 0..3 {
+                gathered[axis][lane] = self.components[axis][at];
+            }
+        }
+        gathered
+    }
+
+    #[inline(always)]
+    pub(crate) fn get(&self, particle: usize) -> [T; 3] {
+        self.components.map(|component| component[self.margin + particle])
+    }
+}
+
 /// Positions and velocities.
 #[derive(Clone, Debug)]
 pub(crate) struct Motion<T> {
@@ -94,6 +154,11 @@ impl<T: Real> Motion<T> {
             position: VectorField::new(count, margin),
             velocity: VectorField::new(count, margin),
         }
+    }
+
+    /// Whether it has no memory for particles.
+    pub(crate) const fn is_empty(&self) -> bool {
+        self.position.count == 0
     }
 }
 

@@ -3,6 +3,7 @@
 use cloth_core::Real;
 
 use crate::{
+    elasticity::{Elasticity, Linear},
     memory::{LANES, Lanes, Motion, lanes},
     springs::{Column, Neighbours, SpringColumns},
 };
@@ -44,13 +45,33 @@ impl<'a, T: Real> MotionView<'a, T> {
 /// What is done with each column of a packet. A trait rather than a closure, as only a method can be
 /// forced inline, without which it would not be compiled for the processor's vector instructions.
 pub(crate) trait ColumnVisitor<T> {
-    /// `x` and `v` are position and velocity of the neighbours.
-    fn visit(&mut self, column: &Column<T>, x: [&Lanes<T>; 3], v: [&Lanes<T>; 3]);
+    /// `elasticity` is that of the column, `neighbours` are their positions and velocities.
+    fn visit(
+        &mut self,
+        column: &Column<T>,
+        elasticity: &impl Elasticity<T>,
+        neighbours: PacketView<'_, T>,
+    );
 }
 
 /// Shows the columns of the packet that starts at particle `first` to a visitor, in order.
 #[inline(always)]
 pub(crate) fn visit_columns<T: Real>(
+    springs: &SpringColumns<T>,
+    motion: MotionView<'_, T>,
+    first: usize,
+    visitor: &mut impl ColumnVisitor<T>,
+) {
+    // Two loops, so that the sums of a visitor stay in registers where no spring buckles.
+    if springs.can_buckle() {
+        visit_columns_of::<T, true>(springs, motion, first, visitor);
+    } else {
+        visit_columns_of::<T, false>(springs, motion, first, visitor);
+    }
+}
+
+#[inline(always)]
+fn visit_columns_of<T: Real, const CAN_BUCKLE: bool>(
     springs: &SpringColumns<T>,
     motion: MotionView<'_, T>,
     first: usize,
@@ -62,11 +83,9 @@ pub(crate) fn visit_columns<T: Real>(
                 let start = (motion.margin + first).wrapping_add_signed(*offset as isize);
                 let [x, y, z] = motion.x;
                 let [u, v, w] = motion.v;
-                visitor.visit(
-                    column,
-                    [lanes(x, start), lanes(y, start), lanes(z, start)],
-                    [lanes(u, start), lanes(v, start), lanes(w, start)],
-                );
+                let x = [lanes(x, start), lanes(y, start), lanes(z, start)];
+                let v = [lanes(u, start), lanes(v, start), lanes(w, start)];
+                visit_column::<T, CAN_BUCKLE>(column, (x, v), visitor);
             }
             Neighbours::Indices(indices) => {
                 let mut x = [[T::ZERO; LANES]; 3];
@@ -78,9 +97,22 @@ pub(crate) fn visit_columns<T: Real>(
                         v[axis][lane] = motion.v[axis][at];
                     }
                 }
-                visitor.visit(column, x.each_ref(), v.each_ref());
+                visit_column::<T, CAN_BUCKLE>(column, (x.each_ref(), v.each_ref()), visitor);
             }
         }
+    }
+}
+
+/// Shows one column to a visitor, compiled for each elasticity.
+#[inline(always)]
+fn visit_column<T: Real, const CAN_BUCKLE: bool>(
+    column: &Column<T>,
+    neighbours: PacketView<'_, T>,
+    visitor: &mut impl ColumnVisitor<T>,
+) {
+    match &column.buckling {
+        Some(buckling) if CAN_BUCKLE => visitor.visit(column, &**buckling, neighbours),
+        _ => visitor.visit(column, &Linear, neighbours),
     }
 }
 
@@ -111,11 +143,12 @@ pub(crate) struct Spring<T> {
 }
 
 impl<T: Real> Spring<T> {
-    /// The spring of `lane` in a column, between a packet and the neighbours in that column, both
-    /// with position and velocity.
+    /// The spring of `lane` in a column with this elasticity, between a packet and the neighbours in
+    /// that column, both with position and velocity.
     #[inline(always)]
     pub(crate) fn new(
         column: &Column<T>,
+        elasticity: &impl Elasticity<T>,
         ([xi, yi, zi], [ui, vi, wi]): PacketView<'_, T>,
         ([xj, yj, zj], [uj, vj, wj]): PacketView<'_, T>,
         lane: usize,
@@ -130,7 +163,8 @@ impl<T: Real> Spring<T> {
                 * inverse_length;
         let stretch = length - column.rest_length[lane];
         // A lane without a spring has stiffness and damping zero.
-        let tension = column.stiffness[lane] * stretch + column.damping[lane] * rate;
+        let tension =
+            elasticity.tension(lane, column.stiffness[lane], stretch) + column.damping[lane] * rate;
         Self { difference: [dx, dy, dz], stretch, tension, inverse_length }
     }
 
@@ -154,9 +188,15 @@ struct ForceSum<'a, T> {
 
 impl<T: Real> ColumnVisitor<T> for ForceSum<'_, T> {
     #[inline(always)]
-    fn visit(&mut self, column: &Column<T>, x: [&Lanes<T>; 3], v: [&Lanes<T>; 3]) {
+    fn visit(
+        &mut self,
+        column: &Column<T>,
+        elasticity: &impl Elasticity<T>,
+        neighbours: PacketView<'_, T>,
+    ) {
         for lane in 0..LANES {
-            let [fx, fy, fz] = Spring::new(column, self.motion, (x, v), lane).force();
+            let [fx, fy, fz] =
+                Spring::new(column, elasticity, self.motion, neighbours, lane).force();
             self.force[0][lane] += fx;
             self.force[1][lane] += fy;
             self.force[2][lane] += fz;

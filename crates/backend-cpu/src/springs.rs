@@ -9,9 +9,12 @@
 
 use std::{collections::HashMap, ops::Range};
 
-use cloth_core::{Real, SpringRows, Springs};
+use cloth_core::{Buckling, Real, SpringKind, SpringRows, Springs};
 
-use crate::memory::{LANES, Lanes, packets};
+use crate::{
+    elasticity::BucklingLanes,
+    memory::{LANES, Lanes, packets},
+};
 
 /// One spring, or none, for each particle of a packet.
 #[derive(Clone, Debug)]
@@ -22,6 +25,8 @@ pub(crate) struct Column<T> {
     pub(crate) rest_length: Lanes<T>,
     pub(crate) stiffness: Lanes<T>,
     pub(crate) damping: Lanes<T>,
+    /// Only where a spring of the column can buckle.
+    pub(crate) buckling: Option<Box<BucklingLanes<T>>>,
 }
 
 /// Where the neighbours of a column are.
@@ -39,6 +44,26 @@ pub(crate) struct SpringColumns<T> {
     columns: Vec<Column<T>>,
     packets: Vec<Range<u32>>,
     margin: usize,
+    can_buckle: bool,
+}
+
+/// A kind of springs in the precision of the solver.
+struct Kind<T> {
+    rest_length: T,
+    stiffness: T,
+    damping: T,
+    buckling: Option<Buckling<T>>,
+}
+
+impl<T: Real> Kind<T> {
+    fn new(kind: &SpringKind) -> Self {
+        Self {
+            rest_length: T::from_f64(kind.rest_length),
+            stiffness: T::from_f64(kind.stiffness),
+            damping: T::from_f64(kind.damping),
+            buckling: kind.buckling().as_ref().map(Buckling::rounded),
+        }
+    }
 }
 
 /// One entry of the rows of a packet.
@@ -52,7 +77,9 @@ struct Entry {
 impl<T: Real> SpringColumns<T> {
     pub(crate) fn new(springs: &Springs, particle_count: usize) -> Self {
         let rows = springs.gather_rows();
-        let mut result = Self { columns: Vec::new(), packets: Vec::new(), margin: 0 };
+        let kinds: Vec<Kind<T>> = springs.kinds().iter().map(Kind::new).collect();
+        let can_buckle = kinds.iter().any(|kind| kind.buckling.is_some());
+        let mut result = Self { columns: Vec::new(), packets: Vec::new(), margin: 0, can_buckle };
         let mut shared: HashMap<Vec<Entry>, Range<u32>> = HashMap::new();
         for packet in 0..packets(particle_count) {
             let entries = packet_entries(&rows, packet, particle_count);
@@ -60,12 +87,12 @@ impl<T: Real> SpringColumns<T> {
                 if let Some(range) = shared.get(&entries) {
                     range.clone()
                 } else {
-                    let range = result.push_offsets(springs, &entries);
+                    let range = result.push_offsets(&kinds, &entries);
                     shared.insert(entries, range.clone());
                     range
                 }
             } else {
-                result.push_indices(springs, packet, &entries)
+                result.push_indices(&kinds, packet, &entries)
             };
             result.packets.push(range);
         }
@@ -78,6 +105,12 @@ impl<T: Real> SpringColumns<T> {
         self.margin
     }
 
+    /// Whether any spring can buckle.
+    #[inline(always)]
+    pub(crate) const fn can_buckle(&self) -> bool {
+        self.can_buckle
+    }
+
     /// The columns of a packet.
     #[inline(always)]
     pub(crate) fn packet(&self, packet: usize) -> &[Column<T>] {
@@ -85,21 +118,37 @@ impl<T: Real> SpringColumns<T> {
         &self.columns[range.start as usize..range.end as usize]
     }
 
-    fn push_offsets(&mut self, springs: &Springs, entries: &[Entry]) -> Range<u32> {
+    /// Number of packets.
+    pub(crate) fn packet_count(&self) -> usize {
+        self.packets.len()
+    }
+
+    /// Where the columns of a packet are among [`Self::columns`].
+    #[inline(always)]
+    pub(crate) fn packet_range(&self, packet: usize) -> Range<u32> {
+        self.packets[packet].clone()
+    }
+
+    /// All columns; packets that look alike share theirs.
+    pub(crate) fn columns(&self) -> &[Column<T>] {
+        &self.columns
+    }
+
+    fn push_offsets(&mut self, kinds: &[Kind<T>], entries: &[Entry]) -> Range<u32> {
         let start = self.columns.len() as u32;
         for group in entries.chunk_by(|a, b| a.offset == b.offset) {
             let offset = group[0].offset;
             self.margin = self.margin.max(offset.unsigned_abs() as usize + LANES);
             let mut column = Column::empty(Neighbours::Offset(offset as i32));
             for entry in group {
-                column.set(springs, entry);
+                column.set(kinds, entry);
             }
             self.columns.push(column);
         }
         start..self.columns.len() as u32
     }
 
-    fn push_indices(&mut self, springs: &Springs, packet: usize, entries: &[Entry]) -> Range<u32> {
+    fn push_indices(&mut self, kinds: &[Kind<T>], packet: usize, entries: &[Entry]) -> Range<u32> {
         let start = self.columns.len() as u32;
         let own: Lanes<u32> = std::array::from_fn(|lane| (packet * LANES + lane) as u32);
         let mut used = [0_usize; LANES];
@@ -111,7 +160,7 @@ impl<T: Real> SpringColumns<T> {
                 self.columns.push(Column::empty(Neighbours::Indices(own)));
             }
             let column = &mut self.columns[place];
-            column.set(springs, entry);
+            column.set(kinds, entry);
             if let Neighbours::Indices(indices) = &mut column.neighbours {
                 indices[entry.lane] = (i64::from(own[entry.lane]) + entry.offset) as u32;
             }
@@ -128,15 +177,20 @@ impl<T: Real> Column<T> {
             rest_length: [T::ONE; LANES],
             stiffness: [T::ZERO; LANES],
             damping: [T::ZERO; LANES],
+            buckling: None,
         }
     }
 
-    fn set(&mut self, springs: &Springs, entry: &Entry) {
-        let kind = &springs.kinds()[entry.kind as usize];
+    fn set(&mut self, kinds: &[Kind<T>], entry: &Entry) {
+        let kind = &kinds[entry.kind as usize];
         self.active[entry.lane] = T::ONE;
-        self.rest_length[entry.lane] = T::from_f64(kind.rest_length);
-        self.stiffness[entry.lane] = T::from_f64(kind.stiffness);
-        self.damping[entry.lane] = T::from_f64(kind.damping);
+        self.rest_length[entry.lane] = kind.rest_length;
+        self.stiffness[entry.lane] = kind.stiffness;
+        self.damping[entry.lane] = kind.damping;
+        if let Some(buckling) = kind.buckling {
+            let lanes = self.buckling.get_or_insert_with(|| Box::new(BucklingLanes::never()));
+            lanes.set(entry.lane, buckling);
+        }
     }
 }
 

@@ -1,5 +1,7 @@
 //! What can be said on the command line.
 
+mod solver;
+
 use std::{num::NonZeroUsize, path::PathBuf, str::FromStr};
 
 use clap::{Args, Parser, Subcommand};
@@ -7,6 +9,8 @@ use cloth::{
     Precision,
     io::{FrameFormat, PICTURE_SIDE_LIMIT},
 };
+
+pub(crate) use solver::SolverArguments;
 
 /// Simulates cloth.
 #[derive(Debug, Parser)]
@@ -50,6 +54,8 @@ pub(crate) struct SceneArguments {
     /// Number of frames, in place of the scene's.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) frames: Option<u32>,
+    #[command(flatten)]
+    pub(crate) solver: SolverArguments,
 }
 
 #[derive(Debug, Args)]

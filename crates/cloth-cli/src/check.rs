@@ -2,7 +2,10 @@
 
 use std::io::{Write, stdout};
 
-use cloth::{ContactResponse, scene::CompiledScene};
+use cloth::{
+    ContactResponse, Integrator, LinearMethod, SemiImplicitSolve, TimeStepControl,
+    scene::{CompiledScene, SceneSolver},
+};
 
 use crate::{
     arguments::CheckArguments, failure::Failure, scene_source::SceneSource, units::bytes_text,
@@ -11,11 +14,14 @@ use crate::{
 /// Share of the stable time step above which a scene runs without a margin.
 const STABLE_SHARE: f64 = 0.9;
 
+/// Particles up to which methods for small models are no slip.
+const SMALL_PARTICLES: usize = 4000;
+
 pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     let source = SceneSource::read(&arguments.scene)?;
     let scene = source.compile(None)?;
     let estimate = source.scene.memory_estimate(&source.options);
-    let stable_time_step = scene.model.stable_time_step();
+    let solver = source.scene.simulation.solver;
     let mut out = stdout().lock();
     writeln!(out, "scene        {}", scene.name)?;
     for (cloth, springs) in scene.model.cloths().iter().zip(springs_per_cloth(&scene)) {
@@ -39,10 +45,27 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     writeln!(out, "memory       about {}", bytes_text(estimate.bytes))?;
     writeln!(
         out,
-        "time step    {:.3e} s, precision {}",
-        scene.config.time_step, scene.config.precision
+        "solver       {}, precision {}",
+        solver_text(&scene, solver),
+        scene.config.precision
     )?;
-    writeln!(out, "stable       up to about {stable_time_step:.3e} s (2/omega_max)")?;
+    let adaptive = match scene.config.time_step_control {
+        TimeStepControl::Adaptive(settings) => {
+            format!(", halved up to {} times where needed", settings.halvings_max)
+        }
+        TimeStepControl::Fixed => String::new(),
+    };
+    writeln!(out, "time step    {:.3e} s{adaptive}", scene.config.time_step)?;
+    let stable_time_step = scene.model.stable_time_step();
+    if solver == SceneSolver::Explicit {
+        writeln!(out, "stable       up to about {stable_time_step:.3e} s (2/omega_max)")?;
+    } else {
+        writeln!(
+            out,
+            "stable       at any time step, which damps what is faster (explicit: up to about \
+             {stable_time_step:.3e} s)"
+        )?;
+    }
     for warning in warnings(&scene, stable_time_step) {
         writeln!(out, "warning: {warning}")?;
     }
@@ -57,24 +80,30 @@ fn springs_per_cloth(scene: &CompiledScene) -> Vec<usize> {
     counts
 }
 
+/// The solver, with what it solves systems by.
+fn solver_text(scene: &CompiledScene, solver: SceneSolver) -> String {
+    let name = solver.name();
+    let Integrator::Implicit(settings) = &scene.config.integrator else { return name.into() };
+    let linear = &settings.linear;
+    match linear.method {
+        LinearMethod::ConjugateGradient => format!(
+            "{name}, cg with preconditioner {}, tolerance {}, at most {} iterations",
+            linear.preconditioner, linear.tolerance, linear.iterations_max
+        ),
+        LinearMethod::Jacobi => format!(
+            "{name}, jacobi, tolerance {}, at most {} iterations",
+            linear.tolerance, linear.iterations_max
+        ),
+        method => format!("{name}, {method}"),
+    }
+}
+
 /// What a scene is allowed to be but is hardly meant to be.
 fn warnings(scene: &CompiledScene, stable_time_step: f64) -> Vec<String> {
-    let mut warnings = Vec::new();
-    let time_step = scene.config.time_step;
-    if time_step > stable_time_step {
-        warnings.push(format!(
-            "the time step is {:.2} times the stable one: the simulation will diverge; use a \
-             smaller time step or softer springs",
-            time_step / stable_time_step
-        ));
-    } else if time_step > STABLE_SHARE * stable_time_step {
-        warnings.push(format!(
-            "the time step is {:.0} % of the stable one: contact or stretching can make the \
-             simulation diverge; stay below {:.0} %",
-            100.0 * time_step / stable_time_step,
-            100.0 * STABLE_SHARE,
-        ));
-    }
+    let mut warnings = match &scene.config.integrator {
+        Integrator::Explicit => explicit_warnings(scene, stable_time_step),
+        integrator => large_step_warnings(scene, integrator),
+    };
     let model = &scene.model;
     // The impulse response leaves neighbours out.
     let penalty = |response| matches!(response, ContactResponse::Penalty { .. });
@@ -97,6 +126,57 @@ fn warnings(scene: &CompiledScene, stable_time_step: f64) -> Vec<String> {
         warnings.push(
             "nothing holds or stops the cloth: it falls out of view; add pins or a collider".into(),
         );
+    }
+    warnings
+}
+
+/// An adaptive time step takes care of itself.
+fn explicit_warnings(scene: &CompiledScene, stable_time_step: f64) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let time_step = scene.config.time_step;
+    if scene.config.time_step_control != TimeStepControl::Fixed {
+        return warnings;
+    }
+    if time_step > stable_time_step {
+        warnings.push(format!(
+            "the time step is {:.2} times the stable one: the simulation will diverge; use a \
+             smaller time step or softer springs",
+            time_step / stable_time_step
+        ));
+    } else if time_step > STABLE_SHARE * stable_time_step {
+        warnings.push(format!(
+            "the time step is {:.0} % of the stable one: contact or stretching can make the \
+             simulation diverge; stay below {:.0} %",
+            100.0 * time_step / stable_time_step,
+            100.0 * STABLE_SHARE,
+        ));
+    }
+    warnings
+}
+
+/// The implicit and the semi-implicit solver are stable at any time step, but not accurate, and some
+/// of their methods are made for small models.
+fn large_step_warnings(scene: &CompiledScene, integrator: &Integrator) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let frame = scene.frames_per_second.recip();
+    if scene.config.time_step > frame * (1.0 + 1e-9) {
+        warnings.push(format!(
+            "the time step is longer than a frame: each frame is one substep of {frame:.3e} s; use \
+             a time step of at most that"
+        ));
+    }
+    let particles = scene.model.particle_count();
+    let small = match integrator {
+        Integrator::Implicit(settings) if settings.linear.method == LinearMethod::Direct => {
+            Some(("the method direct factorises a matrix in every substep", "the method cg"))
+        }
+        Integrator::SemiImplicit(settings) if settings.solve == SemiImplicitSolve::DenseInverse => {
+            Some(("the solve dense-inverse takes n^2 numbers and operations", "factorisation"))
+        }
+        _ => None,
+    };
+    if let Some((problem, mend)) = small.filter(|_| particles > SMALL_PARTICLES) {
+        warnings.push(format!("{problem}, which is slow for {particles} particles; use {mend}"));
     }
     warnings
 }

@@ -28,6 +28,7 @@ impl SceneSource {
                 Precision::F64 => ScenePrecision::F64,
             };
         }
+        arguments.solver.apply(&mut scene)?;
         let options = CompileOptions {
             mesh_roots: arguments.mesh_root.clone(),
             // `memory::check` asks what this machine has.

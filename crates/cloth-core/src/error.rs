@@ -82,9 +82,7 @@ pub enum Error {
 /// Where and how a simulation diverged.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "diverged at substep {step} (t = {time:.6} s): particle {particle} {cause}; the stable time step \
-     is about {stable_time_step:.3e} s (2/omega_max), the one used {time_step:.3e} s: use a smaller time step or softer \
-     springs"
+    "diverged at substep {step} (t = {time:.6} s): particle {particle} {cause}; {}", self.mend()
 )]
 pub struct Divergence {
     /// Substep, counted from the start of the simulation.
@@ -97,8 +95,24 @@ pub struct Divergence {
     pub cause: DivergenceCause,
     /// Time step that was used \[s\].
     pub time_step: f64,
-    /// Estimate of the largest stable time step of the explicit scheme, 2/omega_max \[s\].
-    pub stable_time_step: f64,
+    /// Estimate of the largest stable time step of the explicit integrator, 2/omega_max \[s\]; `None`
+    /// for the others, which have no such limit.
+    pub stable_time_step: Option<f64>,
+}
+
+impl Divergence {
+    fn mend(&self) -> String {
+        let used = self.time_step;
+        match self.stable_time_step {
+            Some(stable) => format!(
+                "the stable time step is about {stable:.3e} s (2/omega_max), the one used {used:.3e} s: \
+                 use a smaller time step or softer springs"
+            ),
+            None => format!(
+                "the time step used is {used:.3e} s: use a smaller or an adaptive one, or limit the strain"
+            ),
+        }
+    }
 }
 
 /// What is wrong with a diverged state.
@@ -113,6 +127,9 @@ pub enum DivergenceCause {
         /// The bound.
         bound: f64,
     },
+    /// The linear system of an implicit step could not be solved: its numbers are not finite, or
+    /// its matrix is not positive definite to rounding.
+    LinearSolver,
 }
 
 impl fmt::Display for DivergenceCause {
@@ -122,6 +139,9 @@ impl fmt::Display for DivergenceCause {
             Self::Strain { strain, bound } => {
                 write!(formatter, "has a spring at strain {strain:.3}, above the bound {bound:.3}")
             }
+            Self::LinearSolver => formatter.write_str(
+                "and all others stay where they are, as the linear system of the step has no solution in this precision",
+            ),
         }
     }
 }

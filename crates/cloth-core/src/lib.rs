@@ -5,7 +5,8 @@
 //! frames under a [`Control`], and gives a [`StepReport`] of each. Integrators are written once, in
 //! [`stepper`], over the stages of [`Kernels`]; a backend is an implementation of that trait.
 //!
-//! All quantities are in SI units, coordinates are right handed with z up.
+//! All quantities are in SI units, coordinates are right handed with z up. Which of the integrators
+//! suits what, [`integrators`] says.
 //!
 //! The formulas that all backends implement:
 #![doc = include_str!("../NUMERICS.md")]
@@ -14,6 +15,10 @@ mod backend;
 mod config;
 mod control;
 mod error;
+/// Which integrator suits what.
+pub mod integrators {
+    #![doc = include_str!("../INTEGRATORS.md")]
+}
 mod kernels;
 mod mesh;
 mod model;
@@ -23,17 +28,26 @@ mod state;
 pub mod stepper;
 
 pub use backend::{Backend, BackendInfo, Frame, Solver};
-pub use config::{ExplicitSettings, Integrator, Precision, SolverConfig, StrainLimit};
+pub use config::{
+    AdaptiveSettings, ImplicitSettings, Integrator, LinearMethod, LinearSettings, MatrixForm,
+    NewtonSettings, Precision, Preconditioner, SemiImplicitSettings, SemiImplicitSolve,
+    SolverConfig, StrainLimit, TimeStepControl,
+};
 pub use control::{ColliderControl, Control, PinAction, PinControl};
 pub use error::{Divergence, DivergenceCause, Error, ModelError, Result};
-pub use kernels::{ContactStatistics, Kernels, PinWrite};
+pub use kernels::{
+    ConstraintStatistics, ContactStatistics, DeferredOutcome, ImplicitKernels, Kernels,
+    LinearOutcome, LinearStart, LinearVector, MatrixBlock, NewtonStart, PinWrite,
+    SemiImplicitKernels,
+};
 pub use mesh::{TextureMap, TriangleMesh, VertexGroup};
 pub use model::{
-    Aerodynamics, Air, Cloth, ClothRange, Collider, ColliderShape, ContactResponse, Field,
-    Geometry, GridPatch, Gust, Mass, Material, MaterialPreset, Model, ModelBuilder, NONE,
-    NetworkSpring, Pose, SelfContact, Spring, SpringClass, SpringCoefficients, SpringColouring,
-    SpringKind, SpringNetwork, SpringRows, Springs, Stencil, WingedEdge, WingedEdges,
+    Aerodynamics, Air, BUCKLING_COEFFICIENTS, BendModel, Buckling, Cloth, ClothRange, Collider,
+    ColliderShape, ContactResponse, Field, Geometry, GridPatch, Gust, Mass, Material,
+    MaterialPreset, Model, ModelBuilder, NONE, NetworkSpring, Pose, SelfContact, Spring,
+    SpringClass, SpringCoefficients, SpringColouring, SpringKind, SpringNetwork, SpringRows,
+    Springs, Stencil, WingedEdge, WingedEdges,
 };
 pub use real::Real;
-pub use report::{Measures, StageTime, StepReport};
+pub use report::{Measures, SolverReport, StageTime, StepReport, TimeStepChange, TimeStepReason};
 pub use state::State;

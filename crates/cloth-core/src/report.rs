@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use crate::LinearOutcome;
+
 /// Account of one frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StepReport {
@@ -9,10 +11,8 @@ pub struct StepReport {
     pub time: f64,
     /// Substeps of this frame.
     pub substeps: u32,
-    /// Iterations of the linear solver in this frame; 0 for the explicit integrator.
-    pub solver_iterations: u64,
-    /// Largest relative residual that the linear solver left; 0 for the explicit integrator.
-    pub solver_residual: f64,
+    /// What the solvers of the implicit integrators did.
+    pub solver: SolverReport,
     /// Pairs of particles in contact at the last substep.
     pub contacts: u64,
     /// Entries of the candidate list at the end of the frame: pairs of particles, or of small groups
@@ -26,6 +26,96 @@ pub struct StepReport {
     pub stage_times: Vec<StageTime>,
     /// Wall time of the frame.
     pub wall_time: Duration,
+}
+
+/// What the solvers of the implicit integrators did in a frame, and the adaptive time step.
+///
+/// Solves, iterations and factorisations count all work, that of substeps that were taken back
+/// included; residuals and solves above the tolerance are those of the substeps that stand.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SolverReport {
+    /// Linear systems solved.
+    pub solves: u32,
+    /// Those of them that stopped at the cap on iterations, above the tolerance.
+    pub solves_unconverged: u32,
+    /// Iterations of the linear solver, all solves together.
+    pub iterations: u64,
+    /// Largest relative residual |b - A y| / |b| that a linear solve left.
+    pub residual: f64,
+    /// Newton iterations, all substeps together.
+    pub newton_iterations: u32,
+    /// Largest residual of the nonlinear system, relative to that of the first Newton iteration; 0
+    /// where one iteration was asked for.
+    pub newton_residual: f64,
+    /// Factorisations of the constant matrix of the semi-implicit integrator: one at the start, one
+    /// for every change of the time step or of the particles held.
+    pub factorisations: u32,
+    /// Particles that colliders constrained in the last substep.
+    pub constrained: u64,
+    /// Contacts with colliders that were released, or began to slide, or slid with another drag,
+    /// after a solve.
+    pub released: u64,
+    /// Substeps that failed at the shortest length of the adaptive time step and stand nevertheless.
+    pub substeps_failed: u32,
+    /// Decisions of the adaptive time step, in order. Each one to a shorter length took one substep
+    /// back.
+    pub time_step_changes: Vec<TimeStepChange>,
+}
+
+impl SolverReport {
+    /// Adds a linear solve.
+    pub(crate) fn add(&mut self, outcome: &LinearOutcome) {
+        self.solves += 1;
+        self.solves_unconverged += u32::from(!outcome.converged);
+        self.iterations += u64::from(outcome.iterations);
+        self.residual = self.residual.max(outcome.residual);
+    }
+
+    /// Adds an attempt at a substep: its work, and, if it stands, what it left behind.
+    pub(crate) fn add_attempt(&mut self, attempt: &Self, stands: bool) {
+        self.solves += attempt.solves;
+        self.iterations += attempt.iterations;
+        self.newton_iterations += attempt.newton_iterations;
+        self.factorisations += attempt.factorisations;
+        if stands {
+            self.solves_unconverged += attempt.solves_unconverged;
+            self.residual = self.residual.max(attempt.residual);
+            self.newton_residual = self.newton_residual.max(attempt.newton_residual);
+        }
+    }
+}
+
+/// A decision of the adaptive time step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimeStepChange {
+    /// Simulated time at which it holds \[s\].
+    pub time: f64,
+    /// Length of substeps before \[s\].
+    pub from: f64,
+    /// Length of substeps from then on \[s\].
+    pub to: f64,
+    /// Why.
+    pub reason: TimeStepReason,
+}
+
+/// Why the time step changed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum TimeStepReason {
+    /// The linear solver broke down or missed its tolerance; with the relative residual it left.
+    LinearSolver {
+        /// The relative residual.
+        residual: f64,
+    },
+    /// A position or velocity was not finite.
+    NonFinite,
+    /// A spring was longer than allowed.
+    Strain {
+        /// Its relative elongation.
+        strain: f64,
+    },
+    /// Enough good substeps in a row.
+    Recovered,
 }
 
 /// Figures of one state, computed by the stage `measure` (NUMERICS §10).

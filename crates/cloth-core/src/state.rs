@@ -12,6 +12,10 @@ pub struct State {
     pub time: f64,
     /// Substeps done since the start of the simulation.
     pub step: u64,
+    /// Times that the adaptive time step is halved at present.
+    pub time_step_halvings: u32,
+    /// Good substeps in a row since it last changed, 0 while it is not halved.
+    pub time_step_good: u32,
     /// Particle positions \[m\], length n.
     pub positions: Vec<[f64; 3]>,
     /// Particle velocities \[m/s\], length n.

@@ -19,10 +19,11 @@ pub use builtin::{BenchKind, BuiltinScene, bench_scene, builtin_scenes};
 pub use compile::{CompileOptions, CompiledCloth, CompiledScene, MemoryEstimate};
 pub use error::{SceneError, ScenePlace, SceneUnknown};
 pub use scene::{
-    Scene, SceneAction, SceneAerodynamics, SceneCloth, SceneCollider, SceneColour, SceneContact,
-    SceneContactResponse, SceneEvent, SceneField, SceneGeometry, SceneGrid, SceneGust,
-    SceneKeyframe, SceneMass, SceneMaterial, SceneMesh, SceneOrigin, ScenePin, ScenePrecision,
-    SceneRotation, SceneShape, SceneSimulation, SceneSolver, SceneSpring, SceneSpringClass,
-    SceneStencil, SceneStrainLimit, SceneView, SceneWind,
+    Scene, SceneAction, SceneAdaptive, SceneAerodynamics, SceneBend, SceneCloth, SceneCollider,
+    SceneColour, SceneContact, SceneContactResponse, SceneEvent, SceneField, SceneGeometry,
+    SceneGrid, SceneGust, SceneImplicit, SceneKeyframe, SceneMass, SceneMaterial, SceneMesh,
+    SceneOrigin, ScenePin, ScenePrecision, SceneRotation, SceneSemiImplicit, SceneShape,
+    SceneSimulation, SceneSolver, SceneSpring, SceneSpringClass, SceneStencil, SceneStrainLimit,
+    SceneView, SceneWind,
 };
 pub use timeline::Timeline;

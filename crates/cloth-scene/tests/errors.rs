@@ -7,6 +7,27 @@ const VALID: &str = r#"name = "test"
 [simulation]
 frames = 10
 time_step = 0.001
+solver = "implicit"
+
+[simulation.implicit]
+time_step = 0.02
+linear = "cg"
+preconditioner = "block"
+matrix = "assembled"
+tolerance = 0.01
+iterations = 50
+newton_iterations = 3
+newton_tolerance = 0.05
+constraint_passes = 2
+
+[simulation.semi_implicit]
+time_step = 0.01
+solve = "factorisation"
+
+[simulation.adaptive]
+strain_max = 0.4
+halvings = 5
+grow_after = 6
 
 [[cloth]]
 name = "sheet"
@@ -23,6 +44,7 @@ preset = "jersey"
 thickness = 0.002
 mass.per_area = 0.2
 stretch.stiffness = 20
+bend.rigidity = 1e-6
 
 [[collider]]
 name = "ball"
@@ -83,6 +105,7 @@ fn the_unchanged_scene_is_valid() {
 #[test]
 fn unknown_words_have_suggestions() {
     changed("spacing = 0.1", "spacin = 0.1", "unknown key `spacin`; did you mean `spacing`?");
+    changed("bend.rigidity", "bend.rigidty", "did you mean `rigidity`?");
     changed("stretch.stiffness", "stretch.stifness", "did you mean `stiffness`?");
     changed("shape.sphere.radius", "shape.spere.radius", "did you mean `sphere`?");
     changed("[contact]", "[contct]", "unknown key `contct`; did you mean `contact`?");
@@ -90,6 +113,13 @@ fn unknown_words_have_suggestions() {
     changed("\"top-left\"", "\"topleft\"", "did you mean `top-left`?");
     changed("cloth = \"sheet\"", "cloth = \"shet\"", "unknown cloth `shet`; did you mean `sheet`?");
     changed("\"release\"", "\"relase\"", "did you mean `release`?");
+    changed("\"implicit\"", "\"implicid\"", "unknown word `implicid`; did you mean `implicit`?");
+    changed("\"block\"", "\"blok\"", "unknown word `blok`; did you mean `block`?");
+    changed("\"cg\"", "\"gmres\"", "known here: `cg`, `jacobi`, `direct`");
+    changed("\"assembled\"", "\"asembled\"", "did you mean `assembled`?");
+    changed("\"factorisation\"", "\"lu\"", "known here: `factorisation`, `dense-inverse`");
+    changed("grow_after = 6", "grow_afer = 6", "did you mean `grow_after`?");
+    changed("[simulation.implicit]", "[simulation.implicitt]", "did you mean `implicit`?");
 }
 
 #[test]
@@ -129,11 +159,13 @@ fn values_of_the_wrong_kind_have_their_key() {
         "{ friction = [] }",
         &kind("contact.response.impulse.friction", "type"),
     );
+    changed("\"cg\"", "5", &kind("simulation.implicit.linear", "type: integer `5`"));
 }
 
 #[test]
 fn numbers_are_finite() {
     changed("time_step = 0.001", "time_step = nan", "`simulation.time_step` is nan");
+    changed("rigidity = 1e-6", "rigidity = inf", "`cloth[0].material.bend.rigidity` is inf");
     changed("velocity = [0, 0, 0]", "velocity = [0, 0, -inf]", "`cloth[0].velocity[2]` is -inf");
 }
 
@@ -148,6 +180,14 @@ fn values_are_checked_with_their_line() {
     changed("thickness = 0.002", "thickness = 0", "thickness of cloth \"sheet\" is 0");
     changed("mass.per_area = 0.2", "mass.per_area = -1", "mass per area of cloth \"sheet\" is -1");
     changed("stretch.stiffness = 20", "stretch.stiffness = -3", "stretch stiffness");
+    for bad in ["0", "-1e-6"] {
+        let expected = format!("bend rigidity of cloth \"sheet\" is {bad}");
+        changed(
+            "rigidity = 1e-6",
+            &format!("rigidity = {bad}"),
+            &expected.replace("-1e-6", "-0.000001"),
+        );
+    }
     changed("radius = 0.3", "radius = 0", "radius of collider \"ball\" is 0");
     changed("friction = 0.5", "friction = -1", "friction of collider \"ball\" is -1");
     changed("restitution = 0.1", "restitution = 2", "between 0 and 1");
@@ -158,6 +198,53 @@ fn values_are_checked_with_their_line() {
     changed("pins = [0]", "pins = [1]", "no pin of cloth \"sheet\" is held there");
     changed("target = [0, 0, 0]", "target = [1, 1, 1]", "is where the eye is");
     changed("velocity = [1, 0, 0]", "velocity = [1, 0, 0]\ndensity = -1", "density of the air");
+}
+
+/// Also those of solvers that the scene does not choose: another run of it may.
+#[test]
+fn settings_of_all_solvers_are_checked_with_their_line() {
+    for solver in ["implicit", "explicit", "semi-implicit"] {
+        let check = |from: &str, to: &str, expected: &str| {
+            let text = VALID.replace("\"implicit\"", &format!("{solver:?}"));
+            assert_eq!(text.matches(from).count(), 1, "{from} must be there once");
+            let message = failure(&text.replace(from, to));
+            assert!(message.contains(expected), "{message}\nshould say: {expected}");
+            let line = 1 + text[..text.find(from).unwrap_or_default()].matches('\n').count();
+            assert!(message.starts_with(&format!("scene file `test.toml`, line {line}, ")));
+        };
+        let positive = "it must be greater than zero";
+        let implicit = "`simulation.implicit.";
+        check(
+            "time_step = 0.02",
+            "time_step = 0",
+            &format!("{implicit}time_step` is 0: {positive}"),
+        );
+        check("time_step = 0.02", "time_step = 1e-12", "substeps of a frame");
+        check("time_step = 0.01", "time_step = -1", &format!("time_step` is -1: {positive}"));
+        check(
+            "time_step = 0.01",
+            "time_step = 1e-12",
+            "`simulation.semi_implicit.time_step` makes",
+        );
+        check(
+            "tolerance = 0.01",
+            "tolerance = 2",
+            &format!("{implicit}tolerance` is 2: it must lie"),
+        );
+        check("tolerance = 0.05", "tolerance = -1", &format!("{implicit}newton_tolerance` is -1"));
+        check("iterations = 50", "iterations = 0", &format!("{implicit}iterations` is 0"));
+        check("newton_iterations = 3", "newton_iterations = 0", "newton_iterations` is 0: give at");
+        check("passes = 2", "passes = 0", &format!("{implicit}constraint_passes` is 0: give at"));
+        check("strain_max = 0.4", "strain_max = 0", &format!("strain_max` is 0: {positive}"));
+        check(
+            "halvings = 5",
+            "halvings = 21",
+            "`simulation.adaptive.halvings` is 21: give at most 20",
+        );
+        check("grow_after = 6", "grow_after = 0", "`simulation.adaptive.grow_after` is 0: give at");
+    }
+    let message = failure(&VALID.replace("time_step = 0.02", "time_step = 1e-6"));
+    assert!(message.contains("halvings` is 5, which can make 1066667 substeps"), "{message}");
 }
 
 #[test]

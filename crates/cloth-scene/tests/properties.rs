@@ -20,13 +20,17 @@ frames_per_second = 24.0
 time_step = 1e-3
 strain_bound = 5.0
 strain_limit = { ratio = 1.1, sweeps = 2, classes = ["bend"] }
+solver = "semi-implicit"
+adaptive = { strain_max = 0.25, halvings = 3, grow_after = 2 }
+implicit = { time_step = 0.25, linear = "jacobi", preconditioner = "diagonal", matrix = "assembled", tolerance = 0.125, iterations = 30, warm_start = true, newton_iterations = 2, newton_tolerance = 0.5, constraint_passes = 3 }
+semi_implicit = { time_step = 0.125, solve = "dense-inverse" }
 [[cloth]]
 name = "a"
 pins = [0, 3, "row-1", "corners"]
 velocity = [0.0, 1.0, 2.0]
 colour = "#102030"
 geometry.grid = { columns = 4, rows = 3, size = [0.3, 0.2], centre = [0.5, 0.25, 1.5], stencil = 24 }
-material = { preset = "denim", mass.per_particle = 0.5, bend = { stiffness = 2.5, damping = 0.125 }, aerodynamics.pressure = 1.5 }
+material = { preset = "denim", mass.per_particle = 0.5, bend = { stiffness = 2.5, damping = 0.125, rigidity = 1e-4 }, aerodynamics.pressure = 1.5 }
 [[collider]]
 name = "b"
 shape.capsule = { half_length = 0.5, radius = 0.25 }

@@ -2,9 +2,13 @@
 
 use std::sync::LazyLock;
 
-use cloth_core::{ContactResponse, PinAction};
+use cloth_core::{
+    AdaptiveSettings, ContactResponse, ImplicitSettings, Integrator, LinearMethod, MatrixForm,
+    PinAction, Preconditioner, TimeStepControl,
+};
 use cloth_scene::{
-    BenchKind, CompileOptions, CompiledScene, Scene, SceneError, bench_scene, builtin_scenes,
+    BenchKind, CompileOptions, CompiledScene, Scene, SceneError, SceneSolver, bench_scene,
+    builtin_scenes,
 };
 
 fn compiled(name: &str) -> CompiledScene {
@@ -21,6 +25,47 @@ fn every_builtin_scene_is_stable_and_has_its_name() {
         let ratio = scene.config.time_step / scene.model.stable_time_step();
         assert!(ratio < 0.8, "{}: the time step is {ratio:.2} of the stable one", builtin.name);
     }
+}
+
+/// The same file for each solver, every one with a time step of its own.
+#[test]
+fn every_builtin_scene_compiles_for_each_solver() {
+    for builtin in builtin_scenes() {
+        for &solver in SceneSolver::ALL {
+            let mut scene = Scene::builtin(builtin.name).unwrap();
+            let explicit = scene.simulation.time_step;
+            scene.simulation.solver = solver;
+            let config = scene.compile(&CompileOptions::default()).unwrap().config;
+            let name = match config.integrator {
+                Integrator::Explicit => "explicit",
+                Integrator::Implicit(_) => "implicit",
+                Integrator::SemiImplicit(_) => "semi-implicit",
+                _ => "?",
+            };
+            assert_eq!(name, solver.name(), "{}", builtin.name);
+            assert_eq!(config.time_step == explicit, solver == SceneSolver::Explicit);
+            assert_eq!(config.time_step, scene.simulation.solver_time_step());
+        }
+    }
+}
+
+#[test]
+fn settings_of_a_solver_reach_the_engine() {
+    let text = "name = \"t\"\n[simulation]\nsolver = \"implicit\"\nadaptive = {}\n\
+                [simulation.implicit]\nlinear = \"jacobi\"\niterations = 7\ntolerance = 0\n\
+                newton_iterations = 3\n[[cloth]]\nname = \"a\"\nmaterial.preset = \"denim\"\n\
+                geometry.grid = { columns = 2, rows = 2, spacing = 1 }\n";
+    let scene = Scene::from_toml(text, "t.toml").unwrap();
+    let config = scene.compile(&CompileOptions::default()).unwrap().config;
+    let Integrator::Implicit(settings) = &config.integrator else { panic!("{config:?}") };
+    let default = ImplicitSettings::default();
+    assert_eq!(settings.linear.method, LinearMethod::Jacobi);
+    assert_eq!((settings.linear.iterations_max, settings.linear.tolerance), (7, 0.0));
+    assert_eq!(settings.linear.preconditioner, default.linear.preconditioner);
+    assert_eq!(settings.newton.iterations_max, 3);
+    assert_eq!(settings.newton.tolerance, default.newton.tolerance);
+    assert_eq!(config.time_step, 1.0 / 60.0);
+    assert_eq!(config.time_step_control, TimeStepControl::Adaptive(AdaptiveSettings::default()));
 }
 
 #[test]
@@ -110,4 +155,32 @@ fn a_scene_beyond_its_memory_is_refused_before_it_is_built() {
     assert_eq!(estimate.particles, 10_000);
     let per_particle = estimate.bytes / estimate.particles;
     assert!((270..=330).contains(&per_particle), "{per_particle} bytes");
+}
+
+#[test]
+fn the_memory_of_a_solver_is_in_the_estimate() {
+    let estimate = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = bench_scene(BenchKind::Sphere, 256, false);
+        change(&mut scene);
+        let estimate = scene.memory_estimate(&CompileOptions::default());
+        estimate.bytes / estimate.particles
+    };
+    let implicit = |change: fn(&mut cloth_scene::SceneImplicit)| {
+        estimate(&|scene| {
+            scene.simulation.solver = SceneSolver::Implicit;
+            change(&mut scene.simulation.implicit);
+        })
+    };
+    let semi_implicit = estimate(&|scene| scene.simulation.solver = SceneSolver::SemiImplicit);
+    // Bytes per particle as the benchmark of memory measures them, at the peak.
+    for (found, measured) in [
+        (estimate(&|_| {}), 239.0),
+        (implicit(|_| {}), 562.0),
+        (implicit(|implicit| implicit.matrix = MatrixForm::Assembled), 870.0),
+        (implicit(|implicit| implicit.preconditioner = Preconditioner::IncompleteCholesky), 1643.0),
+        (semi_implicit, 2955.0),
+    ] {
+        let ratio = found as f64 / measured;
+        assert!((0.8..1.3).contains(&ratio), "{found} bytes, measured {measured}");
+    }
 }

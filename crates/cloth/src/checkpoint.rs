@@ -1,7 +1,8 @@
 //! Saving where a simulation is.
 //!
 //! Layout, little endian: magic `CLOTHCKP`, version u32, bits of the precision u32, fingerprint of
-//! the model u64, frame u64, step u64, time \[s\] f64, particle count n u64, collider count c u64; n
+//! the model u64, frame u64, step u64, time \[s\] f64, particle count n u64, collider count c u64,
+//! halvings of the adaptive time step u32, good substeps in a row u32 (both not in version 1); n
 //! positions \[m\] and n velocities \[m/s\] of 3 x f64, n held flags u8, c poses of 7 x f64; CRC-32 of
 //! all that u32.
 
@@ -15,13 +16,14 @@ use cloth_core::{Model, ModelError, Pose, Precision, State};
 use cloth_io::file_replace;
 
 const MAGIC: &[u8; 8] = b"CLOTHCKP";
-const HEADER_SIZE: u64 = 64;
+/// Size of the header by version, from 1.
+const HEADER_SIZES: [u64; CHECKPOINT_VERSION as usize] = [64, 72];
 const CHECKSUM_SIZE: u64 = 4;
 const PARTICLE_SIZE: u64 = 24 + 24 + 1;
 const COLLIDER_SIZE: u64 = 56;
 
-/// Version of the checkpoint format that this build writes and reads.
-pub const CHECKPOINT_VERSION: u32 = 1;
+/// Version of the checkpoint format that this build writes. It reads this one and all before.
+pub const CHECKPOINT_VERSION: u32 = 2;
 
 /// A moment of a simulation, from which it can be continued.
 ///
@@ -70,7 +72,7 @@ pub enum CheckpointError {
     },
     /// The file has another format version.
     #[error(
-        "checkpoint `{}` has format version {found} but this program reads {CHECKPOINT_VERSION}; \
+        "checkpoint `{}` has format version {found} but this program reads 1 to {CHECKPOINT_VERSION}; \
          continue with the program that wrote it, or start again without it",
         file.display()
     )]
@@ -191,6 +193,9 @@ impl Checkpoint {
         {
             writer.write_all(&word.to_le_bytes())?;
         }
+        for word in [state.time_step_halvings, state.time_step_good] {
+            writer.write_all(&word.to_le_bytes())?;
+        }
         for number in state.positions.iter().chain(&state.velocities).flatten() {
             writer.write_all(&number.to_le_bytes())?;
         }
@@ -223,7 +228,7 @@ impl Checkpoint {
         }
         header.check(path, model, precision)?;
 
-        reader.seek(io::SeekFrom::Start(HEADER_SIZE)).map_err(read_error)?;
+        reader.seek(io::SeekFrom::Start(header.size)).map_err(read_error)?;
         let state = header.state(&mut reader).map_err(read_error)?;
         state.validate(model).map_err(|source| CheckpointError::State { file: file(), source })?;
         Ok(Self { fingerprint: header.fingerprint, precision, frame: header.frame, state })
@@ -232,6 +237,8 @@ impl Checkpoint {
 
 /// The fixed part of the file.
 struct Header {
+    /// Its size in this version of the format \[byte\].
+    size: u64,
     precision_bits: u32,
     fingerprint: u64,
     frame: u64,
@@ -239,6 +246,8 @@ struct Header {
     time: f64,
     particles: u64,
     colliders: u64,
+    time_step_halvings: u32,
+    time_step_good: u32,
 }
 
 impl Header {
@@ -255,16 +264,21 @@ impl Header {
         }
         let truncated =
             |expected| CheckpointError::Truncated { file: file(), found: size, expected };
-        if size < HEADER_SIZE + CHECKSUM_SIZE {
-            return Err(truncated(HEADER_SIZE + CHECKSUM_SIZE));
+        if size < HEADER_SIZES[0] + CHECKSUM_SIZE {
+            return Err(truncated(HEADER_SIZES[0] + CHECKSUM_SIZE));
         }
-        let found = u32::from_le_bytes(bytes(reader).map_err(read_error)?);
-        if found != CHECKPOINT_VERSION {
-            return Err(CheckpointError::Version { file: file(), found });
+        let version = u32::from_le_bytes(bytes(reader).map_err(read_error)?);
+        let header_size = version.checked_sub(1).and_then(|i| HEADER_SIZES.get(i as usize));
+        let Some(&header_size) = header_size else {
+            return Err(CheckpointError::Version { file: file(), found: version });
+        };
+        if size < header_size + CHECKSUM_SIZE {
+            return Err(truncated(header_size + CHECKSUM_SIZE));
         }
         let precision_bits = u32::from_le_bytes(bytes(reader).map_err(read_error)?);
         let mut word = || bytes(reader).map(u64::from_le_bytes).map_err(read_error);
-        let header = Self {
+        let mut header = Self {
+            size: header_size,
             precision_bits,
             fingerprint: word()?,
             frame: word()?,
@@ -272,11 +286,18 @@ impl Header {
             time: f64::from_bits(word()?),
             particles: word()?,
             colliders: word()?,
+            time_step_halvings: 0,
+            time_step_good: 0,
         };
+        if version > 1 {
+            let mut count = || bytes(reader).map(u32::from_le_bytes).map_err(read_error);
+            header.time_step_halvings = count()?;
+            header.time_step_good = count()?;
+        }
         let particles = header.particles.saturating_mul(PARTICLE_SIZE);
         let colliders = header.colliders.saturating_mul(COLLIDER_SIZE);
         let content = particles.saturating_add(colliders);
-        let expected = content.saturating_add(HEADER_SIZE + CHECKSUM_SIZE);
+        let expected = content.saturating_add(header_size + CHECKSUM_SIZE);
         if size == expected { Ok(header) } else { Err(truncated(expected)) }
     }
 
@@ -313,7 +334,13 @@ impl Header {
         let vector = |reader: &mut _| -> io::Result<[f64; 3]> {
             Ok([number(reader)?, number(reader)?, number(reader)?])
         };
-        let mut state = State { time: self.time, step: self.step, ..State::default() };
+        let mut state = State {
+            time: self.time,
+            step: self.step,
+            time_step_halvings: self.time_step_halvings,
+            time_step_good: self.time_step_good,
+            ..State::default()
+        };
         for array in [&mut state.positions, &mut state.velocities] {
             array.reserve_exact(particles);
             for _ in 0..particles {

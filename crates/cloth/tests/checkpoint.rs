@@ -145,7 +145,7 @@ fn reseal(bytes: &mut [u8]) {
 fn every_length_but_the_right_one_is_refused() {
     let written = Written::new();
     let size = std::fs::metadata(written.path()).unwrap().len() as usize;
-    for length in [1, 7, 8, 11, 63, 64, 67, 68, size / 2, size - 1] {
+    for length in [1, 7, 8, 11, 63, 64, 67, 68, 71, 72, 75, 76, size / 2, size - 1] {
         let error = written.error(|bytes| bytes.truncate(length));
         assert!(matches!(error, CheckpointError::Truncated { .. }), "{length}: {error}");
     }
@@ -170,6 +170,26 @@ fn another_version_is_refused() {
 }
 
 #[test]
+fn version_1_is_read_and_has_a_whole_time_step() {
+    let written = Written::new();
+    let now = Checkpoint::read(&written.path(), &written.scene.model, Precision::F32).unwrap();
+    let mut bytes = std::fs::read(written.path()).unwrap();
+    bytes[64..72].copy_from_slice(&[3, 0, 0, 0, 2, 0, 0, 0]);
+    reseal(&mut bytes);
+    let path = written.folder.path().join("changed");
+    std::fs::write(&path, &bytes).unwrap();
+    let halved = Checkpoint::read(&path, &written.scene.model, Precision::F32).unwrap();
+    assert_eq!((halved.state.time_step_halvings, halved.state.time_step_good), (3, 2));
+    bytes.drain(64..72);
+    bytes[8] = 1;
+    reseal(&mut bytes);
+    std::fs::write(&path, &bytes).unwrap();
+    let old = Checkpoint::read(&path, &written.scene.model, Precision::F32).unwrap();
+    assert_eq!(old, now);
+    assert_eq!((old.state.time_step_halvings, old.state.time_step_good), (0, 0));
+}
+
+#[test]
 fn every_changed_bit_is_noticed() {
     let written = Written::new();
     let size = std::fs::metadata(written.path()).unwrap().len() as usize;
@@ -186,7 +206,7 @@ fn every_changed_bit_is_noticed() {
 fn a_number_that_is_not_finite_is_refused() {
     let written = Written::new();
     let error = written.error(|bytes| {
-        bytes[64 + 24 * 5..64 + 24 * 5 + 8].copy_from_slice(&f64::NAN.to_le_bytes());
+        bytes[72 + 24 * 5..][..8].copy_from_slice(&f64::NAN.to_le_bytes());
         reseal(bytes);
     });
     let CheckpointError::State { source, .. } = &error else { panic!("{error}") };

@@ -37,7 +37,7 @@ pub fn spring_forces(candidate: &Candidate, description: &Description) -> Verdic
     let mut expected: Vec<_> =
         forces(&mut *kernels)?.into_iter().map(TrackedVector::exact).collect();
     kernels.spring_forces()?;
-    stages::spring_forces(&case.model, &case.particles(), &mut expected);
+    stages::spring_forces(&case.model, &case.particles(), &mut expected, candidate.epsilon());
     compare(candidate, "spring force", &expected, &forces(&mut *kernels)?, &[])
 }
 

@@ -1,9 +1,9 @@
 //! What holds in every state of a simulation with contact, where trajectories cannot be compared:
 //! after the first touch they part as fast as rounding errors grow.
 
-use cloth_core::{Frame, State};
+use cloth_core::State;
 
-use super::scenario::{FRAME_SUBSTEPS, Scenario, TIME_STEP};
+use super::scenario::{FRAME_SUBSTEPS, Scenario};
 use crate::{Verdict, backends::Candidate, verdict::ensure};
 
 /// Penetration, momentum, energy and strain, after every few substeps.
@@ -14,11 +14,10 @@ pub fn invariants(candidate: &Candidate, scenario: &Scenario) -> Verdict {
     let mut solver = scenario.solver(&*candidate.backend)?;
     let start = Scenario::start(&scenario.model());
     solver.upload(&start)?;
-    let duration = f64::from(FRAME_SUBSTEPS) * TIME_STEP;
     let mut energy_start = None;
     let mut state = State::default();
     for _ in 0..scenario.substeps / FRAME_SUBSTEPS {
-        solver.advance(Frame { duration })?;
+        solver.advance(scenario.frame())?;
         let measures = solver.synchronize()?.measures;
         let fail = |what: &str, found: f64| format!("{}: {what} is {found:e}", candidate.label);
         // Colliders come last: what remains is the rounding of coordinates below 1 m.

@@ -6,11 +6,13 @@
 mod contact_pairs;
 mod forces;
 mod fused;
+mod implicit;
 mod invariants;
 mod motion;
 mod outputs;
 mod reproducibility;
 mod scenario;
+mod semi_implicit;
 mod trajectory;
 
 pub use contact_pairs::{
@@ -19,9 +21,17 @@ pub use contact_pairs::{
 };
 pub use forces::{aerodynamic_forces, contact_forces, field_forces, spring_forces};
 pub use fused::explicit_substep;
+pub use implicit::{
+    collider_constraints, conjugate_gradient, constraint_filter, constraint_project,
+    constraint_release, implicit_assemble, implicit_trajectory, jacobi, linear_solution,
+    matrix_apply, position_advance, position_from_kept, preconditioner_apply,
+    preconditioner_is_symmetric, state_keep, state_restore, vector_combine, vector_dot,
+    velocity_add,
+};
 pub use invariants::invariants;
 pub use motion::{collider_response, contact_impulses, integrate_explicit, strain_limit};
 pub use outputs::{measure, vertex_normals};
 pub use reproducibility::{resumes_with_same_bits, same_bits};
 pub use scenario::Scenario;
+pub use semi_implicit::{semi_implicit_solve, solution_motion, torque_correct};
 pub use trajectory::trajectory;

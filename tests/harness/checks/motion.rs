@@ -81,7 +81,7 @@ pub fn strain_limit(candidate: &Candidate, description: &Description) -> Verdict
 }
 
 fn strain_limit_expected(case: &Case, expected: &mut Particles, colour: usize, epsilon: f64) {
-    let Some(limit) = case.config.strain_limit() else { return };
+    let Some(limit) = &case.config.strain_limit else { return };
     let model = &case.model;
     let colouring =
         SpringColouring::greedy(model.springs(), model.particle_count(), &limit.classes);

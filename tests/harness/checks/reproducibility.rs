@@ -33,11 +33,11 @@ pub fn resumes_with_same_bits(backend: &dyn Backend, scenario: &Scenario) -> Ver
     let halves = scenario.substeps / FRAME_SUBSTEPS / 2 * FRAME_SUBSTEPS;
     let mut solver = scenario.solver(backend)?;
     solver.upload(&Scenario::start(&scenario.model()))?;
-    Scenario::advance(&mut *solver, halves)?;
+    scenario.advance(&mut *solver, halves)?;
     solver.download(&mut half)?;
     let mut solver = scenario.solver(backend)?;
     solver.upload(&half)?;
-    Scenario::advance(&mut *solver, scenario.substeps - halves)?;
+    scenario.advance(&mut *solver, scenario.substeps - halves)?;
     let mut resumed = State::default();
     solver.download(&mut resumed)?;
     let difference = first_difference(&uninterrupted, &resumed);

@@ -3,9 +3,8 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Backend, Collider, ColliderShape, ContactResponse, ExplicitSettings, Frame, GridPatch,
-    Integrator, Model, ModelBuilder, Pose, Precision, SelfContact, Solver, SolverConfig, State,
-    StrainLimit,
+    Backend, Collider, ColliderShape, ContactResponse, Frame, GridPatch, Integrator, Model,
+    ModelBuilder, Pose, Precision, SelfContact, Solver, SolverConfig, State, StrainLimit,
 };
 
 use crate::{
@@ -14,7 +13,7 @@ use crate::{
 };
 
 /// A folded cloth that falls on the ground, on a ball half buried in it, and on itself.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Scenario {
     /// Particles along each side of the cloth.
     pub side: u32,
@@ -24,16 +23,28 @@ pub struct Scenario {
     pub precision: Precision,
     /// Substeps in all.
     pub substeps: u32,
+    /// How the state is advanced.
+    pub integrator: Integrator,
 }
 
 /// Substeps of a frame.
 pub(super) const FRAME_SUBSTEPS: u32 = 6;
-/// Length of a substep \[s\].
-pub(super) const TIME_STEP: f64 = 5e-4;
+/// Length of a substep of the explicit integrator \[s\], and of those with large steps.
+const TIME_STEPS: [f64; 2] = [5e-4, 0.01];
 /// Distance of neighbouring particles \[m\].
 const SPACING: f64 = 0.02;
 
 impl Scenario {
+    /// Length of a substep \[s\].
+    const fn time_step(&self) -> f64 {
+        TIME_STEPS[if matches!(self.integrator, Integrator::Explicit) { 0 } else { 1 }]
+    }
+
+    /// Length of a frame \[s\].
+    pub(super) fn frame(&self) -> Frame {
+        Frame { duration: f64::from(FRAME_SUBSTEPS) * self.time_step() }
+    }
+
     pub(super) fn model(&self) -> Arc<Model> {
         let patch = GridPatch::horizontal(self.side, SPACING, 0.03);
         let collider = |name: &str, shape: ColliderShape, height: f64| Collider {
@@ -66,8 +77,9 @@ impl Scenario {
         let limit = Some(StrainLimit::default());
         let config = SolverConfig {
             precision: self.precision,
-            time_step: TIME_STEP,
-            integrator: Integrator::Explicit(ExplicitSettings { strain_limit: limit }),
+            time_step: self.time_step(),
+            integrator: self.integrator.clone(),
+            strain_limit: limit,
             strain_bound: 1e3,
             ..SolverConfig::default()
         };
@@ -75,10 +87,14 @@ impl Scenario {
     }
 
     /// Advances a solver by `substeps`; the contacts at the ends of all frames together.
-    pub(super) fn advance(solver: &mut dyn Solver, substeps: u32) -> cloth_core::Result<u64> {
+    pub(super) fn advance(
+        &self,
+        solver: &mut dyn Solver,
+        substeps: u32,
+    ) -> cloth_core::Result<u64> {
         let mut contacts = 0;
         for _ in 0..substeps / FRAME_SUBSTEPS {
-            solver.advance(Frame { duration: f64::from(FRAME_SUBSTEPS) * TIME_STEP })?;
+            solver.advance(self.frame())?;
             contacts += solver.synchronize()?.contacts;
         }
         Ok(contacts)
@@ -88,7 +104,7 @@ impl Scenario {
     pub(super) fn run(&self, backend: &dyn Backend) -> Result<State, Failure> {
         let mut solver = self.solver(backend)?;
         solver.upload(&Self::start(&self.model()))?;
-        let contacts = Self::advance(&mut *solver, self.substeps)?;
+        let contacts = self.advance(&mut *solver, self.substeps)?;
         // Without much contact the scenario would prove little.
         ensure(contacts >= u64::from(self.side), || format!("only {contacts} contacts"))?;
         let mut state = State::default();

@@ -3,9 +3,8 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    ContactResponse, ExplicitSettings, Integrator, Kernels, Model, ModelBuilder, Result,
-    SolverConfig, State, StrainLimit,
-    stepper::{FramePlan, Substep},
+    ContactResponse, Kernels, Model, ModelBuilder, Result, SolverConfig, State, StrainLimit,
+    stepper::{FramePlan, FrameSpan, Substep},
 };
 
 use super::{
@@ -39,7 +38,7 @@ fn time_step(model: &Model) -> f64 {
     for spring in model.springs().iter() {
         let kind = model.springs().kinds()[spring.kind as usize];
         for particle in spring.particles {
-            stiffness[particle as usize] += kind.stiffness;
+            stiffness[particle as usize] += kind.stiffness_max();
             damping[particle as usize] += kind.damping;
         }
     }
@@ -71,7 +70,12 @@ impl Description {
         let mut builder = ModelBuilder::new();
         for (i, &piece) in self.pieces.iter().enumerate() {
             let name = format!("cloth {i}");
-            let cloth = pieces::cloth(piece, name, spacing, centre, self.pins, &mut random);
+            let mut cloth = pieces::cloth(piece, name, spacing, centre, self.pins, &mut random);
+            if self.buckling {
+                let stiffness = cloth.material.bend.stiffness;
+                cloth.material.bend_model =
+                    pieces::random_bend_model(stiffness, spacing, &mut random);
+            }
             builder = builder.cloth(cloth);
         }
         for number in 0..self.fields {
@@ -96,7 +100,7 @@ impl Description {
         let config = SolverConfig {
             precision: candidate.precision,
             time_step,
-            integrator: Integrator::Explicit(ExplicitSettings { strain_limit: limit }),
+            strain_limit: limit,
             ..SolverConfig::default()
         };
         let plan = plan(&model, &state, time_step, &mut random);
@@ -110,7 +114,14 @@ fn plan(model: &Model, state: &State, time_step: f64, random: &mut Random) -> Fr
         state.colliders.iter().map(|pose| surroundings::pose_nearby(pose, random)).collect();
     let wind = model.air().map_or([0.0; 3], |air| air.wind_velocity);
     let mut plan = FramePlan::default();
-    plan.refill(model, (0.0, 0), 4.5 * time_step, time_step, wind, &state.colliders, &targets);
+    let span = FrameSpan {
+        time: 0.0,
+        duration: 4.5 * time_step,
+        wind_velocity: wind,
+        from: &state.colliders,
+        to: &targets,
+    };
+    plan.refill(model, &span, (0.0, 0), time_step);
     plan
 }
 

@@ -26,6 +26,8 @@ pub struct Description {
     pub contact: Contact,
     /// Whether springs are limited.
     pub strain_limit: bool,
+    /// Whether bend springs have a rigidity, with which they buckle.
+    pub buckling: bool,
 }
 
 /// One cloth.
@@ -123,11 +125,12 @@ pub fn description() -> impl Strategy<Value = Description> {
     ];
     let contact = prop_oneof![Just(Contact::Off), Just(Contact::Impulse), Just(Contact::Penalty)];
     let matter = (any::<u64>(), collection::vec(piece(), 1..4), place, deformation, any::<bool>());
-    let surroundings = (0..3_usize, any::<bool>(), 0..5_usize, contact, any::<bool>());
+    let surroundings =
+        (0..3_usize, any::<bool>(), 0..5_usize, contact, any::<bool>(), any::<bool>());
     (matter, surroundings).prop_map(
         |(
             (seed, pieces, place, deformation, pins),
-            (fields, air, colliders, contact, strain_limit),
+            (fields, air, colliders, contact, strain_limit, buckling),
         )| Description {
             seed,
             pieces,
@@ -139,6 +142,7 @@ pub fn description() -> impl Strategy<Value = Description> {
             colliders,
             contact,
             strain_limit,
+            buckling,
         },
     )
 }

@@ -35,7 +35,12 @@ pub(super) fn random_network(
             _ => Some(random.between(0.5 * spacing, 1.5 * spacing)),
         };
         let class = classes[random.index(3)];
-        network.springs.push(NetworkSpring { particles: pair, class, rest_length });
+        network.springs.push(NetworkSpring {
+            particles: pair,
+            class,
+            rest_length,
+            coefficients: None,
+        });
     }
     network
 }

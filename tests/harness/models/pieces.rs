@@ -1,7 +1,8 @@
 //! Cloths from their descriptions.
 
 use cloth_core::{
-    Aerodynamics, Cloth, Geometry, GridPatch, Mass, Material, SpringCoefficients, Stencil,
+    Aerodynamics, BendModel, Cloth, Geometry, GridPatch, Mass, Material, SpringCoefficients,
+    Stencil,
 };
 use glam::DQuat;
 
@@ -17,6 +18,7 @@ pub fn material(mass: f64, stiffness: f64, thickness: f64) -> Material {
         stretch: springs,
         shear: springs,
         bend: springs,
+        bend_model: BendModel::Linear,
         aerodynamics: Aerodynamics::default(),
         thickness,
     }
@@ -114,10 +116,22 @@ fn random_material(is_network: bool, random: &mut Random) -> Material {
         stretch,
         shear,
         bend,
+        bend_model: BendModel::Linear,
         aerodynamics: Aerodynamics {
             pressure: random.between(0.0, 1.5),
             friction: random.between(0.0, 0.1),
         },
         thickness: random.logarithmic(1e-3, 2e-2),
     }
+}
+
+/// Bend springs that buckle: most at once, some late, some never, and some only between two
+/// compressions, for which B / (k L^3) has to be within a narrow range.
+pub(super) fn random_bend_model(stiffness: f64, spacing: f64, random: &mut Random) -> BendModel {
+    let ratio = match random.index(4) {
+        0 => random.between(0.0255, 0.0318),
+        _ => random.logarithmic(1e-4, 0.05),
+    };
+    // Bend springs of a grid are about two spacings long.
+    BendModel::ImmediateBuckling { rigidity: ratio * stiffness * (2.0 * spacing).powi(3) }
 }

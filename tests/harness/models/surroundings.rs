@@ -40,8 +40,9 @@ pub(super) fn collider(number: usize, centre: [f64; 3], random: &mut Random) -> 
         name: format!("collider {number}"),
         shape,
         pose: random_pose(centre, 0.3, random),
-        friction: random.between(0.0, 1.0),
-        restitution: random.between(0.0, 1.0),
+        // A third have none.
+        friction: random.between(-0.5, 1.0).max(0.0),
+        restitution: random.between(-0.5, 1.0).max(0.0),
     }
 }
 

@@ -16,16 +16,16 @@ use crate::{
 /// Kernels with a defect. The inner kernels have no way to change their forces, so that a wrong
 /// force is kept here and added when forces are read or integrated.
 pub(super) struct PerturbedKernels {
-    inner: Box<dyn Kernels>,
-    defect: Defect,
+    pub(super) inner: Box<dyn Kernels>,
+    pub(super) defect: Defect,
     /// Relative size of the defect: a stiffness, say, that is off by this much.
-    size: f64,
+    pub(super) size: f64,
     run: u64,
     extra_forces: Vec<[f64; 3]>,
 }
 
 /// `from + factor (to - from)`, component by component.
-fn extrapolate(from: &[[f64; 3]], to: &mut [[f64; 3]], factor: f64) {
+pub(super) fn extrapolate(from: &[[f64; 3]], to: &mut [[f64; 3]], factor: f64) {
     for (to, from) in to.iter_mut().zip(from) {
         *to = std::array::from_fn(|k| from[k] + factor * (to[k] - from[k]));
     }
@@ -38,7 +38,7 @@ impl PerturbedKernels {
         Self { inner, defect, size, run, extra_forces }
     }
 
-    fn state(&mut self) -> Result<State> {
+    pub(super) fn state(&mut self) -> Result<State> {
         let mut state = State::default();
         self.inner.state_read(&mut state)?;
         state.colliders = self.model().initial_state().colliders;
@@ -70,8 +70,13 @@ impl PerturbedKernels {
         Ok(())
     }
 
+    /// Whether this stage is the wrong one.
+    pub(super) fn is_scaled(&self, stage: Stage) -> bool {
+        self.defect == Defect::Scaled(stage)
+    }
+
     /// Runs a stage that changes the state.
-    fn state_stage(
+    pub(super) fn state_stage(
         &mut self,
         stage: Stage,
         run: impl FnOnce(&mut dyn Kernels) -> Result<()>,

@@ -1,5 +1,6 @@
 //! Backends that are wrong on purpose, to prove that the checks can fail.
 
+mod implicit;
 mod kernels;
 
 use std::sync::{
@@ -16,11 +17,13 @@ use self::kernels::PerturbedKernels;
 /// What is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Defect {
-    /// What the stage changes, it changes by too much.
+    /// What the stage changes, it changes by too much; stages whose result stays
+    /// inside are told a length of the substep that is too long, and `constraint_release` is
+    /// told a solution that is too large.
     Scaled(Stage),
     /// The first pair in contact is overlooked.
     ContactPairDropped,
-    /// The fused substep is not the same as its stages.
+    /// The fused substep, or a fused linear solver, is not the same as its stages.
     FusedDiffers,
     /// Every run differs a little from the one before.
     RunsDiffer,
@@ -49,6 +52,44 @@ pub enum Stage {
     VertexNormals,
     /// `measure`
     Measure,
+    /// `state_keep`
+    StateKeep,
+    /// `state_restore`
+    StateRestore,
+    /// `spring_linearise`
+    SpringLinearise,
+    /// `contact_linearise`
+    ContactLinearise,
+    /// `implicit_assemble`
+    ImplicitAssemble,
+    /// `collider_constraints`
+    ColliderConstraints,
+    /// `constraint_release`
+    ConstraintRelease,
+    /// `constraint_filter`
+    ConstraintFilter,
+    /// `constraint_project`
+    ConstraintProject,
+    /// `matrix_apply`
+    MatrixApply,
+    /// `preconditioner_build`
+    PreconditionerBuild,
+    /// `preconditioner_apply`
+    PreconditionerApply,
+    /// `vector_dot`
+    VectorDot,
+    /// `vector_combine`
+    VectorCombine,
+    /// `velocity_add`
+    VelocityAdd,
+    /// `position_advance`
+    PositionAdvance,
+    /// `position_from_kept`
+    PositionFromKept,
+    /// `semi_implicit_solve`
+    SemiImplicitSolve,
+    /// `torque_correct`
+    TorqueCorrect,
 }
 
 /// A backend with a defect.

@@ -6,11 +6,11 @@ use super::{ONE, Particles, ZERO};
 use crate::tracked::{Tracked, TrackedVector};
 
 /// Signed distance and normal of a shape, in its local frame.
-struct Surface {
-    distance: Tracked,
-    normal: TrackedVector,
+pub(super) struct Surface {
+    pub(super) distance: Tracked,
+    pub(super) normal: TrackedVector,
     /// Rounding decides which normal it is.
-    uncertain: bool,
+    pub(super) uncertain: bool,
 }
 
 fn axis(k: usize, sign: f64) -> TrackedVector {
@@ -71,7 +71,7 @@ fn surface(shape: &ColliderShape, local: TrackedVector, epsilon: f64) -> Surface
 }
 
 /// The surface of a collider as seen from `position`, normal in world coordinates.
-fn surface_at(
+pub(super) fn surface_at(
     shape: &ColliderShape,
     collider: &ColliderState,
     position: TrackedVector,
@@ -87,8 +87,15 @@ fn surface_at(
     surface
 }
 
-fn half_thickness(model: &Model, particle: usize) -> Tracked {
+pub(super) fn half_thickness(model: &Model, particle: usize) -> Tracked {
     Tracked::rounded(0.5 * model.cloths()[model.cloth_of(particle as u32)].thickness)
+}
+
+/// Velocity of a collider at a place.
+pub(super) fn carried(collider: &ColliderState, position: TrackedVector) -> TrackedVector {
+    let arm = position - TrackedVector::rounded(collider.translation);
+    TrackedVector::rounded(collider.linear_velocity)
+        + TrackedVector::rounded(collider.angular_velocity).cross(arm)
 }
 
 /// Pushes particles out of the colliders, one collider after the other, with Coulomb friction.
@@ -114,9 +121,7 @@ pub fn collider_response(
             particles.positions[i] += normal.scaled(reach - surface.distance);
             let [restitution, friction] =
                 [description.restitution, description.friction].map(Tracked::rounded);
-            let carried = TrackedVector::rounded(collider.linear_velocity)
-                + TrackedVector::rounded(collider.angular_velocity)
-                    .cross(particles.positions[i] - TrackedVector::rounded(collider.translation));
+            let carried = carried(collider, particles.positions[i]);
             let relative = particles.velocities[i] - carried;
             let approach = relative.dot(normal);
             // Near zero rounding decides on the branch; both give nearly the same.

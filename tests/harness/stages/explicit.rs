@@ -62,12 +62,12 @@ pub fn explicit_substep(
     epsilon: f64,
 ) {
     let mut forces = field_forces(model, particles);
-    spring_forces(model, particles, &mut forces);
+    spring_forces(model, particles, &mut forces, epsilon);
     aerodynamic_forces(model, particles, substep.wind_velocity, &mut forces);
     contact_forces(model, particles, &mut forces, epsilon);
     integrate_explicit(particles, &forces, substep.length);
     contact_impulses(model, particles, substep.length, epsilon);
-    if let Some(limit) = config.strain_limit() {
+    if let Some(limit) = &config.strain_limit {
         let colouring =
             SpringColouring::greedy(model.springs(), model.particle_count(), &limit.classes);
         for _ in 0..limit.sweeps {

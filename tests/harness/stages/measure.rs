@@ -2,7 +2,7 @@
 
 use cloth_core::{Model, stepper::ColliderState};
 
-use super::{Particles, ZERO, penetration_max, spring_force_on};
+use super::{Particles, ZERO, penetration_max, spring_energy_doubled, spring_force_on};
 use crate::tracked::{Tracked, TrackedVector};
 
 /// [`Measures`](cloth_core::Measures) with bounds.
@@ -81,18 +81,19 @@ fn spring_sums(model: &Model, particles: &Particles, measures: &mut TrackedMeasu
     let mut strain_max: Option<Tracked> = None;
     for spring in springs.iter() {
         let kind = springs.kinds()[spring.kind as usize];
-        let [rest_length, stiffness] = [kind.rest_length, kind.stiffness].map(Tracked::rounded);
+        let rest_length = Tracked::rounded(kind.rest_length);
         let [i, j] = spring.particles.map(|particle| particle as usize);
         let length = (particles.positions[j] - particles.positions[i]).length();
         let extension = length - rest_length;
         let strain = extension / rest_length;
         strain_max = Some(strain_max.map_or(strain, |max| max.max(strain)));
-        let force = spring_force_on(model, particles, &spring);
+        let force = spring_force_on(model, particles, &spring, epsilon);
+        let energy_doubled = spring_energy_doubled(&kind, length, epsilon);
         rows[i].force += force;
         rows[j].force -= force;
         for row in [i, j] {
             rows[row].strain += strain.abs();
-            rows[row].energy += stiffness * extension * extension;
+            rows[row].energy += energy_doubled;
             rows[row].force_magnitude += force.length();
         }
     }

@@ -8,8 +8,10 @@ mod colliders;
 mod contact;
 mod explicit;
 mod fields;
+mod implicit;
 mod measure;
 mod normals;
+mod semi_implicit;
 mod springs;
 
 use cloth_core::{Model, State};
@@ -24,9 +26,17 @@ pub use contact::{
 };
 pub use explicit::{explicit_substep, integrate_explicit, strain_limit};
 pub use fields::field_forces;
+pub use implicit::{
+    Constraint, Constraints, LinearSystem, Term, TrackedMatrix, air_jacobians, contact_terms,
+    preconditioner_apply, spring_terms,
+};
 pub use measure::{TrackedMeasures, measure};
 pub use normals::vertex_normals;
-pub use springs::{spring_force_on, spring_forces};
+pub use semi_implicit::{Surplus, angular_surplus, pieces, semi_implicit_residual};
+pub use springs::{
+    spring_energy_doubled, spring_force_on, spring_forces, spring_tension,
+    spring_tension_derivative,
+};
 
 /// The state of all particles.
 #[derive(Clone, Debug)]

@@ -105,6 +105,16 @@ pub(crate) fn impulse<T: Real>(
     Some(change)
 }
 
+/// Unit vector from `j` to `i`, if they are not at the same place.
+#[inline(always)]
+pub(crate) fn pair_normal<T: Real>(
+    motion: MotionView<'_, T>,
+    i: usize,
+    j: usize,
+) -> Option<[T; 3]> {
+    Pair::new(motion, i, j).normal()
+}
+
 /// Two particles in contact, seen from the first.
 struct Pair<T> {
     difference: [T; 3],

@@ -16,6 +16,8 @@ pub(crate) enum Command {
     StrainLimit(Substep, usize),
     ColliderResponse(Substep),
     ExplicitPass(Substep),
+    StateKeep,
+    StateRestore,
 }
 
 impl Command {

@@ -72,6 +72,8 @@ impl Stages {
             Command::StrainLimit(substep, colour) => self.strain_limit(substep, *colour),
             Command::ColliderResponse(substep) => self.collider_response(substep),
             Command::ExplicitPass(substep) => self.explicit_pass(substep),
+            Command::StateKeep => self.state_keep(),
+            Command::StateRestore => self.state_restore(),
         }
     }
 

@@ -7,7 +7,9 @@ mod results;
 
 use std::{collections::HashMap, sync::Arc};
 
-use cloth_core::{Error, Model, Precision, Result, SolverConfig, StageTime, stepper::FramePlan};
+use cloth_core::{
+    Error, Integrator, Model, Precision, Result, SolverConfig, StageTime, stepper::FramePlan,
+};
 use wgpu::BindGroup;
 
 use crate::{
@@ -21,7 +23,7 @@ use crate::{
     readback::Readback,
     recorder::Recorder,
     slots::Slots,
-    tables::{Tables, common_offset},
+    tables::{Tables, common_offset, springs},
 };
 
 /// All that a solver has on a device.
@@ -74,6 +76,14 @@ impl Stages {
                 backend: BACKEND,
                 feature: format!("precision {}", config.precision),
             });
+        }
+        let integrator = match config.integrator {
+            Integrator::Explicit => None,
+            Integrator::Implicit(_) => Some("the implicit integrator"),
+            _ => Some("the semi-implicit integrator"),
+        };
+        if let Some(feature) = integrator {
+            return Err(Error::Unsupported { backend: BACKEND, feature: feature.into() });
         }
         context.faults.check()?;
         // No kernel is started for more: springs of a colour share no particle.
@@ -166,12 +176,15 @@ impl Stages {
     fn options(&self, name: &str) -> Vec<&'static str> {
         let contact = self.model.self_contact();
         let is_penalty = contact.is_some_and(|contact| !contact.excludes_neighbours());
+        let buckling = springs::may_buckle(&self.model).then_some("buckling");
         match name {
             "explicit_substep" => {
                 let air = self.model.air().is_some().then_some("air");
-                air.into_iter().chain(is_penalty.then_some("penalty")).collect()
+                let penalty = is_penalty.then_some("penalty");
+                air.into_iter().chain(buckling).chain(penalty).collect()
             }
-            "measure" => contact.is_some().then_some("contact").into_iter().collect(),
+            "spring_forces" => buckling.into_iter().collect(),
+            "measure" => buckling.into_iter().chain(contact.map(|_| "contact")).collect(),
             "contact_candidates_list" => {
                 let excludes = contact.is_some_and(cloth_core::SelfContact::excludes_neighbours);
                 excludes.then_some("exclusions").into_iter().collect()

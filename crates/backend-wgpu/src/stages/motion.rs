@@ -37,6 +37,9 @@ pub(super) fn collider(collider: &Collider, at: &ColliderState) -> layout::Colli
     }
 }
 
+/// The copy of positions and velocities that `state_keep` makes.
+const KEPT: [&str; 2] = ["position_kept", "velocity_kept"];
+
 impl Stages {
     pub(crate) fn state_write(&mut self, state: &State) -> Result<()> {
         state.validate(&self.model)?;
@@ -173,6 +176,34 @@ impl Stages {
         self.in_place()?;
         let items = (last.len() as u32, WORKGROUP);
         self.dispatch("pins_write", "pins_write", items, self.present, (0, 0))
+    }
+
+    /// Records a copy of the present motion.
+    pub(super) fn state_keep(&mut self) -> Result<()> {
+        let size = VECTOR_SIZE * self.model.particle_count() as u64;
+        for name in KEPT {
+            if self.buffers.get(name, 0, 0).is_err() {
+                self.buffers.create(&self.context, name, size, None)?;
+            }
+        }
+        self.kept_copy(true)
+    }
+
+    /// Records the way back.
+    pub(super) fn state_restore(&mut self) -> Result<()> {
+        self.in_place()?;
+        self.kept_copy(false)
+    }
+
+    fn kept_copy(&mut self, keeps: bool) -> Result<()> {
+        let size = VECTOR_SIZE * self.model.particle_count() as u64;
+        let present = [self.buffers.position(self.present), self.buffers.velocity(self.present)];
+        for (name, present) in KEPT.into_iter().zip(present) {
+            let kept = self.buffers.get(name, 0, 0)?;
+            let (from, to) = if keeps { (present, kept) } else { (kept, present) };
+            self.recorder.copy(&self.context, from, to, 0, size);
+        }
+        Ok(())
     }
 
     /// A motion that may be overwritten: neither the present one nor the start of an open frame.

@@ -1,7 +1,7 @@
 //! What a model is made of, as kernels read it: computed once on the host, never changed.
 
 mod exclusions;
-mod springs;
+pub(crate) mod springs;
 mod strain_limit;
 mod triangles;
 
@@ -28,7 +28,7 @@ impl Tables {
     pub(crate) fn new(model: &Model, config: &SolverConfig) -> Self {
         let (spring_rows, spring_entries) = springs::tables(model);
         let (triangle_rows, triangles) = triangles::tables(model);
-        let (colours, limited_springs) = strain_limit::tables(model, config.strain_limit());
+        let (colours, limited_springs) = strain_limit::tables(model, config.strain_limit.as_ref());
         let half_density = model.air().map_or(0.0, |air| 0.5 * air.density);
         let air_coefficients = model.cloths().iter().map(|cloth| {
             let coefficients = [cloth.aerodynamics.pressure, cloth.aerodynamics.friction];

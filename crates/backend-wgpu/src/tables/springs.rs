@@ -8,7 +8,7 @@
 
 use std::collections::HashMap;
 
-use cloth_core::{Model, SpringRows, Springs};
+use cloth_core::{Buckling, Model, SpringKind, SpringRows, Springs};
 
 /// Particles of a slice.
 const SLICE: usize = 32;
@@ -19,6 +19,18 @@ const SHARED_MIN: u32 = 4;
 
 /// Offset to the other particle and index of the kind.
 type Entry = (u32, u32);
+
+/// Words of four numbers that a spring takes where some may buckle (`shared/spring_buckling.wgsl`).
+const BUCKLING_WORDS: usize = 3;
+
+/// Force scale of a spring that never buckles. In the reference it is infinite, which WGSL does not know; this
+/// is a compressive force that no spring of finite stiffness exceeds.
+const NEVER_FORCE_SCALE: f32 = 1e37;
+
+/// Whether some spring of a model buckles.
+pub(crate) fn may_buckle(model: &Model) -> bool {
+    model.springs().kinds().iter().any(|kind| kind.rigidity.is_some())
+}
 
 /// Contents of `spring_rows` and `spring_entries`.
 pub(super) fn tables(model: &Model) -> (Vec<u32>, Vec<[u32; 4]>) {
@@ -37,6 +49,7 @@ pub(super) fn tables(model: &Model) -> (Vec<u32>, Vec<[u32; 4]>) {
     }
     let mut table = Builder {
         springs: model.springs(),
+        words: if may_buckle(model) { BUCKLING_WORDS } else { 1 },
         row_numbers: Vec::with_capacity(count),
         headers: Vec::new(),
         entries: Vec::new(),
@@ -66,6 +79,8 @@ fn row_of(rows: &SpringRows, particle: usize, row: &mut Vec<Entry>) {
 
 struct Builder<'a> {
     springs: &'a Springs,
+    /// Words of `entries` that a spring takes.
+    words: usize,
     row_numbers: Vec<u32>,
     headers: Vec<[u32; 2]>,
     entries: Vec<[u32; 4]>,
@@ -73,11 +88,12 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    fn entry(&self, (offset, kind): Entry) -> [u32; 4] {
+    fn entry(&self, (offset, kind): Entry) -> [[u32; 4]; BUCKLING_WORDS] {
         let kind = &self.springs.kinds()[kind as usize];
         let [rest_length, stiffness, damping] =
             [kind.rest_length, kind.stiffness, kind.damping].map(|value| (value as f32).to_bits());
-        [offset, rest_length, stiffness, damping]
+        let [first, second] = buckling(kind);
+        [[offset, rest_length, stiffness, damping], first, second]
     }
 
     fn push_shared(&mut self, row: &[Entry]) {
@@ -89,7 +105,7 @@ impl Builder<'_> {
         self.headers.push([self.entries.len() as u32, row.len() as u32]);
         for &entry in row {
             let entry = self.entry(entry);
-            self.entries.push(entry);
+            self.entries.extend(&entry[..self.words]);
         }
         self.shared.insert(row.to_vec(), number);
         self.row_numbers.push(number);
@@ -98,13 +114,17 @@ impl Builder<'_> {
     fn push_slice(&mut self, slice: &[(usize, Vec<Entry>)]) {
         let start = self.entries.len();
         let longest = slice.iter().map(|(_, row)| row.len()).max().unwrap_or(0);
-        self.entries.resize(start + longest * SLICE, [0; 4]);
+        let words = self.words;
+        self.entries.resize(start + words * longest * SLICE, [0; 4]);
         for (lane, (particle, row)) in slice.iter().enumerate() {
             self.row_numbers[*particle] = self.headers.len() as u32;
             let shape = row.len() as u32 | SLICE_SHIFT << 24;
-            self.headers.push([(start + lane) as u32, shape]);
+            let first = start + words * lane;
+            self.headers.push([first as u32, shape]);
             for (k, &entry) in row.iter().enumerate() {
-                self.entries[start + k * SLICE + lane] = self.entry(entry);
+                let entry = self.entry(entry);
+                let at = first + words * k * SLICE;
+                self.entries[at..at + words].copy_from_slice(&entry[..words]);
             }
         }
     }
@@ -113,6 +133,21 @@ impl Builder<'_> {
         self.row_numbers.extend(self.headers.iter().flatten());
         (self.row_numbers, self.entries)
     }
+}
+
+/// What a spring has beside its stiffness.
+fn buckling(kind: &SpringKind) -> [[u32; 4]; 2] {
+    let buckling = kind.buckling().map_or_else(Buckling::never, |buckling| buckling.rounded());
+    let Buckling::<f32> {
+        force_scale,
+        inverse_rest_length,
+        energy_offset,
+        stiff_compression,
+        stiff_energy,
+    } = buckling;
+    let force_scale = force_scale.min(NEVER_FORCE_SCALE);
+    let first = [force_scale, inverse_rest_length, energy_offset, stiff_compression];
+    [first.map(f32::to_bits), [stiff_energy.to_bits(), 0, 0, 0]]
 }
 
 #[cfg(test)]

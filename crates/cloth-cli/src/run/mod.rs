@@ -4,6 +4,7 @@ mod interrupt;
 mod outputs;
 mod progress;
 mod report;
+mod solver_summary;
 mod summary;
 
 use std::time::Instant;

@@ -7,7 +7,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use cloth::{Measures, StepReport, io::file_replace};
+use cloth::{Measures, SolverReport, StepReport, TimeStepChange, TimeStepReason, io::file_replace};
 use serde::Serialize;
 
 use crate::failure::{Failure, ReadError, WriteError};
@@ -18,8 +18,17 @@ struct ReportLine<'a> {
     frame: u64,
     time: f64,
     substeps: u32,
+    solver_solves: u32,
+    solver_unconverged: u32,
     solver_iterations: u64,
     solver_residual: f64,
+    solver_factorisations: u32,
+    newton_iterations: u32,
+    newton_residual: f64,
+    constraints_particles: u64,
+    constraints_released: u64,
+    time_step_failures: u32,
+    time_step_changes: Vec<TimeStepLine>,
     contacts: u64,
     contact_candidates: u64,
     contact_rebuilds: u32,
@@ -50,13 +59,35 @@ impl<'a> ReportLine<'a> {
             momentum_drift,
             ..
         } = report.measures;
+        let SolverReport {
+            solves,
+            solves_unconverged,
+            iterations,
+            residual,
+            newton_iterations,
+            newton_residual,
+            factorisations,
+            constrained,
+            released,
+            substeps_failed,
+            time_step_changes,
+        } = &report.solver;
         let times = report.stage_times.iter();
         Self {
             frame,
             time: report.time,
             substeps: report.substeps,
-            solver_iterations: report.solver_iterations,
-            solver_residual: report.solver_residual,
+            solver_solves: *solves,
+            solver_unconverged: *solves_unconverged,
+            solver_iterations: *iterations,
+            solver_residual: *residual,
+            solver_factorisations: *factorisations,
+            newton_iterations: *newton_iterations,
+            newton_residual: *newton_residual,
+            constraints_particles: *constrained,
+            constraints_released: *released,
+            time_step_failures: *substeps_failed,
+            time_step_changes: time_step_changes.iter().map(TimeStepLine::from).collect(),
             contacts: report.contacts,
             contact_candidates: report.contact_candidates,
             contact_rebuilds: report.contact_rebuilds,
@@ -72,6 +103,31 @@ impl<'a> ReportLine<'a> {
             stage_times: times.map(|entry| (entry.stage, entry.time.as_secs_f64())).collect(),
             wall_time: report.wall_time.as_secs_f64(),
         }
+    }
+}
+
+/// A decision of the adaptive time step: `value` is the residual or the strain that was too large, if
+/// the reason has one and it is finite.
+#[derive(Serialize)]
+struct TimeStepLine {
+    time: f64,
+    from: f64,
+    to: f64,
+    reason: &'static str,
+    value: Option<f64>,
+}
+
+impl From<&TimeStepChange> for TimeStepLine {
+    fn from(change: &TimeStepChange) -> Self {
+        let TimeStepChange { time, from, to, reason } = *change;
+        let (reason, value) = match reason {
+            TimeStepReason::LinearSolver { residual } => ("linear solver", Some(residual)),
+            TimeStepReason::NonFinite => ("not finite", None),
+            TimeStepReason::Strain { strain } => ("strain", Some(strain)),
+            TimeStepReason::Recovered => ("recovered", None),
+            _ => ("other", None),
+        };
+        Self { time, from, to, reason, value: value.filter(|value| value.is_finite()) }
     }
 }
 
@@ -139,5 +195,28 @@ mod tests {
         let line: serde_json::Value = serde_json::from_str(lines[2]).unwrap();
         assert_eq!(line["frame"], 3);
         assert_eq!(lines.len(), 3);
+    }
+
+    #[test]
+    fn decisions_on_the_time_step_are_in_the_line() {
+        let strain = TimeStepReason::Strain { strain: 0.75 };
+        let breakdown = TimeStepReason::LinearSolver { residual: f64::INFINITY };
+        let change = |reason| TimeStepChange { time: 1.0, from: 0.5, to: 0.25, reason };
+        let solver = SolverReport {
+            solves: 3,
+            solves_unconverged: 1,
+            time_step_changes: vec![change(strain), change(breakdown)],
+            ..SolverReport::default()
+        };
+        let report = StepReport { solver, ..StepReport::default() };
+        let line = serde_json::to_value(ReportLine::new(1, &report)).unwrap();
+        assert_eq!((&line["solver_solves"], &line["solver_unconverged"]), (&3.into(), &1.into()));
+        let changes = &line["time_step_changes"];
+        let first = serde_json::json!(
+            { "time": 1.0, "from": 0.5, "to": 0.25, "reason": "strain", "value": 0.75 }
+        );
+        assert_eq!(changes[0], first);
+        assert_eq!(changes[1]["reason"], "linear solver");
+        assert!(changes[1]["value"].is_null());
     }
 }

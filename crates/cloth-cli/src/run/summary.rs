@@ -12,6 +12,8 @@ use crate::{
     units::{count_text, number_text},
 };
 
+use super::solver_summary::SolverSummary;
+
 /// Sums over the frames of a run.
 pub(super) struct Summary {
     particles: usize,
@@ -22,6 +24,7 @@ pub(super) struct Summary {
     strain_max: f64,
     penetration_max: f64,
     contacts_max: u64,
+    solver: SolverSummary,
 }
 
 impl Summary {
@@ -34,6 +37,7 @@ impl Summary {
             strain_max: 0.0,
             penetration_max: 0.0,
             contacts_max: 0,
+            solver: SolverSummary::new(),
         }
     }
 
@@ -44,6 +48,7 @@ impl Summary {
         self.strain_max = self.strain_max.max(report.measures.strain_max);
         self.penetration_max = self.penetration_max.max(report.measures.penetration_max);
         self.contacts_max = self.contacts_max.max(report.contacts);
+        self.solver.add(&report.solver);
     }
 
     /// Speed of the solver.
@@ -70,7 +75,9 @@ impl Summary {
             self.penetration_max,
             count_text(self.contacts_max, "contact"),
         );
-        vec![first, second]
+        let mut lines = vec![first, second];
+        lines.extend(self.solver.lines(self.substeps));
+        lines
     }
 }
 

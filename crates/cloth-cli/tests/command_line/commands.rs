@@ -15,6 +15,12 @@ fn wrong_arguments_end_with_2() {
         &["run", "tiny.toml", "--threads", "0"],
         &["run", "tiny.toml", "--threads", "100000"],
         &["check", "tiny.toml", "--resume"],
+        &["run", "tiny.toml", "--solver", "magic"],
+        &["run", "tiny.toml", "--solver", "implicit", "--linear", "gmres"],
+        &["run", "tiny.toml", "--solver", "implicit", "--tolerance", "2"],
+        &["run", "tiny.toml", "--solver", "implicit", "--iterations", "0"],
+        &["run", "tiny.toml", "--time-step", "0"],
+        &["check", "tiny.toml", "--time-step", "nan"],
     ] {
         assert_eq!(place.output(arguments).status.code(), Some(2), "{arguments:?}");
     }
@@ -75,6 +81,44 @@ fn a_check_counts_and_warns() {
     let text = place.succeeds(&["check", "tiny.toml"]);
     assert!(text.contains("warning: nothing holds or stops the cloth"), "{text}");
     assert!(!place.path("out").exists());
+}
+
+#[test]
+fn options_without_use_are_refused_in_a_sentence() {
+    let place = Place::with("tiny.toml", TINY);
+    for command in ["run", "check"] {
+        let fails = |more: &[&str]| place.fails(2, &[&[command, "tiny.toml"], more].concat());
+        for option in ["--linear=cg", "--preconditioner=block", "--tolerance=0.1", "--newton=2"] {
+            let message = fails(&[option]);
+            let name = option.split('=').next().unwrap();
+            let expected = format!("{name} belongs to the implicit solver");
+            assert!(message.contains(&expected) && message.contains("leave"), "{message}");
+            let message = fails(&[option, "--solver", "semi-implicit"]);
+            assert!(message.contains("the semi-implicit one is in use"), "{message}");
+        }
+        let message = fails(&["--solver=implicit", "--linear=direct", "--iterations=5"]);
+        assert!(message.contains("--iterations belongs to methods that iterate"), "{message}");
+    }
+    assert!(!place.path("out").exists());
+}
+
+#[test]
+fn a_check_knows_each_solver() {
+    let place = Place::with("tiny.toml", TINY.replace("time_step = 1e-3", "time_step = 5e-2"));
+    let check = |more: &[&str]| place.succeeds(&[&["check", "tiny.toml"], more].concat());
+    let text = check(&["--solver", "implicit"]);
+    assert!(!text.contains("warning"), "the step of another solver: {text}");
+    assert!(text.contains("solver       implicit, cg with preconditioner block, tolerance 0.001"));
+    assert!(text.contains("time step    1.667e-2 s\nstable       at any time step"), "{text}");
+    let text = check(&["--solver", "semi-implicit", "--time-step", "0.05"]);
+    assert!(text.contains("warning: the time step is longer than a frame"), "{text}");
+    let text = check(&["--adaptive"]);
+    assert!(text.contains("time step    5.000e-2 s, halved up to 8 times where needed"), "{text}");
+    assert!(!text.contains("warning"), "{text}");
+    let large = TINY.replace("columns = 6, rows = 6", "columns = 80, rows = 80");
+    place.write("tiny.toml", large);
+    let text = check(&["--solver", "implicit", "--linear", "direct"]);
+    assert!(text.contains("warning: the method direct") && text.contains("use the method cg"));
 }
 
 #[test]

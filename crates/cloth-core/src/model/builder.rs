@@ -4,12 +4,12 @@ use std::{collections::HashSet, ops::Range};
 
 use crate::{
     ModelError, TextureMap, TriangleMesh,
-    error::{finite_all, positive},
+    error::{finite_all, not_negative, positive},
 };
 
 use super::{
     Air, Cloth, ClothRange, Collider, Field, Geometry, GridPatch, Mass, Material, Model,
-    NetworkSpring, SelfContact, SpringClass, SpringKind, SpringNetwork,
+    NetworkSpring, SelfContact, SpringClass, SpringCoefficients, SpringKind, SpringNetwork,
     springs::SpringsBuilder,
     winged_edge::{NONE, WingedEdges},
 };
@@ -214,12 +214,14 @@ impl Parts {
                 particles: edge.vertices,
                 class: SpringClass::Stretch,
                 rest_length: None,
+                coefficients: None,
             });
             if !edge.opposite.contains(&NONE) {
                 springs.push(NetworkSpring {
                     particles: edge.opposite,
                     class: SpringClass::Bend,
                     rest_length: None,
+                    coefficients: None,
                 });
             }
         }
@@ -287,7 +289,13 @@ impl Parts {
                         vertices: spring.particles,
                     });
                 }
-                let kind = self.springs.kind(spring_kind(material, spring.class, rest_length));
+                let mut kind = spring_kind(material, spring.class, rest_length);
+                if let Some(SpringCoefficients { stiffness, damping }) = spring.coefficients {
+                    let what = |what| move || format!("{what} of a spring of cloth {name:?}");
+                    kind.stiffness = positive(what("stiffness"), stiffness)?;
+                    kind.damping = not_negative(what("damping"), damping)?;
+                }
+                let kind = self.springs.kind(kind);
                 self.springs.spring(first + spring.particles[1], kind);
             }
         }
@@ -341,16 +349,17 @@ impl Parts {
 }
 
 fn spring_kind(material: &Material, class: SpringClass, rest_length: f64) -> SpringKind {
-    let coefficients = match class {
-        SpringClass::Stretch => material.stretch,
-        SpringClass::Shear => material.shear,
-        SpringClass::Bend => material.bend,
+    let (coefficients, rigidity) = match class {
+        SpringClass::Stretch => (material.stretch, None),
+        SpringClass::Shear => (material.shear, None),
+        SpringClass::Bend => (material.bend, material.bend_model.rigidity()),
     };
     SpringKind {
         class,
         rest_length,
         stiffness: coefficients.stiffness,
         damping: coefficients.damping,
+        rigidity,
     }
 }
 

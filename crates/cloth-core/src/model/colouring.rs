@@ -117,6 +117,7 @@ mod tests {
                     particles: [0, i],
                     class: SpringClass::Stretch,
                     rest_length: None,
+                    coefficients: None,
                 })
                 .collect(),
         };

@@ -45,6 +45,28 @@ impl SelfContact {
         (length / Self::RECOVERY_TIME).min(1.0)
     }
 
+    /// Substeps in which an integrator with large steps takes back an overlap, if that is longer than
+    /// [`RECOVERY_TIME`](Self::RECOVERY_TIME). Its springs answer once in a substep: pushed apart
+    /// faster than they can answer, cloths that lie on each other are stretched more and more.
+    pub const RECOVERY_SUBSTEPS: f64 = 4.0;
+
+    /// The length \[s\] that `contact_impulses` is told for a move of `part` \[s\] in a substep of
+    /// `substep` \[s\]: it sets how much of an overlap is taken back.
+    #[must_use]
+    pub fn recovery_length(part: f64, substep: f64) -> f64 {
+        part * (Self::RECOVERY_TIME / (Self::RECOVERY_SUBSTEPS * substep)).min(1.0)
+    }
+
+    /// Longest time \[s\] that particles move before contact is looked for again, in integrators
+    /// with large steps. Cloths that meet at 3 m/s come 6 mm closer in it.
+    pub const MOVE_TIME: f64 = 2e-3;
+
+    /// Moves that a substep of `length` \[s\] is divided into.
+    #[must_use]
+    pub fn moves(length: f64) -> u32 {
+        (length / Self::MOVE_TIME).ceil().max(1.0) as u32
+    }
+
     /// Whether pairs joined by a spring or close at the start are left out.
     #[must_use]
     pub const fn excludes_neighbours(&self) -> bool {

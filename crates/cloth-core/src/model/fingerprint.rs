@@ -27,6 +27,10 @@ impl Model {
             for value in [kind.rest_length, kind.stiffness, kind.damping] {
                 hasher.write_u64(value.to_bits());
             }
+            // A model without rigidity keeps the hash that it had before there was such a thing.
+            if let Some(rigidity) = kind.rigidity {
+                hasher.write_u64(rigidity.to_bits());
+            }
         }
         hasher.write_u64(self.colliders.len() as u64);
         hasher.finish()

@@ -2,7 +2,7 @@
 
 use crate::{ModelError, TriangleMesh};
 
-use super::SpringClass;
+use super::{SpringClass, SpringCoefficients};
 
 /// Source of the particles and springs of one cloth.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,6 +64,8 @@ pub struct NetworkSpring {
     pub class: SpringClass,
     /// Rest length \[m\], or `None` for the distance at the start.
     pub rest_length: Option<f64>,
+    /// Stiffness and damping of this spring, or `None` for those of its class.
+    pub coefficients: Option<SpringCoefficients>,
 }
 
 impl Geometry {

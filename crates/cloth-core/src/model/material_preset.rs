@@ -1,6 +1,6 @@
 //! Named fabrics with measured values.
 
-use super::{Aerodynamics, Mass, Material, SpringCoefficients};
+use super::{Aerodynamics, BendModel, Mass, Material, SpringCoefficients};
 
 /// A fabric by name.
 ///
@@ -94,7 +94,9 @@ impl MaterialPreset {
     /// and warp, as all stretch springs of a cloth are alike); the two diagonals of a cell
     /// together carry its shear, so each has the shear stiffness. Bend springs resist curvature
     /// only to second order and cannot reproduce a bending stiffness B; B / spacing^2 gives them
-    /// its order of magnitude.
+    /// its order of magnitude. To reproduce it, set
+    /// [`bend_model`](Material::bend_model) to immediate buckling with rigidity B spacing / 2, and a
+    /// bend stiffness of 20 B / spacing^2 or more, below which the springs buckle late or never.
     #[must_use]
     pub fn material(&self, spacing: f64) -> Material {
         let particle_mass = self.mass_per_area * spacing * spacing;
@@ -107,6 +109,7 @@ impl MaterialPreset {
             stretch: coefficients(0.5 * (self.tensile[0] + self.tensile[1])),
             shear: coefficients(self.shear),
             bend: coefficients(self.bending / (spacing * spacing)),
+            bend_model: BendModel::Linear,
             aerodynamics: Aerodynamics::default(),
             thickness: self.thickness,
         }

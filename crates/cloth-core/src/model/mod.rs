@@ -1,5 +1,7 @@
 //! The immutable description of what is simulated.
 
+mod buckling;
+mod buckling_range;
 mod builder;
 mod collider;
 mod colouring;
@@ -15,13 +17,14 @@ mod winged_edge;
 
 use std::ops::Range;
 
+pub use buckling::{BUCKLING_COEFFICIENTS, Buckling};
 pub use builder::ModelBuilder;
 pub use collider::{Collider, ColliderShape, Pose};
 pub use colouring::SpringColouring;
 pub use contact::{ContactResponse, SelfContact};
 pub use environment::{Air, Field, Gust};
 pub use geometry::{Geometry, GridPatch, NetworkSpring, SpringNetwork, Stencil};
-pub use material::{Aerodynamics, Mass, Material, SpringCoefficients};
+pub use material::{Aerodynamics, BendModel, Mass, Material, SpringCoefficients};
 pub use material_preset::MaterialPreset;
 pub use springs::{Spring, SpringClass, SpringKind, SpringRows, Springs};
 pub use winged_edge::{NONE, WingedEdge, WingedEdges};
@@ -185,12 +188,11 @@ impl Model {
             velocities[pin as usize] = [0.0; 3];
         }
         State {
-            time: 0.0,
-            step: 0,
             positions: self.positions.clone(),
             velocities,
             held,
             colliders: self.colliders.iter().map(|collider| collider.pose).collect(),
+            ..State::default()
         }
     }
 

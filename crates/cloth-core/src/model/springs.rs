@@ -24,6 +24,9 @@ pub struct SpringKind {
     pub stiffness: f64,
     /// Damping along the spring \[N s/m\].
     pub damping: f64,
+    /// Flexural rigidity \[N m^2\] of the strut that the spring is under compression, above zero;
+    /// `None` for a spring that never buckles. Bend springs alone have one.
+    pub rigidity: Option<f64>,
 }
 
 /// One spring.
@@ -148,13 +151,14 @@ impl Springs {
 #[derive(Default)]
 pub(crate) struct SpringsBuilder {
     springs: Springs,
-    kind_of: HashMap<(SpringClass, [u64; 3]), u32>,
+    kind_of: HashMap<(SpringClass, [u64; 3], Option<u64>), u32>,
 }
 
 impl SpringsBuilder {
     /// The index of `kind`, which is added if it is new.
     pub(crate) fn kind(&mut self, kind: SpringKind) -> u32 {
-        let key = (kind.class, [kind.rest_length, kind.stiffness, kind.damping].map(f64::to_bits));
+        let numbers = [kind.rest_length, kind.stiffness, kind.damping];
+        let key = (kind.class, numbers.map(f64::to_bits), kind.rigidity.map(f64::to_bits));
         *self.kind_of.entry(key).or_insert_with(|| {
             self.springs.kinds.push(kind);
             self.springs.kinds.len() as u32 - 1
@@ -187,6 +191,22 @@ mod tests {
     use super::*;
 
     #[test]
+    fn kinds_differ_by_their_rigidity() {
+        let mut builder = SpringsBuilder::default();
+        let mut kind = |rigidity| {
+            builder.kind(SpringKind {
+                class: SpringClass::Bend,
+                rest_length: 0.1,
+                stiffness: 1.0,
+                damping: 0.0,
+                rigidity,
+            })
+        };
+        let found = [None, Some(1e-6), Some(2e-6), Some(1e-6), None].map(&mut kind);
+        assert_eq!(found, [0, 1, 2, 1, 0]);
+    }
+
+    #[test]
     fn gather_rows_are_symmetric_and_sorted() {
         let mut builder = SpringsBuilder::default();
         let kind = |rest_length| SpringKind {
@@ -194,6 +214,7 @@ mod tests {
             rest_length,
             stiffness: 1.0,
             damping: 0.0,
+            rigidity: None,
         };
         let upper: [&[u32]; 4] = [&[1, 3], &[2, 3], &[3], &[]];
         for row in upper {

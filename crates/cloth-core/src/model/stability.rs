@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Model;
+use super::{Model, SpringKind};
 
 /// Rounds of the power iteration at most. The Rayleigh quotient is within a percent after these on
 /// grids of any size, as the highest modes of a grid lie close together.
@@ -17,7 +17,8 @@ const ROUNDS_MIN: usize = 20;
 
 impl Model {
     /// Estimate of the largest stable time step of symplectic Euler, 2/omega_max \[s\], for the
-    /// undamped springs at their rest lengths; infinite for a model without springs.
+    /// undamped springs at their rest lengths; infinite for a model without springs. A spring that
+    /// buckles counts with the steepest part of its tension (NUMERICS §2).
     ///
     /// omega_max^2 is the largest eigenvalue of M^-1/2 K M^-1/2, found by power iteration. The
     /// estimate does not see contact, damping or pins, and springs stiffen sideways when stretched:
@@ -29,13 +30,15 @@ impl Model {
     }
 
     fn omega_squared_max(&self) -> f64 {
+        let stiffness: Vec<f64> =
+            self.springs.kinds().iter().map(SpringKind::stiffness_max).collect();
         let springs: Vec<([usize; 2], f64, DVec3)> = self
             .springs
             .iter()
             .map(|spring| {
                 let [i, j] = spring.particles.map(|particle| particle as usize);
                 let difference = DVec3::from(self.positions[j]) - DVec3::from(self.positions[i]);
-                let stiffness = self.springs.kinds()[spring.kind as usize].stiffness;
+                let stiffness = stiffness[spring.kind as usize];
                 ([i, j], stiffness, difference.normalize_or(DVec3::X))
             })
             .collect();
@@ -93,6 +96,7 @@ mod tests {
                     particles: [i - 1, i],
                     class: SpringClass::Stretch,
                     rest_length: None,
+                    coefficients: None,
                 })
                 .collect(),
         };

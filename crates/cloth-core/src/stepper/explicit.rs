@@ -2,7 +2,7 @@
 
 use crate::{Kernels, Result};
 
-use super::Substep;
+use super::{Substep, finish};
 
 /// One explicit substep, stage by stage: forces at the present state, integration, contact between
 /// cloths, strain limiting, and colliders last, so that no particle ends inside one.
@@ -39,13 +39,7 @@ pub fn after_integration<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep
         kernels.contact_candidates()?;
         kernels.contact_impulses(substep)?;
     }
-    let sweeps = kernels.config().strain_limit().map_or(0, |limit| limit.sweeps);
-    for _ in 0..sweeps {
-        for colour in 0..kernels.strain_limit_colours() {
-            kernels.strain_limit(substep, colour)?;
-        }
-    }
-    Ok(())
+    finish::strain_limit(kernels, substep)
 }
 
 /// Whether [`after_integration`] does anything for this model and these settings.

@@ -1,8 +1,15 @@
 //! The time integrators, each written once over the stages of [`Kernels`](crate::Kernels).
 
 pub mod explicit;
+mod finish;
+mod forces;
+pub mod implicit;
+mod integrate;
+pub mod linear;
 mod plan;
+pub mod semi_implicit;
 mod solver;
+mod time_step;
 
-pub use plan::{ColliderState, FramePlan, Substep, substep_lengths};
+pub use plan::{ColliderState, FramePlan, FrameSpan, Substep, substep_lengths};
 pub use solver::SteppedSolver;

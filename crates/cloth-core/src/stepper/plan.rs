@@ -2,13 +2,29 @@
 
 use crate::{Model, Pose};
 
-/// A frame, divided into substeps, with all that varies from one to the next.
+/// A frame as a whole, however it is divided.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameSpan<'a> {
+    /// Simulated time at its start \[s\].
+    pub time: f64,
+    /// Its length \[s\].
+    pub duration: f64,
+    /// Wind velocity without gusts \[m/s\].
+    pub wind_velocity: [f64; 3],
+    /// Poses of the colliders at its start.
+    pub from: &'a [Pose],
+    /// Poses at its end, reached at constant velocity.
+    pub to: &'a [Pose],
+}
+
+/// A frame, or what is left of one when the time step changes, divided into substeps, with all that
+/// varies from one to the next.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FramePlan {
     /// The substeps in order.
     pub substeps: Vec<Substep>,
     /// Colliders at the end of each substep: entry s c + k is collider k of c in substep s. If no
-    /// collider moves in this frame there is one set for all substeps.
+    /// collider moves in the frame there is one set for all substeps.
     pub colliders: Vec<ColliderState>,
     /// Number of colliders, c.
     pub collider_count: usize,
@@ -17,7 +33,7 @@ pub struct FramePlan {
 /// One substep of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Substep {
-    /// Place in the frame, from 0.
+    /// Place in the plan, from 0.
     pub index: usize,
     /// Substeps since the start of the simulation, this one included.
     pub step: u64,
@@ -51,25 +67,20 @@ impl FramePlan {
         &self.colliders[set * self.collider_count..(set + 1) * self.collider_count]
     }
 
-    /// Plans a frame of `duration` \[s\] from `time` \[s\] on, after `step` substeps, in which
-    /// colliders go from poses `from` to poses `to`. Memory of an earlier plan is used again.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "all that a frame depends on, called in one place"
-    )]
+    /// Plans what is left of a frame after `elapsed` \[s\] of it, `step` substeps after the start of the
+    /// simulation, in substeps of `time_step` \[s\]. Colliders go on as if the frame had never been
+    /// divided. Memory of an earlier plan is used again.
     pub fn refill(
         &mut self,
         model: &Model,
-        (time, step): (f64, u64),
-        duration: f64,
+        span: &FrameSpan<'_>,
+        (elapsed, step): (f64, u64),
         time_step: f64,
-        wind_velocity: [f64; 3],
-        from: &[Pose],
-        to: &[Pose],
     ) {
         self.substeps.clear();
-        let mut start = time;
-        for (index, length) in substep_lengths(duration, time_step).enumerate() {
+        let mut start = span.time + elapsed;
+        let lengths = substep_lengths(span.duration - elapsed, time_step);
+        for (index, length) in lengths.enumerate() {
             let middle = start + 0.5 * length;
             self.substeps.push(Substep {
                 index,
@@ -78,18 +89,18 @@ impl FramePlan {
                 length,
                 wind_velocity: model
                     .air()
-                    .map_or([0.0; 3], |air| air.wind_at(wind_velocity, middle)),
+                    .map_or([0.0; 3], |air| air.wind_at(span.wind_velocity, middle)),
             });
             start += length;
         }
-        self.collider_count = from.len();
+        self.collider_count = span.from.len();
         self.colliders.clear();
-        let sets = if from == to { 1 } else { self.substeps.len() };
+        let sets = if span.from == span.to { 1 } else { self.substeps.len() };
         for set in 0..sets {
-            let end = self.substeps.get(set).map_or(time, |s| s.time + s.length);
-            let fraction = if set + 1 == sets { 1.0 } else { (end - time) / duration };
-            for (from, to) in from.iter().zip(to) {
-                let (linear_velocity, angular_velocity) = from.velocities_to(to, duration);
+            let end = self.substeps.get(set).map_or(span.time, |s| s.time + s.length);
+            let fraction = if set + 1 == sets { 1.0 } else { (end - span.time) / span.duration };
+            for (from, to) in span.from.iter().zip(span.to) {
+                let (linear_velocity, angular_velocity) = from.velocities_to(to, span.duration);
                 let pose = from.interpolate(to, fraction);
                 self.colliders.push(ColliderState {
                     translation: pose.translation,
@@ -115,6 +126,50 @@ pub fn substep_lengths(duration: f64, time_step: f64) -> impl Iterator<Item = f6
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{
+        Cloth, Collider, ColliderShape, Geometry, GridPatch, MaterialPreset, ModelBuilder,
+    };
+
+    /// Colliders move over the whole frame, however often what is left of it is planned again.
+    #[test]
+    fn a_plan_for_the_rest_of_a_frame_goes_on_with_the_colliders() {
+        let ball = Collider {
+            name: "ball".into(),
+            shape: ColliderShape::Sphere { radius: 0.1 },
+            pose: Pose::from_translation([0.0; 3]),
+            friction: 0.0,
+            restitution: 0.0,
+        };
+        let cloth = Cloth {
+            name: "patch".into(),
+            geometry: Geometry::Grid(GridPatch::horizontal(2, 0.1, 1.0)),
+            material: MaterialPreset::ALL[0].material(0.1),
+            pins: vec![],
+            velocity: [0.0; 3],
+        };
+        let model = ModelBuilder::new().cloth(cloth).collider(ball).build().unwrap();
+        let [from, to] = [[0.0; 3], [0.8, 0.0, 0.0]].map(Pose::from_translation);
+        let span = FrameSpan {
+            time: 3.0,
+            duration: 0.4,
+            wind_velocity: [0.0; 3],
+            from: &[from],
+            to: &[to],
+        };
+        let mut plan = FramePlan::default();
+        plan.refill(&model, &span, (0.1, 7), 0.1);
+        let found: Vec<_> = plan.substeps.iter().map(|s| (s.index, s.step, s.time)).collect();
+        let times = [3.1, 3.2, 3.3];
+        for (k, ((index, step, time), wanted)) in found.into_iter().zip(times).enumerate() {
+            assert_eq!((index, step), (k, 8 + k as u64));
+            assert!((time - wanted).abs() < 1e-12);
+            let collider = plan.colliders_at(k)[0];
+            let place = 2.0 * (wanted + 0.1 - 3.0);
+            assert!((collider.translation[0] - place).abs() < 1e-12, "{k}: {collider:?}");
+            assert!((collider.linear_velocity[0] - 2.0).abs() < 1e-12);
+        }
+        assert_eq!(plan.colliders_at(2)[0].translation, to.translation, "exactly, at the end");
+    }
 
     #[test]
     fn a_thirtieth_at_a_kilohertz_has_34_substeps() {

@@ -3,17 +3,22 @@
 use std::{sync::Arc, time::Instant};
 
 use crate::{
-    ContactStatistics, Control, Divergence, DivergenceCause, Error, Frame, Integrator, Kernels,
-    Measures, Model, PinAction, PinWrite, Pose, Result, Solver, State, StepReport, error::positive,
+    ConstraintStatistics, ContactStatistics, Control, DeferredOutcome, Divergence, DivergenceCause,
+    Error, Frame, Integrator, Kernels, Measures, Model, PinAction, PinWrite, Pose, Result, Solver,
+    SolverReport, State, StepReport, error::positive,
 };
 
-use super::FramePlan;
+use super::{
+    FramePlan, FrameSpan,
+    time_step::{FrameEnd, TimeStep},
+};
 
 /// [`Solver`] over the stages of a backend: divides frames, moves pins and colliders, runs the
 /// integrator that the settings ask for, and measures the result.
 pub struct SteppedSolver<K> {
     kernels: K,
     plan: FramePlan,
+    time_step: TimeStep,
     pins: Vec<PinWrite>,
     control: Control,
     colliders: Vec<Pose>,
@@ -24,6 +29,8 @@ pub struct SteppedSolver<K> {
     /// Where moving pins are when a frame starts.
     scratch: State,
     report: StepReport,
+    solver_report: SolverReport,
+    frame_end: FrameEnd,
     frame_start: Option<Instant>,
 }
 
@@ -37,6 +44,7 @@ impl<K: Kernels> SteppedSolver<K> {
         let state = kernels.model().initial_state();
         let wind_velocity = kernels.model().air().map_or([0.0; 3], |air| air.wind_velocity);
         let mut solver = Self {
+            time_step: TimeStep::new(kernels.config()),
             kernels,
             plan: FramePlan::default(),
             pins: Vec::new(),
@@ -48,6 +56,8 @@ impl<K: Kernels> SteppedSolver<K> {
             step: 0,
             scratch: State::default(),
             report: StepReport::default(),
+            solver_report: SolverReport::default(),
+            frame_end: FrameEnd::default(),
             frame_start: None,
         };
         solver.upload(&state)?;
@@ -105,6 +115,19 @@ impl<K: Kernels> SteppedSolver<K> {
         Ok(())
     }
 
+    /// Books what came of substeps that were recorded without waiting for them.
+    fn deferred_settle(&mut self) -> Result<()> {
+        let DeferredOutcome { report, broken } = self.kernels.deferred_outcome()?;
+        self.solver_report.add_attempt(&report, true);
+        let broken = self.plan.substeps.iter().find(|substep| Some(substep.step) == broken);
+        if let Some(&substep) = broken {
+            self.step = substep.step - 1;
+            self.time = substep.time;
+            self.frame_end = FrameEnd { substeps: substep.index as u32, broken: Some(substep) };
+        }
+        Ok(())
+    }
+
     fn divergence(&self, measures: &Measures) -> Option<Divergence> {
         let bound = self.kernels.config().strain_bound;
         let (particle, cause) = if let Some(particle) = measures.non_finite_particle {
@@ -112,18 +135,22 @@ impl<K: Kernels> SteppedSolver<K> {
         } else if measures.strain_max > bound {
             let strain = measures.strain_max;
             (measures.strain_particle, DivergenceCause::Strain { strain, bound })
+        } else if self.frame_end.broken.is_some() {
+            (measures.strain_particle, DivergenceCause::LinearSolver)
         } else {
             return None;
         };
-        let step = measures.non_finite_step.unwrap_or(self.step);
+        let broken = self.frame_end.broken.map(|substep| substep.step);
+        let step = measures.non_finite_step.or(broken).unwrap_or(self.step);
         let substep = self.plan.substeps.iter().find(|substep| substep.step == step);
+        let explicit = self.kernels.config().integrator == Integrator::Explicit;
         Some(Divergence {
             step,
             time: substep.map_or(self.time, |substep| substep.time + substep.length),
             particle,
             cause,
-            time_step: self.kernels.config().time_step,
-            stable_time_step: self.kernels.model().stable_time_step(),
+            time_step: self.time_step.length(),
+            stable_time_step: explicit.then(|| self.kernels.model().stable_time_step()),
         })
     }
 }
@@ -138,6 +165,7 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
         self.kernels.state_write(state)?;
         self.time = state.time;
         self.step = state.step;
+        self.time_step.upload(state);
         self.colliders.clone_from(&state.colliders);
         self.collider_targets.clone_from(&state.colliders);
         self.control = Control::default();
@@ -152,40 +180,45 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
 
     fn advance(&mut self, frame: Frame) -> Result<()> {
         positive(|| "duration of the frame".into(), frame.duration)?;
+        self.deferred_settle()?;
         self.frame_start = Some(Instant::now());
         self.control_apply(frame.duration)?;
-        self.plan.refill(
-            self.kernels.model(),
-            (self.time, self.step),
-            frame.duration,
-            self.kernels.config().time_step,
-            self.wind_velocity,
-            &self.colliders,
-            &self.collider_targets,
-        );
-        self.kernels.frame_begin(&self.plan)?;
-        let substeps = &self.plan.substeps;
-        let integrator = self.kernels.config().integrator.clone();
-        self.kernels.batch(|kernels| match integrator {
-            Integrator::Explicit(_) => {
-                substeps.iter().try_for_each(|substep| kernels.explicit_substep(substep))
-            }
-        })?;
-        self.time += frame.duration;
-        self.step += self.plan.substeps.len() as u64;
+        let span = FrameSpan {
+            time: self.time,
+            duration: frame.duration,
+            wind_velocity: self.wind_velocity,
+            from: &self.colliders,
+            to: &self.collider_targets,
+        };
+        self.solver_report = SolverReport::default();
+        self.frame_end = self.time_step.frame(
+            &mut self.kernels,
+            &mut self.plan,
+            (&span, self.step),
+            &mut self.solver_report,
+        )?;
+        let broken = self.frame_end.broken.map(|substep| substep.time);
+        self.time = broken.unwrap_or(self.time + frame.duration);
+        self.step += u64::from(self.frame_end.substeps);
         self.control_finish()
     }
 
     fn synchronize(&mut self) -> Result<StepReport> {
         if let Some(start) = self.frame_start.take() {
             let measures = self.kernels.measure()?;
+            self.deferred_settle()?;
             let ContactStatistics { contacts, candidates, rebuilds } =
                 self.kernels.contact_statistics()?;
+            let ConstraintStatistics { constrained, released } =
+                self.kernels.constraint_statistics()?;
             self.report = StepReport {
                 time: self.time,
-                substeps: self.plan.substeps.len() as u32,
-                solver_iterations: 0,
-                solver_residual: 0.0,
+                substeps: self.frame_end.substeps,
+                solver: SolverReport {
+                    constrained,
+                    released,
+                    ..std::mem::take(&mut self.solver_report)
+                },
                 contacts,
                 contact_candidates: candidates,
                 contact_rebuilds: rebuilds,
@@ -201,9 +234,11 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
     }
 
     fn download(&mut self, out: &mut State) -> Result<()> {
+        self.deferred_settle()?;
         self.kernels.state_read(out)?;
         out.time = self.time;
         out.step = self.step;
+        self.time_step.download(out);
         out.colliders.clone_from(&self.colliders);
         Ok(())
     }

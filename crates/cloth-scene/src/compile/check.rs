@@ -50,6 +50,20 @@ impl<'a> Check<'a> {
         }
     }
 
+    /// A number from 0 to 1.
+    pub(super) fn share(&self, key: &str, value: f64) -> Result<(), SceneError> {
+        self.finite(key, &[value])?;
+        if (0.0..=1.0).contains(&value) {
+            Ok(())
+        } else {
+            Err(self.error(key, &format!("is {value}: it must lie between 0 and 1")))
+        }
+    }
+
+    pub(super) fn at_least_one(&self, key: &str, count: u32) -> Result<(), SceneError> {
+        if count > 0 { Ok(()) } else { Err(self.error(key, "is 0: give at least 1")) }
+    }
+
     /// A vector that has a direction.
     pub(super) fn direction(&self, key: &str, vector: [f64; 3]) -> Result<(), SceneError> {
         self.finite(key, &vector)?;

@@ -1,8 +1,8 @@
 //! From presets and changes to a material.
 
-use cloth_core::{Aerodynamics, Mass, Material, MaterialPreset, SpringCoefficients};
+use cloth_core::{Aerodynamics, BendModel, Mass, Material, MaterialPreset, SpringCoefficients};
 
-use crate::{SceneError, SceneMass, SceneMaterial, SceneSpring, error::SceneUnknown};
+use crate::{SceneBend, SceneError, SceneMass, SceneMaterial, SceneSpring, error::SceneUnknown};
 
 use super::Check;
 
@@ -43,7 +43,19 @@ pub(super) fn compile(
             .ok_or_else(|| missing("mass.per_area"))?,
         stretch: spring("stretch", scene.stretch, preset.map(|preset| preset.stretch))?,
         shear: spring("shear", scene.shear, preset.map(|preset| preset.shear))?,
-        bend: spring("bend", scene.bend, preset.map(|preset| preset.bend))?,
+        bend: spring(
+            "bend",
+            scene
+                .bend
+                .map(|SceneBend { stiffness, damping, .. }| SceneSpring { stiffness, damping }),
+            preset.map(|preset| preset.bend),
+        )?,
+        bend_model: scene
+            .bend
+            .and_then(|bend| bend.rigidity)
+            .map(|rigidity| BendModel::ImmediateBuckling { rigidity })
+            .or(preset.map(|preset| preset.bend_model))
+            .unwrap_or_default(),
         aerodynamics: Aerodynamics {
             pressure: given_air.pressure.unwrap_or(air.pressure),
             friction: given_air.friction.unwrap_or(air.friction),

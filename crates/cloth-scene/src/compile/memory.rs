@@ -2,7 +2,7 @@
 
 use crate::{Scene, SceneError, SceneGeometry, SceneMesh, ScenePrecision, SceneStencil};
 
-use super::{CompileOptions, mesh, mesh_vertices::vertex_count};
+use super::{CompileOptions, memory_solver, mesh, mesh_vertices::vertex_count};
 
 /// Estimate of the memory for model and solver together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -49,8 +49,10 @@ impl Scene {
         };
         let contact = if self.contact.is_some() { CONTACT_BYTES } else { 0 };
         let particle = SOLVER_NUMBERS * number + OTHER_BYTES + contact;
-        self.cloths.iter().fold(MemoryEstimate::default(), |sum, cloth| {
-            let (particles, springs, building) = match &cloth.geometry {
+        let mut estimate = MemoryEstimate::default();
+        let mut springs = 0_u64;
+        for cloth in &self.cloths {
+            let (particles, springs_each, building) = match &cloth.geometry {
                 SceneGeometry::Grid(grid) => {
                     let springs = match grid.stencil {
                         SceneStencil::Neighbours12 => 6,
@@ -62,12 +64,14 @@ impl Scene {
                     (self.mesh_vertices(mesh, options), MESH_SPRINGS, MESH_BYTES)
                 }
             };
-            let bytes = particles.saturating_mul(particle + springs * SPRING_BYTES + building);
-            MemoryEstimate {
-                particles: sum.particles.saturating_add(particles),
-                bytes: sum.bytes.saturating_add(bytes),
-            }
-        })
+            let bytes = particles.saturating_mul(particle + springs_each * SPRING_BYTES + building);
+            estimate.particles = estimate.particles.saturating_add(particles);
+            estimate.bytes = estimate.bytes.saturating_add(bytes);
+            springs = springs.saturating_add(particles.saturating_mul(springs_each));
+        }
+        let solver = memory_solver::bytes(&self.simulation, estimate.particles, springs, number);
+        estimate.bytes = estimate.bytes.saturating_add(solver);
+        estimate
     }
 
     fn mesh_vertices(&self, mesh: &SceneMesh, options: &CompileOptions) -> u64 {

@@ -6,12 +6,14 @@ mod collider;
 mod grid;
 mod material;
 mod memory;
+mod memory_solver;
 mod mesh;
 mod mesh_vertices;
 mod model_error;
 mod options;
 mod pins;
 mod settings;
+mod solver;
 mod timeline;
 
 use std::{borrow::Cow, sync::Arc};

@@ -1,19 +1,16 @@
 //! The settings that belong to the scene as a whole.
 
 use cloth_core::{
-    Air, ContactResponse, ExplicitSettings, Field, Gust, Integrator, ModelBuilder, Precision,
-    SelfContact, SolverConfig, SpringClass, StrainLimit,
+    Air, ContactResponse, Field, Gust, ModelBuilder, Precision, SelfContact, SolverConfig,
+    SpringClass, StrainLimit,
 };
 
 use crate::{
-    Scene, SceneContactResponse, SceneError, SceneField, ScenePrecision, SceneSolver,
-    SceneSpringClass, SceneView,
+    Scene, SceneContactResponse, SceneError, SceneField, ScenePrecision, SceneSpringClass,
+    SceneView,
 };
 
-use super::{Check, model_error};
-
-/// A frame of more substeps than this is a slip of the pen, and its plan would fill the memory.
-const SUBSTEPS_MAX: f64 = 1e6;
+use super::{Check, model_error, solver};
 
 pub(super) fn solver_config(scene: &Scene, check: &Check<'_>) -> Result<SolverConfig, SceneError> {
     let simulation = &scene.simulation;
@@ -21,14 +18,7 @@ pub(super) fn solver_config(scene: &Scene, check: &Check<'_>) -> Result<SolverCo
         return Err(check.error("simulation.frames", "is 0: give at least one frame"));
     }
     check.positive("simulation.frames_per_second", simulation.frames_per_second)?;
-    check.positive("simulation.time_step", simulation.time_step)?;
-    let substeps = (simulation.frames_per_second * simulation.time_step).recip();
-    if substeps > SUBSTEPS_MAX {
-        let problem = format!(
-            "makes {substeps:.0} substeps of a frame: at most {SUBSTEPS_MAX:.0} make sense"
-        );
-        return Err(check.error("simulation.time_step", &problem));
-    }
+    solver::check(scene, check)?;
     let strain_limit = simulation.strain_limit.as_ref().map(|limit| StrainLimit {
         ratio: limit.ratio,
         sweeps: limit.sweeps,
@@ -39,10 +29,10 @@ pub(super) fn solver_config(scene: &Scene, check: &Check<'_>) -> Result<SolverCo
             ScenePrecision::F32 => Precision::F32,
             ScenePrecision::F64 => Precision::F64,
         },
-        time_step: simulation.time_step,
-        integrator: match simulation.solver {
-            SceneSolver::Explicit => Integrator::Explicit(ExplicitSettings { strain_limit }),
-        },
+        time_step: simulation.solver_time_step(),
+        time_step_control: solver::time_step_control(scene),
+        integrator: solver::integrator(scene),
+        strain_limit,
         strain_bound: simulation.strain_bound,
         ..SolverConfig::default()
     };

@@ -25,7 +25,7 @@ pub struct SceneMaterial {
     pub shear: Option<SceneSpring>,
     /// Springs that resist folding.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bend: Option<SceneSpring>,
+    pub bend: Option<SceneBend>,
     /// Coefficients of the force of the air.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub aerodynamics: Option<SceneAerodynamics>,
@@ -51,6 +51,23 @@ pub struct SceneSpring {
     /// Damping along the spring \[N s/m\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damping: Option<f64>,
+}
+
+/// Springs that resist folding.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneBend {
+    /// Stiffness \[N/m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<f64>,
+    /// Damping along the spring \[N s/m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<f64>,
+    /// Flexural rigidity of one spring \[N m^2\]: with it, springs under compression buckle. See
+    /// [`BendModel::ImmediateBuckling`](cloth_core::BendModel::ImmediateBuckling) for how to choose
+    /// it, and the stiffness that it needs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rigidity: Option<f64>,
 }
 
 /// Coefficients of the force of the air on a triangle.

@@ -7,10 +7,12 @@ mod contact;
 mod environment;
 mod event;
 mod material;
+mod named;
 mod origin;
 mod pin;
 mod rotation;
 mod simulation;
+mod solver;
 mod view;
 
 use serde::{Deserialize, Serialize};
@@ -21,13 +23,12 @@ pub use colour::SceneColour;
 pub use contact::{SceneContact, SceneContactResponse};
 pub use environment::{SceneField, SceneGust, SceneWind};
 pub use event::{SceneAction, SceneEvent};
-pub use material::{SceneAerodynamics, SceneMass, SceneMaterial, SceneSpring};
+pub use material::{SceneAerodynamics, SceneBend, SceneMass, SceneMaterial, SceneSpring};
 pub use origin::SceneOrigin;
 pub use pin::ScenePin;
 pub use rotation::SceneRotation;
-pub use simulation::{
-    ScenePrecision, SceneSimulation, SceneSolver, SceneSpringClass, SceneStrainLimit,
-};
+pub use simulation::{ScenePrecision, SceneSimulation, SceneSpringClass, SceneStrainLimit};
+pub use solver::{SceneAdaptive, SceneImplicit, SceneSemiImplicit, SceneSolver};
 pub use view::SceneView;
 
 /// All that a scene file says.

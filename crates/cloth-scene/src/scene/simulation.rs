@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::{SceneAdaptive, SceneImplicit, SceneSemiImplicit, SceneSolver};
+
 /// Frames, time step and solver.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
@@ -10,9 +12,10 @@ pub struct SceneSimulation {
     pub frames: u32,
     /// Frames in a second of simulated time \[Hz\]; 30 if not given.
     pub frames_per_second: f64,
-    /// Length of a substep \[s\]; 0.001 if not given.
+    /// Length of a substep of the explicit solver \[s\]; 0.001 if not given. The others have a
+    /// `time_step` in their own tables, as a step that suits one suits no other.
     pub time_step: f64,
-    /// How the state is advanced.
+    /// How the state is advanced: `explicit` (the default), `implicit` or `semi-implicit`.
     pub solver: SceneSolver,
     /// Precision of the arithmetic.
     pub precision: ScenePrecision,
@@ -21,6 +24,13 @@ pub struct SceneSimulation {
     /// Strain limiting after every substep; off if not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub strain_limit: Option<SceneStrainLimit>,
+    /// Adaptive time step of the chosen solver; fixed if not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adaptive: Option<SceneAdaptive>,
+    /// Settings of the implicit solver.
+    pub implicit: SceneImplicit,
+    /// Settings of the semi-implicit solver.
+    pub semi_implicit: SceneSemiImplicit,
 }
 
 impl Default for SceneSimulation {
@@ -33,18 +43,32 @@ impl Default for SceneSimulation {
             precision: ScenePrecision::default(),
             strain_bound: 10.0,
             strain_limit: None,
+            adaptive: None,
+            implicit: SceneImplicit::default(),
+            semi_implicit: SceneSemiImplicit::default(),
         }
     }
 }
 
-/// How the state is advanced.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "lowercase")]
-#[non_exhaustive]
-pub enum SceneSolver {
-    /// Symplectic Euler.
-    #[default]
-    Explicit,
+impl SceneSimulation {
+    /// Length of a substep of the chosen solver \[s\].
+    #[must_use]
+    pub const fn solver_time_step(&self) -> f64 {
+        match self.solver {
+            SceneSolver::Explicit => self.time_step,
+            SceneSolver::Implicit => self.implicit.time_step,
+            SceneSolver::SemiImplicit => self.semi_implicit.time_step,
+        }
+    }
+
+    /// The same, to change it.
+    pub const fn solver_time_step_mut(&mut self) -> &mut f64 {
+        match self.solver {
+            SceneSolver::Explicit => &mut self.time_step,
+            SceneSolver::Implicit => &mut self.implicit.time_step,
+            SceneSolver::SemiImplicit => &mut self.semi_implicit.time_step,
+        }
+    }
 }
 
 /// Precision of the arithmetic.

@@ -1,5 +1,8 @@
 //! The stages of the engine on one solver's memory.
 
+mod implicit;
+mod semi_implicit;
+
 use std::sync::Arc;
 
 use cloth_core::{

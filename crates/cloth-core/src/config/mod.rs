@@ -1,11 +1,19 @@
 //! How a solver is to work: precision, time step, integrator.
 
+mod implicit;
+mod linear;
+mod names;
+mod strain_limit;
+mod time_step;
+
 use std::{num::NonZeroUsize, str::FromStr};
 
-use crate::{
-    ModelError, SpringClass,
-    error::{in_range, positive},
-};
+pub use implicit::{ImplicitSettings, NewtonSettings, SemiImplicitSettings, SemiImplicitSolve};
+pub use linear::{LinearMethod, LinearSettings, MatrixForm, Preconditioner};
+pub use strain_limit::StrainLimit;
+pub use time_step::{AdaptiveSettings, TimeStepControl};
+
+use crate::{ModelError, error::positive};
 
 /// Settings of a solver. They hold for its whole life.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,8 +22,12 @@ pub struct SolverConfig {
     pub precision: Precision,
     /// Length of a substep \[s\]; the last one of a frame is shorter.
     pub time_step: f64,
+    /// Whether the length of substeps may be halved where that is needed.
+    pub time_step_control: TimeStepControl,
     /// How the state is advanced.
     pub integrator: Integrator,
+    /// Strain limiting after every substep, whatever the integrator.
+    pub strain_limit: Option<StrainLimit>,
     /// Threads that a CPU backend uses, or all there are.
     pub threads: Option<NonZeroUsize>,
     /// Relative elongation of a spring above which the simulation counts as diverged.
@@ -33,35 +45,16 @@ pub enum Precision {
 }
 
 /// How the state is advanced.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Integrator {
-    /// Symplectic Euler with optional strain limiting (NUMERICS §4).
-    Explicit(ExplicitSettings),
-}
-
-/// Settings of the explicit integrator.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ExplicitSettings {
-    /// Strain limiting after every substep.
-    pub strain_limit: Option<StrainLimit>,
-}
-
-/// Provot's deformation constraints: springs that are too long are shortened (NUMERICS §4).
-#[derive(Clone, Debug, PartialEq)]
-pub struct StrainLimit {
-    /// Largest length in units of the rest length, above 1; 1.1 in Provot (1995).
-    pub ratio: f64,
-    /// Sweeps over all colours in each substep.
-    pub sweeps: u32,
-    /// Classes of springs that are limited.
-    pub classes: Vec<SpringClass>,
-}
-
-impl Default for StrainLimit {
-    fn default() -> Self {
-        Self { ratio: 1.1, sweeps: 1, classes: vec![SpringClass::Stretch, SpringClass::Shear] }
-    }
+    /// Symplectic Euler (NUMERICS §4).
+    #[default]
+    Explicit,
+    /// Backward Euler after Baraff and Witkin (NUMERICS §5).
+    Implicit(ImplicitSettings),
+    /// Backward Euler with a constant matrix, after Desbrun, Schröder and Barr (NUMERICS §6).
+    SemiImplicit(SemiImplicitSettings),
 }
 
 impl Default for SolverConfig {
@@ -69,7 +62,9 @@ impl Default for SolverConfig {
         Self {
             precision: Precision::F32,
             time_step: 1e-3,
-            integrator: Integrator::Explicit(ExplicitSettings::default()),
+            time_step_control: TimeStepControl::Fixed,
+            integrator: Integrator::Explicit,
+            strain_limit: None,
             threads: None,
             strain_bound: 10.0,
         }
@@ -84,22 +79,13 @@ impl SolverConfig {
     pub fn validate(&self) -> Result<(), ModelError> {
         positive(|| "time step".into(), self.time_step)?;
         positive(|| "strain bound".into(), self.strain_bound)?;
-        match &self.integrator {
-            Integrator::Explicit(settings) => {
-                if let Some(limit) = &settings.strain_limit {
-                    in_range(|| "ratio of the strain limit".into(), limit.ratio, [1.0, 1e6])?;
-                    positive(|| "sweeps of the strain limit".into(), f64::from(limit.sweeps))?;
-                }
-            }
+        self.time_step_control.validate()?;
+        if let Some(limit) = &self.strain_limit {
+            limit.validate()?;
         }
-        Ok(())
-    }
-
-    /// The strain limit of the integrator, if it has one.
-    #[must_use]
-    pub const fn strain_limit(&self) -> Option<&StrainLimit> {
         match &self.integrator {
-            Integrator::Explicit(settings) => settings.strain_limit.as_ref(),
+            Integrator::Explicit | Integrator::SemiImplicit(_) => Ok(()),
+            Integrator::Implicit(settings) => settings.validate(),
         }
     }
 }

@@ -1,5 +1,8 @@
 //! All stages on the memory of one solver.
 
+mod implicit;
+mod semi_implicit;
+
 use std::{
     sync::Arc,
     time::{Duration, Instant},
@@ -21,7 +24,9 @@ use crate::{
     },
     explicit_substep::ExplicitPass,
     field_forces::{self, FieldSum},
+    implicit::ImplicitSystem,
     integrate_explicit,
+    kernels::semi_implicit::SemiImplicitMemory,
     measure::Measure,
     memory::{
         BLOCK, LANES, Lanes, Masses, Motion, PacketMotion, VectorField, lanes, lanes_mut, packets,
@@ -46,6 +51,10 @@ pub(crate) struct CpuKernels<T> {
     offsets: Vec<T>,
     present: Motion<T>,
     next: Motion<T>,
+    /// The copy of `state_keep`.
+    kept: Motion<T>,
+    /// Memory of the linear system, once it is needed.
+    implicit: Option<Box<ImplicitSystem<T>>>,
     /// Memory of the single force stages; the fused substep does without.
     force: Option<VectorField<T>>,
     aerodynamics: Option<Aerodynamics<T>>,
@@ -53,6 +62,7 @@ pub(crate) struct CpuKernels<T> {
     strain_limiter: Option<StrainLimiter<T>>,
     colliders: Vec<ColliderAt<T>>,
     triangle_rows: Option<TriangleRows>,
+    semi_implicit: SemiImplicitMemory<T>,
     non_finite_step: Option<u64>,
     stage_times: Vec<StageTime>,
 }
@@ -78,12 +88,15 @@ impl<T: Real> CpuKernels<T> {
             offsets,
             present: Motion::new(count, margin),
             next: Motion::new(count, margin),
+            kept: Motion::new(0, 0),
+            implicit: None,
             force: None,
             aerodynamics: Aerodynamics::new(&model),
             contact: Contact::new(&model),
-            strain_limiter: StrainLimiter::new(&model, config.strain_limit()),
+            strain_limiter: StrainLimiter::new(&model, config.strain_limit.as_ref()),
             colliders: Vec::new(),
             triangle_rows: None,
+            semi_implicit: SemiImplicitMemory::new(),
             non_finite_step: None,
             stage_times: Vec::new(),
             springs,
@@ -214,6 +227,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
         for (particle, &held) in state.held.iter().enumerate() {
             self.masses.hold(particle, held != 0);
         }
+        self.semi_implicit.pins_changed = true;
         self.non_finite_step = None;
         Ok(())
     }
@@ -239,6 +253,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
     }
 
     fn pins_write(&mut self, pins: &[PinWrite]) -> Result<()> {
+        self.semi_implicit.pins_changed = true;
         for pin in pins {
             let particle = pin.particle as usize;
             self.masses.hold(particle, pin.held);
@@ -497,21 +512,26 @@ impl<T: Real> Kernels for CpuKernels<T> {
 #[cfg(test)]
 mod tests {
     use cloth_core::{
-        Air, Cloth, Collider, ColliderShape, Frame, Geometry, GridPatch, MaterialPreset,
+        Air, BendModel, Cloth, Collider, ColliderShape, Frame, Geometry, GridPatch, MaterialPreset,
         ModelBuilder, Pose, SelfContact, Solver, stepper::SteppedSolver,
     };
 
     use super::*;
 
-    /// A patch that falls folded onto a ball, in wind, with contact.
+    /// A patch with springs that buckle, which falls folded onto a ball, in wind, with contact.
     fn model(response: ContactResponse) -> Arc<Model> {
         let spacing = 0.02;
+        let preset = &MaterialPreset::ALL[0];
+        let rigidity = 0.5 * preset.bending * spacing;
+        let mut material = preset.material(spacing);
+        material.bend.stiffness *= 20.0;
+        material.bend_model = BendModel::ImmediateBuckling { rigidity };
         let patch =
             GridPatch { column_axis: [0.6, 0.0, 0.8], ..GridPatch::horizontal(19, spacing, 0.05) };
         let cloth = Cloth {
             name: "patch".into(),
             geometry: Geometry::Grid(patch),
-            material: MaterialPreset::ALL[0].material(spacing),
+            material,
             pins: vec![3],
             velocity: [0.0, 0.0, -2.0],
         };

@@ -1,0 +1,196 @@
+//! NUMERICS §5, `conjugate_gradient` and `jacobi`, fused: two passes over the particles for each
+//! iteration. They do the arithmetic of the single stages in their order.
+
+use cloth_core::{LinearOutcome, LinearSettings, LinearVector, Real, stepper::linear::Recurrence};
+use pulp::NullaryFnOnce;
+use rayon::prelude::*;
+
+use super::{
+    filter::Filter,
+    matrix::{BlockField, Matrix},
+    matrix_apply, preconditioner,
+    vector_operations::Dot,
+};
+use crate::{
+    memory::{BLOCK, FieldView, LANES, VectorField, lanes, lanes_mut},
+    springs::SpringColumns,
+};
+
+/// Sums of one block.
+type Partial = [f64; 2];
+
+/// What all passes read.
+pub(super) struct Passes<'a, T> {
+    pub(super) matrix: &'a Matrix<T>,
+    pub(super) springs: &'a SpringColumns<T>,
+    pub(super) inverse: &'a BlockField<T>,
+    pub(super) filter: Filter<'a, T>,
+    pub(super) count: usize,
+    pub(super) arch: pulp::Arch,
+}
+
+impl<T: Real> Passes<'_, T> {
+    /// to = S A from; returns from . to.
+    fn apply(
+        &self,
+        from: &VectorField<T>,
+        to: &mut VectorField<T>,
+        partials: &mut [Partial],
+    ) -> f64 {
+        let from = FieldView::new(from);
+        to.chunks_mut(BLOCK).zip(partials.par_iter_mut()).enumerate().for_each(
+            |(block, (to, partial))| {
+                *partial = self.arch.dispatch(ApplyTask { passes: self, from, block, to });
+            },
+        );
+        partials.iter().map(|partial| partial[0]).sum()
+    }
+
+    /// p = c + beta p, q = s + beta q, y += alpha p, r -= alpha q, c = S P^-1 r; returns r . c and
+    /// r . r.
+    fn update(
+        &self,
+        fields: &mut [VectorField<T>; LinearVector::ALL.len()],
+        (alpha, beta): (f64, f64),
+        partials: &mut [Partial],
+    ) -> [f64; 2] {
+        let [solution, _, residual, preconditioned, image, direction, direction_image] = fields;
+        let image = FieldView::new(image);
+        let blocks = (
+            solution.chunks_mut(BLOCK),
+            residual.chunks_mut(BLOCK),
+            preconditioned.chunks_mut(BLOCK),
+            direction.chunks_mut(BLOCK),
+            direction_image.chunks_mut(BLOCK),
+        );
+        blocks.into_par_iter().zip(partials.par_iter_mut()).enumerate().for_each(
+            |(block, ((y, r, c, p, q), partial))| {
+                let (alpha, beta) = (T::from_f64(alpha), T::from_f64(beta));
+                let task = UpdateTask { passes: self, image, block, alpha, beta, y, r, c, p, q };
+                *partial = self.arch.dispatch(task);
+            },
+        );
+        partials.iter().fold([0.0; 2], |sum, partial| [sum[0] + partial[0], sum[1] + partial[1]])
+    }
+}
+
+/// The conjugate gradient iterations, once residual and preconditioned residual are there.
+pub(super) fn iterate<T: Real>(
+    passes: &Passes<'_, T>,
+    fields: &mut [VectorField<T>; LinearVector::ALL.len()],
+    partials: &mut [Partial],
+    settings: &LinearSettings,
+    reference: f64,
+    (mut gamma, mut residual): (f64, f64),
+) -> LinearOutcome {
+    let mut recurrence = Recurrence::default();
+    let mut iteration = 0;
+    loop {
+        let outcome = LinearOutcome {
+            iterations: iteration,
+            residual: residual / reference,
+            converged: residual <= settings.tolerance * reference,
+            breakdown: !(residual.is_finite() && gamma.is_finite()),
+        };
+        let done = outcome.converged || outcome.breakdown || gamma == 0.0;
+        if done || iteration == settings.iterations_max {
+            return outcome;
+        }
+        let [_, _, _, preconditioned, image, _, _] = fields;
+        let delta = passes.apply(preconditioned, image, partials);
+        let Some(factors) = recurrence.advance(gamma, delta) else {
+            return LinearOutcome { breakdown: iteration == 0, ..outcome };
+        };
+        let [next_gamma, square] = passes.update(fields, factors, partials);
+        gamma = next_gamma;
+        residual = square.sqrt();
+        iteration += 1;
+    }
+}
+
+/// to = S A from on one block, compiled for each instruction set; gives from . to.
+struct ApplyTask<'a, 'b, T> {
+    passes: &'a Passes<'a, T>,
+    from: FieldView<'a, T>,
+    block: usize,
+    to: [&'b mut [T]; 3],
+}
+
+impl<T: Real> NullaryFnOnce for ApplyTask<'_, '_, T> {
+    type Output = Partial;
+
+    #[inline(always)]
+    fn call(mut self) -> Partial {
+        let Passes { matrix, springs, filter, count, .. } = self.passes;
+        let start = self.block * BLOCK;
+        matrix_apply::rows(matrix, springs, self.from, (start, *count), &mut self.to);
+        filter.apply(self.block, &mut self.to);
+        let mut sum = Dot::new();
+        sum.add_block(self.from, start, &self.to);
+        [sum.total(), 0.0]
+    }
+}
+
+/// The updates of one block, compiled for each instruction set; gives r . c and r . r.
+struct UpdateTask<'a, 'b, T> {
+    passes: &'a Passes<'a, T>,
+    image: FieldView<'a, T>,
+    block: usize,
+    alpha: T,
+    beta: T,
+    y: [&'b mut [T]; 3],
+    r: [&'b mut [T]; 3],
+    c: [&'b mut [T]; 3],
+    p: [&'b mut [T]; 3],
+    q: [&'b mut [T]; 3],
+}
+
+impl<T: Real> NullaryFnOnce for UpdateTask<'_, '_, T> {
+    type Output = Partial;
+
+    #[inline(always)]
+    fn call(mut self) -> Partial {
+        let Passes { inverse, filter, .. } = self.passes;
+        let start = self.block * BLOCK;
+        for local in (0..self.y[0].len()).step_by(LANES) {
+            let image = self.image.packet((start + local) as isize);
+            let mut residual = [[T::ZERO; LANES]; 3];
+            for axis in 0..3 {
+                residual[axis] = self.axis(axis, local, image[axis]);
+            }
+            let preconditioned =
+                preconditioner::packet(inverse, start + local, residual.each_ref());
+            for axis in 0..3 {
+                *lanes_mut(self.c[axis], local) = preconditioned[axis];
+            }
+        }
+        filter.apply(self.block, &mut self.c);
+        let (mut gamma, mut square) = (Dot::new(), Dot::new());
+        gamma.add_chunks(&self.r, &self.c);
+        square.add_chunks(&self.r, &self.r);
+        [gamma.total(), square.total()]
+    }
+}
+
+impl<T: Real> UpdateTask<'_, '_, T> {
+    /// One axis of a packet; returns its residual.
+    #[inline(always)]
+    fn axis(&mut self, axis: usize, local: usize, image: &[T; LANES]) -> [T; LANES] {
+        let c = lanes(self.c[axis], local);
+        let p = lanes_mut(self.p[axis], local);
+        let q = lanes_mut(self.q[axis], local);
+        let y = lanes_mut(self.y[axis], local);
+        let r = lanes_mut(self.r[axis], local);
+        // The first iteration has beta = 0, and directions of an earlier solve, finite or not.
+        let first = self.beta == T::ZERO;
+        for lane in 0..LANES {
+            let (p_kept, q_kept) =
+                if first { (T::ZERO, T::ZERO) } else { (self.beta * p[lane], self.beta * q[lane]) };
+            p[lane] = c[lane] + p_kept;
+            q[lane] = image[lane] + q_kept;
+            y[lane] = self.alpha * p[lane] + y[lane];
+            r[lane] = -self.alpha * q[lane] + r[lane];
+        }
+        *r
+    }
+}

@@ -1,0 +1,260 @@
+//! NUMERICS §5, `implicit_assemble`: the diagonal of the matrix, and the right-hand side.
+
+use cloth_core::{NewtonStart, Real};
+use pulp::NullaryFnOnce;
+use rayon::prelude::*;
+
+use super::matrix::{BlockField, Matrix};
+use crate::{
+    aerodynamic_forces::Aerodynamics,
+    memory::{BLOCK, FieldView, LANES, Lanes, Masses, VectorField, lanes, lanes_mut},
+    springs::{Column, Neighbours, SpringColumns},
+};
+
+/// All that the stage reads but for the factors.
+pub(super) struct Assembly<'a, T> {
+    pub(super) springs: &'a SpringColumns<T>,
+    pub(super) masses: &'a Masses<T>,
+    pub(super) drag_rate: [T; 3],
+    pub(super) aerodynamics: Option<&'a Aerodynamics<T>>,
+    pub(super) position: FieldView<'a, T>,
+    pub(super) velocity: FieldView<'a, T>,
+    /// Velocities at the start of the substep.
+    pub(super) velocity_start: FieldView<'a, T>,
+    /// Forces without those of springs.
+    pub(super) force: FieldView<'a, T>,
+    pub(super) length: T,
+    pub(super) start: NewtonStart,
+    pub(super) count: usize,
+}
+
+impl<T: Real> Assembly<'_, T> {
+    /// Fills the matrix and b.
+    pub(super) fn run(
+        &self,
+        matrix: &mut Matrix<T>,
+        right_side: &mut VectorField<T>,
+        arch: pulp::Arch,
+    ) {
+        self.base(&mut matrix.base);
+        let Matrix { factors, contacts, base, diagonal } = matrix;
+        let off_diagonal =
+            diagonal.off_diagonal.get_or_insert_with(|| VectorField::new(self.count, 0));
+        right_side
+            .chunks_mut(BLOCK)
+            .zip(diagonal.diagonal.chunks_mut(BLOCK))
+            .zip(off_diagonal.chunks_mut(BLOCK))
+            .enumerate()
+            .for_each(|(block, ((right_side, diagonal), off_diagonal))| {
+                let task = BlockTask {
+                    assembly: self,
+                    factors,
+                    contacts,
+                    base,
+                    start: block * BLOCK,
+                    right_side,
+                    diagonal,
+                    off_diagonal,
+                };
+                arch.dispatch(task);
+            });
+        for band in &mut factors.bands {
+            band.e.par_chunks_mut(BLOCK).for_each(clamp);
+        }
+        factors.own.par_chunks_mut(64).for_each(|own| {
+            own.iter_mut().for_each(|factors| clamp(&mut factors.e));
+        });
+    }
+
+    /// B: mass, drag and air.
+    fn base(&self, base: &mut BlockField<T>) {
+        let BlockField { diagonal, off_diagonal } = base;
+        diagonal.chunks_mut(BLOCK).enumerate().for_each(|(block, chunk)| {
+            for local in (0..chunk[0].len()).step_by(LANES) {
+                let mass = lanes(&self.masses.mass, block * BLOCK + local);
+                for axis in 0..3 {
+                    let factor = T::ONE + self.length * self.drag_rate[axis];
+                    let out = lanes_mut(chunk[axis], local);
+                    for lane in 0..LANES {
+                        out[lane] = mass[lane] * factor;
+                    }
+                }
+            }
+        });
+        let Some(off_diagonal) = off_diagonal else { return };
+        off_diagonal.clear();
+        if let Some(aerodynamics) = self.aerodynamics {
+            for particle in 0..self.count {
+                let [xx, yy, zz, xy, xz, yz] =
+                    aerodynamics.jacobian(particle).map(|entry| self.length * entry);
+                let [x, y, z] = diagonal.get(particle);
+                diagonal.set(particle, [x + xx, y + yy, z + zz]);
+                off_diagonal.set(particle, [xy, xz, yz]);
+            }
+        }
+    }
+}
+
+/// From here on only g = max(0, e) is needed.
+fn clamp<T: Real>(values: &mut [T]) {
+    values.iter_mut().for_each(|value| *value = value.maximum(T::ZERO));
+}
+
+/// One block, compiled for each instruction set.
+struct BlockTask<'a, 'b, T> {
+    assembly: &'a Assembly<'a, T>,
+    factors: &'a super::spring_factors::SpringFactors<T>,
+    contacts: &'a super::contact_linearise::ContactFactors<T>,
+    base: &'a BlockField<T>,
+    start: usize,
+    right_side: [&'b mut [T]; 3],
+    diagonal: [&'b mut [T]; 3],
+    off_diagonal: [&'b mut [T]; 3],
+}
+
+impl<T: Real> NullaryFnOnce for BlockTask<'_, '_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for local in (0..self.right_side[0].len()).step_by(LANES) {
+            let sums = self.packet(self.start + local);
+            for axis in 0..3 {
+                *lanes_mut(self.right_side[axis], local) = sums.right_side[axis];
+                *lanes_mut(self.diagonal[axis], local) = sums.diagonal[axis];
+                *lanes_mut(self.off_diagonal[axis], local) = sums.off_diagonal[axis];
+            }
+        }
+    }
+}
+
+/// Sums over the springs of a packet.
+struct Sums<T> {
+    right_side: [Lanes<T>; 3],
+    diagonal: [Lanes<T>; 3],
+    off_diagonal: [Lanes<T>; 3],
+}
+
+/// Position and velocity of a packet.
+type PacketView<'a, T> = ([&'a Lanes<T>; 3], [&'a Lanes<T>; 3]);
+
+impl<T: Real> BlockTask<'_, '_, T> {
+    #[inline(always)]
+    fn packet(&self, first: usize) -> Sums<T> {
+        let assembly = self.assembly;
+        let at = first as isize;
+        let own = (assembly.position.packet(at), assembly.velocity.packet(at));
+        let mut sums = self.start(first);
+        let places = self.factors.packet(first / LANES)..;
+        for (column, place) in assembly.springs.packet(first / LANES).iter().zip(places) {
+            let (u, e) = self.factors.at(place, first);
+            match &column.neighbours {
+                Neighbours::Offset(offset) => {
+                    let at = at + *offset as isize;
+                    let other = (assembly.position.packet(at), assembly.velocity.packet(at));
+                    self.spring(&mut sums, column, (u, e), own, other);
+                }
+                Neighbours::Indices(indices) => {
+                    let x = assembly.position.gather(indices);
+                    let v = assembly.velocity.gather(indices);
+                    let other = (x.each_ref(), v.each_ref());
+                    self.spring(&mut sums, column, (u, e), own, other);
+                }
+            }
+        }
+        if !self.contacts.is_empty() {
+            for lane in 0..LANES.min(assembly.count - first) {
+                self.contacts_of(&mut sums, first, lane);
+            }
+        }
+        sums
+    }
+
+    /// The sums before any spring: b from forces and inertia, D from B.
+    #[inline(always)]
+    fn start(&self, first: usize) -> Sums<T> {
+        let assembly = self.assembly;
+        let force = assembly.force.packet(first as isize);
+        let mut right_side = [[T::ZERO; LANES]; 3];
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                right_side[axis][lane] = assembly.length * force[axis][lane];
+            }
+        }
+        if assembly.start == NewtonStart::Iterate {
+            let mass = lanes(&assembly.masses.mass, first);
+            let now = assembly.velocity.packet(first as isize);
+            let then = assembly.velocity_start.packet(first as isize);
+            for axis in 0..3 {
+                for lane in 0..LANES {
+                    right_side[axis][lane] += -(mass[lane] * (now[axis][lane] - then[axis][lane]));
+                }
+            }
+        }
+        let view = |field| FieldView::new(field).packet(first as isize).map(|lanes| *lanes);
+        let off_diagonal = self.base.off_diagonal.as_ref().map_or([[T::ZERO; LANES]; 3], view);
+        Sums { right_side, diagonal: view(&self.base.diagonal), off_diagonal }
+    }
+
+    #[inline(always)]
+    fn spring(
+        &self,
+        sums: &mut Sums<T>,
+        column: &Column<T>,
+        ([ux, uy, uz], e): ([&Lanes<T>; 3], &Lanes<T>),
+        ([xi, yi, zi], [ai, bi, ci]): PacketView<'_, T>,
+        ([xj, yj, zj], [aj, bj, cj]): PacketView<'_, T>,
+    ) {
+        let length = self.assembly.length;
+        let inverse = T::ONE / length;
+        let iterate = self.assembly.start == NewtonStart::Iterate;
+        let smallest = T::LENGTH_MIN * T::LENGTH_MIN;
+        for lane in 0..LANES {
+            let (x, y, z) = (ux[lane], uy[lane], uz[lane]);
+            let g = e[lane].maximum(T::ZERO);
+            let (a, b, c) = (aj[lane] - ai[lane], bj[lane] - bi[lane], cj[lane] - ci[lane]);
+            let mut along = x * a + y * b + z * c;
+            let mut across = g;
+            if iterate {
+                let share =
+                    length * column.damping[lane] / (x * x + y * y + z * z).maximum(smallest);
+                along = share * along;
+                across = T::ZERO;
+            }
+            let pull = e[lane] * inverse;
+            sums.right_side[0][lane] += pull * (xj[lane] - xi[lane]) + (across * a + x * along);
+            sums.right_side[1][lane] += pull * (yj[lane] - yi[lane]) + (across * b + y * along);
+            sums.right_side[2][lane] += pull * (zj[lane] - zi[lane]) + (across * c + z * along);
+            sums.diagonal[0][lane] += g + x * x;
+            sums.diagonal[1][lane] += g + y * y;
+            sums.diagonal[2][lane] += g + z * z;
+            sums.off_diagonal[0][lane] += x * y;
+            sums.off_diagonal[1][lane] += x * z;
+            sums.off_diagonal[2][lane] += y * z;
+        }
+    }
+
+    #[inline(always)]
+    fn contacts_of(&self, sums: &mut Sums<T>, first: usize, lane: usize) {
+        let velocity = self.assembly.velocity;
+        let own = velocity.get(first + lane);
+        let share = match self.assembly.start {
+            NewtonStart::StepStart => self.contacts.stiffness_share(),
+            NewtonStart::Iterate => T::ZERO,
+        };
+        for pair in self.contacts.of(first + lane) {
+            let other = velocity.get(pair.partner);
+            let u = pair.u;
+            let along = u[0] * (other[0] - own[0])
+                + u[1] * (other[1] - own[1])
+                + u[2] * (other[2] - own[2]);
+            for axis in 0..3 {
+                sums.right_side[axis][lane] += share * (u[axis] * along);
+                sums.diagonal[axis][lane] += u[axis] * u[axis];
+            }
+            sums.off_diagonal[0][lane] += u[0] * u[1];
+            sums.off_diagonal[1][lane] += u[0] * u[2];
+            sums.off_diagonal[2][lane] += u[1] * u[2];
+        }
+    }
+}

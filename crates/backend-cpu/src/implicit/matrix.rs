@@ -1,0 +1,141 @@
+//! The matrix of the linear system and its right-hand side.
+
+use cloth_core::{MatrixBlock, Real};
+
+use super::{contact_linearise::ContactFactors, spring_factors::SpringFactors};
+use crate::{
+    memory::{LANES, Lanes, VectorField},
+    springs::{Neighbours, SpringColumns},
+};
+
+/// A symmetric 3 x 3 matrix for each particle: diagonal and off-diagonal (xy, xz, yz).
+#[derive(Debug)]
+pub(crate) struct BlockField<T> {
+    pub(super) diagonal: VectorField<T>,
+    /// Absent where it is zero.
+    pub(super) off_diagonal: Option<VectorField<T>>,
+}
+
+/// Six numbers of a symmetric 3 x 3 matrix: xx, yy, zz, xy, xz, yz.
+pub(super) type Symmetric<T> = [T; 6];
+
+impl<T: Real> BlockField<T> {
+    pub(super) fn new(count: usize, full: bool) -> Self {
+        let field = || VectorField::new(count, 0);
+        Self { diagonal: field(), off_diagonal: full.then(field) }
+    }
+
+    pub(super) fn get(&self, particle: usize) -> Symmetric<T> {
+        let [xx, yy, zz] = self.diagonal.get(particle);
+        let [xy, xz, yz] =
+            self.off_diagonal.as_ref().map_or([T::ZERO; 3], |field| field.get(particle));
+        [xx, yy, zz, xy, xz, yz]
+    }
+
+    /// Adds to one block. Without memory off the diagonal, only that is added.
+    pub(super) fn add(&mut self, particle: usize, change: Symmetric<T>) {
+        let block = self.get(particle);
+        self.set(particle, std::array::from_fn(|entry| block[entry] + change[entry]));
+    }
+
+    pub(super) fn set(&mut self, particle: usize, [xx, yy, zz, xy, xz, yz]: Symmetric<T>) {
+        self.diagonal.set(particle, [xx, yy, zz]);
+        if let Some(field) = &mut self.off_diagonal {
+            field.set(particle, [xy, xz, yz]);
+        }
+    }
+}
+
+/// What A is made of.
+#[derive(Debug)]
+pub(crate) struct Matrix<T> {
+    pub(super) factors: SpringFactors<T>,
+    pub(super) contacts: ContactFactors<T>,
+    /// B of NUMERICS §5: mass, drag, air, friction.
+    pub(super) base: BlockField<T>,
+    /// D of NUMERICS §5: the diagonal blocks of A.
+    pub(super) diagonal: BlockField<T>,
+}
+
+impl<T: Real> Matrix<T> {
+    pub(super) fn new(springs: &SpringColumns<T>, count: usize, full: bool) -> Self {
+        Self {
+            factors: SpringFactors::new(springs),
+            contacts: ContactFactors::new(),
+            base: BlockField::new(count, full),
+            diagonal: BlockField::new(count, true),
+        }
+    }
+
+    /// Every block off the diagonal of the row of `particle`, springs first, then contacts, columns
+    /// ascending in each.
+    pub(super) fn row(
+        &self,
+        springs: &SpringColumns<T>,
+        particle: usize,
+        mut visit: impl FnMut(usize, Symmetric<T>),
+    ) {
+        let (packet, lane) = (particle / LANES, particle % LANES);
+        let start = self.factors.packet(packet);
+        for (number, column) in springs.packet(packet).iter().enumerate() {
+            let (u, e) = self.factors.at(start + number, packet * LANES);
+            if column.active[lane] == T::ZERO {
+                continue;
+            }
+            let neighbour = match &column.neighbours {
+                Neighbours::Offset(offset) => particle.wrapping_add_signed(*offset as isize),
+                Neighbours::Indices(indices) => indices[lane] as usize,
+            };
+            visit(neighbour, block(lane_of(u, lane), e[lane]));
+        }
+        for pair in self.contacts.of(particle) {
+            visit(pair.partner, block(pair.u, T::ZERO));
+        }
+    }
+
+    /// All blocks, by rows, columns ascending; a pair that a spring and contact join has one.
+    pub(super) fn read(
+        &self,
+        springs: &SpringColumns<T>,
+        count: usize,
+        out: &mut Vec<MatrixBlock>,
+    ) {
+        out.clear();
+        for row in 0..count {
+            let start = out.len();
+            out.push(dense(row, row, self.diagonal.get(row)));
+            self.row(springs, row, |column, block| out.push(dense(row, column, block)));
+            out[start..].sort_by_key(|block| block.column);
+            out.dedup_by(|later, kept| {
+                let same = (later.row, later.column) == (kept.row, kept.column);
+                if same {
+                    for (kept, later) in kept.entries.iter_mut().zip(later.entries) {
+                        kept.iter_mut().zip(later).for_each(|(kept, later)| *kept += later);
+                    }
+                }
+                same
+            });
+        }
+    }
+}
+
+/// The numbers of one lane.
+#[inline(always)]
+pub(super) fn lane_of<T: Real>(vectors: [&Lanes<T>; 3], lane: usize) -> [T; 3] {
+    vectors.map(|component| component[lane])
+}
+
+/// -(g I + u u^T).
+fn block<T: Real>([x, y, z]: [T; 3], e: T) -> Symmetric<T> {
+    let g = e.maximum(T::ZERO);
+    [-(g + x * x), -(g + y * y), -(g + z * z), -(x * y), -(x * z), -(y * z)]
+}
+
+fn dense<T: Real>(row: usize, column: usize, block: Symmetric<T>) -> MatrixBlock {
+    let [xx, yy, zz, xy, xz, yz] = block.map(T::to_f64);
+    MatrixBlock {
+        row: row as u32,
+        column: column as u32,
+        entries: [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]],
+    }
+}

@@ -1,0 +1,23 @@
+//! NUMERICS §5: the linear system of the implicit step on the CPU.
+
+mod assembled;
+mod block_matrix;
+mod conjugate_gradient;
+mod constraint;
+mod constraints;
+mod contact_linearise;
+mod direct;
+mod filter;
+mod implicit_assemble;
+mod incomplete_cholesky;
+mod matrix;
+mod matrix_apply;
+mod particle_filters;
+mod preconditioner;
+mod spring_factors;
+mod spring_linearise;
+mod system;
+mod vector_operations;
+mod vectors;
+
+pub(crate) use system::{ImplicitSystem, Surroundings};

@@ -1,0 +1,394 @@
+//! All memory of the linear system, and its stages.
+
+use cloth_core::{
+    ConstraintStatistics, LinearOutcome, LinearSettings, LinearVector, MatrixBlock, Model,
+    NewtonStart, Preconditioner, Real, Result,
+};
+use pulp::NullaryFnOnce;
+use rayon::prelude::*;
+
+use super::{
+    assembled::Assembled,
+    conjugate_gradient::{self, Passes},
+    constraints::{Constraints, Detection, Solve},
+    filter::Filter,
+    implicit_assemble::Assembly,
+    matrix::{BlockField, Matrix},
+    matrix_apply, preconditioner, spring_linearise, vector_operations,
+    vectors::LinearVectors,
+};
+use crate::{
+    aerodynamic_forces::Aerodynamics,
+    collider_response::ColliderAt,
+    contact::{Contact, response::Penalty},
+    memory::{BLOCK, FieldView, LANES, Masses, Motion, VectorField, lanes_mut},
+    spring_forces::MotionView,
+    springs::SpringColumns,
+};
+
+/// The system and all that solves it.
+pub(crate) struct ImplicitSystem<T> {
+    matrix: Matrix<T>,
+    constraints: Constraints<T>,
+    vectors: LinearVectors<T>,
+    inverse: BlockField<T>,
+    partials: Vec<[f64; 2]>,
+    count: usize,
+    /// The preconditioner that was built last.
+    preconditioner: Preconditioner,
+    /// Once a solver has asked for it.
+    assembled: Option<Assembled<T>>,
+}
+
+/// What the stages read of the solver they belong to.
+#[derive(Clone, Copy)]
+pub(crate) struct Surroundings<'a, T> {
+    pub(crate) springs: &'a SpringColumns<T>,
+    pub(crate) masses: &'a Masses<T>,
+    pub(crate) motion: &'a Motion<T>,
+    /// Positions and velocities at the start of the substep.
+    pub(crate) kept: &'a Motion<T>,
+    /// Acceleration of gravity and uniform fields \[m/s^2\], and drag rate \[1/s\].
+    pub(crate) fields: ([T; 3], [T; 3]),
+    /// Length of the substep \[s\].
+    pub(crate) length: T,
+    pub(crate) arch: pulp::Arch,
+}
+
+impl<T: Real> ImplicitSystem<T> {
+    pub(crate) fn new(springs: &SpringColumns<T>, count: usize, full: bool) -> Self {
+        Self {
+            matrix: Matrix::new(springs, count, full),
+            constraints: Constraints::new(count),
+            vectors: LinearVectors::new(count, springs.margin()),
+            inverse: BlockField::new(count, true),
+            partials: vec![[0.0; 2]; count.div_ceil(BLOCK)],
+            count,
+            preconditioner: Preconditioner::default(),
+            assembled: None,
+        }
+    }
+
+    /// The matrix as blocks, up to date.
+    fn assembled(&mut self, model: &Model, springs: &SpringColumns<T>) -> Assembled<T> {
+        let mut assembled = self.assembled.take().unwrap_or_else(|| Assembled::new(model));
+        assembled.update(&self.matrix, springs);
+        assembled
+    }
+
+    fn matrix_has_changed(&mut self) {
+        if let Some(assembled) = &mut self.assembled {
+            assembled.outdate();
+        }
+    }
+
+    pub(crate) const fn vectors(&self) -> &LinearVectors<T> {
+        &self.vectors
+    }
+
+    pub(crate) fn vectors_mut(&mut self) -> &mut LinearVectors<T> {
+        &mut self.vectors
+    }
+
+    pub(crate) fn spring_linearise(&mut self, at: Surroundings<'_, T>) {
+        let position = FieldView::new(&at.motion.position);
+        let factors = &mut self.matrix.factors;
+        spring_linearise::run(factors, at.springs, position, at.length, at.arch);
+        self.matrix.contacts.clear();
+    }
+
+    pub(crate) fn contact_linearise(
+        &mut self,
+        at: Surroundings<'_, T>,
+        contact: &Contact<T>,
+        penalty: Penalty<T>,
+    ) {
+        let motion = MotionView::new(at.motion);
+        self.matrix.contacts.fill(contact, penalty, motion, self.count, at.length);
+    }
+
+    pub(crate) fn assemble(
+        &mut self,
+        at: Surroundings<'_, T>,
+        force: &VectorField<T>,
+        aerodynamics: Option<&Aerodynamics<T>>,
+        start: NewtonStart,
+    ) {
+        let assembly = Assembly {
+            springs: at.springs,
+            masses: at.masses,
+            drag_rate: at.fields.1,
+            aerodynamics,
+            position: FieldView::new(&at.motion.position),
+            velocity: FieldView::new(&at.motion.velocity),
+            velocity_start: FieldView::new(&at.kept.velocity),
+            force: FieldView::new(force),
+            length: at.length,
+            start,
+            count: self.count,
+        };
+        let right_side = self.vectors.get_mut(LinearVector::RightSide);
+        assembly.run(&mut self.matrix, right_side, at.arch);
+        self.constraints.drag(assembly.velocity, &mut self.matrix, right_side);
+        self.matrix_has_changed();
+    }
+
+    pub(crate) fn collider_constraints(
+        &mut self,
+        at: Surroundings<'_, T>,
+        colliders: &[ColliderAt<T>],
+        offsets: &[T],
+    ) {
+        let detection = Detection {
+            colliders,
+            masses: at.masses,
+            offsets,
+            position: FieldView::new(&at.motion.position),
+            velocity: FieldView::new(&at.motion.velocity),
+            acceleration: at.fields.0,
+            drag_rate: at.fields.1,
+            length: at.length,
+            count: self.count,
+        };
+        self.constraints.detect(&detection, at.arch);
+    }
+
+    /// Needs A y as the image.
+    pub(crate) fn constraint_release(
+        &mut self,
+        masses: &Masses<T>,
+        velocity: &VectorField<T>,
+    ) -> u64 {
+        let mut right_side = self.vectors.take(LinearVector::RightSide);
+        let solve = Solve {
+            image: FieldView::new(self.vectors.get(LinearVector::Image)),
+            solution: FieldView::new(self.vectors.get(LinearVector::Solution)),
+            velocity: FieldView::new(velocity),
+        };
+        let changed = self.constraints.release(&solve, masses, &mut self.matrix, &mut right_side);
+        self.vectors.put(LinearVector::RightSide, right_side);
+        if changed > 0 {
+            self.matrix_has_changed();
+        }
+        changed
+    }
+
+    pub(crate) fn constraints_are_empty(&self) -> bool {
+        self.constraints.is_empty()
+    }
+
+    pub(crate) fn constraint_statistics(&mut self) -> ConstraintStatistics {
+        self.constraints.statistics()
+    }
+
+    pub(crate) fn constraint_filter(&mut self, vector: LinearVector, masses: &Masses<T>) {
+        let filter = Filter { masses, constraints: &self.constraints };
+        self.vectors.get_mut(vector).chunks_mut(BLOCK).enumerate().for_each(
+            |(block, mut chunk)| {
+                filter.apply(block, &mut chunk);
+            },
+        );
+    }
+
+    pub(crate) fn constraint_project(
+        &mut self,
+        vector: LinearVector,
+        masses: &Masses<T>,
+        velocity: &VectorField<T>,
+    ) {
+        let filter = Filter { masses, constraints: &self.constraints };
+        let velocity = FieldView::new(velocity);
+        self.vectors.get_mut(vector).chunks_mut(BLOCK).enumerate().for_each(
+            |(block, mut chunk)| {
+                filter.project(block, velocity, &mut chunk);
+            },
+        );
+    }
+
+    /// to = A from, matrix-free.
+    pub(crate) fn matrix_apply(
+        &mut self,
+        springs: &SpringColumns<T>,
+        from: LinearVector,
+        to: LinearVector,
+        arch: pulp::Arch,
+    ) {
+        let mut image = self.vectors.take(to);
+        let vector = FieldView::new(self.vectors.get(from));
+        let (matrix, count) = (&self.matrix, self.count);
+        image.chunks_mut(BLOCK).enumerate().for_each(|(block, to)| {
+            arch.dispatch(ApplyTask { matrix, springs, vector, start: block * BLOCK, count, to });
+        });
+        self.vectors.put(to, image);
+    }
+
+    /// to = A from, from blocks.
+    pub(crate) fn matrix_apply_assembled(
+        &mut self,
+        (model, springs): (&Model, &SpringColumns<T>),
+        from: LinearVector,
+        to: LinearVector,
+    ) {
+        let assembled = self.assembled(model, springs);
+        let mut image = self.vectors.take(to);
+        assembled.apply(self.vectors.get(from), &mut image);
+        self.vectors.put(to, image);
+        self.assembled = Some(assembled);
+    }
+
+    pub(crate) fn direct_solve(
+        &mut self,
+        (model, springs): (&Model, &SpringColumns<T>),
+        masses: &Masses<T>,
+    ) -> Result<LinearOutcome> {
+        let mut assembled = self.assembled(model, springs);
+        let mut solution = self.vectors.take(LinearVector::Solution);
+        let filter = Filter { masses, constraints: &self.constraints };
+        let right_side = self.vectors.get(LinearVector::RightSide);
+        let outcome = assembled.direct_solve(model, &filter, right_side, &mut solution);
+        self.vectors.put(LinearVector::Solution, solution);
+        self.assembled = Some(assembled);
+        outcome
+    }
+
+    pub(crate) fn preconditioner_build(
+        &mut self,
+        (model, springs): (&Model, &SpringColumns<T>),
+        masses: &Masses<T>,
+        kind: Preconditioner,
+        arch: pulp::Arch,
+    ) {
+        self.preconditioner = kind;
+        if kind == Preconditioner::IncompleteCholesky {
+            let mut assembled = self.assembled(model, springs);
+            let filter = Filter { masses, constraints: &self.constraints };
+            assembled.incomplete_build(&filter, arch);
+            self.assembled = Some(assembled);
+            return;
+        }
+        let blocks = kind != Preconditioner::Diagonal;
+        preconditioner::build(
+            &self.matrix.diagonal,
+            &self.constraints,
+            blocks,
+            &mut self.inverse,
+            self.count,
+            arch,
+        );
+    }
+
+    pub(crate) fn preconditioner_apply(
+        &mut self,
+        from: LinearVector,
+        to: LinearVector,
+        masses: &Masses<T>,
+        arch: pulp::Arch,
+    ) {
+        let mut out = self.vectors.take(to);
+        let vector = FieldView::new(self.vectors.get(from));
+        let filter = Filter { masses, constraints: &self.constraints };
+        if self.preconditioner == Preconditioner::IncompleteCholesky
+            && let Some(assembled) = &mut self.assembled
+        {
+            assembled.incomplete_apply(self.vectors.get(from), &mut out, arch);
+            let blocks = out.chunks_mut(BLOCK).enumerate();
+            blocks.for_each(|(block, mut chunk)| filter.apply(block, &mut chunk));
+            self.vectors.put(to, out);
+            return;
+        }
+        let inverse = &self.inverse;
+        out.chunks_mut(BLOCK).enumerate().for_each(|(block, to)| {
+            arch.dispatch(PreconditionTask { inverse, filter, vector, block, to });
+        });
+        self.vectors.put(to, out);
+    }
+
+    pub(crate) fn vector_dot(&mut self, a: LinearVector, b: LinearVector, arch: pulp::Arch) -> f64 {
+        vector_operations::dot(self.vectors.get(a), self.vectors.get(b), &mut self.partials, arch)
+    }
+
+    pub(crate) fn vector_combine(
+        &mut self,
+        (from_scale, from): (f64, LinearVector),
+        (to_scale, to): (f64, LinearVector),
+        arch: pulp::Arch,
+    ) {
+        let mut out = self.vectors.take(to);
+        let source = (from != to).then(|| self.vectors.get(from));
+        let to_scale = if from == to { from_scale + to_scale } else { to_scale };
+        vector_operations::combine((from_scale, source), to_scale, &mut out, arch);
+        self.vectors.put(to, out);
+    }
+
+    /// The iterations of the conjugate gradient method, fused, from residual and preconditioned
+    /// residual.
+    pub(crate) fn conjugate_gradient(
+        &mut self,
+        at: (&SpringColumns<T>, &Masses<T>, pulp::Arch),
+        settings: &LinearSettings,
+        reference: f64,
+        start: (f64, f64),
+    ) -> LinearOutcome {
+        let (springs, masses, arch) = at;
+        let passes = Passes {
+            matrix: &self.matrix,
+            springs,
+            inverse: &self.inverse,
+            filter: Filter { masses, constraints: &self.constraints },
+            count: self.count,
+            arch,
+        };
+        let fields = self.vectors.all_mut();
+        conjugate_gradient::iterate(&passes, fields, &mut self.partials, settings, reference, start)
+    }
+
+    pub(crate) fn matrix_read(&self, springs: &SpringColumns<T>, out: &mut Vec<MatrixBlock>) {
+        self.matrix.read(springs, self.count, out);
+    }
+}
+
+/// A times a vector on one block, compiled for each instruction set.
+struct ApplyTask<'a, 'b, T> {
+    matrix: &'a Matrix<T>,
+    springs: &'a SpringColumns<T>,
+    vector: FieldView<'a, T>,
+    start: usize,
+    count: usize,
+    to: [&'b mut [T]; 3],
+}
+
+impl<T: Real> NullaryFnOnce for ApplyTask<'_, '_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(mut self) {
+        let at = (self.start, self.count);
+        matrix_apply::rows(self.matrix, self.springs, self.vector, at, &mut self.to);
+    }
+}
+
+/// S P^-1 times a vector on one block, compiled for each instruction set.
+struct PreconditionTask<'a, 'b, T> {
+    inverse: &'a BlockField<T>,
+    filter: Filter<'a, T>,
+    vector: FieldView<'a, T>,
+    block: usize,
+    to: [&'b mut [T]; 3],
+}
+
+impl<T: Real> NullaryFnOnce for PreconditionTask<'_, '_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(mut self) {
+        for local in (0..self.to[0].len()).step_by(LANES) {
+            let first = self.block * BLOCK + local;
+            let vector = self.vector.packet(first as isize);
+            let preconditioned = preconditioner::packet(self.inverse, first, vector);
+            for axis in 0..3 {
+                *lanes_mut(self.to[axis], local) = preconditioned[axis];
+            }
+        }
+        self.filter.apply(self.block, &mut self.to);
+    }
+}

@@ -1,0 +1,97 @@
+//! Settings of the solvers of linear systems.
+
+use crate::{
+    ModelError,
+    error::{in_range, positive},
+};
+
+use super::names::names;
+
+/// How the linear system of an implicit step is solved (NUMERICS §5).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinearSettings {
+    /// The method.
+    pub method: LinearMethod,
+    /// Preconditioner of the conjugate gradient method.
+    pub preconditioner: Preconditioner,
+    /// How the matrix is multiplied with a vector.
+    pub matrix: MatrixForm,
+    /// Relative residual |b - A y| / |b| at which an iteration stops; 0 runs to the cap.
+    pub tolerance: f64,
+    /// Cap on iterations. A solve that reaches it stands as it is, and the report says so.
+    pub iterations_max: u32,
+    /// Whether an iteration starts from the answer of the substep before, within a frame. Off, it
+    /// starts from no change of velocity.
+    pub warm_start: bool,
+}
+
+/// A method for linear systems.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LinearMethod {
+    /// Modified preconditioned conjugate gradient (Ascher and Boxerman 2003).
+    #[default]
+    ConjugateGradient,
+    /// Damped block Jacobi.
+    Jacobi,
+    /// Sparse Cholesky factorisation in double precision: exact, for small models.
+    Direct,
+}
+
+/// A preconditioner of the conjugate gradient method.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Preconditioner {
+    /// The diagonal of the matrix.
+    Diagonal,
+    /// Its 3 x 3 diagonal blocks.
+    #[default]
+    Block,
+    /// Incomplete Cholesky factorisation without fill, in blocks of 3 x 3, of the matrix less
+    /// what couples its parts of fixed size.
+    IncompleteCholesky,
+}
+
+/// How the matrix is multiplied with a vector.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum MatrixForm {
+    /// Spring by spring, from the two factors and the direction that a step fixes.
+    #[default]
+    MatrixFree,
+    /// From 3 x 3 blocks in symmetric sparse rows.
+    Assembled,
+}
+
+impl Default for LinearSettings {
+    fn default() -> Self {
+        Self {
+            method: LinearMethod::default(),
+            preconditioner: Preconditioner::default(),
+            matrix: MatrixForm::default(),
+            tolerance: 1e-3,
+            iterations_max: 200,
+            warm_start: false,
+        }
+    }
+}
+
+impl LinearSettings {
+    pub(super) fn validate(&self) -> Result<(), ModelError> {
+        in_range(|| "tolerance of the linear solver".into(), self.tolerance, [0.0, 1.0])?;
+        positive(|| "iterations of the linear solver".into(), f64::from(self.iterations_max))?;
+        Ok(())
+    }
+}
+
+names!(LinearMethod, "linear solver",
+    LinearMethod::ConjugateGradient => "cg",
+    LinearMethod::Jacobi => "jacobi",
+    LinearMethod::Direct => "direct");
+names!(Preconditioner, "preconditioner",
+    Preconditioner::Diagonal => "diagonal",
+    Preconditioner::Block => "block",
+    Preconditioner::IncompleteCholesky => "incomplete-cholesky");
+names!(MatrixForm, "matrix form",
+    MatrixForm::MatrixFree => "matrix-free",
+    MatrixForm::Assembled => "assembled");

@@ -1,0 +1,17 @@
+//! Forces that the implicit integrators have in common.
+
+use crate::{Kernels, Result};
+
+use super::Substep;
+
+/// Sets f to the forces of fields and air.
+///
+/// # Errors
+/// Those of the stages.
+pub(super) fn external<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Result<()> {
+    kernels.field_forces()?;
+    if kernels.model().air().is_some() {
+        kernels.aerodynamic_forces(substep)?;
+    }
+    Ok(())
+}

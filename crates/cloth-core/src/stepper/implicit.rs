@@ -1,0 +1,174 @@
+//! Backward Euler (NUMERICS §5).
+
+use crate::{
+    ImplicitSettings, Kernels, LinearOutcome, LinearStart, LinearVector, NewtonSettings,
+    NewtonStart, Result, SolverReport,
+};
+
+use super::{Substep, finish, forces};
+
+/// Halvings of a Newton step at most.
+const HALVINGS_MAX: u32 = 10;
+
+/// A Newton step is too long if the slope at its end is more than this share of that at its start,
+/// and positive.
+const SLOPE_MAX: f64 = 0.9;
+
+/// One implicit substep, booked in `report`: the velocity at its end from Newton's method under the constraints of
+/// colliders, then the motion with that velocity, contact between cloths along the way.
+///
+/// Returns whether it could be done. If not, a linear solve broke down, and the state is that of the
+/// start of the substep.
+///
+/// # Errors
+/// Those of the stages.
+pub fn substep<K: Kernels + ?Sized>(
+    kernels: &mut K,
+    substep: &Substep,
+    settings: &ImplicitSettings,
+    report: &mut SolverReport,
+) -> Result<bool> {
+    kernels.state_keep()?;
+    let constrained = !kernels.model().colliders().is_empty();
+    if constrained {
+        kernels.collider_constraints(substep)?;
+    }
+    system(kernels, substep, NewtonStart::StepStart)?;
+    let start = if settings.linear.warm_start && substep.index > 0 {
+        LinearStart::Solution
+    } else {
+        LinearStart::Constraints
+    };
+    let mut solved = solve(kernels, settings, (constrained, start), report)?;
+    if solved && settings.newton.iterations_max > 1 {
+        solved = newton(kernels, substep, settings, constrained, report)?;
+    } else if solved {
+        kernels.velocity_add(1.0)?;
+    }
+    if !solved {
+        kernels.state_restore()?;
+        return Ok(false);
+    }
+    kernels.position_from_kept(0.0)?;
+    advance(kernels, substep)?;
+    Ok(true)
+}
+
+/// The end of a substep, once the velocities are found: motion, contact between cloths along the way,
+/// strain limiting, colliders.
+///
+/// # Errors
+/// Those of the stages.
+pub fn advance<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Result<()> {
+    finish::advance(kernels, substep)
+}
+
+/// Matrix and right-hand side at the present state: forces but those of springs, what is linearised,
+/// and their sum.
+///
+/// # Errors
+/// Those of the stages.
+pub fn system<K: Kernels + ?Sized>(
+    kernels: &mut K,
+    substep: &Substep,
+    start: NewtonStart,
+) -> Result<()> {
+    forces::external(kernels, substep)?;
+    kernels.spring_linearise(substep)?;
+    if kernels.contact_is_penalty() {
+        kernels.contact_candidates()?;
+        kernels.contact_forces()?;
+        kernels.contact_linearise(substep)?;
+    }
+    kernels.implicit_assemble(substep, start)
+}
+
+/// Solves the system, again as long as contacts are released. Returns whether it could.
+fn solve<K: Kernels + ?Sized>(
+    kernels: &mut K,
+    settings: &ImplicitSettings,
+    (constrained, mut start): (bool, LinearStart),
+    report: &mut SolverReport,
+) -> Result<bool> {
+    let solver = settings.linear.method.solver::<K>();
+    report.newton_iterations += 1;
+    for pass in 0..settings.constraint_passes {
+        solver.prepare(kernels, &settings.linear)?;
+        let outcome: LinearOutcome = solver.solve(kernels, &settings.linear, start)?;
+        report.add(&outcome);
+        if outcome.breakdown {
+            return Ok(false);
+        }
+        let last = pass + 1 == settings.constraint_passes;
+        if !constrained || kernels.constraint_release()? == 0 || last {
+            break;
+        }
+        start = LinearStart::Solution;
+    }
+    Ok(true)
+}
+
+/// Newton iterations after the first solve, each with a line search: the step is halved as long as
+/// the residual at its end points back along it. Returns whether the systems could be solved.
+fn newton<K: Kernels + ?Sized>(
+    kernels: &mut K,
+    substep: &Substep,
+    settings: &ImplicitSettings,
+    constrained: bool,
+    report: &mut SolverReport,
+) -> Result<bool> {
+    use LinearVector::{Residual, Solution};
+    let NewtonSettings { iterations_max, tolerance } = settings.newton;
+    let mut first = None;
+    for iteration in 1.. {
+        // The solver has left its own residual there.
+        let start = residual(kernels)?;
+        let first = *first.get_or_insert(start);
+        let slope_start = kernels.vector_dot(Residual, Solution)?;
+        constraints_meet(kernels)?;
+        let mut scale = 1.0;
+        let mut left = f64::INFINITY;
+        kernels.velocity_add(scale)?;
+        for halving in 0.. {
+            kernels.position_from_kept(substep.length)?;
+            system(kernels, substep, NewtonStart::Iterate)?;
+            left = residual(kernels)?;
+            let slope = kernels.vector_dot(Residual, Solution)?;
+            if -slope <= SLOPE_MAX * slope_start.abs() || halving == HALVINGS_MAX {
+                break;
+            }
+            scale *= 0.5;
+            kernels.velocity_add(-scale)?;
+        }
+        let relative = if first > 0.0 { left / first } else { 0.0 };
+        if iteration == iterations_max || relative <= tolerance || !relative.is_finite() {
+            report.newton_residual = report.newton_residual.max(relative);
+            return Ok(relative.is_finite());
+        }
+        if !solve(kernels, settings, (constrained, LinearStart::Constraints), report)? {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Gives the velocities what constraints ask for, and leaves the free part of the step as the
+/// solution: a line search that shortened both would leave constraints unmet.
+fn constraints_meet<K: Kernels + ?Sized>(kernels: &mut K) -> Result<()> {
+    use LinearVector::{Direction, Image, Solution};
+    kernels.vector_combine((1.0, Solution), (0.0, Image))?;
+    kernels.vector_combine((0.0, Image), (0.0, Direction))?;
+    kernels.constraint_project(Direction)?;
+    kernels.vector_combine((1.0, Direction), (0.0, Solution))?;
+    kernels.velocity_add(1.0)?;
+    kernels.vector_combine((-1.0, Direction), (1.0, Image))?;
+    kernels.vector_combine((1.0, Image), (0.0, Solution))
+}
+
+/// |S b|, what is left of the nonlinear system at the present iterate.
+fn residual<K: Kernels + ?Sized>(kernels: &mut K) -> Result<f64> {
+    use LinearVector::{Residual, RightSide};
+    kernels.vector_combine((1.0, RightSide), (0.0, Residual))?;
+    kernels.constraint_filter(Residual)?;
+    Ok(kernels.vector_dot(Residual, Residual)?.sqrt())
+}

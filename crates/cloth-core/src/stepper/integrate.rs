@@ -1,0 +1,25 @@
+//! The choice of the integrator.
+
+use crate::{Integrator, Kernels, Result, SolverReport};
+
+use super::{Substep, semi_implicit};
+
+/// One substep of the integrator. Returns whether it could be done; if not, a linear solve broke
+/// down, and the state is that of its start.
+///
+/// # Errors
+/// Those of the stages.
+pub(super) fn substep<K: Kernels>(
+    kernels: &mut K,
+    substep: &Substep,
+    integrator: &Integrator,
+    report: &mut SolverReport,
+) -> Result<bool> {
+    match integrator {
+        Integrator::Explicit => kernels.explicit_substep(substep).map(|()| true),
+        Integrator::Implicit(settings) => kernels.implicit_substep(substep, settings, report),
+        Integrator::SemiImplicit(settings) => {
+            semi_implicit::substep(kernels, substep, settings, report).map(|()| true)
+        }
+    }
+}

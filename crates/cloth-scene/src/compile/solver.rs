@@ -1,0 +1,122 @@
+//! The settings of the solver that a scene chooses, and checks of those of all others.
+
+use cloth_core::{
+    AdaptiveSettings, ImplicitSettings, Integrator, LinearSettings, NewtonSettings,
+    SemiImplicitSettings, TimeStepControl,
+};
+
+use crate::{Scene, SceneAdaptive, SceneError, SceneImplicit, SceneSemiImplicit, SceneSolver};
+
+use super::Check;
+
+/// A frame of more substeps than this is a slip of the pen, and its plan would fill the memory.
+const SUBSTEPS_MAX: f64 = 1e6;
+
+/// Most halvings of the adaptive time step.
+const HALVINGS_MAX: u32 = 20;
+
+/// Checks the settings of all solvers, so that a scene that is good for one is good for each.
+pub(super) fn check(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
+    let simulation = &scene.simulation;
+    for (key, time_step) in [
+        ("simulation.time_step", simulation.time_step),
+        ("simulation.implicit.time_step", simulation.implicit.time_step),
+        ("simulation.semi_implicit.time_step", simulation.semi_implicit.time_step),
+    ] {
+        check.positive(key, time_step)?;
+        let substeps = substeps(scene, time_step);
+        if substeps > SUBSTEPS_MAX {
+            let problem = format!(
+                "makes {substeps:.0} substeps of a frame: at most {SUBSTEPS_MAX:.0} make sense"
+            );
+            return Err(check.error(key, &problem));
+        }
+    }
+    let implicit = &simulation.implicit;
+    check.share("simulation.implicit.tolerance", implicit.tolerance)?;
+    check.share("simulation.implicit.newton_tolerance", implicit.newton_tolerance)?;
+    for (key, count) in [
+        ("simulation.implicit.iterations", implicit.iterations),
+        ("simulation.implicit.newton_iterations", implicit.newton_iterations),
+        ("simulation.implicit.constraint_passes", implicit.constraint_passes),
+    ] {
+        check.at_least_one(key, count)?;
+    }
+    simulation.adaptive.as_ref().map_or(Ok(()), |adaptive| adaptive_check(scene, adaptive, check))
+}
+
+fn adaptive_check(
+    scene: &Scene,
+    adaptive: &SceneAdaptive,
+    check: &Check<'_>,
+) -> Result<(), SceneError> {
+    check.positive("simulation.adaptive.strain_max", adaptive.strain_max)?;
+    check.at_least_one("simulation.adaptive.grow_after", adaptive.grow_after)?;
+    let key = "simulation.adaptive.halvings";
+    if adaptive.halvings > HALVINGS_MAX {
+        let problem = format!("is {}: give at most {HALVINGS_MAX}", adaptive.halvings);
+        return Err(check.error(key, &problem));
+    }
+    let shortest =
+        scene.simulation.solver_time_step() / f64::from(1_u32 << adaptive.halvings.min(31));
+    let substeps = substeps(scene, shortest);
+    if substeps > SUBSTEPS_MAX {
+        let problem = format!(
+            "is {}, which can make {substeps:.0} substeps of a frame: at most {SUBSTEPS_MAX:.0} \
+             make sense",
+            adaptive.halvings
+        );
+        return Err(check.error(key, &problem));
+    }
+    Ok(())
+}
+
+/// Substeps in a frame.
+fn substeps(scene: &Scene, time_step: f64) -> f64 {
+    (scene.simulation.frames_per_second * time_step).recip()
+}
+
+/// The integrator that the scene chooses.
+pub(super) fn integrator(scene: &Scene) -> Integrator {
+    let simulation = &scene.simulation;
+    match simulation.solver {
+        SceneSolver::Explicit => Integrator::Explicit,
+        SceneSolver::Implicit => Integrator::Implicit(implicit(&simulation.implicit)),
+        SceneSolver::SemiImplicit => {
+            let SceneSemiImplicit { solve, .. } = simulation.semi_implicit;
+            Integrator::SemiImplicit(SemiImplicitSettings { solve })
+        }
+    }
+}
+
+const fn implicit(scene: &SceneImplicit) -> ImplicitSettings {
+    ImplicitSettings {
+        linear: LinearSettings {
+            method: scene.linear,
+            preconditioner: scene.preconditioner,
+            matrix: scene.matrix,
+            tolerance: scene.tolerance,
+            iterations_max: scene.iterations,
+            warm_start: scene.warm_start,
+        },
+        newton: NewtonSettings {
+            iterations_max: scene.newton_iterations,
+            tolerance: scene.newton_tolerance,
+        },
+        constraint_passes: scene.constraint_passes,
+    }
+}
+
+/// Whether the time step may change.
+pub(super) fn time_step_control(scene: &Scene) -> TimeStepControl {
+    match scene.simulation.adaptive {
+        None => TimeStepControl::Fixed,
+        Some(SceneAdaptive { strain_max, halvings, grow_after }) => {
+            TimeStepControl::Adaptive(AdaptiveSettings {
+                strain_max,
+                halvings_max: halvings,
+                grow_after,
+            })
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! How the state of a scene is advanced.
+
+use cloth_core::{
+    AdaptiveSettings, ImplicitSettings, LinearMethod, MatrixForm, NewtonSettings, Preconditioner,
+    SemiImplicitSettings, SemiImplicitSolve,
+};
+use serde::{Deserialize, Serialize};
+
+use super::named;
+
+/// Length of a large step that is not given \[s\].
+const LARGE_STEP: f64 = 1.0 / 60.0;
+
+/// How the state is advanced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum SceneSolver {
+    /// Symplectic Euler, in steps of `simulation.time_step`.
+    #[default]
+    Explicit,
+    /// Backward Euler, in steps of `simulation.implicit.time_step`.
+    Implicit,
+    /// Backward Euler with a constant matrix, in steps of `simulation.semi_implicit.time_step`.
+    SemiImplicit,
+}
+
+impl SceneSolver {
+    /// All of them.
+    pub const ALL: &[Self] = &[Self::Explicit, Self::Implicit, Self::SemiImplicit];
+
+    /// Its name on the command line and in scene files.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Explicit => "explicit",
+            Self::Implicit => "implicit",
+            Self::SemiImplicit => "semi-implicit",
+        }
+    }
+}
+
+impl std::str::FromStr for SceneSolver {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        Self::ALL.iter().copied().find(|solver| solver.name() == name).ok_or_else(|| {
+            let names: Vec<_> = Self::ALL.iter().map(|solver| solver.name()).collect();
+            format!("unknown solver {name:?}: use {}", names.join(" or "))
+        })
+    }
+}
+
+/// Settings of the implicit solver. They wait for `simulation.solver` to choose it.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SceneImplicit {
+    /// Length of a substep \[s\]; a sixtieth of a second if not given.
+    pub time_step: f64,
+    /// Method for the linear systems: `cg` (the default), `jacobi` or `direct`.
+    #[serde(with = "named")]
+    pub linear: LinearMethod,
+    /// Preconditioner of `cg`: `diagonal`, `block` (the default) or `incomplete-cholesky`.
+    #[serde(with = "named")]
+    pub preconditioner: Preconditioner,
+    /// How the matrix is multiplied: `matrix-free` (the default) or `assembled`.
+    #[serde(with = "named")]
+    pub matrix: MatrixForm,
+    /// Relative residual at which an iteration stops, 0 to 1; 0.001 if not given, 0 runs to the cap.
+    pub tolerance: f64,
+    /// Cap on iterations of each solve; 200 if not given.
+    pub iterations: u32,
+    /// Whether an iteration starts from the answer of the substep before; off if not given.
+    pub warm_start: bool,
+    /// Iterations of Newton's method in each substep; 1, the linearised step, if not given.
+    pub newton_iterations: u32,
+    /// Relative residual at which Newton's method stops, 0 to 1; 0.001 if not given.
+    pub newton_tolerance: f64,
+    /// Solves of a substep at most, because colliders pulled and let go; 4 if not given.
+    pub constraint_passes: u32,
+}
+
+impl Default for SceneImplicit {
+    fn default() -> Self {
+        let ImplicitSettings { linear, newton, constraint_passes } = ImplicitSettings::default();
+        let NewtonSettings { iterations_max, tolerance } = newton;
+        Self {
+            time_step: LARGE_STEP,
+            linear: linear.method,
+            preconditioner: linear.preconditioner,
+            matrix: linear.matrix,
+            tolerance: linear.tolerance,
+            iterations: linear.iterations_max,
+            warm_start: linear.warm_start,
+            newton_iterations: iterations_max,
+            newton_tolerance: tolerance,
+            constraint_passes,
+        }
+    }
+}
+
+/// Settings of the semi-implicit solver. They wait for `simulation.solver` to choose it.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SceneSemiImplicit {
+    /// Length of a substep \[s\]; a sixtieth of a second if not given.
+    pub time_step: f64,
+    /// How the constant system is solved: `factorisation` (the default) or `dense-inverse`.
+    #[serde(with = "named")]
+    pub solve: SemiImplicitSolve,
+}
+
+impl Default for SceneSemiImplicit {
+    fn default() -> Self {
+        Self { time_step: LARGE_STEP, solve: SemiImplicitSettings::default().solve }
+    }
+}
+
+/// The adaptive time step of all solvers: substeps that go wrong are done again, shorter.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SceneAdaptive {
+    /// Largest relative elongation of a spring that a substep may end with; 0.5 if not given.
+    pub strain_max: f64,
+    /// Times that the time step may be halved, at most 20; 8 if not given.
+    pub halvings: u32,
+    /// Good substeps in a row after which it doubles; 4 if not given.
+    pub grow_after: u32,
+}
+
+impl Default for SceneAdaptive {
+    fn default() -> Self {
+        let AdaptiveSettings { strain_max, halvings_max, grow_after } = AdaptiveSettings::default();
+        Self { strain_max, halvings: halvings_max, grow_after }
+    }
+}

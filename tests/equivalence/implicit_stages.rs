@@ -1,0 +1,169 @@
+//! One test for each stage of the implicit integrator, under the name of the stage.
+
+use cloth_core::{LinearSettings, NewtonStart};
+use harness::{
+    checks,
+    linear::{LINEAR_METHODS, MATRIX_FORMS, PRECONDITIONERS},
+    models::{Contact, Description, description},
+    runner::for_all,
+};
+use proptest::strategy::Strategy;
+
+/// Generated cases for each stage and backend.
+const CASES: u32 = 64;
+
+fn with_colliders() -> impl Strategy<Value = Description> {
+    description().prop_map(|mut description| {
+        description.colliders = description.colliders.max(1);
+        description
+    })
+}
+
+fn with_contact() -> impl Strategy<Value = Description> {
+    description().prop_map(|mut description| {
+        description.contact = Contact::Penalty;
+        description
+    })
+}
+
+#[test]
+fn spring_linearise_and_implicit_assemble() {
+    for start in [NewtonStart::StepStart, NewtonStart::Iterate] {
+        for_all(CASES, &description(), |candidate, case| {
+            checks::implicit_assemble(candidate, case, start)
+        });
+    }
+}
+
+#[test]
+fn contact_linearise() {
+    for start in [NewtonStart::StepStart, NewtonStart::Iterate] {
+        for_all(CASES, &with_contact(), |candidate, case| {
+            checks::implicit_assemble(candidate, case, start)
+        });
+    }
+}
+
+#[test]
+fn matrix_apply() {
+    for &form in MATRIX_FORMS {
+        for_all(CASES, &description(), |candidate, case| {
+            checks::matrix_apply(candidate, case, form)
+        });
+    }
+}
+
+#[test]
+fn collider_constraints() {
+    for_all(2 * CASES, &with_colliders(), checks::collider_constraints);
+}
+
+/// Cases in which particles touch four colliders at a time, two of them with nearly the same normal.
+#[test]
+fn collider_constraints_and_constraint_release_of_many_contacts() {
+    let cases = with_colliders().prop_map(|mut case| {
+        case.colliders = 4;
+        case.contact = Contact::Off;
+        case.pieces.truncate(1);
+        case
+    });
+    for_all(6 * CASES, &cases, |candidate, case| {
+        checks::collider_constraints(candidate, case)?;
+        checks::constraint_release(candidate, case)
+    });
+}
+
+#[test]
+fn constraint_filter() {
+    for_all(CASES, &with_colliders(), checks::constraint_filter);
+}
+
+#[test]
+fn constraint_project() {
+    for_all(CASES, &with_colliders(), checks::constraint_project);
+}
+
+#[test]
+fn constraint_release() {
+    for_all(CASES, &with_colliders(), checks::constraint_release);
+}
+
+#[test]
+fn preconditioner_build_and_preconditioner_apply() {
+    for blocks in [false, true] {
+        for_all(CASES, &description(), |candidate, case| {
+            checks::preconditioner_apply(candidate, case, blocks)
+        });
+    }
+    for &kind in PRECONDITIONERS {
+        for_all(CASES, &description(), |candidate, case| {
+            checks::preconditioner_is_symmetric(candidate, case, kind)
+        });
+    }
+}
+
+#[test]
+fn vector_dot() {
+    for_all(CASES, &description(), checks::vector_dot);
+}
+
+#[test]
+fn vector_combine() {
+    for_all(CASES, &description(), checks::vector_combine);
+}
+
+#[test]
+fn velocity_add() {
+    for_all(CASES, &description(), checks::velocity_add);
+}
+
+#[test]
+fn position_advance() {
+    for_all(CASES, &description(), checks::position_advance);
+}
+
+#[test]
+fn position_from_kept() {
+    for_all(CASES, &description(), checks::position_from_kept);
+}
+
+#[test]
+fn state_keep_and_state_restore() {
+    for_all(CASES, &description(), checks::state_restore);
+}
+
+#[test]
+fn conjugate_gradient_is_its_stages() {
+    for &preconditioner in PRECONDITIONERS {
+        for_all(CASES, &description(), |candidate, case| {
+            checks::conjugate_gradient(candidate, case, preconditioner)
+        });
+    }
+}
+
+#[test]
+fn jacobi_is_its_stages() {
+    for_all(CASES, &description(), checks::jacobi);
+}
+
+#[test]
+fn every_method_solves_the_system() {
+    for &method in LINEAR_METHODS {
+        let settings = LinearSettings { method, ..LinearSettings::default() };
+        for_all(CASES, &description(), |candidate, case| {
+            checks::linear_solution(candidate, case, &settings)
+        });
+    }
+}
+
+#[test]
+fn conjugate_gradient_solves_the_system_with_every_preconditioner_and_matrix() {
+    for &preconditioner in PRECONDITIONERS {
+        for &matrix in MATRIX_FORMS {
+            let settings = LinearSettings { preconditioner, matrix, ..LinearSettings::default() };
+            for_all(CASES / 2, &description(), |candidate, case| {
+                checks::linear_solution(candidate, case, &settings)
+            });
+        }
+    }
+}
