@@ -2,7 +2,14 @@
 //!
 //! A stage has one name everywhere: a method of `cloth_core::Kernels`, a module of the CPU backend,
 //! `wgsl/<stage>.wgsl` and `cuda/<stage>.cu` in this package, an equivalence test. [`STAGES`] is the
-//! list that all of them are held against. The kernel sources come with the backends that run them.
+//! list that all of them are held against. [`WGSL_MODULES`] has the sources for wgpu; a stage of several
+//! passes has a module for each, `<stage>_<pass>`.
+
+mod wgsl;
+
+pub use wgsl::{
+    ComposeError, WGSL_MODULES, WgslBinding, WgslBindingKind, WgslModule, wgsl_bindings,
+};
 
 /// A stage of the numerics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,6 +58,34 @@ pub const STAGES: &[Stage] = &[
     Stage { name: "vertex_normals", section: 9 },
     Stage { name: "measure", section: 10 },
 ];
+
+/// Stages that no WGSL module computes: they are not offered on a GPU yet.
+pub const WGSL_STAGES_MISSING: &[&str] = &[
+    "spring_linearise",
+    "contact_linearise",
+    "implicit_assemble",
+    "collider_constraints",
+    "constraint_release",
+    "constraint_filter",
+    "constraint_project",
+    "matrix_apply",
+    "preconditioner_build",
+    "preconditioner_apply",
+    "conjugate_gradient",
+    "jacobi",
+    "direct_solve",
+    "velocity_add",
+    "position_advance",
+    "position_from_kept",
+    "vector_dot",
+    "vector_combine",
+    "semi_implicit_factorise",
+    "semi_implicit_solve",
+    "torque_correct",
+];
+
+/// Stages that are copies of buffers: no kernel computes them.
+pub const COPIED_STAGES: &[&str] = &["state_keep", "state_restore"];
 
 #[cfg(test)]
 mod tests {

@@ -1,9 +1,11 @@
-//! Tasks of the repository: `cargo xtask test`, `cargo xtask bench`, `cargo xtask ci`.
+//! Tasks of the repository: `cargo xtask test`, `cargo xtask kernels`, `cargo xtask bench`, `cargo xtask ci`.
 
 mod bench;
 mod command;
+mod kernels;
 mod summary;
 mod test;
+mod vulkan;
 
 use std::process::ExitCode;
 
@@ -21,6 +23,8 @@ struct Arguments {
 enum Task {
     /// Run every check that a change must pass: format, lints, documentation, tests, a smoke run.
     Test,
+    /// Check that every GPU kernel, with every set of its options, is valid. Needs no GPU.
+    Kernels,
     /// Run the benchmarks; arguments go to `cargo bench`.
     Bench {
         /// Arguments for `cargo bench`, such as a filter, or `-- --save-baseline before`.
@@ -34,6 +38,7 @@ enum Task {
 fn main() -> ExitCode {
     let success = match Arguments::parse().task {
         Task::Test | Task::Ci => test::run(),
+        Task::Kernels => kernels::run(),
         // As they were typed: clap drops a leading `--`, which means something to cargo.
         Task::Bench { .. } => bench::run(std::env::args_os().skip(2)),
     };
