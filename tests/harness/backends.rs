@@ -33,6 +33,9 @@ pub struct Candidate {
     pub case_divisor: u32,
     /// What the backend does not offer, and says so when asked for it.
     pub missing: &'static [Feature],
+    /// Whether a fused linear solver keeps its scalars in single precision, while those that the host
+    /// computes from single stages are in double precision: the two then differ by rounding.
+    pub single_scalars: bool,
     /// Held while the candidate is under test, if it can take one test at a time.
     turn: Option<&'static Mutex<()>>,
 }
@@ -57,7 +60,16 @@ impl Candidate {
     #[must_use]
     pub fn new(label: &str, backend: Box<dyn Backend>, precision: Precision) -> Self {
         let label = format!("{label} {precision}");
-        Self { label, backend, precision, rounding: 1.0, case_divisor: 1, missing: &[], turn: None }
+        Self {
+            label,
+            backend,
+            precision,
+            rounding: 1.0,
+            case_divisor: 1,
+            missing: &[],
+            single_scalars: false,
+            turn: None,
+        }
     }
 
     /// Whether the backend offers a feature; a line says so if it does not.
@@ -176,7 +188,13 @@ pub fn gpu_candidate(label: &str, backend: Box<dyn Backend>) -> Candidate {
     Candidate {
         rounding: WGSL_ROUNDING,
         case_divisor: if gpu().is_processor() { 3 } else { 1 },
-        missing: &[Feature::Implicit, Feature::SemiImplicit],
+        missing: &[
+            Feature::SemiImplicit,
+            Feature::Direct,
+            Feature::IncompleteCholesky,
+            Feature::Assembled,
+        ],
+        single_scalars: true,
         turn: Some(&TURN),
         ..Candidate::new(label, backend, Precision::F32)
     }

@@ -12,6 +12,12 @@ pub enum Feature {
     Implicit,
     /// The semi-implicit integrator.
     SemiImplicit,
+    /// The direct solver of the implicit integrator.
+    Direct,
+    /// Its preconditioner by incomplete Cholesky factorisation.
+    IncompleteCholesky,
+    /// Its matrix in assembled form.
+    Assembled,
 }
 
 impl Feature {
@@ -21,6 +27,9 @@ impl Feature {
         match self {
             Self::Implicit => "the implicit integrator",
             Self::SemiImplicit => "the semi-implicit integrator",
+            Self::Direct => "the linear solver direct",
+            Self::IncompleteCholesky => "the preconditioner incomplete-cholesky",
+            Self::Assembled => "the matrix form assembled",
         }
     }
 }

@@ -24,6 +24,7 @@ mod fault;
 mod figures;
 mod kernels;
 mod layout;
+mod linear;
 mod readback;
 mod recorder;
 mod slots;

@@ -11,6 +11,10 @@
 @group(0) @binding(8) var<storage, read> spring_rows: array<u32>;
 @group(0) @binding(9) var<storage, read> spring_entries: array<vec4<u32>>;
 
+fn spring_word(at: u32) -> vec4<u32> {
+    return spring_entries[at];
+}
+
 struct SpringRow {
     first: u32,
     end: u32,

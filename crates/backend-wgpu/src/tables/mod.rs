@@ -1,6 +1,8 @@
 //! What a model is made of, as kernels read it: computed once on the host, never changed.
 
 mod exclusions;
+pub(crate) mod links;
+mod rows;
 pub(crate) mod springs;
 mod strain_limit;
 mod triangles;
@@ -50,6 +52,11 @@ impl Tables {
             exclusions,
         }
     }
+}
+
+/// All kinds of springs, for the linear system.
+pub(crate) fn spring_kinds(model: &Model) -> Vec<[u32; 4]> {
+    springs::kinds(model)
 }
 
 /// Half the thickness of all cloths \[m\], if it is the same.
