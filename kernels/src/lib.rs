@@ -60,8 +60,7 @@ pub const STAGES: &[Stage] = &[
 ];
 
 /// Stages that no WGSL module computes, as no GPU gains from them.
-pub const WGSL_STAGES_MISSING: &[&str] =
-    &["direct_solve", "semi_implicit_factorise", "semi_implicit_solve", "torque_correct"];
+pub const WGSL_STAGES_MISSING: &[&str] = &["direct_solve"];
 
 /// Stages that are copies of buffers: no kernel computes them.
 pub const COPIED_STAGES: &[&str] = &["state_keep", "state_restore"];

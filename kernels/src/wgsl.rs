@@ -72,9 +72,14 @@ modules! {
     "position_from_kept" [],
     "preconditioner_apply" ["colliders"],
     "preconditioner_build" ["colliders"],
+    "semi_implicit_factorise" ["buckling"],
+    "semi_implicit_solve" ["buckling"],
     "spring_forces" ["buckling"],
     "spring_linearise" ["buckling"],
     "strain_limit" [],
+    "torque_correct" [],
+    "torque_correct_sums" [],
+    "torque_correct_turn" [],
     "vector_combine" [],
     "vector_dot" [],
     "vector_dot_total" [],
@@ -94,8 +99,8 @@ shared! {
     "constraint_change" "constraint_none" "contact_list" "contact_partners" "contact_penalty"
     "contact_row" "contact_row_none" "field" "filter" "finite" "force" "integrate" "link_kinds"
     "links" "matrix" "matrix_diagonal" "matrix_row" "measure_sum" "model" "motion" "motion_out"
-    "preconditioner" "solve" "solve_check" "spring" "spring_buckling" "spring_linear" "status"
-    "substep" "symmetric" "triangles" "vectors"
+    "piece" "preconditioner" "solve" "solve_check" "spring" "spring_buckling" "spring_linear"
+    "status" "substep" "symmetric" "triangles" "vectors"
 }
 
 /// A resource that a module binds.

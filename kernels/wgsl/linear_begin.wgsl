@@ -6,8 +6,8 @@
 fn main() {
     let before = solve.next.phase;
     let again = call.pass_number > 0u;
-    let is_needed = !again
-        || (before != SOLVE_SKIPPED && before != SOLVE_BROKEN && atomicLoad(&solve.changed) > 0u);
+    let is_changed = atomicLoad(&solve.changed) > 0u || call_has(CALL_REFINE);
+    let is_needed = !again || (before != SOLVE_SKIPPED && before != SOLVE_BROKEN && is_changed);
     let runs = is_needed && !is_stopped();
     atomicStore(&solve.changed, 0u);
     solve.next.phase = select(SOLVE_SKIPPED, SOLVE_RUNNING, runs);

@@ -8,7 +8,8 @@ use std::{
 use cloth_backend_cpu::CpuBackend;
 use cloth_backend_wgpu::{WgpuBackend, wgpu};
 use cloth_core::{
-    Backend, BackendInfo, Kernels, Model, Precision, Result, Solver, SolverConfig, State,
+    Backend, BackendInfo, Kernels, LinearMethod, LinearSettings, MatrixForm, Model, Precision,
+    Preconditioner, Result, Solver, SolverConfig, State,
 };
 
 use crate::{
@@ -80,6 +81,20 @@ impl Candidate {
             is_lacking_printed(&self.label, feature);
         }
         !lacks
+    }
+
+    /// Whether the backend offers a linear solver with these settings; a line says so if it does not.
+    #[must_use]
+    pub fn offers_linear(&self, settings: &LinearSettings) -> bool {
+        let direct = settings.method == LinearMethod::Direct;
+        let gradient = settings.method == LinearMethod::ConjugateGradient;
+        let incomplete = settings.preconditioner == Preconditioner::IncompleteCholesky;
+        let needed = [
+            (direct, Feature::Direct),
+            (gradient && incomplete, Feature::IncompleteCholesky),
+            (settings.matrix == MatrixForm::Assembled, Feature::Assembled),
+        ];
+        needed.into_iter().all(|(is_needed, feature)| !is_needed || self.offers(feature))
     }
 
     /// Whether a failure is the backend's answer that it has no such feature, and the list says the
@@ -189,10 +204,11 @@ pub fn gpu_candidate(label: &str, backend: Box<dyn Backend>) -> Candidate {
         rounding: WGSL_ROUNDING,
         case_divisor: if gpu().is_processor() { 3 } else { 1 },
         missing: &[
-            Feature::SemiImplicit,
             Feature::Direct,
             Feature::IncompleteCholesky,
             Feature::Assembled,
+            Feature::Factorisation,
+            Feature::DenseInverse,
         ],
         single_scalars: true,
         turn: Some(&TURN),

@@ -18,6 +18,10 @@ pub enum Feature {
     IncompleteCholesky,
     /// Its matrix in assembled form.
     Assembled,
+    /// A factorisation of the constant matrix of the semi-implicit integrator, rather than iterations.
+    Factorisation,
+    /// The dense inverse of that matrix.
+    DenseInverse,
 }
 
 impl Feature {
@@ -30,6 +34,8 @@ impl Feature {
             Self::Direct => "the linear solver direct",
             Self::IncompleteCholesky => "the preconditioner incomplete-cholesky",
             Self::Assembled => "the matrix form assembled",
+            Self::Factorisation => "a factorisation of the constant matrix",
+            Self::DenseInverse => "the dense-inverse of the semi-implicit integrator",
         }
     }
 }

@@ -117,6 +117,7 @@ pub(crate) const CALL_BLOCKS: u32 = 2;
 pub(crate) const CALL_FROM_SOLUTION: u32 = 4;
 pub(crate) const CALL_DEFERRED: u32 = 8;
 pub(crate) const CALL_REFERENCE: u32 = 16;
+pub(crate) const CALL_REFINE: u32 = 32;
 
 shared_struct! {
     /// `shared/solve.wgsl`.

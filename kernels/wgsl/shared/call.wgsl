@@ -36,6 +36,9 @@ const CALL_DEFERRED: u32 = 8u;
 // The vector is the start at z, of which only colliders make more than zero.
 const CALL_REFERENCE: u32 = 16u;
 
+// A solve that goes on from the one before, with the residual computed anew.
+const CALL_REFINE: u32 = 32u;
+
 fn call_has(flag: u32) -> bool {
     return (call.flags & flag) != 0u;
 }

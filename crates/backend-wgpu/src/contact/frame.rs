@@ -28,6 +28,9 @@ pub(crate) enum Command {
     VelocityAdd(f64),
     PositionAdvance(f64),
     PositionFromKept(f64),
+    SemiImplicitFactorise(f64),
+    SemiImplicitSolve(Substep),
+    TorqueCorrect(Substep),
 }
 
 impl Command {

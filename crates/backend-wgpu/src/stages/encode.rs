@@ -92,6 +92,9 @@ impl Stages {
             Command::ImplicitSolve(substep, request) => self.solve_record(substep, request),
             Command::VelocityAdd(scale) => self.motion_change("velocity_add", *scale),
             Command::PositionAdvance(length) => self.motion_change("position_advance", *length),
+            Command::SemiImplicitFactorise(length) => self.semi_implicit_factorise(*length),
+            Command::SemiImplicitSolve(substep) => self.semi_implicit_solve(substep),
+            Command::TorqueCorrect(substep) => self.torque_correct(substep),
             Command::PositionFromKept(length) => self.motion_change("position_from_kept", *length),
         }
     }

@@ -5,6 +5,7 @@ mod encode;
 mod linear;
 mod motion;
 mod results;
+mod semi_implicit;
 
 use std::{collections::HashMap, sync::Arc};
 
@@ -28,6 +29,8 @@ use crate::{
     slots::Slots,
     tables::{Tables, common_offset, springs},
 };
+
+use self::semi_implicit::SemiImplicit;
 
 /// All that a solver has on a device.
 #[derive(Debug)]
@@ -56,6 +59,7 @@ pub(crate) struct Stages {
     calls: Vec<layout::Call>,
     /// How much of a solve is recorded, if the device decides how solves go on.
     solve_policy: Option<SolvePolicy>,
+    semi_implicit: SemiImplicit,
     /// What came of recorded solves, for the next one who asks.
     deferred: DeferredOutcome,
     /// Particles that colliders constrain, if the host knows it.
@@ -90,8 +94,12 @@ fn solve_policy(model: &Model, config: &SolverConfig) -> Result<Option<SolvePoli
             let policy = SolvePolicy::new(&settings.linear, passes);
             Ok((settings.newton.iterations_max == 1).then_some(policy))
         }
-        _ => {
-            let feature = "the semi-implicit integrator".into();
+        Integrator::SemiImplicit(settings) => {
+            semi_implicit::solve_check(settings.solve)?;
+            Ok(Some(SolvePolicy::new(&semi_implicit::LINEAR, semi_implicit::PASSES)))
+        }
+        other => {
+            let feature = format!("the integrator {other:?}");
             Err(Error::Unsupported { backend: BACKEND, feature })
         }
     }
@@ -140,6 +148,7 @@ impl Stages {
             is_batch: false,
             calls: Vec::new(),
             solve_policy,
+            semi_implicit: SemiImplicit::default(),
             deferred: DeferredOutcome::default(),
             constrained: None,
             released: 0,
@@ -221,7 +230,10 @@ impl Stages {
                 let penalty = is_penalty.then_some("penalty");
                 air.into_iter().chain(buckling).chain(penalty).collect()
             }
-            "spring_forces" | "spring_linearise" => buckling.into_iter().collect(),
+            "semi_implicit_factorise"
+            | "semi_implicit_solve"
+            | "spring_forces"
+            | "spring_linearise" => buckling.into_iter().collect(),
             "implicit_assemble" => {
                 let air = self.model.air().is_some().then_some("air");
                 let penalty = is_penalty.then_some("penalty");

@@ -64,6 +64,7 @@ impl Stages {
             [x, y, z, mass as f32]
         }));
         queue.write_buffer(self.buffers.velocity(0), 0, bytemuck::cast_slice(&vectors));
+        self.semi_implicit.held_changed();
         self.slots.restart(state.time);
         self.status_reset(STOPPED_NEVER)?;
         self.solve_log_reset()?;
@@ -172,7 +173,9 @@ impl Stages {
         let mut contents = vec![0; pins_size(0) as usize];
         contents[..4].copy_from_slice(&(last.len() as u32).to_ne_bytes());
         for pin in last.values() {
-            self.held[pin.particle as usize] = pin.held;
+            if std::mem::replace(&mut self.held[pin.particle as usize], pin.held) != pin.held {
+                self.semi_implicit.held_changed();
+            }
             let [x, y, z] = pin.position.unwrap_or_default().map(|component| component as f32);
             let data = layout::Pin {
                 position: [x, y, z, self.inverse_mass(pin.particle as usize)],

@@ -178,6 +178,7 @@ impl Stages {
         let Some(open) = &mut self.open else { return Ok(false) };
         let rebuild = self.contact.as_ref().is_some_and(|policy| policy.interval == 1);
         let commands = std::mem::take(&mut open.commands);
+        self.semi_implicit.length = None;
         self.present = open.start;
         self.list_uses = 0;
         self.slots.rewind();

@@ -2,6 +2,7 @@
 
 mod exclusions;
 pub(crate) mod links;
+pub(crate) mod pieces;
 mod rows;
 pub(crate) mod springs;
 mod strain_limit;

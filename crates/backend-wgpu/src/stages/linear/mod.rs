@@ -50,6 +50,7 @@ impl Stages {
     }
 
     pub(super) fn spring_linearise(&mut self, substep: &Substep) -> Result<()> {
+        self.semi_implicit.length = None;
         let slot = self.slot(substep)?;
         self.linear_kernel("spring_linearise", slot, Call::default())
     }
@@ -70,6 +71,7 @@ impl Stages {
         if !self.has_force {
             return Ok(());
         }
+        self.semi_implicit.length = None;
         let slot = self.slot(substep)?;
         let flags = if start == NewtonStart::Iterate { CALL_ITERATE } else { 0 };
         self.linear_kernel("implicit_assemble", slot, Call { flags, ..Call::default() })
@@ -87,6 +89,7 @@ impl Stages {
 
     pub(crate) fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
         preconditioner_check(preconditioner)?;
+        self.semi_implicit.length = None;
         let flags = if preconditioner == Preconditioner::Block { CALL_BLOCKS } else { 0 };
         self.linear_kernel("preconditioner_build", 0, Call { flags, ..Call::default() })
     }

@@ -1,8 +1,8 @@
 //! Linear solvers: recording of iterations, and what became of them.
 
 use cloth_core::{
-    LinearMethod, LinearOutcome, LinearSettings, LinearStart, LinearVector, Preconditioner, Result,
-    stepper::Substep,
+    Integrator, LinearMethod, LinearOutcome, LinearSettings, LinearStart, LinearVector,
+    Preconditioner, Result, stepper::Substep,
 };
 
 use super::{Stages, vectors_call};
@@ -114,27 +114,17 @@ impl Stages {
         let Some(policy) = &self.solve_policy else { return Ok(()) };
         let constrained = !self.model.colliders().is_empty();
         let passes = if constrained { policy.passes() } else { 1 };
-        let iterations: Vec<u32> = (0..passes).map(|pass| policy.iterations(pass)).collect();
         let method = request.linear.method;
-        let stage = stage_of(method);
         let slot = self.slot(substep)?;
         let preconditioner = match method {
             LinearMethod::Jacobi => Preconditioner::Block,
             _ => request.linear.preconditioner,
         };
-        for (pass, count) in (0..passes).zip(iterations) {
+        for pass in 0..passes {
             self.preconditioner_build(preconditioner)?;
             let start = if pass == 0 { request.start } else { LinearStart::Solution };
-            let call = call_of(&request.linear, start);
-            let call = Call {
-                flags: call.flags | CALL_DEFERRED,
-                pass_number: pass,
-                pass_count: request.passes,
-                ..call
-            };
-            self.solve_begin(stage, slot, call)?;
-            self.solve_iterate(method, count, call)?;
-            self.single(stage, "linear_end", slot, call)?;
+            let call = Call { pass_number: pass, pass_count: request.passes, ..Call::default() };
+            let call = self.pass_record(&request.linear, start, slot, call)?;
             if constrained {
                 self.constraint_release_record()?;
                 if pass + 1 == passes && passes < request.passes {
@@ -145,10 +135,38 @@ impl Stages {
         Ok(())
     }
 
+    /// Records one solve of a substep with the preconditioner that is there. `call` has its number and
+    /// flags of its own; returns all that its kernels were told.
+    pub(in crate::stages) fn pass_record(
+        &mut self,
+        linear: &LinearSettings,
+        start: LinearStart,
+        slot: usize,
+        call: Call,
+    ) -> Result<Call> {
+        let pass = call.pass_number;
+        let count = self.solve_policy.as_ref().map_or(0, |policy| policy.iterations(pass));
+        let stage = stage_of(linear.method);
+        let settings = call_of(linear, start);
+        let call = Call {
+            flags: call.flags | settings.flags | CALL_DEFERRED,
+            pass_number: pass,
+            pass_count: call.pass_count,
+            ..settings
+        };
+        self.solve_begin(stage, slot, call)?;
+        self.solve_iterate(linear.method, count, call)?;
+        self.single(stage, "linear_end", slot, call)?;
+        Ok(call)
+    }
+
     /// Books what the device did since the last time, and lets it count anew.
     pub(in crate::stages) fn solve_log_take(&mut self, solve: &Solve) -> Result<()> {
         let report = &mut self.deferred.report;
-        report.solves += solve.solves;
+        // The semi-implicit integrator counts a substep as one.
+        if !matches!(self.config.integrator, Integrator::SemiImplicit(_)) {
+            report.solves += solve.solves;
+        }
         report.solves_unconverged += solve.solves_unconverged;
         report.iterations += u64::from(solve.iterations);
         report.residual = report.residual.max(f64::from(solve.residual_max));
