@@ -44,38 +44,73 @@ struct Search {
     distance_squared: f32,
 }
 
-// Looks through the particles of one cell, and writes the candidates from place `first` on if it is
-// not NOWHERE. Says how many there are.
+// Candidates that a thread keeps sorted while it searches; a particle that has more searches again.
+const KEPT: u32 = 24u;
+var<private> kept: array<u32, KEPT>;
+
+// Puts a candidate in its place among `count` kept ones.
+fn keep(partner: u32, count: u32) {
+    if count >= KEPT {
+        return;
+    }
+    var place = count;
+    while place > 0u && kept[place - 1u] > partner {
+        kept[place] = kept[place - 1u];
+        place -= 1u;
+    }
+    kept[place] = partner;
+}
+
+fn is_candidate(search: Search, cell: vec3<i32>, sorted: vec4<u32>, packed: u32) -> bool {
+    let partner = sorted.w;
+    let position = bitcast<vec3f>(sorted.xyz);
+    let relative = contact_velocity(packed) - search.velocity;
+    let difference = position - search.position;
+    if partner == search.particle || closest_squared(difference, relative) >= search.distance_squared {
+        return false;
+    }
+    // Another cell can have the same place in the table; its particles are found from there.
+    if any(cell_of(position) != cell) {
+        return false;
+    }
+//!if exclusions
+    if is_left_out(search.particle, partner) {
+        return false;
+    }
+//!end
+    return true;
+}
+
+// Looks through the particles of one cell. The candidates are kept, or written from place `first` on if it is
+// not NOWHERE. Says how many there are, those before included.
 const NOWHERE: u32 = 0xffffffffu;
 
-fn search_cell(search: Search, cell: vec3<i32>, first: u32) -> u32 {
+fn search_cell(search: Search, cell: vec3<i32>, first: u32, before: u32) -> u32 {
     let range = cell_ranges[cell_place(cell)];
-    var count = 0u;
-    for (var place = range.x; place < range.y; place += 1u) {
+    var count = before;
+    // Two at a time, so that the device waits once for what they read.
+    for (var place = range.x; place < range.y; place += 2u) {
+        let next = min(place + 1u, range.y - 1u);
         let sorted = sorted_positions[place];
-        let partner = sorted.w;
-        let position = bitcast<vec3f>(sorted.xyz);
-        if partner == search.particle {
-            continue;
+        let sorted_next = sorted_positions[next];
+        let packed = sorted_velocities[place];
+        let packed_next = sorted_velocities[next];
+        if is_candidate(search, cell, sorted, packed) {
+            if first == NOWHERE {
+                keep(sorted.w, count);
+            } else {
+                contact_entries[first + count] = sorted.w;
+            }
+            count += 1u;
         }
-        let relative = contact_velocity(sorted_velocities[place]) - search.velocity;
-        let difference = position - search.position;
-        if closest_squared(difference, relative) >= search.distance_squared {
-            continue;
+        if next > place && is_candidate(search, cell, sorted_next, packed_next) {
+            if first == NOWHERE {
+                keep(sorted_next.w, count);
+            } else {
+                contact_entries[first + count] = sorted_next.w;
+            }
+            count += 1u;
         }
-        // Another cell can have the same place in the table; its particles are found from there.
-        if any(cell_of(position) != cell) {
-            continue;
-        }
-//!if exclusions
-        if is_left_out(search.particle, partner) {
-            continue;
-        }
-//!end
-        if first != NOWHERE {
-            contact_entries[first + count] = partner;
-        }
-        count += 1u;
     }
     return count;
 }
@@ -85,11 +120,7 @@ fn search_all(search: Search, first: u32) -> u32 {
     var count = 0u;
     for (var k = 0; k < 27; k += 1) {
         let cell = centre + vec3<i32>(k % 3 - 1, (k / 3) % 3 - 1, k / 9 - 1);
-        var place = NOWHERE;
-        if first != NOWHERE {
-            place = first + count;
-        }
-        count += search_cell(search, cell, place);
+        count = search_cell(search, cell, first, count);
     }
     return count;
 }
@@ -129,15 +160,11 @@ fn sort_entries(first: u32, count: u32) {
     }
 }
 
-@compute @workgroup_size(WORKGROUP)
-fn main(
-    @builtin(global_invocation_id) id: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-) {
-    let particle = particle_index(id, groups);
-    if particle >= model.particle_count || !contact_list_is_being_built() {
-        return;
-    }
+// Every particle has a row of this many places. Longer ones lie behind all rows, in any order.
+const ROW: u32 = 16u;
+
+// Builds the row of a particle; says how many candidates it has.
+fn list(particle: u32) -> u32 {
     let reference = contact_reference[particle];
     let position = bitcast<vec3f>(reference.xyz);
     let extent = max(max(abs(position.x), abs(position.y)), abs(position.z));
@@ -145,14 +172,42 @@ fn main(
     let velocity = contact_velocity(reference.w);
     let search = Search(particle, position, velocity, distance * distance);
     let count = search_all(search, NOWHERE);
-    let first = atomicAdd(&status.contact_entries, count);
+    var first = particle * ROW;
+    if count > ROW {
+        first = model.particle_count * ROW + atomicAdd(&status.contact_spilled, count);
+    }
     if first + count > contact.list_capacity {
         atomicOr(&status.invalid, INVALID_OVERFLOW);
         atomicMax(&status.contact_needed, first + count);
         contact_rows[particle] = vec2<u32>(0u, 0u);
-        return;
+        return count;
     }
-    search_all(search, first);
-    sort_entries(first, count);
+    if count <= KEPT {
+        for (var k = 0u; k < count; k += 1u) {
+            contact_entries[first + k] = kept[k];
+        }
+    } else {
+        search_all(search, first);
+        sort_entries(first, count);
+    }
     contact_rows[particle] = vec2<u32>(first, count);
+    return count;
+}
+
+var<workgroup> listed: atomic<u32>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let particle = particle_index(id, groups);
+    if particle < model.particle_count && contact_list_is_being_built() {
+        atomicAdd(&listed, list(particle));
+    }
+    workgroupBarrier();
+    if thread == 0u && atomicLoad(&listed) > 0u {
+        atomicAdd(&status.contact_entries, atomicLoad(&listed));
+    }
 }

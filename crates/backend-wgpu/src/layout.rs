@@ -78,7 +78,7 @@ shared_struct! {
         cell_particles: u32,
         contact_needed: u32,
         broken: u32,
-        padding: u32,
+        contact_spilled: u32,
     }
 }
 

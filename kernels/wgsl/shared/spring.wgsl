@@ -42,28 +42,59 @@ struct Spring {
     inverse_length: f32,
 }
 
-fn spring_at(at: u32, particle: u32, position: vec3f, velocity: vec3f) -> Spring {
-    let entry = spring_entries[at];
-    let other = particle + entry.x;
+// The spring at `at`, with the differences of position and velocity from this particle to the other one.
+fn spring_of(at: u32, entry: vec4<u32>, difference: vec3f, relative: vec3f) -> Spring {
     let rest_length = bitcast<f32>(entry.y);
     let stiffness = bitcast<f32>(entry.z);
     let damping = bitcast<f32>(entry.w);
-    let difference = position_in[other].xyz - position;
     let length = sqrt(dot_product(difference, difference));
     let inverse_length = 1.0 / max(length, LENGTH_MIN);
-    let rate = dot_product(velocity_in[other].xyz - velocity, difference) * inverse_length;
+    let rate = dot_product(relative, difference) * inverse_length;
     let stretch = length - rest_length;
     let tension = fma(damping, rate, elastic_tension(at, stiffness, stretch));
     return Spring(difference, rest_length, stiffness, stretch, tension, inverse_length);
 }
 
-// `force` and the forces of all springs of a particle.
+fn spring_at(at: u32, particle: u32, position: vec3f, velocity: vec3f) -> Spring {
+    let entry = spring_entries[at];
+    let other = particle + entry.x;
+    let difference = position_in[other].xyz - position;
+    return spring_of(at, entry, difference, velocity_in[other].xyz - velocity);
+}
+
+fn spring_pull(sum: vec3f, spring: Spring) -> vec3f {
+    return add_scaled(sum, spring.tension * spring.inverse_length, spring.difference);
+}
+
+// `start` and the forces of all springs of a particle. Four at a time, so that the device waits once for
+// what they read; what lies beyond the row is read again and left out.
 fn spring_force(start: vec3f, particle: u32, position: vec3f, velocity: vec3f) -> vec3f {
     let row = spring_row(particle);
+    let last = row.end - row.stride;
     var sum = start;
-    for (var at = row.first; at < row.end; at += row.stride) {
-        let spring = spring_at(at, particle, position, velocity);
-        sum = add_scaled(sum, spring.tension * spring.inverse_length, spring.difference);
+    for (var at = row.first; at < row.end; at += 4u * row.stride) {
+        let places = vec4<u32>(at, at + row.stride, at + 2u * row.stride, at + 3u * row.stride);
+        let inside = min(places, vec4<u32>(last));
+        let a = spring_entries[inside.x];
+        let b = spring_entries[inside.y];
+        let c = spring_entries[inside.z];
+        let d = spring_entries[inside.w];
+        let others = vec4<u32>(particle) + vec4<u32>(a.x, b.x, c.x, d.x);
+        let position_a = position_in[others.x].xyz;
+        let position_b = position_in[others.y].xyz;
+        let position_c = position_in[others.z].xyz;
+        let position_d = position_in[others.w].xyz;
+        let velocity_a = velocity_in[others.x].xyz;
+        let velocity_b = velocity_in[others.y].xyz;
+        let velocity_c = velocity_in[others.z].xyz;
+        let velocity_d = velocity_in[others.w].xyz;
+        sum = spring_pull(sum, spring_of(inside.x, a, position_a - position, velocity_a - velocity));
+        let with_b = spring_pull(sum, spring_of(inside.y, b, position_b - position, velocity_b - velocity));
+        sum = select(sum, with_b, places.y < row.end);
+        let with_c = spring_pull(sum, spring_of(inside.z, c, position_c - position, velocity_c - velocity));
+        sum = select(sum, with_c, places.z < row.end);
+        let with_d = spring_pull(sum, spring_of(inside.w, d, position_d - position, velocity_d - velocity));
+        sum = select(sum, with_d, places.w < row.end);
     }
     return sum;
 }

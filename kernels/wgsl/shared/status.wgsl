@@ -13,7 +13,7 @@ struct Status {
     contact_built: u32,
     // Time at which the list was built [s].
     contact_built_time: f32,
-    // Entries of the candidate list, even if there is no room for them.
+    // Candidates of all particles, even if there is no room for them.
     contact_entries: atomic<u32>,
     // Times the list was built.
     contact_rebuilds: u32,
@@ -23,7 +23,8 @@ struct Status {
     contact_needed: atomic<u32>,
     // Serial number of the substep whose linear solve broke down; STOPPED_NEVER before.
     broken: atomic<u32>,
-    padding: u32,
+    // Entries of rows that are longer than others, behind all rows.
+    contact_spilled: atomic<u32>,
 }
 
 @group(0) @binding(2) var<storage, read_write> status: Status;

@@ -5,7 +5,7 @@ use cloth_core::{ContactStatistics, DeferredOutcome, Error, Measures, Result, St
 use super::{SMALL_SIZE, SMALL_SOLVE, SMALL_STATUS, Stages};
 use crate::{
     buffers::MEASURE_SIZE,
-    contact::Command,
+    contact::{Command, policy::ROW},
     dispatch::MEASURE_BLOCK,
     figures::Figures,
     layout::{INVALID_LIST, INVALID_OVERFLOW, STOPPED_NEVER, Solve, Status},
@@ -210,8 +210,9 @@ impl Stages {
         self.state_read(&mut state)?;
         let count = self.model.particle_count();
         let rows: Vec<[u32; 2]> = self.read_words("contact_rows", 2 * count as u64)?;
+        let spilled = u64::from(self.status.contact_spilled);
         let entries: Vec<u32> =
-            self.read_words("contact_entries", u64::from(self.status.contact_entries))?;
+            self.read_words("contact_entries", count as u64 * u64::from(ROW) + spilled)?;
         let position = |particle: usize| state.positions[particle].map(|c| c as f32);
         for (particle, [first, length]) in rows.into_iter().enumerate() {
             let x = position(particle);
