@@ -1,14 +1,16 @@
 //! The composite stages, and whole substeps.
 
 use cloth_core::{
-    ImplicitSettings, Kernels, LinearOutcome, LinearSettings, LinearStart, LinearVector,
-    Preconditioner, Result, SolverReport, State, stepper,
+    Frame, ImplicitSettings, Integrator, Kernels, LinearOutcome, LinearSettings, LinearStart,
+    LinearVector, Preconditioner, Result, SolverConfig, SolverReport, State,
+    stepper::{self, FramePlan, FrameSpan},
 };
 
 use super::prepared::Prepared;
 use crate::{
     Verdict,
     backends::{Candidate, SAFETY, reference},
+    bits::first_difference,
     models::Description,
     tracked::TrackedVector,
     verdict::ensure,
@@ -231,4 +233,61 @@ pub fn implicit_trajectory(
         })?;
     }
     Ok(())
+}
+
+/// A frame of a solver, which may record it without looking at what becomes of its solves, against the same
+/// substeps run stage by stage with a look at each solve: the same bits.
+///
+/// # Errors
+/// What is wrong.
+pub fn implicit_frame(candidate: &Candidate, description: &Description) -> Verdict {
+    let case = description.case(candidate);
+    let mut settings = ImplicitSettings::default();
+    // As many iterations as a backend does not expect.
+    settings.linear.tolerance = 100.0 * candidate.epsilon();
+    settings.linear.iterations_max = 500;
+    settings.linear.warm_start = description.seed % 2 == 0;
+    let config = SolverConfig {
+        time_step: 10.0 * case.config.time_step,
+        integrator: Integrator::Implicit(settings),
+        strain_bound: f64::MAX,
+        ..case.config.clone()
+    };
+    let duration = 2.5 * config.time_step;
+    let mut solver = candidate.backend.create_solver(case.model.clone(), &config)?;
+    solver.upload(&case.state)?;
+    solver.advance(Frame { duration })?;
+    let report = solver.synchronize()?;
+    let mut recorded = State::default();
+    solver.download(&mut recorded)?;
+
+    let mut kernels = candidate.backend.create_kernels(case.model.clone(), &config)?;
+    kernels.state_write(&case.state)?;
+    let colliders = &case.state.colliders;
+    let span = FrameSpan {
+        time: case.state.time,
+        duration,
+        wind_velocity: case.model.air().map_or([0.0; 3], |air| air.wind_velocity),
+        from: colliders,
+        to: colliders,
+    };
+    let mut plan = FramePlan::default();
+    plan.refill(&case.model, &span, (0.0, case.state.step), config.time_step);
+    kernels.frame_begin(&plan)?;
+    let mut expected = SolverReport::default();
+    for substep in &plan.substeps {
+        stepper::implicit::substep(&mut *kernels, substep, &settings, &mut expected)?;
+    }
+    let mut staged = State::default();
+    kernels.state_read(&mut staged)?;
+    let difference = first_difference(&recorded, &staged);
+    ensure(difference.is_none(), || {
+        format!("{}: differs at particle {difference:?}", candidate.label)
+    })?;
+    let counts = |report: &SolverReport| {
+        (report.solves, report.solves_unconverged, report.iterations, report.newton_iterations)
+    };
+    ensure(counts(&report.solver) == counts(&expected), || {
+        format!("{}: {:?}, expected {expected:?}", candidate.label, report.solver)
+    })
 }
