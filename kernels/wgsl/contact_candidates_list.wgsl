@@ -1,4 +1,5 @@
-// NUMERICS section 8, building the candidate list, last pass: each particle looks through 27 cells.
+// NUMERICS section 8, building the candidate list, last pass: each particle looks through 27 cells. Several
+// threads share a particle: where cloth is crumpled, cells are full.
 //!include model substep status contact_list cells
 
 @group(0) @binding(26) var<storage, read> cell_ranges: array<vec2<u32>>;
@@ -44,23 +45,6 @@ struct Search {
     distance_squared: f32,
 }
 
-// Candidates that a thread keeps sorted while it searches; a particle that has more searches again.
-const KEPT: u32 = 24u;
-var<private> kept: array<u32, KEPT>;
-
-// Puts a candidate in its place among `count` kept ones.
-fn keep(partner: u32, count: u32) {
-    if count >= KEPT {
-        return;
-    }
-    var place = count;
-    while place > 0u && kept[place - 1u] > partner {
-        kept[place] = kept[place - 1u];
-        place -= 1u;
-    }
-    kept[place] = partner;
-}
-
 fn is_candidate(search: Search, cell: vec3<i32>, sorted: vec4<u32>, packed: u32) -> bool {
     let partner = sorted.w;
     let position = bitcast<vec3f>(sorted.xyz);
@@ -81,48 +65,53 @@ fn is_candidate(search: Search, cell: vec3<i32>, sorted: vec4<u32>, packed: u32)
     return true;
 }
 
-// Looks through the particles of one cell. The candidates are kept, or written from place `first` on if it is
-// not NOWHERE. Says how many there are, those before included.
-const NOWHERE: u32 = 0xffffffffu;
+// Threads of a particle, and particles of a workgroup.
+const LANES: u32 = 8u;
+const PARTICLES: u32 = WORKGROUP / LANES;
+// Candidates that are kept while the search goes on; a particle that has more searches again.
+const KEPT: u32 = 64u;
 
-fn search_cell(search: Search, cell: vec3<i32>, first: u32, before: u32) -> u32 {
-    let range = cell_ranges[cell_place(cell)];
-    var count = before;
-    // Two at a time, so that the device waits once for what they read.
-    for (var place = range.x; place < range.y; place += 2u) {
-        let next = min(place + 1u, range.y - 1u);
-        let sorted = sorted_positions[place];
-        let sorted_next = sorted_positions[next];
-        let packed = sorted_velocities[place];
-        let packed_next = sorted_velocities[next];
-        if is_candidate(search, cell, sorted, packed) {
-            if first == NOWHERE {
-                keep(sorted.w, count);
-            } else {
-                contact_entries[first + count] = sorted.w;
-            }
-            count += 1u;
-        }
-        if next > place && is_candidate(search, cell, sorted_next, packed_next) {
-            if first == NOWHERE {
-                keep(sorted_next.w, count);
-            } else {
-                contact_entries[first + count] = sorted_next.w;
-            }
-            count += 1u;
-        }
-    }
-    return count;
+var<workgroup> kept: array<u32, PARTICLES * KEPT>;
+var<workgroup> counts: array<atomic<u32>, PARTICLES>;
+var<workgroup> firsts: array<u32, PARTICLES>;
+
+fn cell_around(centre: vec3<i32>, k: i32) -> vec3<i32> {
+    return centre + vec3<i32>(k % 3 - 1, (k / 3) % 3 - 1, k / 9 - 1);
 }
 
-fn search_all(search: Search, first: u32) -> u32 {
+// Keeps the candidates that one of the threads of a particle finds, in any order.
+fn search_shared(search: Search, local: u32, lane: u32) {
+    let centre = cell_of(search.position);
+    for (var k = 0; k < 27; k += 1) {
+        let cell = cell_around(centre, k);
+        let range = cell_ranges[cell_place(cell)];
+        for (var place = range.x + lane; place < range.y; place += LANES) {
+            let sorted = sorted_positions[place];
+            if is_candidate(search, cell, sorted, sorted_velocities[place]) {
+                let at = atomicAdd(&counts[local], 1u);
+                if at < KEPT {
+                    kept[local * KEPT + at] = sorted.w;
+                }
+            }
+        }
+    }
+}
+
+// Writes all candidates from place `first` on, in any order: one thread alone.
+fn search_alone(search: Search, first: u32) {
     let centre = cell_of(search.position);
     var count = 0u;
     for (var k = 0; k < 27; k += 1) {
-        let cell = centre + vec3<i32>(k % 3 - 1, (k / 3) % 3 - 1, k / 9 - 1);
-        count = search_cell(search, cell, first, count);
+        let cell = cell_around(centre, k);
+        let range = cell_ranges[cell_place(cell)];
+        for (var place = range.x; place < range.y; place += 1u) {
+            let sorted = sorted_positions[place];
+            if is_candidate(search, cell, sorted, sorted_velocities[place]) {
+                contact_entries[first + count] = sorted.w;
+                count += 1u;
+            }
+        }
     }
-    return count;
 }
 
 // Lets the entry at `root` of a heap of `count` entries sink to its place.
@@ -163,15 +152,11 @@ fn sort_entries(first: u32, count: u32) {
 // Every particle has a row of this many places. Longer ones lie behind all rows, in any order.
 const ROW: u32 = 16u;
 
-// Builds the row of a particle; says how many candidates it has.
-fn list(particle: u32) -> u32 {
-    let reference = contact_reference[particle];
-    let position = bitcast<vec3f>(reference.xyz);
-    let extent = max(max(abs(position.x), abs(position.y)), abs(position.z));
-    let distance = contact.list_distance + ROUNDING * extent;
-    let velocity = contact_velocity(reference.w);
-    let search = Search(particle, position, velocity, distance * distance);
-    let count = search_all(search, NOWHERE);
+// No room for a row.
+const NOWHERE: u32 = 0xffffffffu;
+
+// The place of a row of `count` entries.
+fn row_allocate(particle: u32, count: u32) -> u32 {
     var first = particle * ROW;
     if count > ROW {
         first = model.particle_count * ROW + atomicAdd(&status.contact_spilled, count);
@@ -180,34 +165,61 @@ fn list(particle: u32) -> u32 {
         atomicOr(&status.invalid, INVALID_OVERFLOW);
         atomicMax(&status.contact_needed, first + count);
         contact_rows[particle] = vec2<u32>(0u, 0u);
-        return count;
-    }
-    if count <= KEPT {
-        for (var k = 0u; k < count; k += 1u) {
-            contact_entries[first + k] = kept[k];
-        }
-    } else {
-        search_all(search, first);
-        sort_entries(first, count);
+        return NOWHERE;
     }
     contact_rows[particle] = vec2<u32>(first, count);
-    return count;
+    return first;
 }
-
-var<workgroup> listed: atomic<u32>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
-    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(workgroup_id) workgroup: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    let particle = particle_index(id, groups);
-    if particle < model.particle_count && contact_list_is_being_built() {
-        atomicAdd(&listed, list(particle));
+    let local = thread / LANES;
+    let lane = thread % LANES;
+    let particle = (workgroup.x + workgroup.y * groups.x) * PARTICLES + local;
+    let is_active = particle < model.particle_count && contact_list_is_being_built();
+    var search: Search;
+    if is_active {
+        let reference = contact_reference[particle];
+        let position = bitcast<vec3f>(reference.xyz);
+        let extent = max(max(abs(position.x), abs(position.y)), abs(position.z));
+        let distance = contact.list_distance + ROUNDING * extent;
+        search = Search(particle, position, contact_velocity(reference.w), distance * distance);
+        search_shared(search, local, lane);
     }
     workgroupBarrier();
-    if thread == 0u && atomicLoad(&listed) > 0u {
-        atomicAdd(&status.contact_entries, atomicLoad(&listed));
+    let count = atomicLoad(&counts[local]);
+    if is_active && lane == 0u {
+        firsts[local] = row_allocate(particle, count);
+    }
+    workgroupBarrier();
+    let first = firsts[local];
+    if is_active && first != NOWHERE {
+        if count <= KEPT {
+            // The place of a candidate is the number of smaller ones.
+            for (var k = lane; k < count; k += LANES) {
+                let partner = kept[local * KEPT + k];
+                var place = first;
+                for (var other = 0u; other < count; other += 1u) {
+                    place += select(0u, 1u, kept[local * KEPT + other] < partner);
+                }
+                contact_entries[place] = partner;
+            }
+        } else if lane == 0u {
+            search_alone(search, first);
+            sort_entries(first, count);
+        }
+    }
+    if thread == 0u {
+        var listed = 0u;
+        for (var k = 0u; k < PARTICLES; k += 1u) {
+            listed += atomicLoad(&counts[k]);
+        }
+        if listed > 0u {
+            atomicAdd(&status.contact_entries, listed);
+        }
     }
 }

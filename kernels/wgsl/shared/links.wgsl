@@ -4,7 +4,7 @@
 // the spring in `factors`, less the particle; both of its particles share one place. In regular patches
 // places are columns: neighbouring particles read neighbouring memory.
 
-@group(0) @binding(34) var<storage, read> link_rows: array<u32>;
+@group(0) @binding(34) var<storage, read> link_rows: array<vec2<u32>>;
 @group(0) @binding(35) var<storage, read> link_entries: array<vec2<u32>>;
 // u [kg^(1/2)], and e [kg].
 @group(0) @binding(38) var<storage, read_write> factors: array<vec4f>;
@@ -16,9 +16,9 @@ struct LinkRow {
 }
 
 fn link_row(particle: u32) -> LinkRow {
-    let at = model.particle_count + 2u * link_rows[particle];
-    let first = link_rows[at];
-    let shape = link_rows[at + 1u];
+    let packed = link_rows[particle];
+    let first = packed.x;
+    let shape = packed.y;
     let stride = 1u << (shape >> 24u);
     return LinkRow(first, first + (shape & 0xffffffu) * stride, stride);
 }

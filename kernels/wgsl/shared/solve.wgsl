@@ -68,22 +68,32 @@ const PARTIALS_MAX: u32 = 1024u;
 var<workgroup> sums: array<vec2f, SOLVE_THREADS>;
 var<workgroup> shared_phase: u32;
 
-// The sum over all threads of a workgroup, for all of them, in a fixed tree.
+// The sum over all threads of a workgroup, for all of them, in a fixed tree of four branches.
 fn workgroup_sum(thread: u32, own: vec2f) -> vec2f {
     workgroupBarrier();
     sums[thread] = own;
-    for (var half = SOLVE_THREADS / 2u; half > 0u; half /= 2u) {
+    for (var quarter = SOLVE_THREADS / 4u; quarter > 0u; quarter /= 4u) {
         workgroupBarrier();
-        if thread < half {
-            sums[thread] += sums[thread + half];
+        if thread < quarter {
+            let first = sums[thread] + sums[thread + quarter];
+            sums[thread] = first + (sums[thread + 2u * quarter] + sums[thread + 3u * quarter]);
         }
     }
     return workgroupUniformLoad(&sums[0]);
 }
 
+// Partial sums that every thread adds up by itself.
+const PARTIALS_FEW: u32 = 32u;
+
 // The sum of all partial sums from place `first` on, for all threads.
 fn partials_total(thread: u32, first: u32) -> vec2f {
     var own = vec2f(0.0);
+    if model.solve_blocks <= PARTIALS_FEW {
+        for (var block = 0u; block < model.solve_blocks; block += 1u) {
+            own += partials[first + block];
+        }
+        return own;
+    }
     for (var block = thread; block < model.solve_blocks; block += SOLVE_THREADS) {
         own += partials[first + block];
     }

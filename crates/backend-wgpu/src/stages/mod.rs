@@ -19,7 +19,7 @@ use crate::{
     buffers::{Buffers, uniform_array},
     contact::{OpenFrame, policy::ContactPolicy},
     device::{DYNAMIC, DeviceContext, Kernel},
-    dispatch::{Groups, MEASURE_BLOCK, WORKGROUP, groups, solve_blocks},
+    dispatch::{Groups, LIST_PARTICLES, MEASURE_BLOCK, WORKGROUP, groups, solve_blocks},
     fault::BACKEND,
     figures::Figures,
     layout,
@@ -122,7 +122,8 @@ impl Stages {
         context.faults.check()?;
         // No kernel is started for more: springs of a colour share no particle.
         let limit = context.limits.max_compute_workgroups_per_dimension;
-        groups(model.particle_count() as u32, WORKGROUP, limit)?;
+        let per_group = if model.self_contact().is_some() { LIST_PARTICLES } else { WORKGROUP };
+        groups(model.particle_count() as u32, per_group, limit)?;
         let contact = model
             .self_contact()
             .map(|contact| ContactPolicy::new(&model, contact, config.time_step));

@@ -15,7 +15,7 @@ const COLUMNS_MAX: usize = 12;
 /// Contents of the buffers of links.
 #[derive(Debug, Default)]
 pub(crate) struct LinkTables {
-    pub(crate) rows: Vec<u32>,
+    pub(crate) rows: Vec<[u32; 2]>,
     pub(crate) entries: Vec<[u32; 2]>,
     pub(crate) kinds: Vec<u32>,
     /// Places of springs.
@@ -69,9 +69,9 @@ impl LinkTables {
     }
 
     /// The springs of a particle: other end, place.
-    pub(crate) fn row(&self, particle: usize, count: usize) -> impl Iterator<Item = [usize; 2]> {
-        let header = count + 2 * self.rows[particle] as usize;
-        let (first, shape) = (self.rows[header] as usize, self.rows[header + 1]);
+    pub(crate) fn row(&self, particle: usize) -> impl Iterator<Item = [usize; 2]> {
+        let [first, shape] = self.rows[particle];
+        let first = first as usize;
         let stride = 1_usize << (shape >> 24);
         (0..(shape & 0xff_ffff) as usize).map(move |k| {
             self.entries[first + k * stride]
@@ -99,7 +99,7 @@ mod tests {
         let count = model.particle_count();
         let mut ends: HashMap<usize, Vec<[usize; 2]>> = HashMap::new();
         for i in 0..count {
-            for [j, place] in tables.row(i, count) {
+            for [j, place] in tables.row(i) {
                 assert!(place < tables.places);
                 ends.entry(place).or_default().push([i.min(j), i.max(j)]);
             }

@@ -15,7 +15,7 @@ use crate::layout::Colour;
 /// Contents of the buffers that depend on the model alone. An empty one stays unused.
 #[derive(Debug, Default)]
 pub(crate) struct Tables {
-    pub(crate) spring_rows: Vec<u32>,
+    pub(crate) spring_rows: Vec<[u32; 2]>,
     pub(crate) spring_entries: Vec<[u32; 4]>,
     pub(crate) triangle_rows: Vec<u32>,
     pub(crate) triangles: Vec<[u32; 4]>,

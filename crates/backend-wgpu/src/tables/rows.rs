@@ -16,9 +16,9 @@ const SHARED_MIN: u32 = 4;
 
 /// All rows.
 pub(super) struct Rows<T> {
-    /// The number of the row of each particle; then for each row its first entry and, packed, its
-    /// entries (24 bits) and log2 of the distance between them (8 bits).
-    pub(super) rows: Vec<u32>,
+    /// For each particle the first entry of its row and, packed, its entries (24 bits) and log2 of the
+    /// distance between them (8 bits).
+    pub(super) rows: Vec<[u32; 2]>,
     pub(super) entries: Vec<T>,
 }
 
@@ -31,19 +31,18 @@ pub(super) fn rows_of<T: Clone + Default + Eq + Hash>(
     for particle in 0..count {
         alike.entry(row_of(particle)).or_default().0 += 1;
     }
-    let mut numbers = vec![0; count];
-    let mut headers: Vec<[u32; 2]> = Vec::new();
+    let mut rows = vec![[0; 2]; count];
     let mut entries = Vec::new();
     let mut alone = Vec::new();
-    for (particle, number) in numbers.iter_mut().enumerate() {
+    for (particle, place) in rows.iter_mut().enumerate() {
         let row = row_of(particle);
         match alike.get_mut(&row) {
             Some((times, shared)) if *times >= SHARED_MIN => {
-                *number = *shared.get_or_insert_with(|| {
-                    headers.push([entries.len() as u32, row.len() as u32]);
+                let first = *shared.get_or_insert_with(|| {
                     entries.extend_from_slice(&row);
-                    headers.len() as u32 - 1
+                    (entries.len() - row.len()) as u32
                 });
+                *place = [first, row.len() as u32];
             }
             _ => alone.push((particle, row)),
         }
@@ -53,13 +52,11 @@ pub(super) fn rows_of<T: Clone + Default + Eq + Hash>(
         let longest = slice.iter().map(|(_, row)| row.len()).max().unwrap_or(0);
         entries.resize(start + longest * SLICE, T::default());
         for (lane, (particle, row)) in slice.iter().enumerate() {
-            numbers[*particle] = headers.len() as u32;
-            headers.push([(start + lane) as u32, row.len() as u32 | SLICE_SHIFT << 24]);
+            rows[*particle] = [(start + lane) as u32, row.len() as u32 | SLICE_SHIFT << 24];
             for (k, entry) in row.iter().enumerate() {
                 entries[start + k * SLICE + lane] = entry.clone();
             }
         }
     }
-    numbers.extend(headers.iter().flatten());
-    Rows { rows: numbers, entries }
+    Rows { rows, entries }
 }

@@ -20,7 +20,7 @@ pub(crate) fn may_buckle(model: &Model) -> bool {
 }
 
 /// Contents of `spring_rows` and `spring_entries`.
-pub(super) fn tables(model: &Model) -> (Vec<u32>, Vec<[u32; 4]>) {
+pub(super) fn tables(model: &Model) -> (Vec<[u32; 2]>, Vec<[u32; 4]>) {
     let gather = model.springs().gather_rows();
     let Rows { mut rows, entries } = rows_of(model.particle_count(), |particle| {
         let range = gather.offsets[particle] as usize..gather.offsets[particle + 1] as usize;
@@ -29,7 +29,7 @@ pub(super) fn tables(model: &Model) -> (Vec<u32>, Vec<[u32; 4]>) {
         range.map(entry).collect::<Vec<[u32; 2]>>()
     });
     let words = words(model);
-    for first in rows[model.particle_count()..].iter_mut().step_by(2) {
+    for [first, _] in &mut rows {
         *first *= words as u32;
     }
     let kinds = kinds(model);
@@ -93,8 +93,7 @@ mod tests {
         let (rows, entries) = tables(model);
         let count = model.particle_count();
         let row = |particle: usize| {
-            let header = count + 2 * rows[particle] as usize;
-            let [first, shape] = [rows[header], rows[header + 1]];
+            let [first, shape] = rows[particle];
             let stride = 1_usize << (shape >> 24);
             (0..(shape & 0xff_ffff) as usize)
                 .map(|k| entries[first as usize + k * stride])

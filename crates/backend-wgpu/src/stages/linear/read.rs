@@ -62,7 +62,7 @@ impl Stages {
             let [a, b] = [diagonal[2 * row], diagonal[2 * row + 1]];
             let start = out.len();
             out.push(dense(row, row, [a[0], a[1], a[2], b[0], b[1], b[2]]));
-            for [column, place] in links.row(row, count) {
+            for [column, place] in links.row(row) {
                 let [x, y, z, e] = factors[place];
                 out.push(dense(row, column, block([x, y, z], e.max(0.0))));
             }
