@@ -59,30 +59,8 @@ pub const STAGES: &[Stage] = &[
     Stage { name: "measure", section: 10 },
 ];
 
-/// Stages that no WGSL module computes: they are not offered on a GPU yet.
-pub const WGSL_STAGES_MISSING: &[&str] = &[
-    "spring_linearise",
-    "contact_linearise",
-    "implicit_assemble",
-    "collider_constraints",
-    "constraint_release",
-    "constraint_filter",
-    "constraint_project",
-    "matrix_apply",
-    "preconditioner_build",
-    "preconditioner_apply",
-    "conjugate_gradient",
-    "jacobi",
-    "direct_solve",
-    "velocity_add",
-    "position_advance",
-    "position_from_kept",
-    "vector_dot",
-    "vector_combine",
-    "semi_implicit_factorise",
-    "semi_implicit_solve",
-    "torque_correct",
-];
+/// Stages that no WGSL module computes, as no GPU gains from them.
+pub const WGSL_STAGES_MISSING: &[&str] = &["direct_solve"];
 
 /// Stages that are copies of buffers: no kernel computes them.
 pub const COPIED_STAGES: &[&str] = &["state_keep", "state_restore"];

@@ -8,7 +8,8 @@ use std::{
 use cloth_backend_cpu::CpuBackend;
 use cloth_backend_wgpu::{WgpuBackend, wgpu};
 use cloth_core::{
-    Backend, BackendInfo, Kernels, Model, Precision, Result, Solver, SolverConfig, State,
+    Backend, BackendInfo, Kernels, LinearMethod, LinearSettings, MatrixForm, Model, Precision,
+    Preconditioner, Result, Solver, SolverConfig, State,
 };
 
 use crate::{
@@ -33,6 +34,9 @@ pub struct Candidate {
     pub case_divisor: u32,
     /// What the backend does not offer, and says so when asked for it.
     pub missing: &'static [Feature],
+    /// Whether a fused linear solver keeps its scalars in single precision, while those that the host
+    /// computes from single stages are in double precision: the two then differ by rounding.
+    pub single_scalars: bool,
     /// Held while the candidate is under test, if it can take one test at a time.
     turn: Option<&'static Mutex<()>>,
 }
@@ -57,7 +61,16 @@ impl Candidate {
     #[must_use]
     pub fn new(label: &str, backend: Box<dyn Backend>, precision: Precision) -> Self {
         let label = format!("{label} {precision}");
-        Self { label, backend, precision, rounding: 1.0, case_divisor: 1, missing: &[], turn: None }
+        Self {
+            label,
+            backend,
+            precision,
+            rounding: 1.0,
+            case_divisor: 1,
+            missing: &[],
+            single_scalars: false,
+            turn: None,
+        }
     }
 
     /// Whether the backend offers a feature; a line says so if it does not.
@@ -68,6 +81,20 @@ impl Candidate {
             is_lacking_printed(&self.label, feature);
         }
         !lacks
+    }
+
+    /// Whether the backend offers a linear solver with these settings; a line says so if it does not.
+    #[must_use]
+    pub fn offers_linear(&self, settings: &LinearSettings) -> bool {
+        let direct = settings.method == LinearMethod::Direct;
+        let gradient = settings.method == LinearMethod::ConjugateGradient;
+        let incomplete = settings.preconditioner == Preconditioner::IncompleteCholesky;
+        let needed = [
+            (direct, Feature::Direct),
+            (gradient && incomplete, Feature::IncompleteCholesky),
+            (settings.matrix == MatrixForm::Assembled, Feature::Assembled),
+        ];
+        needed.into_iter().all(|(is_needed, feature)| !is_needed || self.offers(feature))
     }
 
     /// Whether a failure is the backend's answer that it has no such feature, and the list says the
@@ -176,7 +203,14 @@ pub fn gpu_candidate(label: &str, backend: Box<dyn Backend>) -> Candidate {
     Candidate {
         rounding: WGSL_ROUNDING,
         case_divisor: if gpu().is_processor() { 3 } else { 1 },
-        missing: &[Feature::Implicit, Feature::SemiImplicit],
+        missing: &[
+            Feature::Direct,
+            Feature::IncompleteCholesky,
+            Feature::Assembled,
+            Feature::Factorisation,
+            Feature::DenseInverse,
+        ],
+        single_scalars: true,
         turn: Some(&TURN),
         ..Candidate::new(label, backend, Precision::F32)
     }

@@ -37,7 +37,7 @@ pub(crate) struct Kernel {
 }
 
 /// Uniform buffers of which one entry is chosen when a kernel is started.
-pub(crate) const DYNAMIC: [&str; 2] = ["substep", "colour"];
+pub(crate) const DYNAMIC: [&str; 3] = ["substep", "colour", "call"];
 
 impl DeviceContext {
     pub(crate) fn new(device: wgpu::Device, queue: wgpu::Queue, stage_times: bool) -> Self {
