@@ -21,7 +21,7 @@ fn touch_of(collider: Collider, surface: Surface, gap: f32, mass: f32, x: vec3f,
     var drag = 0.0;
     if !sticks {
         // The fields may pull it off, which no friction resists.
-        drag = max(mass * grip / slip, 0.0);
+        drag = max(mass * grip / max(slip - grip, SLIP_MIN), 0.0);
     }
     return Touch(normal, speed, carried, collider.friction, drag, u32(sticks), 0u, 0u);
 }

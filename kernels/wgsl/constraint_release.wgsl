@@ -1,8 +1,6 @@
 // NUMERICS section 5: contacts that pull, slip, or slide with a drag that is not theirs. The image is A y.
 //!include model status motion vectors symmetric matrix matrix_diagonal constraint constraint_change solve
 
-// Slower slip [m/s] counts as this much, so that drags stay finite.
-const SLIP_MIN: f32 = 1e-4;
 // Friction this far from its value, relative to it, is corrected ...
 const DRAG_ERROR: f32 = 0.1;
 // ... if that is more than a free particle needs for this change of velocity [m/s].

@@ -17,6 +17,8 @@ struct Touch {
 }
 
 const TOUCHES_MAX: u32 = 4u;
+// Slower slip [m/s] counts as this much, so that drags stay finite.
+const SLIP_MIN: f32 = 1e-4;
 
 struct Constraint {
     // S: xx, yy, zz.
