@@ -73,6 +73,12 @@ impl Candidate {
         }
     }
 
+    /// How many of `count` steps or cases a long test does: all, or a tenth for a slow candidate.
+    #[must_use]
+    pub const fn work(&self, count: u32) -> u32 {
+        if self.case_divisor > 1 { count.div_ceil(10) } else { count }
+    }
+
     /// Whether the backend offers a feature; a line says so if it does not.
     #[must_use]
     pub fn offers(&self, feature: Feature) -> bool {

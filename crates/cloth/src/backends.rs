@@ -238,5 +238,12 @@ mod tests {
         let choice = backend_choose(&compiled.model, &config, &options).unwrap();
         assert_eq!(choice.backend.info().name, "cpu");
         assert_eq!(choice.reason.contains("precision f64"), cfg!(feature = "wgpu"));
+        let mut settings = cloth_core::ImplicitSettings::default();
+        settings.linear.method = cloth_core::LinearMethod::Direct;
+        let integrator = cloth_core::Integrator::Implicit(settings);
+        let config = SolverConfig { integrator, ..compiled.config };
+        let choice = backend_choose(&compiled.model, &config, &options).unwrap();
+        assert_eq!(choice.backend.info().name, "cpu");
+        assert_eq!(choice.reason.contains("the linear solver direct"), cfg!(feature = "wgpu"));
     }
 }
