@@ -2,7 +2,12 @@
 //!
 //! A stage has one name everywhere: a method of `cloth_core::Kernels`, a module of the CPU backend,
 //! `wgsl/<stage>.wgsl` and `cuda/<stage>.cu` in this package, an equivalence test. [`STAGES`] is the
-//! list that all of them are held against. The kernel sources come with the backends that run them.
+//! list that all of them are held against. [`CUDA_MODULES`] has the sources for CUDA; kernels that do a stage in
+//! several passes, or for several stages, share a file.
+
+mod cuda;
+
+pub use cuda::{CUDA_MODULES, CudaModule, CudaOptionError, cuda_compiler_options};
 
 /// A stage of the numerics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

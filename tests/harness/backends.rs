@@ -3,6 +3,7 @@
 use std::{num::NonZeroUsize, sync::LazyLock};
 
 use cloth_backend_cpu::CpuBackend;
+use cloth_backend_cuda::{CudaBackend, CudaOptions};
 use cloth_core::{Backend, Precision, State};
 
 use crate::tracked::Tracked;
@@ -79,6 +80,26 @@ pub fn cpu(threads: usize) -> CpuBackend {
     }
 }
 
+/// The first NVIDIA GPU, or `None`, said once, on a machine without one. With `CLOTH_REQUIRE_CUDA=1` that is
+/// a failure.
+///
+/// # Panics
+/// If it is required and cannot be had.
+#[must_use]
+pub fn cuda(options: CudaOptions) -> Option<CudaBackend> {
+    match CudaBackend::new(options) {
+        Ok(backend) => Some(backend),
+        Err(error) if std::env::var_os("CLOTH_REQUIRE_CUDA").is_some_and(|value| value == "1") => {
+            panic!("the CUDA backend cannot be tested: {error}")
+        }
+        Err(error) => {
+            static SAID: std::sync::Once = std::sync::Once::new();
+            SAID.call_once(|| eprintln!("cuda: not run here: {error}"));
+            None
+        }
+    }
+}
+
 /// The reference that trajectories are compared with: the CPU backend in double precision.
 #[must_use]
 pub fn reference() -> &'static Candidate {
@@ -90,10 +111,17 @@ pub fn reference() -> &'static Candidate {
 #[must_use]
 pub fn candidates() -> &'static [Candidate] {
     static CANDIDATES: LazyLock<Vec<Candidate>> = LazyLock::new(|| {
-        vec![
+        let mut candidates = vec![
             Candidate::new("cpu", Box::new(cpu(2)), Precision::F64),
             Candidate::new("cpu", Box::new(cpu(2)), Precision::F32),
-        ]
+        ];
+        for precision in [Precision::F64, Precision::F32] {
+            let backend = cuda(CudaOptions::default());
+            candidates.extend(
+                backend.map(|backend| Candidate::new("cuda", Box::new(backend), precision)),
+            );
+        }
+        candidates
     });
     &CANDIDATES
 }

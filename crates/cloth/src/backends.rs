@@ -10,14 +10,22 @@ struct BackendEntry {
     create: BackendCreate,
 }
 
-/// Makes a backend, with that many threads if it has any.
-type BackendCreate = fn(Option<NonZeroUsize>) -> Result<Box<dyn Backend>, Error>;
+/// Makes a backend from what follows its name and a colon, with that many threads if it has any.
+type BackendCreate = fn(&str, Option<NonZeroUsize>) -> Result<Box<dyn Backend>, Error>;
 
 const BACKENDS: &[BackendEntry] = &[
     #[cfg(feature = "cpu")]
     BackendEntry {
         name: "cpu",
-        create: |threads| Ok(Box::new(cloth_backend_cpu::CpuBackend::new(threads)?)),
+        create: |_, threads| Ok(Box::new(cloth_backend_cpu::CpuBackend::new(threads)?)),
+    },
+    #[cfg(feature = "cuda")]
+    BackendEntry {
+        name: "cuda",
+        create: |options, _| {
+            let options = cloth_backend_cuda::CudaOptions::parse(options)?;
+            Ok(Box::new(cloth_backend_cuda::CudaBackend::new(options)?))
+        },
     },
 ];
 
@@ -40,11 +48,12 @@ pub enum BackendError {
 /// What each backend of this build is; those that this machine cannot run are left out.
 #[must_use]
 pub fn backends() -> Vec<BackendInfo> {
-    let created = BACKENDS.iter().filter_map(|entry| (entry.create)(None).ok());
+    let created = BACKENDS.iter().filter_map(|entry| (entry.create)("", None).ok());
     created.map(|backend| backend.info().clone()).collect()
 }
 
-/// The backend called `name`. One that computes on the processor uses that many `threads`, or as
+/// The backend called `name`, after which there may be a colon and what it is to use: `cuda:1` is the second
+/// GPU, `cuda:fast` the first one with arithmetic that does not repeat the bits of the CPU. One that computes on the processor uses that many `threads`, or as
 /// many as the machine has; others ignore them.
 ///
 /// # Errors
@@ -54,8 +63,9 @@ pub fn backend_create(
     name: &str,
     threads: Option<NonZeroUsize>,
 ) -> Result<Box<dyn Backend>, BackendError> {
-    match BACKENDS.iter().find(|entry| entry.name == name) {
-        Some(entry) => Ok((entry.create)(threads)?),
+    let (known, options) = name.split_once(':').unwrap_or((name, ""));
+    match BACKENDS.iter().find(|entry| entry.name == known) {
+        Some(entry) => Ok((entry.create)(options, threads)?),
         None => Err(BackendError::Unknown {
             name: name.to_owned(),
             available: BACKENDS.iter().map(|entry| entry.name).collect(),

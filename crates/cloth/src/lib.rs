@@ -34,7 +34,7 @@
 //!
 //! # Features
 //!
-//! One for each backend: `cpu` (default).
+//! One for each backend: `cpu` (default), `cuda`.
 
 mod backends;
 mod checkpoint;

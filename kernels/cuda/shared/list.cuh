@@ -1,0 +1,112 @@
+// NUMERICS section 8: the candidate list and the proof that it is complete.
+//
+// When the list is built, particle i is at r_i and is expected to move as p_i(t) = r_i + t q_i, t uses of
+// the list later, up to a horizon. The list holds each pair that comes closer than d + 2 a on these
+// straight lines, looked for among all pairs closer than the size c of a cell. No pair in contact is
+// missing as long as, for every particle, |x_i - p_i(t)| <= a and |x_i - r_i - t u| <= (c - d) / 2, u the
+// drift of everything: a pair that was not looked at had a gap of more than c - d.
+
+#define MOTION_STEPS 127
+
+// q as a number of 24 bits; a double precision solver keeps it in the same way.
+__device__ __forceinline__ uint motion_byte(const Solver& s, real q) {
+    real scaled = q * ((real)MOTION_STEPS / s.list_motion_max);
+    scaled = minimum(maximum(scaled, (real)-MOTION_STEPS), (real)MOTION_STEPS);
+    return (uint)((int)scaled + 128);
+}
+
+__device__ __forceinline__ real motion_unpack_axis(const Solver& s, uint packed, uint axis) {
+    int steps = (int)((packed >> (8 * axis)) & 255u) - 128;
+    return (real)steps * (s.list_motion_max / (real)MOTION_STEPS);
+}
+
+// The motion per use, drift included.
+__device__ __forceinline__ vec3 motion_unpack(const Solver& s, real word) {
+    uint packed = (uint)word;
+    return {motion_unpack_axis(s, packed, 0), motion_unpack_axis(s, packed, 1), motion_unpack_axis(s, packed, 2)};
+}
+
+// Whether the list is complete at this use as far as this particle can tell.
+__device__ __forceinline__ bool list_holds(const Solver& s, const vec3& drift, uint built, uint i, const vec3& x, uint tick) {
+    real4 reference = s.reference[i];
+    real elapsed = (real)(tick - built);
+    vec3 moved = (x - xyz(reference)) - elapsed * drift;
+    vec3 strayed = moved - elapsed * motion_unpack(s, reference.w);
+    // Written so that a NaN counts as too far.
+    return dot(moved, moved) <= s.list_reach * s.list_reach && dot(strayed, strayed) <= s.list_allowance * s.list_allowance
+        && elapsed <= s.list_horizon;
+}
+
+__device__ __forceinline__ int cell_coordinate(const Solver& s, real x) {
+    real scaled = x * s.cells_per_metre;
+    scaled = minimum(maximum(scaled, (real)-1e9), (real)1e9);
+    int truncated = (int)scaled;
+    return truncated - ((real)truncated > scaled ? 1 : 0);
+}
+
+__device__ __forceinline__ uint cell_index(const Solver& s, int x, int y, int z) {
+    uint cx = (uint)x & (s.cells[0] - 1), cy = (uint)y & (s.cells[1] - 1), cz = (uint)z & (s.cells[2] - 1);
+    return (cz * s.cells[1] + cy) * s.cells[0] + cx;
+}
+
+// Whether two particles come closer than the distance of the list on their expected ways. `dq` is
+// relative motion per use.
+__device__ __forceinline__ bool comes_close(const Solver& s, const vec3& d, const vec3& dq, real distance) {
+    real reach = distance + s.list_horizon * (absolute(dq.x) + absolute(dq.y) + absolute(dq.z));
+    real gap = dot(d, d);
+    if (gap >= reach * reach) return false;
+    real square = maximum(dot(dq, dq), (real)1e-30);
+    real t = minimum(maximum(-dot(d, dq) / square, (real)0), s.list_horizon);
+    vec3 closest = d + t * dq;
+    return dot(closest, closest) < distance * distance;
+}
+
+// Builds the row of particle i, ascending. Returns the number of candidates, which may be more than fit.
+__device__ __noinline__ uint list_row(const Solver& s, uint i) {
+    real4 own = s.reference[i];
+    vec3 r = xyz(own);
+    vec3 q = motion_unpack(s, own.w);
+    real extent = maximum(maximum(absolute(r.x), absolute(r.y)), absolute(r.z));
+    real distance = s.list_distance + (real)32 * REAL_EPSILON * extent;
+    real limit = s.contact_distance * s.contact_distance;
+    int cx = cell_coordinate(s, r.x), cy = cell_coordinate(s, r.y), cz = cell_coordinate(s, r.z);
+    uint found = 0;
+    for (int dz = -1; dz <= 1; dz++) {
+        for (int dy = -1; dy <= 1; dy++) {
+            // The three cells of a row lie side by side, unless the period comes between.
+            uint first = cell_index(s, cx - 1, cy + dy, cz + dz);
+            uint last = cell_index(s, cx + 1, cy + dy, cz + dz);
+            uint row = cell_index(s, 0, cy + dy, cz + dz);
+            bool whole = first + 2 == last;
+            for (uint part = 0; part < (whole ? 1u : 2u); part++) {
+                uint from = whole || part == 0 ? first : row;
+                uint to = whole || part == 1 ? last : row + s.cells[0] - 1;
+                uint end = s.cell_starts[to + 1];
+                for (uint place = s.cell_starts[from]; place < end; place++) {
+                    real4 other = s.sorted[place];
+                    uint j = s.sorted_index[place];
+                    vec3 d = xyz(other) - r;
+                    vec3 dq = motion_unpack(s, other.w) - q;
+                    if (!comes_close(s, d, dq, distance) || j == i) continue;
+                    if (is_joined(s, i, j)) continue;
+                    if (s.contact & CONTACT_IMPULSE) {
+                        vec3 rest = xyz(s.rest[i]) - xyz(s.rest[j]);
+                        if (dot(rest, rest) < limit) continue;
+                    }
+                    if (found < s.candidate_capacity) {
+                        uint k = found;
+                        while (k > 0) {
+                            uint before = s.candidates[(size_t)(k - 1) * s.count + i];
+                            if (before < j) break;
+                            s.candidates[(size_t)k * s.count + i] = before;
+                            k--;
+                        }
+                        s.candidates[(size_t)k * s.count + i] = j;
+                    }
+                    found++;
+                }
+            }
+        }
+    }
+    return found;
+}
