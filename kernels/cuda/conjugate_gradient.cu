@@ -1,6 +1,12 @@
 // NUMERICS section 5, `conjugate_gradient` and `jacobi`: a whole solve in one cooperative launch. Blocks of 512
 // particles, two meetings of all blocks in each iteration.
 
+#if defined(CLOTH_F64) || defined(CLOTH_WIDE)
+#define SOLVER_BLOCKS 1
+#else
+#define SOLVER_BLOCKS 2
+#endif
+
 struct Solve {
     double reference;
     double residual;
@@ -91,7 +97,7 @@ __device__ Solve begin(const Solver& s, const Linear& l, SumMemory& memory, uint
     return solve;
 }
 
-extern "C" __global__ void __launch_bounds__(512, 1) conjugate_gradient(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
+extern "C" __global__ void __launch_bounds__(512, SOLVER_BLOCKS) conjugate_gradient(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
     __shared__ SumMemory memory;
     Solve solve = begin(s, l, memory, from_solution);
     if (!solve.iterates) return;
@@ -161,7 +167,7 @@ extern "C" __global__ void __launch_bounds__(512, 1) conjugate_gradient(const __
 
 #define HALVINGS_MAX 20
 
-extern "C" __global__ void __launch_bounds__(512, 1) jacobi(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
+extern "C" __global__ void __launch_bounds__(512, SOLVER_BLOCKS) jacobi(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
     __shared__ SumMemory memory;
     Solve solve = begin(s, l, memory, from_solution);
     if (!solve.iterates) return;

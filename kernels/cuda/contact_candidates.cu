@@ -6,10 +6,9 @@ extern "C" __global__ void __launch_bounds__(256) contact_candidates(const __gri
     uint first = blockIdx.x * s.chunk + threadIdx.x;
     uint end = min((blockIdx.x + 1) * s.chunk, s.count);
     bool holds = s.status->built != 0;
-    uint built = s.status->built_tick;
-    vec3 drift = {(real)s.status->drift[0], (real)s.status->drift[1], (real)s.status->drift[2]};
+    ListState list = list_state(s);
     for (uint i = first; holds && i < end; i += blockDim.x) {
-        holds = list_holds(s, drift, built, i, xyz(motion.x[i]), tick);
+        holds = list_holds(s, list, i, xyz(motion.x[i]), tick);
     }
     if (!holds) s.status->stale[tick & 3] = tick;
     grid_barrier(&s.status->barrier[1]);

@@ -8,7 +8,8 @@ use cloth_core::{
     Solver, SolverConfig, State,
 };
 use harness::{
-    backends::{Candidate, candidates},
+    backends::{Candidate, candidates_with},
+    feature::Feature,
     linear::{LINEAR_METHODS, PRECONDITIONERS},
     models::{grid_cloth, material},
 };
@@ -84,7 +85,7 @@ fn settings_are_checked_by_every_backend() {
     ];
     let model = Arc::new(builder().build().unwrap());
     for (integrator, expected) in cases {
-        for candidate in candidates() {
+        for candidate in candidates_with(Feature::Implicit) {
             let config = SolverConfig {
                 precision: candidate.precision,
                 integrator: integrator.clone(),
@@ -108,7 +109,7 @@ fn all_particles_held() {
     let mut cloth = grid_cloth("patch", patch, material(0.01, 50.0, 1e-3));
     cloth.pins = (0..16).collect();
     let model = Arc::new(ModelBuilder::new().cloth(cloth).build().unwrap());
-    for candidate in candidates() {
+    for candidate in candidates_with(Feature::Implicit) {
         for integrator in all_solvers() {
             let mut solver = solver(candidate, &model, 0.01, integrator);
             solver.advance(Frame { duration: 0.05 }).unwrap();
@@ -128,7 +129,7 @@ fn steps_of_any_length_end_in_finite_numbers() {
         let mut cloth = grid_cloth("patch", patch, material(0.01, stiffness, 1e-3));
         cloth.pins = vec![0, 5];
         let model = Arc::new(ModelBuilder::new().cloth(cloth).build().unwrap());
-        for candidate in candidates() {
+        for candidate in candidates_with(Feature::Implicit) {
             for integrator in all_solvers() {
                 for time_step in [1e-12, 10.0] {
                     let what = format!("{} {integrator:?} {time_step}", candidate.label);
@@ -184,7 +185,7 @@ fn plates_that_close_on_a_cloth() {
             .build()
             .unwrap();
         let model = Arc::new(model);
-        for candidate in candidates() {
+        for candidate in candidates_with(Feature::Implicit) {
             for integrator in all_solvers() {
                 let mut solver = solver(candidate, &model, 0.01, integrator);
                 for frame in 1..=40 {
@@ -230,7 +231,7 @@ fn a_cloth_in_the_corner_of_three_planes() {
             .build()
             .unwrap();
         let model = Arc::new(model);
-        for candidate in candidates() {
+        for candidate in candidates_with(Feature::Implicit) {
             for integrator in all_solvers() {
                 let mut solver = solver(candidate, &model, 1.0 / 60.0, integrator);
                 for _ in 0..90 {
@@ -248,7 +249,7 @@ fn a_cloth_in_the_corner_of_three_planes() {
 #[test]
 fn velocities_beyond_the_range_diverge_with_a_cause() {
     let model = Arc::new(builder().build().unwrap());
-    for candidate in candidates() {
+    for candidate in candidates_with(Feature::Implicit) {
         for integrator in all_solvers() {
             for speed in [1e30, 1e200] {
                 let mut state = model.initial_state();
@@ -283,7 +284,7 @@ fn a_right_hand_side_that_is_no_number() {
     let model = Arc::new(builder().field(field).field(field).build().unwrap());
     let infinite = Field::Uniform { acceleration: [0.0, 1e308, 0.0] };
     let worse = Arc::new((0..40).fold(builder(), |b, _| b.field(infinite)).build().unwrap());
-    for candidate in candidates() {
+    for candidate in candidates_with(Feature::Implicit) {
         for model in [&model, &worse] {
             for integrator in all_solvers() {
                 let mut solver = solver(candidate, model, 0.01, integrator.clone());

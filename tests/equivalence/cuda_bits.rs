@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use cloth_backend_cuda::CudaOptions;
-use cloth_core::{ContactResponse, Integrator, Precision};
+use cloth_core::{ContactResponse, ImplicitSettings, Integrator, Precision};
 use harness::{
     Verdict,
     backends::{Candidate, candidates, cpu, cuda},
@@ -28,13 +28,18 @@ fn pairs() -> Vec<[&'static Candidate; 2]> {
         .collect()
 }
 
-fn for_all(cases: u32, strategy: &impl Strategy<Value = Description>, check: impl Fn([&Candidate; 2], &Description) -> Verdict) {
+fn for_all(
+    cases: u32,
+    strategy: &impl Strategy<Value = Description>,
+    check: impl Fn([&Candidate; 2], &Description) -> Verdict,
+) {
     let mut config = Config { failure_persistence: None, cases, ..Config::default() };
     config.rng_seed = RngSeed::Fixed(1998);
     let outcome = TestRunner::new(config).run(strategy, |case| {
         for pair in pairs() {
-            check(pair, &case)
-                .map_err(|failure| TestCaseError::fail(format!("{}: {}", pair[1].label, failure.0)))?;
+            check(pair, &case).map_err(|failure| {
+                TestCaseError::fail(format!("{}: {}", pair[1].label, failure.0))
+            })?;
         }
         Ok(())
     });
@@ -46,6 +51,11 @@ fn for_all(cases: u32, strategy: &impl Strategy<Value = Description>, check: imp
 #[test]
 fn every_explicit_stage_gives_the_bits_of_the_cpu() {
     for_all(160, &description(), checks::bits_of_explicit_stages);
+}
+
+#[test]
+fn every_implicit_stage_gives_the_bits_of_the_cpu() {
+    for_all(120, &description(), checks::bits_of_implicit_stages);
 }
 
 #[test]
@@ -89,9 +99,13 @@ fn a_thousand_substeps_with_contact_end_in_the_bits_of_the_cpu() {
     let penalty = ContactResponse::Penalty { stiffness: 30.0, damping: 0.01 };
     for precision in [Precision::F32, Precision::F64] {
         for response in [impulse, penalty] {
-            let integrator = Integrator::Explicit;
-            let scenario = Scenario { side: 40, response, precision, substeps: 1002, integrator };
-            assert_eq!(same_bits(&[&*CPU, &gpu], &scenario), Ok(()));
+            for (integrator, substeps) in [
+                (Integrator::Explicit, 1002),
+                (Integrator::Implicit(ImplicitSettings::default()), 60),
+            ] {
+                let scenario = Scenario { side: 40, response, precision, substeps, integrator };
+                assert_eq!(same_bits(&[&*CPU, &gpu], &scenario), Ok(()));
+            }
         }
     }
 }

@@ -59,9 +59,12 @@ fn one_two_and_eight_threads_give_the_same_bits() {
 fn running_twice_gives_the_same_bits() {
     for scenario in scenarios(24) {
         for candidate in candidates().iter().filter(|c| c.precision == scenario.precision) {
+            let _turn = candidate.turn();
             let backend = &*candidate.backend;
-            if let Err(failure) = same_bits(&[backend, backend], &scenario) {
-                panic!("{}: {failure}", candidate.label);
+            match same_bits(&[backend, backend], &scenario) {
+                Err(failure) if candidate.is_known_to_lack(&failure) => {}
+                Err(failure) => panic!("{}: {failure}", candidate.label),
+                Ok(()) => {}
             }
         }
     }
@@ -71,8 +74,11 @@ fn running_twice_gives_the_same_bits() {
 fn a_continued_run_gives_the_same_bits() {
     for scenario in scenarios(24) {
         for candidate in candidates().iter().filter(|c| c.precision == scenario.precision) {
-            if let Err(failure) = resumes_with_same_bits(&*candidate.backend, &scenario) {
-                panic!("{}: {failure}", candidate.label);
+            let _turn = candidate.turn();
+            match resumes_with_same_bits(&*candidate.backend, &scenario) {
+                Err(failure) if candidate.is_known_to_lack(&failure) => {}
+                Err(failure) => panic!("{}: {failure}", candidate.label),
+                Ok(()) => {}
             }
         }
     }

@@ -77,6 +77,7 @@ fn contact_candidates_after_many_moves() {
 #[test]
 fn contact_candidates_of_approaching_sheets() {
     for candidate in candidates() {
+        let _turn = candidate.turn();
         for gap in [2.0, 3.7, 6.0, 12.0, 24.0, 40.0, 80.0] {
             let verdict = checks::contact_candidates_of_approaching_sheets(candidate, gap);
             assert_eq!(verdict, Ok(()));

@@ -1,12 +1,22 @@
 //! The backends under test.
 
-use std::{num::NonZeroUsize, sync::LazyLock};
+use std::{
+    num::NonZeroUsize,
+    sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError},
+};
 
 use cloth_backend_cpu::CpuBackend;
 use cloth_backend_cuda::{CudaBackend, CudaOptions};
-use cloth_core::{Backend, Precision, State};
+use cloth_backend_wgpu::{WgpuBackend, wgpu};
+use cloth_core::{
+    Backend, BackendInfo, Kernels, Model, Precision, Result, Solver, SolverConfig, State,
+};
 
-use crate::tracked::Tracked;
+use crate::{
+    feature::{Feature, is_lacking_printed},
+    tracked::Tracked,
+    verdict::Failure,
+};
 
 /// A backend at one precision.
 pub struct Candidate {
@@ -16,7 +26,23 @@ pub struct Candidate {
     pub backend: Box<dyn Backend>,
     /// The precision that it is to compute in.
     pub precision: Precision,
+    /// Rounding errors that the backend may make in a single operation, in units of those of IEEE
+    /// arithmetic: 1 for the CPU.
+    pub rounding: f64,
+    /// Only one in so many generated cases is run: a GPU driver that computes on the processor takes
+    /// far longer for a small case than its arithmetic does.
+    pub case_divisor: u32,
+    /// What the backend does not offer, and says so when asked for it.
+    pub missing: &'static [Feature],
+    /// Held while the candidate is under test, if it can take one test at a time.
+    turn: Option<&'static Mutex<()>>,
 }
+
+/// Rounding errors of WGSL in units of IEEE ones. The accuracy table of the specification (section
+/// "Floating point accuracy") allows 2.5 units in the last place for a division and, for a square root,
+/// those of 1 / inverseSqrt(x): 2 for the inverse root and 2.5 for the division. All other operations of
+/// the kernels are correctly rounded, `fma` as one or as two of them.
+pub const WGSL_ROUNDING: f64 = 4.5;
 
 /// Rounding errors allowed, in units of the bound that a [`Tracked`] number carries.
 ///
@@ -31,16 +57,46 @@ impl Candidate {
     /// A candidate.
     #[must_use]
     pub fn new(label: &str, backend: Box<dyn Backend>, precision: Precision) -> Self {
-        Self { label: format!("{label} {precision}"), backend, precision }
+        let label = format!("{label} {precision}");
+        Self { label, backend, precision, rounding: 1.0, case_divisor: 1, missing: &[], turn: None }
     }
 
-    /// Distance between 1 and the next larger number.
+    /// Whether the backend offers a feature; a line says so if it does not.
+    #[must_use]
+    pub fn offers(&self, feature: Feature) -> bool {
+        let lacks = self.missing.contains(&feature);
+        if lacks {
+            is_lacking_printed(&self.label, feature);
+        }
+        !lacks
+    }
+
+    /// Whether a failure is the backend's answer that it has no such feature, and the list says the
+    /// same.
+    #[must_use]
+    pub fn is_known_to_lack(&self, failure: &Failure) -> bool {
+        let Some(text) = failure.unsupported() else { return false };
+        let known = self.missing.iter().find(|feature| text.contains(feature.wording()));
+        if let Some(&feature) = known {
+            is_lacking_printed(&self.label, feature);
+        }
+        known.is_some()
+    }
+
+    /// Distance between 1 and the next larger number, times what the backend may add to it.
     #[must_use]
     pub const fn epsilon(&self) -> f64 {
-        match self.precision {
-            Precision::F32 => f32::EPSILON as f64,
-            Precision::F64 => f64::EPSILON,
-        }
+        self.rounding
+            * match self.precision {
+                Precision::F32 => f32::EPSILON as f64,
+                Precision::F64 => f64::EPSILON,
+            }
+    }
+
+    /// To be held while the candidate is under test.
+    #[must_use]
+    pub fn turn(&self) -> Option<MutexGuard<'static, ()>> {
+        self.turn.map(|turn| turn.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// How far a correctly computed number can be from `expected`.
@@ -100,10 +156,76 @@ pub fn cuda(options: CudaOptions) -> Option<CudaBackend> {
     }
 }
 
+/// The GPU of this machine, or the driver that computes on the processor: one device for all tests of
+/// a process.
+///
+/// # Panics
+/// If there is none, or if it is reached through OpenGL, which lacks what the kernels need.
+#[must_use]
+pub fn gpu() -> &'static WgpuBackend {
+    static GPU: LazyLock<WgpuBackend> = LazyLock::new(|| match WgpuBackend::new(None) {
+        Ok(backend) => backend,
+        Err(error) => panic!("the wgpu backend cannot be tested: {error}"),
+    });
+    assert_ne!(GPU.interface(), wgpu::Backend::Gl, "OpenGL was taken without being asked for");
+    #[cfg(target_os = "linux")]
+    assert_eq!(GPU.interface(), wgpu::Backend::Vulkan);
+    &GPU
+}
+
+/// The shared GPU as a backend of its own.
+pub struct SharedGpu;
+
+impl Backend for SharedGpu {
+    fn info(&self) -> &BackendInfo {
+        gpu().info()
+    }
+
+    fn create_solver(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Solver>> {
+        gpu().create_solver(model, config)
+    }
+
+    fn create_kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Kernels>> {
+        gpu().create_kernels(model, config)
+    }
+}
+
+/// A candidate for a backend that computes on the GPU.
+#[must_use]
+pub fn gpu_candidate(label: &str, backend: Box<dyn Backend>) -> Candidate {
+    static TURN: Mutex<()> = Mutex::new(());
+    Candidate {
+        rounding: WGSL_ROUNDING,
+        case_divisor: if gpu().is_processor() { 3 } else { 1 },
+        missing: &[Feature::Implicit, Feature::SemiImplicit],
+        turn: Some(&TURN),
+        ..Candidate::new(label, backend, Precision::F32)
+    }
+}
+
+/// What the CUDA backend does not offer.
+const CUDA_MISSING: &[Feature] = &[
+    Feature::SemiImplicit,
+    Feature::DirectSolver,
+    Feature::IncompleteCholesky,
+    Feature::AssembledMatrix,
+];
+
+/// Whether `CLOTH_LEAVE_OUT` names a backend: a machine for one kind of GPU may lack what another needs.
+#[must_use]
+pub fn is_left_out(name: &str) -> bool {
+    std::env::var("CLOTH_LEAVE_OUT").is_ok_and(|names| names.split(',').any(|entry| entry == name))
+}
+
 /// The reference that trajectories are compared with: the CPU backend in double precision.
 #[must_use]
 pub fn reference() -> &'static Candidate {
     &candidates()[0]
+}
+
+/// The candidates that offer a feature; a line for each of the others.
+pub fn candidates_with(feature: Feature) -> impl Iterator<Item = &'static Candidate> {
+    candidates().iter().filter(move |candidate| candidate.offers(feature))
 }
 
 /// Every backend that this build has, at every precision. A new backend is added here, and every
@@ -117,9 +239,15 @@ pub fn candidates() -> &'static [Candidate] {
         ];
         for precision in [Precision::F64, Precision::F32] {
             let backend = cuda(CudaOptions::default());
-            candidates.extend(
-                backend.map(|backend| Candidate::new("cuda", Box::new(backend), precision)),
-            );
+            candidates.extend(backend.map(|backend| Candidate {
+                missing: CUDA_MISSING,
+                ..Candidate::new("cuda", Box::new(backend), precision)
+            }));
+        }
+        if is_left_out("wgpu") {
+            eprintln!("wgpu is left out: CLOTH_LEAVE_OUT says so");
+        } else {
+            candidates.push(gpu_candidate("wgpu", Box::new(SharedGpu)));
         }
         candidates
     });

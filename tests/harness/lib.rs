@@ -13,6 +13,7 @@ pub mod backends;
 pub mod bits;
 pub mod checks;
 pub mod dense;
+pub mod feature;
 pub mod linear;
 pub mod models;
 pub mod perturbed;

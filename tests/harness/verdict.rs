@@ -9,17 +9,34 @@ pub type Verdict = Result<(), Failure>;
 
 /// What a candidate did wrong.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Failure(pub String);
+pub struct Failure {
+    message: String,
+    /// The feature that the backend says it does not have.
+    unsupported: Option<String>,
+}
+
+impl Failure {
+    /// The feature that the backend says it does not have, if that is what is wrong.
+    #[must_use]
+    pub fn unsupported(&self) -> Option<&str> {
+        self.unsupported.as_deref()
+    }
+}
 
 impl fmt::Display for Failure {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(&self.0)
+        formatter.write_str(&self.message)
     }
 }
 
 impl From<cloth_core::Error> for Failure {
     fn from(error: cloth_core::Error) -> Self {
-        Self(error.to_string())
+        let message = error.to_string();
+        let unsupported = match error {
+            cloth_core::Error::Unsupported { feature, .. } => Some(feature),
+            _ => None,
+        };
+        Self { message, unsupported }
     }
 }
 
@@ -28,7 +45,7 @@ impl From<cloth_core::Error> for Failure {
 /// # Errors
 /// The failure.
 pub fn ensure(condition: bool, describe: impl FnOnce() -> String) -> Verdict {
-    if condition { Ok(()) } else { Err(Failure(describe())) }
+    if condition { Ok(()) } else { Err(Failure { message: describe(), unsupported: None }) }
 }
 
 /// Compares vectors, such as forces, with what the plain loops found; each component must be within

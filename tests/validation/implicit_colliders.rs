@@ -7,7 +7,8 @@ use cloth_core::{
 };
 use glam::DVec3;
 use harness::{
-    backends::{Candidate, candidates},
+    backends::{Candidate, candidates_with},
+    feature::Feature,
     models::{grid_cloth, material},
 };
 
@@ -37,7 +38,7 @@ fn a_particle_below_the_angle_of_friction_does_not_creep() {
     for friction in [0.2_f64, 0.6, 1.0] {
         for share in [0.3, 0.9, 0.99] {
             let (model, start) = incline(share * friction.atan(), friction);
-            for candidate in candidates() {
+            for candidate in candidates_with(Feature::Implicit) {
                 let mut solver = solver_of(candidate, &model, TIME_STEP, implicit(candidate, 1e-9));
                 let end = advance(&mut *solver, 600, TIME_STEP);
                 let way = DVec3::from(end.positions[0]).distance(start);
@@ -57,7 +58,7 @@ fn a_particle_above_the_angle_of_friction_slides_as_galilei_and_coulomb_say() {
         for more in [0.05, 0.3] {
             let angle = friction.atan() + more;
             let (model, start) = incline(angle, friction);
-            for candidate in candidates() {
+            for candidate in candidates_with(Feature::Implicit) {
                 let mut solver = solver_of(candidate, &model, TIME_STEP, implicit(candidate, 1e-9));
                 let steps = 60;
                 let end = advance(&mut *solver, steps, TIME_STEP);
@@ -96,7 +97,7 @@ fn a_falling_cloth_comes_to_rest_on_a_plane_and_on_a_ball() {
             builder = builder.collider(ball.clone());
         }
         let model = build(builder);
-        for candidate in candidates() {
+        for candidate in candidates_with(Feature::Implicit) {
             let mut solver = solver_of(candidate, &model, TIME_STEP, implicit(candidate, 1e-3));
             let mut kinetic = 0.0;
             for _ in 0..240 {
@@ -129,7 +130,7 @@ fn a_contact_that_would_have_to_pull_is_released() {
     let free = build(ModelBuilder::new().cloth(cloth.clone()));
     let floor = solid(ColliderShape::Plane, Pose::IDENTITY, 0.8);
     let floored = build(ModelBuilder::new().cloth(cloth).collider(floor));
-    for candidate in candidates() {
+    for candidate in candidates_with(Feature::Implicit) {
         let run = |model: &Arc<Model>| {
             let mut solver = solver_of(candidate, model, TIME_STEP, implicit(candidate, 1e-9));
             let first = advance(&mut *solver, 1, TIME_STEP);
@@ -151,7 +152,7 @@ fn a_ceiling_does_not_hold_a_cloth() {
     let patch = GridPatch::horizontal(5, 0.05, -0.5 * THICKNESS);
     let cloth = grid_cloth("patch", patch, material(1e-3, 50.0, THICKNESS));
     let model = build(ModelBuilder::new().cloth(cloth).collider(ceiling));
-    for candidate in candidates() {
+    for candidate in candidates_with(Feature::Implicit) {
         let mut solver = solver_of(candidate, &model, TIME_STEP, implicit(candidate, 1e-9));
         let state = advance(&mut *solver, 12, TIME_STEP);
         let fall = GRAVITY * TIME_STEP * TIME_STEP * 12.0 * 13.0 / 2.0;
@@ -169,7 +170,7 @@ fn a_lifted_plate_carries_the_cloth() {
     let cloth = grid_cloth("patch", patch, material(1e-3, 50.0, THICKNESS));
     let plate = solid(ColliderShape::Plane, Pose::IDENTITY, 0.9);
     let model = build(ModelBuilder::new().cloth(cloth).collider(plate));
-    for candidate in candidates() {
+    for candidate in candidates_with(Feature::Implicit) {
         let mut solver = solver_of(candidate, &model, TIME_STEP, implicit(candidate, 1e-9));
         let move_to = |height: f64| Control {
             colliders: vec![ColliderControl {

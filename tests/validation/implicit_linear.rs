@@ -7,8 +7,9 @@ use cloth_core::{
     LinearStart, LinearVector, Model, ModelBuilder, Pose, Precision, State,
 };
 use harness::{
-    backends::{Candidate, candidates},
+    backends::{Candidate, candidates_with},
     dense::{Dense, flat},
+    feature::Feature,
     linear::{LINEAR_METHODS, MATRIX_FORMS, PRECONDITIONERS},
     models::{grid_cloth, material},
     random::Random,
@@ -57,8 +58,8 @@ fn problem(candidate: &Candidate) -> (Arc<Model>, State, Vec<Pose>) {
 fn prepared(candidate: &Candidate) -> Box<dyn Kernels> {
     let (model, state, targets) = problem(candidate);
     let (mut kernels, substep) = kernels_moving(candidate, &model, &state, &targets, LENGTH);
-    assemble(&mut *kernels, &substep);
     kernels.collider_constraints(&substep).unwrap();
+    assemble(&mut *kernels, &substep);
     kernels
 }
 
@@ -167,7 +168,7 @@ const fn tolerances(precision: Precision) -> &'static [f64] {
 
 #[test]
 fn the_problem_has_constraints_of_every_kind() {
-    for candidate in candidates() {
+    for candidate in candidates_with(Feature::Implicit) {
         let mut kernels = prepared(candidate);
         let reference = Reference::new(&mut *kernels);
         let rank =
@@ -185,7 +186,7 @@ fn the_problem_has_constraints_of_every_kind() {
 /// left by rounding.
 #[test]
 fn every_solver_agrees_with_elimination() {
-    for candidate in candidates() {
+    for candidate in candidates_with(Feature::Implicit) {
         for &tolerance in tolerances(candidate.precision) {
             for (method, settings) in all_settings(tolerance) {
                 let mut kernels = prepared(candidate);
@@ -219,7 +220,7 @@ fn every_solver_agrees_with_elimination() {
 /// tolerance of the solver.
 #[test]
 fn constrained_directions_are_met_exactly() {
-    for candidate in candidates() {
+    for candidate in candidates_with(Feature::Implicit) {
         for (_, settings) in all_settings(1e-2) {
             let mut kernels = prepared(candidate);
             let reference = Reference::new(&mut *kernels);
@@ -242,7 +243,7 @@ fn constrained_directions_are_met_exactly() {
 
 #[test]
 fn a_warm_start_at_the_solution_is_done_at_once() {
-    for candidate in candidates() {
+    for candidate in candidates_with(Feature::Implicit) {
         for (method, settings) in all_settings(1e-4) {
             let mut kernels = prepared(candidate);
             let cold = solve(&mut *kernels, &settings, LinearStart::Constraints);
@@ -258,7 +259,7 @@ fn a_warm_start_at_the_solution_is_done_at_once() {
 
 #[test]
 fn a_tolerance_of_zero_runs_to_the_cap() {
-    for candidate in candidates() {
+    for candidate in candidates_with(Feature::Implicit) {
         for (method, settings) in all_settings(0.0) {
             if method == LinearMethod::Direct {
                 continue;

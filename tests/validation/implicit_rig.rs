@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cloth_core::{
     Cloth, Geometry, ImplicitSettings, Integrator, Kernels, LinearVector, MatrixBlock, Model,
-    ModelBuilder, NetworkSpring, NewtonStart, SolverConfig, SpringClass, SpringCoefficients,
+    ModelBuilder, NetworkSpring, NewtonStart, Pose, SolverConfig, SpringClass, SpringCoefficients,
     SpringNetwork, State,
     stepper::{FramePlan, FrameSpan, Substep},
 };
@@ -88,6 +88,17 @@ pub(crate) fn kernels(
     state: &State,
     length: f64,
 ) -> (Box<dyn Kernels>, Substep) {
+    kernels_moving(candidate, model, state, &state.colliders, length)
+}
+
+/// The same with colliders that are at `targets` when the substep ends.
+pub(crate) fn kernels_moving(
+    candidate: &Candidate,
+    model: &Arc<Model>,
+    state: &State,
+    targets: &[Pose],
+    length: f64,
+) -> (Box<dyn Kernels>, Substep) {
     let config = SolverConfig {
         precision: candidate.precision,
         time_step: length,
@@ -101,7 +112,7 @@ pub(crate) fn kernels(
         duration: length,
         wind_velocity: model.air().map_or([0.0; 3], |air| air.wind_velocity),
         from: &state.colliders,
-        to: &state.colliders,
+        to: targets,
     };
     plan.refill(model, &span, (0.0, 0), length);
     kernels.state_write(state).unwrap();

@@ -8,7 +8,8 @@ use cloth_core::{
     Integrator, Mass, Model, ModelBuilder, Pose, SelfContact,
 };
 use harness::{
-    backends::{Candidate, candidates},
+    backends::{Candidate, candidates_with},
+    feature::Feature,
     models::{grid_cloth, material},
 };
 
@@ -102,14 +103,14 @@ fn fall(candidate: &Candidate, response: ContactResponse) {
 
 #[test]
 fn sheets_with_impulses_lie_on_each_other() {
-    for candidate in candidates() {
+    for candidate in candidates_with(Feature::Implicit) {
         fall(candidate, ContactResponse::Impulse { restitution: 0.0, friction: 0.5 });
     }
 }
 
 #[test]
 fn sheets_with_penalty_forces_lie_on_each_other() {
-    for candidate in candidates() {
+    for candidate in candidates_with(Feature::Implicit) {
         fall(candidate, ContactResponse::Penalty { stiffness: 20.0, damping: 0.02 });
     }
 }

@@ -8,6 +8,7 @@ use cloth_core::{
 };
 use harness::{
     backends::{Candidate, candidates},
+    feature::Feature,
     models::material,
 };
 
@@ -94,9 +95,13 @@ pub(crate) fn implicit(candidate: &Candidate, tolerance: f64) -> Integrator {
 }
 
 /// The integrators that solve the equations of motion themselves, so that mechanics applies to what
-/// they compute; linear systems solved as well as the precision allows.
-pub(crate) fn integrators(candidate: &Candidate) -> [Integrator; 2] {
-    [Integrator::Explicit, implicit(candidate, 1e-12)]
+/// they compute, as far as the candidate offers them; linear systems solved as well as the precision allows.
+pub(crate) fn integrators(candidate: &Candidate) -> Vec<Integrator> {
+    let mut all = vec![Integrator::Explicit];
+    if candidate.offers(Feature::Implicit) {
+        all.push(implicit(candidate, 1e-12));
+    }
+    all
 }
 
 /// Advances by one frame of `substeps` substeps of `time_step` \[s\] and downloads the state.

@@ -1,9 +1,13 @@
-//! Tasks of the repository: `cargo xtask test`, `cargo xtask bench`, `cargo xtask ci`.
+//! Tasks of the repository: `cargo xtask test`, `cargo xtask kernels`, `cargo xtask bench`,
+//! `cargo xtask dist`, `cargo xtask ci`.
 
 mod bench;
 mod command;
+mod dist;
+mod kernels;
 mod summary;
 mod test;
+mod vulkan;
 
 use std::process::ExitCode;
 
@@ -21,12 +25,16 @@ struct Arguments {
 enum Task {
     /// Run every check that a change must pass: format, lints, documentation, tests, a smoke run.
     Test,
+    /// Check that every GPU kernel, with every set of its options, is valid. Needs no GPU.
+    Kernels,
     /// Run the benchmarks; arguments go to `cargo bench`.
     Bench {
         /// Arguments for `cargo bench`, such as a filter, or `-- --save-baseline before`.
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },
+    /// Gather prebuilt tests, benchmark and program for a GPU machine without Rust, with a script that runs them.
+    Dist,
     /// What continuous integration runs: the same as `test`.
     Ci,
 }
@@ -34,6 +42,8 @@ enum Task {
 fn main() -> ExitCode {
     let success = match Arguments::parse().task {
         Task::Test | Task::Ci => test::run(),
+        Task::Kernels => kernels::run(),
+        Task::Dist => dist::run(),
         // As they were typed: clap drops a leading `--`, which means something to cargo.
         Task::Bench { .. } => bench::run(std::env::args_os().skip(2)),
     };

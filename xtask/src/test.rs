@@ -4,14 +4,18 @@ use std::{fs, time::Instant};
 
 use crate::{
     command::{self, cargo},
+    kernels,
     summary::{StepOutcome, Summary},
+    vulkan,
 };
 
 /// A check by name.
 type Step = (&'static str, fn() -> Result<(), String>);
 
-const STEPS: [Step; 5] = [
+const STEPS: [Step; 7] = [
     ("format", format),
+    ("kernels", kernels::check),
+    ("vulkan driver", vulkan::ensure),
     ("lints", lints),
     ("documentation", documentation),
     ("tests", tests),

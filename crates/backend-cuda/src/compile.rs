@@ -5,6 +5,11 @@ use std::{
     fs,
     hash::Hash,
     path::PathBuf,
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicUsize, Ordering},
+    },
+    thread,
 };
 
 use cloth_core::{Error, Result};
@@ -82,6 +87,44 @@ fn store(path: &std::path::Path, image: &[u8]) {
         .and_then(|()| fs::rename(&partial, path));
     if stored.is_err() {
         let _ = fs::remove_file(&partial);
+    }
+}
+
+/// Compiles every kernel with every set of its options for an architecture, such as `sm_90`, as a check: needs
+/// NVRTC, but no GPU. Returns how many modules that were.
+///
+/// # Errors
+/// [`Error::KernelCompile`] for the first that fails; [`Error::NoDevice`] if the compiler is missing.
+pub fn kernels_compile(architecture: &str) -> Result<usize> {
+    let work: Vec<_> = cloth_kernels::CUDA_MODULES
+        .iter()
+        .flat_map(|module| module.option_sets().into_iter().map(move |set| (module, set)))
+        .collect();
+    let next = AtomicUsize::new(0);
+    let failure = Mutex::new(None);
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                while let Some((module, set)) = work.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let options =
+                        cloth_kernels::cuda_compiler_options(architecture, set.contains(&"fast"));
+                    let fail = |log: String| Error::KernelCompile { kernel: module.name, log };
+                    let compiled = module
+                        .compose(set.clone())
+                        .map_err(|error| fail(error.to_string()))
+                        .and_then(|source| compile(module.name, &source, &options));
+                    if let Err(error) = compiled {
+                        next.store(work.len(), Ordering::Relaxed);
+                        failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+                    }
+                }
+            });
+        }
+    });
+    match failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        Some(error) => Err(error),
+        None => Ok(work.len()),
     }
 }
 

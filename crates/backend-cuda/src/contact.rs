@@ -13,15 +13,17 @@ use crate::{
 };
 
 /// Candidates for each particle at first.
-const CAPACITY: u32 = 16;
+const CAPACITY: u32 = 24;
 /// Size of a cell in units of the contact distance.
 const CELL: f64 = 4.0;
 /// How far a particle may stray from its expected way, in units of the contact distance.
-const ALLOWANCE: f64 = 0.5;
+const ALLOWANCE: f64 = 0.6;
 /// Share of the reach that rounding cannot use up.
 const REACH_SAFETY: f64 = 0.99;
-/// Uses that a list is made for.
-const HORIZON: u32 = 24;
+/// Uses that a list is made for, at least and at most.
+const HORIZON: [f64; 2] = [2.0, 12.0];
+/// A list is made for so many times the uses that lists have lasted.
+const HORIZON_SHARE: f64 = 1.4;
 /// Uses within which the fastest motion that a list can foresee uses up its reach.
 const MOTION_USES: f64 = 2.0;
 /// Cells along each axis, so that a cell and its two neighbours differ, and at most.
@@ -121,10 +123,20 @@ impl<T: CudaReal> ContactMemory<T> {
         data.list_allowance = number(allowance * REACH_SAFETY);
         data.list_reach = number(reach);
         data.cells_per_metre = number(self.cell_size.recip());
-        data.list_horizon = number(f64::from(HORIZON));
+        if data.list_horizon == T::ZERO {
+            data.list_horizon = number(HORIZON[1]);
+        }
         data.list_distance = number(1.001 * (distance + 2.0 * allowance));
         data.list_motion_max = number(reach / MOTION_USES);
         data.time_step = number(time_step);
+    }
+
+    /// Uses to make a list for after `uses` of them in which it was built `builds` times: what is foreseen for
+    /// longer than it lasts only makes lists long.
+    pub(crate) fn horizon(uses: u32, builds: u32) -> f64 {
+        let [least, most] = HORIZON;
+        let lasted = f64::from(uses) / f64::from(builds.max(1));
+        (HORIZON_SHARE * lasted).ceil().clamp(least, most)
     }
 
     /// Cells for particles within these bounds \[m\]: no more than twice the particles. Beyond, the cells
@@ -141,10 +153,6 @@ impl<T: CudaReal> ContactMemory<T> {
             cells[longest] /= 2;
         }
         cells
-    }
-
-    pub(crate) const fn response(&self) -> ContactResponse {
-        self.response
     }
 
     pub(crate) const fn is_penalty(&self) -> bool {

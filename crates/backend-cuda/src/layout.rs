@@ -71,7 +71,8 @@ pub(crate) struct Status {
     pub(crate) built: u32,
     pub(crate) stale: [u32; 4],
     pub(crate) drift: [f64; 3],
-    pub(crate) padding: [f64; 3],
+    pub(crate) horizon: f64,
+    pub(crate) padding: [f64; 2],
 }
 
 /// All memory of a solver: the first argument of every kernel.
@@ -126,6 +127,8 @@ pub(crate) struct SolverData<T> {
     pub(crate) candidate_capacity: u32,
     pub(crate) contact: u32,
     pub(crate) chunk: u32,
+    pub(crate) columns: u32,
+    pub(crate) rows: u32,
     pub(crate) epoch: u64,
     pub(crate) acceleration: [T; 3],
     pub(crate) drag_rate: [T; 3],

@@ -16,6 +16,7 @@ mod device;
 mod fault;
 mod kernels;
 mod layout;
+mod linear;
 mod measure;
 mod memory;
 mod queue;
@@ -28,6 +29,8 @@ use cloth_core::{
     Backend, BackendInfo, Error, Kernels, Model, Precision, Result, Solver, SolverConfig,
     stepper::SteppedSolver,
 };
+
+pub use compile::kernels_compile;
 
 use device::Device;
 use fault::BACKEND;

@@ -11,15 +11,19 @@ use crate::{
     device::{Device, Kernel},
     layout::{ColliderData, CudaReal, PinData, Real4, SolverData, Status, SubstepData},
     queue::{Buffer, Launch, Queue, THREADS},
-    tables::{Dependencies, SpringTables, StrainTables, TriangleTables},
+    tables::{Dependencies, Patch, SpringTables, StrainTables, TriangleTables},
 };
 
 /// Particles of a block of sums, as on the CPU.
 pub(crate) const BLOCK: usize = 512;
 /// Figures of a block, as `measure.cu` writes them.
 pub(crate) const FIGURES: usize = 22;
+/// Particles up to which the linear solver is compiled for few threads.
+const SOLVER_SMALL: usize = 1 << 17;
+/// Particles of a tile and around it, as in `explicit_substep.cu`.
+const TILE_ENTRIES: usize = 36 * 12;
 /// Bytes of shared memory that the table of springs may take in the frame kernel.
-const TABLE_MAX: usize = 24 << 10;
+const TABLE_MAX: usize = 20 << 10;
 
 /// Device memory of a solver.
 pub(crate) struct Memory<T> {
@@ -173,9 +177,10 @@ impl<T: CudaReal> Memory<T> {
     fn frame_prepare(&mut self, model: &Model) -> Result<()> {
         let n = model.particle_count();
         let entry = if T::DOUBLE { 32 } else { 16 };
-        let table = self.springs.entries.len() * entry + self.springs.headers.len() * 8;
+        let headers = self.springs.headers.len().next_multiple_of(2) * 8;
+        let table = self.springs.entries.len() * entry + headers;
         let in_shared = self.springs.is_regular && table <= TABLE_MAX;
-        let shared = if in_shared { table } else { 0 };
+        let patch = if in_shared { Patch::of(model) } else { None };
         let mut options = Vec::new();
         if model.self_contact().is_some_and(|contact| !contact.excludes_neighbours()) {
             options.push("penalty");
@@ -186,8 +191,19 @@ impl<T: CudaReal> Memory<T> {
         if in_shared {
             options.push("table");
         }
+        if patch.is_some() {
+            options.push("grid");
+        }
+        let shared = match patch {
+            // Two tiles in turn in single precision.
+            Some(_) => table + TILE_ENTRIES * 64,
+            None if in_shared => table,
+            None => 0,
+        };
         let multiprocessors = self.queue.device.multiprocessors as usize;
-        let is_small = n <= multiprocessors * THREADS as usize;
+        // What is handed out to blocks: tiles of a patch, or particles.
+        let (items, unit) = patch.map_or((n, THREADS as usize), |patch| (patch.tiles(), 1));
+        let is_small = items <= multiprocessors * unit;
         if is_small {
             options.push("wide");
         }
@@ -195,12 +211,19 @@ impl<T: CudaReal> Memory<T> {
         let kernel = self.kernel("explicit_substep", "explicit_frame")?;
         let resident = self.queue.device.resident_blocks(kernel, THREADS, shared)? as usize;
         let blocks = if is_small { resident.min(multiprocessors) } else { resident };
-        let chunk = n.div_ceil(blocks).next_multiple_of(32);
-        let blocks = n.div_ceil(chunk);
+        let mut chunk = items.div_ceil(blocks);
+        if let Some(patch) = patch {
+            self.data.columns = patch.columns as u32;
+            self.data.rows = patch.rows as u32;
+        } else {
+            chunk = chunk.next_multiple_of(32);
+        }
+        let blocks = items.div_ceil(chunk);
         self.data.chunk = chunk as u32;
-        self.frame =
-            Launch { blocks: blocks as u32, threads: THREADS, shared, cooperative: true };
-        let dependencies = Dependencies::new(model, chunk);
+        self.frame = Launch { blocks: blocks as u32, threads: THREADS, shared, cooperative: true };
+        let dependencies = Dependencies::new(model, blocks, |particle| {
+            patch.map_or(particle, |patch| patch.tile_of(particle)) / chunk
+        });
         let rows = Buffer::of(&self.queue, &dependencies.rows)?;
         let others = Buffer::of(&self.queue, &dependencies.blocks)?;
         self.progress = Buffer::zeros(&self.queue, blocks)?;
@@ -232,7 +255,12 @@ impl<T: CudaReal> Memory<T> {
             let log = "there is no module of this name".to_owned();
             return Err(cloth_core::Error::KernelCompile { kernel: module, log });
         };
-        let options = if module == "explicit_substep" { &self.options[..] } else { &[] };
+        let options: &[_] = match module {
+            "explicit_substep" => &self.options,
+            // Few particles gain from many registers, many from many threads.
+            "conjugate_gradient" if (self.data.count as usize) < SOLVER_SMALL => &["wide"],
+            _ => &[],
+        };
         let target = Target { double: T::DOUBLE, fast: self.fast, options };
         let kernel = self.queue.device.kernel(source, &target, name)?;
         self.kernels.insert((module, name), kernel);
@@ -272,7 +300,8 @@ impl<T: CudaReal> Memory<T> {
             built: 0,
             stale: [0; 4],
             drift: [0.0; 3],
-            padding: [0.0; 3],
+            horizon: 0.0,
+            padding: [0.0; 2],
         };
         self.status.write(&self.queue, 0, &[status])
     }

@@ -120,8 +120,7 @@ impl<T: Pod> Buffer<T> {
         queue.device.bind()?;
         let bytes = (length * size_of::<T>()).max(16);
         // SAFETY: freed once, when this is dropped.
-        let address =
-            unsafe { result::malloc_sync(bytes) }.map_err(|error| fault(error, bytes))?;
+        let address = unsafe { result::malloc_sync(bytes) }.map_err(|error| fault(error, bytes))?;
         let buffer =
             Self { device: Arc::clone(&queue.device), address, length, entries: PhantomData };
         // SAFETY: the range was just allocated.
@@ -168,20 +167,6 @@ impl<T: Pod> Buffer<T> {
         unsafe { result::memcpy_htod_async(to, entries, queue.stream) }.engine()
     }
 
-    /// Sets all bytes to one value.
-    ///
-    /// # Errors
-    /// `DeviceLost`.
-    pub(crate) fn fill(&mut self, queue: &Queue, byte: u8) -> Result<()> {
-        queue.device.bind()?;
-        let bytes = self.length * size_of::<T>();
-        if bytes == 0 {
-            return Ok(());
-        }
-        // SAFETY: the range is that of this array.
-        unsafe { result::memset_d8_async(self.address, byte, bytes, queue.stream) }.engine()
-    }
-
     /// Takes the contents of an array of the same length.
     ///
     /// # Errors
@@ -193,10 +178,8 @@ impl<T: Pod> Buffer<T> {
             return Ok(());
         }
         // SAFETY: both ranges are within their arrays.
-        unsafe {
-            result::memcpy_dtod_async(self.address, other.address, bytes, queue.stream)
-        }
-        .engine()
+        unsafe { result::memcpy_dtod_async(self.address, other.address, bytes, queue.stream) }
+            .engine()
     }
 
     /// Waits for all work and reads the whole array.

@@ -62,9 +62,13 @@ pub(crate) struct SceneArguments {
 pub(crate) struct RunArguments {
     #[command(flatten)]
     pub(crate) scene: SceneArguments,
-    /// What computes, see `cloth backends`.
+    /// What computes, see `cloth backends`; `auto` takes the fastest one that can run the scene, and says
+    /// which.
     #[arg(long, default_value = "cpu")]
     pub(crate) backend: String,
+    /// GPU that computes, by its number or a part of its name, see `cloth backends`.
+    #[arg(long, value_name = "N|NAME")]
+    pub(crate) adapter: Option<String>,
     /// Threads of the CPU backend, at most 1024; as many as the machine has if not given.
     #[arg(long, value_parser = thread_count)]
     pub(crate) threads: Option<NonZeroUsize>,

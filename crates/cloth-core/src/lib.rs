@@ -36,8 +36,9 @@ pub use config::{
 pub use control::{ColliderControl, Control, PinAction, PinControl};
 pub use error::{Divergence, DivergenceCause, Error, ModelError, Result};
 pub use kernels::{
-    ConstraintStatistics, ContactStatistics, ImplicitKernels, Kernels, LinearOutcome, LinearStart,
-    LinearVector, MatrixBlock, NewtonStart, PinWrite, SemiImplicitKernels,
+    ConstraintStatistics, ContactStatistics, DeferredOutcome, ImplicitKernels, Kernels,
+    LinearOutcome, LinearStart, LinearVector, MatrixBlock, NewtonStart, PinWrite,
+    SemiImplicitKernels,
 };
 pub use mesh::{TextureMap, TriangleMesh, VertexGroup};
 pub use model::{

@@ -1,33 +1,51 @@
-//! The backends that this build has.
+//! The backends that this build has, and the choice among them.
 
-use std::num::NonZeroUsize;
+use std::{num::NonZeroUsize, sync::Arc};
 
-use cloth_core::{Backend, BackendInfo, Error};
+use cloth_core::{Backend, BackendInfo, Error, Model, Precision, SolverConfig};
 
-/// One backend: a feature of this crate adds one line to [`BACKENDS`].
+/// One backend: a feature of this crate adds one entry to [`BACKENDS`].
 struct BackendEntry {
     name: &'static str,
     create: BackendCreate,
 }
 
-/// Makes a backend from what follows its name and a colon, with that many threads if it has any.
-type BackendCreate = fn(&str, Option<NonZeroUsize>) -> Result<Box<dyn Backend>, Error>;
+/// Makes a backend.
+type BackendCreate = fn(&BackendOptions) -> Result<Box<dyn Backend>, Error>;
 
+/// In the order in which an automatic choice tries them, the fastest first.
 const BACKENDS: &[BackendEntry] = &[
-    #[cfg(feature = "cpu")]
-    BackendEntry {
-        name: "cpu",
-        create: |_, threads| Ok(Box::new(cloth_backend_cpu::CpuBackend::new(threads)?)),
-    },
     #[cfg(feature = "cuda")]
     BackendEntry {
         name: "cuda",
-        create: |options, _| {
-            let options = cloth_backend_cuda::CudaOptions::parse(options)?;
+        create: |options| {
+            let adapter = options.adapter.as_deref().unwrap_or_default();
+            let options = cloth_backend_cuda::CudaOptions::parse(adapter)?;
             Ok(Box::new(cloth_backend_cuda::CudaBackend::new(options)?))
         },
     },
+    #[cfg(feature = "wgpu")]
+    BackendEntry { name: "wgpu", create: wgpu_create },
+    #[cfg(feature = "cpu")]
+    BackendEntry {
+        name: "cpu",
+        create: |options| Ok(Box::new(cloth_backend_cpu::CpuBackend::new(options.threads)?)),
+    },
 ];
+
+/// The name that stands for an automatic choice.
+pub const AUTO: &str = "auto";
+
+/// What a backend can be told. Each takes what concerns it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct BackendOptions {
+    /// Threads of a backend that computes on the processor, or as many as the machine has.
+    pub threads: Option<NonZeroUsize>,
+    /// Number of a GPU, or part of its name; the best one if `None`.
+    pub adapter: Option<String>,
+    /// Whether to take the time of every stage where that costs speed.
+    pub stage_times: bool,
+}
 
 /// A backend that cannot be had.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -45,16 +63,48 @@ pub enum BackendError {
     Unusable(#[from] Error),
 }
 
+/// What an automatic choice came to.
+pub struct BackendChoice {
+    /// The backend.
+    pub backend: Box<dyn Backend>,
+    /// Which one it is and why, in one line.
+    pub reason: String,
+}
+
+/// A backend that was asked about: its name, and what it is or why it cannot be used.
+pub type BackendOutcome = (&'static str, Result<BackendInfo, Error>);
+
+#[cfg(feature = "wgpu")]
+fn wgpu_create(options: &BackendOptions) -> Result<Box<dyn Backend>, Error> {
+    let options = cloth_backend_wgpu::WgpuOptions {
+        adapter: options.adapter.clone(),
+        stage_times: options.stage_times,
+        ..cloth_backend_wgpu::WgpuOptions::default()
+    };
+    Ok(Box::new(cloth_backend_wgpu::WgpuBackend::with_options(&options)?))
+}
+
 /// What each backend of this build is; those that this machine cannot run are left out.
 #[must_use]
 pub fn backends() -> Vec<BackendInfo> {
-    let created = BACKENDS.iter().filter_map(|entry| (entry.create)("", None).ok());
-    created.map(|backend| backend.info().clone()).collect()
+    backends_all().into_iter().filter_map(|(_, outcome)| outcome.ok()).collect()
 }
 
-/// The backend called `name`, after which there may be a colon and what it is to use: `cuda:1` is the second
-/// GPU, `cuda:fast` the first one with arithmetic that does not repeat the bits of the CPU. One that computes on the processor uses that many `threads`, or as
-/// many as the machine has; others ignore them.
+/// The backends of this build that this machine cannot run, and why.
+#[must_use]
+pub fn backends_missing() -> Vec<(&'static str, Error)> {
+    let all = backends_all().into_iter();
+    all.filter_map(|(name, outcome)| Some((name, outcome.err()?))).collect()
+}
+
+fn backends_all() -> Vec<BackendOutcome> {
+    let options = BackendOptions::default();
+    let outcome = |entry: &BackendEntry| (entry.create)(&options).map(|b| b.info().clone());
+    BACKENDS.iter().map(|entry| (entry.name, outcome(entry))).collect()
+}
+
+/// The backend called `name`, as for [`backend_open`]. One that computes on the processor uses that many
+/// `threads`, or as many as the machine has; others ignore them.
 ///
 /// # Errors
 /// [`BackendError::Unknown`] with the names there are; [`BackendError::Unusable`] if this machine
@@ -63,9 +113,23 @@ pub fn backend_create(
     name: &str,
     threads: Option<NonZeroUsize>,
 ) -> Result<Box<dyn Backend>, BackendError> {
-    let (known, options) = name.split_once(':').unwrap_or((name, ""));
+    backend_open(name, &BackendOptions { threads, ..BackendOptions::default() })
+}
+
+/// The backend called `name`, with options. After the name there may be a colon and the adapter: `cuda:1` is
+/// the second GPU, `cuda:fast` the first one, with arithmetic that does not repeat the bits of the CPU.
+///
+/// # Errors
+/// Those of [`backend_create`].
+pub fn backend_open(
+    name: &str,
+    options: &BackendOptions,
+) -> Result<Box<dyn Backend>, BackendError> {
+    let (known, adapter) = name.split_once(':').map_or((name, None), |(a, b)| (a, Some(b)));
+    let mut options = options.clone();
+    options.adapter = adapter.map(str::to_owned).or(options.adapter);
     match BACKENDS.iter().find(|entry| entry.name == known) {
-        Some(entry) => Ok((entry.create)(options, threads)?),
+        Some(entry) => Ok((entry.create)(&options)?),
         None => Err(BackendError::Unknown {
             name: name.to_owned(),
             available: BACKENDS.iter().map(|entry| entry.name).collect(),
@@ -73,8 +137,79 @@ pub fn backend_create(
     }
 }
 
+/// Particles from which a GPU is worth its start-up and its dispatches.
+const GPU_PARTICLES: usize = 5_000;
+
+/// The fastest backend of this machine that can do all that a model and its settings ask for: a GPU for
+/// all but small models, unless it is a driver that computes on the processor.
+///
+/// # Errors
+/// [`BackendError::Unusable`] if none can: the error of the last one tried.
+pub fn backend_choose(
+    model: &Arc<Model>,
+    config: &SolverConfig,
+    options: &BackendOptions,
+) -> Result<BackendChoice, BackendError> {
+    let mut passed_over = Vec::new();
+    let mut last = None;
+    for entry in BACKENDS {
+        match try_entry(entry, model, config, options) {
+            Ok(Ok(backend)) => {
+                let mut reason = format!("{} ({})", entry.name, backend.info().device);
+                if !passed_over.is_empty() {
+                    reason = format!("{reason}; {}", passed_over.join("; "));
+                }
+                return Ok(BackendChoice { backend, reason });
+            }
+            Ok(Err(reason)) => passed_over.push(format!("not {}: {reason}", entry.name)),
+            Err(error) => {
+                passed_over.push(format!("not {}: {error}", entry.name));
+                last = Some(error);
+            }
+        }
+    }
+    let none = || Error::NoDevice { backend: AUTO, reason: passed_over.join("; ") };
+    Err(BackendError::Unusable(last.unwrap_or_else(none)))
+}
+
+/// A backend if it is the right one, or why it is not.
+fn try_entry(
+    entry: &BackendEntry,
+    model: &Arc<Model>,
+    config: &SolverConfig,
+    options: &BackendOptions,
+) -> Result<Result<Box<dyn Backend>, String>, Error> {
+    let is_gpu = entry.name != "cpu";
+    let particles = model.particle_count();
+    // An adapter that was named is meant to be used.
+    if is_gpu && particles < GPU_PARTICLES && options.adapter.is_none() && has_cpu() {
+        return Ok(Err(format!("a model of {particles} particles is too small to gain from it")));
+    }
+    if entry.name == "wgpu" && config.precision == Precision::F64 {
+        return Ok(Err("it does not support precision f64".into()));
+    }
+    let backend = (entry.create)(options)?;
+    let computes_on_processor =
+        backend.info().details.iter().any(|(name, value)| *name == "kind" && value == "processor");
+    if is_gpu && computes_on_processor && options.adapter.is_none() && has_cpu() {
+        let device = &backend.info().device;
+        return Ok(Err(format!("its only adapter, {device}, computes on the processor")));
+    }
+    // Whether it can hold and compute the model is known once it tried.
+    if is_gpu {
+        backend.create_solver(Arc::clone(model), config)?;
+    }
+    Ok(Ok(backend))
+}
+
+fn has_cpu() -> bool {
+    BACKENDS.iter().any(|entry| entry.name == "cpu")
+}
+
 #[cfg(all(test, feature = "cpu"))]
 mod tests {
+    use cloth_scene::{BenchKind, CompileOptions, bench_scene};
+
     use super::*;
 
     #[test]
@@ -89,6 +224,32 @@ mod tests {
     #[test]
     fn an_unknown_name_is_answered_with_the_known_ones() {
         let Err(error) = backend_create("abacus", None) else { panic!("there is no such backend") };
-        assert_eq!(error.to_string(), "unknown backend `abacus`; this build has: cpu");
+        let names: Vec<&str> = BACKENDS.iter().map(|entry| entry.name).collect();
+        let expected = format!("unknown backend `abacus`; this build has: {}", names.join(", "));
+        assert_eq!(error.to_string(), expected);
+    }
+
+    #[test]
+    fn a_choice_says_what_it_is_and_why() {
+        let scene = bench_scene(BenchKind::Hang, 8, false);
+        let compiled = scene.compile(&CompileOptions::default()).unwrap();
+        let options = BackendOptions::default();
+        let choice = backend_choose(&compiled.model, &compiled.config, &options).unwrap();
+        assert_eq!(choice.backend.info().name, "cpu");
+        assert!(choice.reason.starts_with("cpu ("), "{}", choice.reason);
+        if cfg!(feature = "wgpu") {
+            assert!(choice.reason.contains("not wgpu: a model of 64 particles"));
+        }
+    }
+
+    #[test]
+    fn what_a_gpu_cannot_do_falls_back_to_the_cpu() {
+        let scene = bench_scene(BenchKind::Hang, 80, false);
+        let compiled = scene.compile(&CompileOptions::default()).unwrap();
+        let config = SolverConfig { precision: Precision::F64, ..compiled.config.clone() };
+        let options = BackendOptions { adapter: Some("0".into()), ..BackendOptions::default() };
+        let choice = backend_choose(&compiled.model, &config, &options).unwrap();
+        assert_eq!(choice.backend.info().name, "cpu");
+        assert_eq!(choice.reason.contains("precision f64"), cfg!(feature = "wgpu"));
     }
 }

@@ -23,7 +23,8 @@
 //! ```
 //!
 //! - [`scene`] reads scene files and compiles them.
-//! - [`backends()`] lists what can compute, [`backend_create`] makes one of them.
+//! - [`backends()`] lists what can compute, [`backend_create`] makes one of them, [`backend_choose`] the
+//!   fastest one that a scene can use.
 //! - [`Simulation`] runs a compiled scene frame by frame; [`Checkpoint`] saves where it is.
 //! - [`io`] reads meshes, writes frames and renders pictures; [`topology`] and [`picture_style`]
 //!   give it what it needs to know of a scene.
@@ -34,7 +35,7 @@
 //!
 //! # Features
 //!
-//! One for each backend: `cpu` (default), `cuda`.
+//! One for each backend: `cpu` (default), `cuda`, `wgpu`.
 
 mod backends;
 mod checkpoint;
@@ -46,8 +47,14 @@ pub mod architecture {
     #![doc = include_str!("../ARCHITECTURE.md")]
 }
 
-pub use backends::{BackendError, backend_create, backends};
+pub use backends::{
+    AUTO, BackendChoice, BackendError, BackendOptions, BackendOutcome, backend_choose,
+    backend_create, backend_open, backends, backends_missing,
+};
 pub use checkpoint::{CHECKPOINT_VERSION, Checkpoint, CheckpointError};
+/// GPU backend: adapters, and solvers that lend their buffers to a renderer.
+#[cfg(feature = "wgpu")]
+pub use cloth_backend_wgpu as wgpu;
 pub use cloth_core::*;
 /// Meshes in, frames and pictures out.
 pub use cloth_io as io;

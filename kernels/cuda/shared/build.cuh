@@ -6,17 +6,27 @@ __device__ __noinline__ void list_build(const Solver& s, ulong* barrier, Motion 
     uint thread = blockIdx.x * blockDim.x + threadIdx.x;
     uint threads = gridDim.x * blockDim.x;
     uint cells = s.cells[0] * s.cells[1] * s.cells[2];
+    uint built = s.status->built;
+    uint elapsed = tick - s.status->built_tick;
     vec3 drift = {s.drift[0], s.drift[1], s.drift[2]};
+    vec3 drift_before = {(real)s.status->drift[0], (real)s.status->drift[1], (real)s.status->drift[2]};
     for (uint i = thread; i < s.count; i += threads) {
         real4 at = motion.x[i];
+        // The mean motion since the list was last built, as a velocity also has all that oscillates.
         vec3 q = s.time_step * xyz(motion.v[i]);
+        if (built != 0) {
+            real4 before = s.reference[i];
+            vec3 foreseen = motion_unpack(s, before.w) + drift_before;
+            vec3 mean = ((real)1 / (real)max(elapsed, 1u)) * (xyz(at) - xyz(before));
+            q = elapsed >= 4 ? mean : elapsed >= 2 ? (real)0.5 * (mean + foreseen) : foreseen;
+        }
+        q = q - drift;
         uint packed = motion_byte(s, q.x) | motion_byte(s, q.y) << 8 | motion_byte(s, q.z) << 16;
         s.reference[i] = {at.x, at.y, at.z, (real)packed};
         uint cell = cell_index(s, cell_coordinate(s, at.x), cell_coordinate(s, at.y), cell_coordinate(s, at.z));
         s.cell_of[i] = cell;
         s.cell_rank[i] = atomicAdd(&s.cell_counts[cell], 1u);
     }
-    if (thread < 3) s.status->drift[thread] = s.drift[thread];
     if (thread == 0) s.status->candidates = 0;
     grid_barrier(barrier);
     // Exclusive prefix sums: each block one segment, the sums of the segments before it first.
@@ -75,6 +85,8 @@ __device__ __noinline__ void list_build(const Solver& s, ulong* barrier, Motion 
     }
     grid_barrier(barrier);
     if (thread == 0) {
+        for (uint axis = 0; axis < 3; axis++) s.status->drift[axis] = s.drift[axis];
+        s.status->horizon = s.list_horizon;
         s.status->built_tick = tick;
         s.status->built = 1;
         s.status->rebuilds++;

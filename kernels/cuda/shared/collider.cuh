@@ -105,7 +105,7 @@ __device__ __forceinline__ void collide(const Collider& c, real offset, Moved& m
 }
 
 // Contact with all colliders, one after the other.
-__device__ __forceinline__ void collide_all(const Solver& s, const SubstepData& substep, uint particle, Moved& moved) {
+__device__ __forceinline__ void collide_all(const Solver& s, const Collider* colliders, uint particle, Moved& moved) {
     real offset = s.offsets[particle];
-    for (uint k = 0; k < s.collider_count; k++) collide(s.colliders[substep.collider_first + k], offset, moved);
+    for (uint k = 0; k < s.collider_count; k++) collide(colliders[k], offset, moved);
 }

@@ -1,10 +1,9 @@
 // NUMERICS section 8: the candidate list and the proof that it is complete.
 //
-// When the list is built, particle i is at r_i and is expected to move as p_i(t) = r_i + t q_i, t uses of
-// the list later, up to a horizon. The list holds each pair that comes closer than d + 2 a on these
+// When the list is built, particle i is at r_i and is expected to move as p_i(t) = r_i + t (u + q_i), t uses
+// of the list later, u the drift of everything, up to a horizon. The list holds each pair that comes closer than d + 2 a on these
 // straight lines, looked for among all pairs closer than the size c of a cell. No pair in contact is
-// missing as long as, for every particle, |x_i - p_i(t)| <= a and |x_i - r_i - t u| <= (c - d) / 2, u the
-// drift of everything: a pair that was not looked at had a gap of more than c - d.
+// missing as long as, for every particle, |x_i - p_i(t)| <= a and |x_i - r_i - t u| <= (c - d) / 2: a pair that was not looked at had a gap of more than c - d.
 
 #define MOTION_STEPS 127
 
@@ -20,21 +19,37 @@ __device__ __forceinline__ real motion_unpack_axis(const Solver& s, uint packed,
     return (real)steps * (s.list_motion_max / (real)MOTION_STEPS);
 }
 
-// The motion per use, drift included.
+// The motion per use relative to the drift.
 __device__ __forceinline__ vec3 motion_unpack(const Solver& s, real word) {
     uint packed = (uint)word;
     return {motion_unpack_axis(s, packed, 0), motion_unpack_axis(s, packed, 1), motion_unpack_axis(s, packed, 2)};
 }
 
+// How the present list was built.
+struct ListState {
+    vec3 drift;
+    real horizon;
+    uint tick;
+};
+
+__device__ __forceinline__ ListState list_state(const Solver& s) {
+    const Status* status = s.status;
+    return {
+        {(real)status->drift[0], (real)status->drift[1], (real)status->drift[2]},
+        (real)status->horizon,
+        status->built_tick,
+    };
+}
+
 // Whether the list is complete at this use as far as this particle can tell.
-__device__ __forceinline__ bool list_holds(const Solver& s, const vec3& drift, uint built, uint i, const vec3& x, uint tick) {
+__device__ __forceinline__ bool list_holds(const Solver& s, const ListState& list, uint i, const vec3& x, uint tick) {
     real4 reference = s.reference[i];
-    real elapsed = (real)(tick - built);
-    vec3 moved = (x - xyz(reference)) - elapsed * drift;
+    real elapsed = (real)(tick - list.tick);
+    vec3 moved = (x - xyz(reference)) - elapsed * list.drift;
     vec3 strayed = moved - elapsed * motion_unpack(s, reference.w);
     // Written so that a NaN counts as too far.
     return dot(moved, moved) <= s.list_reach * s.list_reach && dot(strayed, strayed) <= s.list_allowance * s.list_allowance
-        && elapsed <= s.list_horizon;
+        && elapsed <= list.horizon;
 }
 
 __device__ __forceinline__ int cell_coordinate(const Solver& s, real x) {
@@ -52,9 +67,6 @@ __device__ __forceinline__ uint cell_index(const Solver& s, int x, int y, int z)
 // Whether two particles come closer than the distance of the list on their expected ways. `dq` is
 // relative motion per use.
 __device__ __forceinline__ bool comes_close(const Solver& s, const vec3& d, const vec3& dq, real distance) {
-    real reach = distance + s.list_horizon * (absolute(dq.x) + absolute(dq.y) + absolute(dq.z));
-    real gap = dot(d, d);
-    if (gap >= reach * reach) return false;
     real square = maximum(dot(dq, dq), (real)1e-30);
     real t = minimum(maximum(-dot(d, dq) / square, (real)0), s.list_horizon);
     vec3 closest = d + t * dq;
@@ -69,6 +81,8 @@ __device__ __noinline__ uint list_row(const Solver& s, uint i) {
     real extent = maximum(maximum(absolute(r.x), absolute(r.y)), absolute(r.z));
     real distance = s.list_distance + (real)32 * REAL_EPSILON * extent;
     real limit = s.contact_distance * s.contact_distance;
+    uint packed = (uint)own.w;
+    real step = (real)1.001 * s.list_horizon * (s.list_motion_max / (real)MOTION_STEPS);
     int cx = cell_coordinate(s, r.x), cy = cell_coordinate(s, r.y), cz = cell_coordinate(s, r.z);
     uint found = 0;
     for (int dz = -1; dz <= 1; dz++) {
@@ -84,10 +98,13 @@ __device__ __noinline__ uint list_row(const Solver& s, uint i) {
                 uint end = s.cell_starts[to + 1];
                 for (uint place = s.cell_starts[from]; place < end; place++) {
                     real4 other = s.sorted[place];
-                    uint j = s.sorted_index[place];
                     vec3 d = xyz(other) - r;
+                    // Most are too far away for any motion between the two: steps of all axes together.
+                    real reach = distance + step * (real)__vsadu4(packed, (uint)other.w);
+                    if (dot(d, d) >= reach * reach) continue;
                     vec3 dq = motion_unpack(s, other.w) - q;
-                    if (!comes_close(s, d, dq, distance) || j == i) continue;
+                    uint j = s.sorted_index[place];
+                    if (j == i || !comes_close(s, d, dq, distance)) continue;
                     if (is_joined(s, i, j)) continue;
                     if (s.contact & CONTACT_IMPULSE) {
                         vec3 rest = xyz(s.rest[i]) - xyz(s.rest[j]);

@@ -48,19 +48,20 @@ __device__ __forceinline__ real root(real a) { return sqrtf(a); }
 __device__ __forceinline__ real absolute(real a) { return fabsf(a); }
 #endif
 #ifndef CLOTH_F64
-// The correctly rounded square root of a number that is not negative, without the branch to a slow path
+// The correctly rounded square root of a finite number that is not negative, without the branch to a slow path
 // that the compiler's has, so that the springs of a loop can overlap: an approximation corrected by one
 // step of Newton's method, small numbers scaled into the range in which that is exact.
 __device__ __forceinline__ float root_in_line(float a) {
     bool is_small = a < 7.88860905e-31f;
     float scaled = is_small ? a * 18446744073709551616.0f : a;
     float r;
-    asm("rsqrt.approx.ftz.f32 %0, %1;" : "=f"(r) : "f"(scaled));
+    // Zero has a root of zero, whatever multiplies it.
+    asm("rsqrt.approx.ftz.f32 %0, %1;" : "=f"(r) : "f"(fmaxf(scaled, 1e-31f)));
     float guess = __fmul_rn(scaled, r);
     float error = __fmaf_rn(-guess, guess, scaled);
     float exact = __fmaf_rn(error, __fmul_rn(r, 0.5f), guess);
     exact = is_small ? exact * 2.32830643653869628906e-10f : exact;
-    return a == 0 || a > REAL_MAX ? a : exact;
+    return exact;
 }
 
 // The correctly rounded reciprocal of a number between 1e-18 and 1e37, in the same way.

@@ -52,7 +52,9 @@ struct Status {
     uint stale[4];
     // Drift of everything when the list was built [m per use].
     double drift[3];
-    double padding[3];
+    // Uses that it was built for.
+    double horizon;
+    double padding[2];
 };
 
 struct Solver {
@@ -116,7 +118,11 @@ struct Solver {
     uint candidate_capacity;
     // Bits: penalty, impulse.
     uint contact;
+    // Particles of a block of the frame kernel, or tiles of a patch.
     uint chunk;
+    // Particles along both sides if the model is one regular patch, 0 if not.
+    uint columns;
+    uint rows;
     ulong epoch;
 
     real acceleration[3];

@@ -45,13 +45,12 @@ __device__ __forceinline__ void spring_add(
     }
 }
 
+// Neighbour k is at `at` plus its offset in `x` and `v`: those of all particles, or of a tile of a patch.
 template <bool PENALTY, bool EXTRAS, bool TABLE>
 __device__ __forceinline__ Moved particle_advance(
-    const Solver& s, const TableEntry* table, const uint2* headers, const Motion& motion, const SubstepData& substep, bool colliders,
-    uint i, const real4& own, const real4& rate, uint& contacts
+    const Solver& s, const TableEntry* table, const uint2* headers, const Motion& motion, const SubstepData& substep, const Collider* colliders,
+    const real4* x, const real4* v, uint at, uint i, const real4& own, const real4& rate, uint& contacts
 ) {
-    const real4* x = motion.x;
-    const real4* v = motion.v;
     vec3 xi = xyz(own), vi = xyz(rate);
     vec3 force = field_force(s, rate.w, vi);
     vec3 contact = {0, 0, 0};
@@ -63,7 +62,7 @@ __device__ __forceinline__ Moved particle_advance(
 UNROLL
         for (uint k = 0; k < count; k++) {
             TableEntry e = entry[k];
-            uint j = i + e.offset;
+            uint j = at + e.offset;
             SpringKind kind = {e.rest_length, e.stiffness, e.damping, nullptr};
             if (EXTRAS && s.can_buckle) {
                 uint number = s.spring_entries[header.x + k].y;
@@ -76,7 +75,7 @@ UNROLL
 UNROLL
         for (uint k = 0; k < row.count; k++) {
             uint2 entry = spring_entry(s, row, k);
-            uint j = i + entry.x;
+            uint j = at + entry.x;
             real4 numbers = s.spring_kinds[entry.y];
             SpringKind kind = {numbers.x, numbers.y, numbers.z, nullptr};
             if (EXTRAS && s.can_buckle && numbers.w != 0) kind.buckling = s.spring_buckling + entry.y;
@@ -93,6 +92,6 @@ UNROLL
         if (contacts > 0) force = force + contact;
     }
     Moved moved = integrate(substep.length, own.w, force, xi, vi);
-    if (colliders && own.w > 0) collide_all(s, substep, i, moved);
+    if (colliders != nullptr && own.w > 0) collide_all(s, colliders, i, moved);
     return moved;
 }

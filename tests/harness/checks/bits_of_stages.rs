@@ -1,6 +1,9 @@
 //! Two backends that promise the same bits, stage by stage.
 
-use cloth_core::{Kernels, State};
+use cloth_core::{
+    Kernels, LinearMethod, LinearSettings, LinearStart, LinearVector, MatrixForm, NewtonStart,
+    Preconditioner, State,
+};
 
 use crate::{Verdict, backends::Candidate, models::Description, verdict::ensure};
 
@@ -91,6 +94,117 @@ pub fn bits_of_explicit_stages(candidates: [&Candidate; 2], description: &Descri
             format!("measure: {:?} and {:?}", measures[0], measures[1])
         })?;
         both(&mut pair, "explicit_substep", &|kernels| kernels.explicit_substep(substep))?;
+    }
+    Ok(())
+}
+
+/// Every stage of an implicit substep, and whole solves, on both backends.
+///
+/// # Errors
+/// The first difference.
+pub fn bits_of_implicit_stages(candidates: [&Candidate; 2], description: &Description) -> Verdict {
+    use LinearVector::{Image, Preconditioned, Residual, RightSide, Solution};
+    let case = description.case(candidates[0]);
+    let mut pair =
+        [case.kernels(candidates[0])?, case.kernels(candidates[1])?] as [Box<dyn Kernels>; 2];
+    let vectors = |pair: &mut [Box<dyn Kernels>; 2], stage: &str, vector| -> Verdict {
+        let mut found = [Vec::new(), Vec::new()];
+        for (kernels, found) in pair.iter_mut().zip(&mut found) {
+            kernels.vector_read(vector, found)?;
+        }
+        let difference = same(&found[0], &found[1]);
+        ensure(difference.is_none(), || {
+            let i = difference.unwrap_or_default();
+            format!("{stage}: {vector:?} of {i}: {:?} and {:?}", found[0].get(i), found[1].get(i))
+        })
+    };
+    let penalty = pair[0].contact_is_penalty();
+    for (number, substep) in case.plan.substeps.iter().enumerate() {
+        let start = if number % 2 == 0 { NewtonStart::StepStart } else { NewtonStart::Iterate };
+        for kernels in &mut pair {
+            kernels.state_keep()?;
+            if !case.model.colliders().is_empty() {
+                kernels.collider_constraints(substep)?;
+            }
+            kernels.field_forces()?;
+            if case.model.air().is_some() {
+                kernels.aerodynamic_forces(substep)?;
+            }
+            kernels.spring_linearise(substep)?;
+            if penalty {
+                kernels.contact_candidates()?;
+                kernels.contact_forces()?;
+                kernels.contact_linearise(substep)?;
+            }
+            kernels.implicit_assemble(substep, start)?;
+        }
+        vectors(&mut pair, "implicit_assemble", RightSide)?;
+        let mut matrices = [Vec::new(), Vec::new()];
+        for (kernels, matrix) in pair.iter_mut().zip(&mut matrices) {
+            kernels.matrix_read(matrix)?;
+        }
+        ensure(matrices[0] == matrices[1], || "the matrices differ".into())?;
+        for preconditioner in [Preconditioner::Diagonal, Preconditioner::Block] {
+            for kernels in &mut pair {
+                kernels.preconditioner_build(preconditioner)?;
+                kernels.vector_combine((1.0, RightSide), (0.0, Residual))?;
+                kernels.constraint_filter(Residual)?;
+                kernels.preconditioner_apply(Residual, Preconditioned)?;
+                kernels.matrix_apply(MatrixForm::MatrixFree, Preconditioned, Image)?;
+            }
+            vectors(&mut pair, "constraint_filter", Residual)?;
+            vectors(&mut pair, "preconditioner_apply", Preconditioned)?;
+            vectors(&mut pair, "matrix_apply", Image)?;
+            let mut dots = Vec::new();
+            for kernels in &mut pair {
+                dots.push(kernels.vector_dot(Residual, Image)?);
+            }
+            ensure(dots[0] == dots[1], || format!("vector_dot: {} and {}", dots[0], dots[1]))?;
+            for method in [LinearMethod::ConjugateGradient, LinearMethod::Jacobi] {
+                for start in [LinearStart::Constraints, LinearStart::Solution] {
+                    if method == LinearMethod::Jacobi && preconditioner == Preconditioner::Diagonal
+                    {
+                        continue;
+                    }
+                    let settings = LinearSettings {
+                        method,
+                        preconditioner,
+                        iterations_max: 25,
+                        tolerance: 1e-6,
+                        ..LinearSettings::default()
+                    };
+                    let mut outcomes = Vec::new();
+                    for kernels in &mut pair {
+                        outcomes.push(match method {
+                            LinearMethod::Jacobi => kernels.jacobi(&settings, start)?,
+                            _ => kernels.conjugate_gradient(&settings, start)?,
+                        });
+                    }
+                    ensure(outcomes[0] == outcomes[1], || {
+                        format!("{method:?} {start:?}: {:?} and {:?}", outcomes[0], outcomes[1])
+                    })?;
+                    vectors(&mut pair, "solve", Solution)?;
+                }
+            }
+        }
+        if !case.model.colliders().is_empty() {
+            let mut released = Vec::new();
+            for kernels in &mut pair {
+                released.push(kernels.constraint_release()?);
+            }
+            ensure(released[0] == released[1], || format!("released: {released:?}"))?;
+            vectors(&mut pair, "constraint_release", RightSide)?;
+            for kernels in &mut pair {
+                kernels.constraint_project(Solution)?;
+            }
+            vectors(&mut pair, "constraint_project", Solution)?;
+        }
+        for kernels in &mut pair {
+            kernels.velocity_add(1.0)?;
+            kernels.position_from_kept(0.25 * substep.length)?;
+            kernels.position_advance(0.75 * substep.length)?;
+        }
+        compare("implicit motion", &mut pair)?;
     }
     Ok(())
 }

@@ -16,7 +16,7 @@ mod scenario;
 mod semi_implicit;
 mod trajectory;
 
-pub use bits_of_stages::bits_of_explicit_stages;
+pub use bits_of_stages::{bits_of_explicit_stages, bits_of_implicit_stages};
 pub use contact_pairs::{
     contact_candidates, contact_candidates_after_moves, contact_candidates_of_approaching_sheets,
     contact_candidates_reused,

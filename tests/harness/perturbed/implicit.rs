@@ -9,7 +9,7 @@ use cloth_core::{
 
 use super::{
     Defect, Stage,
-    kernels::{PerturbedKernels, SIZE, extrapolate},
+    kernels::{PerturbedKernels, extrapolate},
 };
 
 impl PerturbedKernels {
@@ -19,7 +19,7 @@ impl PerturbedKernels {
 
     /// The substep, longer if it is this stage that is wrong.
     fn substep_of(&self, stage: Stage, substep: &Substep) -> Substep {
-        let factor = if self.has(stage) { 1.0 + SIZE } else { 1.0 };
+        let factor = if self.has(stage) { 1.0 + self.size } else { 1.0 };
         Substep { length: substep.length * factor, ..*substep }
     }
 
@@ -27,7 +27,7 @@ impl PerturbedKernels {
     fn vector_scale(&mut self, vector: LinearVector) -> Result<()> {
         let mut values = Vec::new();
         self.inner.vector_read(vector, &mut values)?;
-        values.iter_mut().for_each(|value| *value = value.map(|c| c * (1.0 + SIZE)));
+        values.iter_mut().for_each(|value| *value = value.map(|c| c * (1.0 + self.size)));
         self.inner.vector_write(vector, &values)
     }
 
@@ -51,7 +51,7 @@ impl ImplicitKernels for PerturbedKernels {
         }
         let state = self.state()?;
         let mut wrong = state.clone();
-        wrong.velocities.iter_mut().for_each(|v| *v = v.map(|c| c * (1.0 + SIZE)));
+        wrong.velocities.iter_mut().for_each(|v| *v = v.map(|c| c * (1.0 + self.size)));
         self.inner.state_write(&wrong)?;
         self.inner.state_keep()?;
         self.inner.state_write(&state)
@@ -124,7 +124,7 @@ impl ImplicitKernels for PerturbedKernels {
     }
 
     fn vector_dot(&mut self, a: LinearVector, b: LinearVector) -> Result<f64> {
-        let factor = if self.has(Stage::VectorDot) { 1.0 + SIZE } else { 1.0 };
+        let factor = if self.has(Stage::VectorDot) { 1.0 + self.size } else { 1.0 };
         Ok(factor * self.inner.vector_dot(a, b)?)
     }
 
@@ -208,7 +208,7 @@ impl PerturbedKernels {
         self.inner.vector_read(LinearVector::Solution, &mut before)?;
         run(&mut *self.inner)?;
         self.inner.vector_read(LinearVector::Solution, &mut after)?;
-        extrapolate(&before, &mut after, 1.0 + SIZE);
+        extrapolate(&before, &mut after, 1.0 + self.size);
         self.inner.vector_write(LinearVector::Solution, &after)
     }
 }

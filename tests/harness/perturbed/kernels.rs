@@ -13,14 +13,13 @@ use crate::{
     tracked::TrackedVector,
 };
 
-/// Relative size of a defect: a stiffness, say, that is off by this much.
-pub(super) const SIZE: f64 = 1e-4;
-
 /// Kernels with a defect. The inner kernels have no way to change their forces, so that a wrong
 /// force is kept here and added when forces are read or integrated.
 pub(super) struct PerturbedKernels {
     pub(super) inner: Box<dyn Kernels>,
     pub(super) defect: Defect,
+    /// Relative size of the defect: a stiffness, say, that is off by this much.
+    pub(super) size: f64,
     run: u64,
     extra_forces: Vec<[f64; 3]>,
 }
@@ -34,9 +33,9 @@ pub(super) fn extrapolate(from: &[[f64; 3]], to: &mut [[f64; 3]], factor: f64) {
 
 impl PerturbedKernels {
     /// `inner` with a defect; `run` tells the runs of a backend apart.
-    pub(super) fn new(inner: Box<dyn Kernels>, defect: Defect, run: u64) -> Self {
+    pub(super) fn new(inner: Box<dyn Kernels>, defect: Defect, size: f64, run: u64) -> Self {
         let extra_forces = vec![[0.0; 3]; inner.model().particle_count()];
-        Self { inner, defect, run, extra_forces }
+        Self { inner, defect, size, run, extra_forces }
     }
 
     pub(super) fn state(&mut self) -> Result<State> {
@@ -63,9 +62,10 @@ impl PerturbedKernels {
         }
         run(&mut *self.inner)?;
         self.inner.forces_read(&mut after)?;
+        let size = self.size;
         for (extra, (before, after)) in self.extra_forces.iter_mut().zip(before.iter().zip(&after))
         {
-            *extra = std::array::from_fn(|k| extra[k] + SIZE * (after[k] - before[k]));
+            *extra = std::array::from_fn(|k| extra[k] + size * (after[k] - before[k]));
         }
         Ok(())
     }
@@ -87,8 +87,8 @@ impl PerturbedKernels {
         let before = self.state()?;
         run(&mut *self.inner)?;
         let mut after = self.state()?;
-        extrapolate(&before.positions, &mut after.positions, 1.0 + SIZE);
-        extrapolate(&before.velocities, &mut after.velocities, 1.0 + SIZE);
+        extrapolate(&before.positions, &mut after.positions, 1.0 + self.size);
+        extrapolate(&before.velocities, &mut after.velocities, 1.0 + self.size);
         self.inner.state_write(&after)
     }
 
@@ -230,7 +230,7 @@ impl Kernels for PerturbedKernels {
     fn vertex_normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
         self.inner.vertex_normals(out)?;
         if self.defect == Defect::Scaled(Stage::VertexNormals) {
-            out.iter_mut().for_each(|normal| *normal = normal.map(|c| c * (1.0 + SIZE)));
+            out.iter_mut().for_each(|normal| *normal = normal.map(|c| c * (1.0 + self.size)));
         }
         Ok(())
     }
@@ -238,7 +238,7 @@ impl Kernels for PerturbedKernels {
     fn measure(&mut self) -> Result<Measures> {
         let mut measures = self.inner.measure()?;
         if self.defect == Defect::Scaled(Stage::Measure) {
-            measures.energy_elastic *= 1.0 + SIZE;
+            measures.energy_elastic *= 1.0 + self.size;
         }
         Ok(measures)
     }
@@ -262,8 +262,8 @@ impl Kernels for PerturbedKernels {
     fn explicit_substep(&mut self, substep: &Substep) -> Result<()> {
         stepper::explicit::substep(self, substep)?;
         let factor = match self.defect {
-            Defect::FusedDiffers => 1.0 + SIZE,
-            Defect::RunsDiffer => 1.0 + SIZE * self.run as f64,
+            Defect::FusedDiffers => 1.0 + self.size,
+            Defect::RunsDiffer => 1.0 + self.size * self.run as f64,
             Defect::Scaled(_) | Defect::ContactPairDropped => return Ok(()),
         };
         let mut state = self.state()?;

@@ -17,9 +17,9 @@ use self::kernels::PerturbedKernels;
 /// What is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Defect {
-    /// What the stage changes, it changes by a ten-thousandth too much; stages whose result stays
-    /// inside are told a length of the substep that is so much too long, and `constraint_release` is
-    /// told a solution that is so much too large.
+    /// What the stage changes, it changes by too much; stages whose result stays
+    /// inside are told a length of the substep that is too long, and `constraint_release` is
+    /// told a solution that is too large.
     Scaled(Stage),
     /// The first pair in contact is overlooked.
     ContactPairDropped,
@@ -96,19 +96,25 @@ pub enum Stage {
 pub struct PerturbedBackend<B> {
     inner: B,
     defect: Defect,
+    size: f64,
     runs: AtomicU64,
 }
 
 impl<B: Backend> PerturbedBackend<B> {
-    /// `inner` with a defect.
+    /// `inner` with a defect of a ten-thousandth.
     pub const fn new(inner: B, defect: Defect) -> Self {
-        Self { inner, defect, runs: AtomicU64::new(0) }
+        Self::with_size(inner, defect, 1e-4)
+    }
+
+    /// `inner` with a defect of this relative size.
+    pub const fn with_size(inner: B, defect: Defect, size: f64) -> Self {
+        Self { inner, defect, size, runs: AtomicU64::new(0) }
     }
 
     fn kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<PerturbedKernels> {
         let run = self.runs.fetch_add(1, Ordering::Relaxed);
         let inner = self.inner.create_kernels(model, config)?;
-        Ok(PerturbedKernels::new(inner, self.defect, run))
+        Ok(PerturbedKernels::new(inner, self.defect, self.size, run))
     }
 }
 

@@ -4,6 +4,7 @@ use cloth_core::{ContactStatistics, Result};
 
 use super::CudaKernels;
 use crate::{
+    contact::ContactMemory,
     layout::{CudaReal, Status},
     queue::{Launch, argument},
 };
@@ -86,6 +87,11 @@ impl<T: CudaReal> CudaKernels<T> {
         }
         let status = self.memory.status_read()?;
         self.status_book(&status);
+        let uses = self.tick - std::mem::replace(&mut self.tick_counted, self.tick);
+        if uses > 0 {
+            let horizon = ContactMemory::<T>::horizon(uses, status.rebuilds);
+            self.memory.data.list_horizon = T::from_f64(horizon);
+        }
         self.start(("contact_impulses", "rebuilds_clear"), Launch::over(1), &[])?;
         Ok(self.statistics)
     }

@@ -45,10 +45,7 @@ impl<T> FrameQueue<T> {
 }
 
 /// A collider as kernels read it.
-fn collider<T: Real>(
-    collider: &cloth_core::Collider,
-    state: &ColliderState,
-) -> ColliderData<T> {
+fn collider<T: Real>(collider: &cloth_core::Collider, state: &ColliderState) -> ColliderData<T> {
     let [a, b, c] = state.rotation.map(|row| row.map(T::from_f64));
     let (shape, size) = match collider.shape {
         ColliderShape::Plane => (0, [0.0; 3]),
@@ -194,7 +191,7 @@ impl<T: CudaReal> CudaKernels<T> {
         data: &SubstepData<T>,
         length: f64,
     ) -> Result<()> {
-        let launch = Launch { shared: self.memory.frame.shared, ..Launch::over(self.count()) };
+        let launch = Launch::over(self.count());
         let is_penalty = self.memory.contact.as_ref().is_some_and(|contact| contact.is_penalty());
         if is_penalty {
             self.stage("contact_candidates", |kernels| kernels.list_start(data.tick))?;
@@ -203,8 +200,8 @@ impl<T: CudaReal> CudaKernels<T> {
             }
         }
         self.stage("explicit_substep", |kernels| {
-            let arguments = [argument(&number), argument(&0_u32)];
-            kernels.start(("explicit_substep", "explicit_pass"), launch, &arguments)
+            let name = ("explicit_substep", "explicit_pass");
+            kernels.start(name, launch, &[argument(&number)])
         })?;
         self.memory.swap();
         if self.memory.contact.is_some() && !is_penalty {
@@ -234,8 +231,7 @@ impl<T: CudaReal> CudaKernels<T> {
     pub(super) fn colour_limit(&mut self, length: f64, step: u64, colour: usize) -> Result<()> {
         let [first, end] = [self.memory.colours[colour], self.memory.colours[colour + 1]];
         let (count, length) = (end - first, T::from_f64(length));
-        let arguments =
-            [argument(&first), argument(&count), argument(&length), argument(&step)];
+        let arguments = [argument(&first), argument(&count), argument(&length), argument(&step)];
         self.start(("strain_limit", "strain_limit"), Launch::over(count as usize), &arguments)
     }
 }

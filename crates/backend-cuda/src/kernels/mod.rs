@@ -9,8 +9,8 @@ mod state;
 use std::{ffi::c_void, sync::Arc};
 
 use cloth_core::{
-    ContactStatistics, Kernels, Measures, Model, PinWrite, Result, SelfContact, SolverConfig,
-    StageTime, State,
+    ContactStatistics, Integrator, Kernels, Measures, Model, PinWrite, Result, SelfContact,
+    SolverConfig, StageTime, State,
     stepper::{FramePlan, Substep},
 };
 
@@ -18,6 +18,7 @@ use crate::{
     CudaOptions,
     device::Device,
     layout::{CudaReal, SubstepData},
+    linear::LinearMemory,
     memory::{BLOCK, Memory},
     queue::{Launch, argument},
     timing::Timing,
@@ -34,9 +35,13 @@ pub(crate) struct CudaKernels<T> {
     frames: FrameQueue<T>,
     /// Uses of the candidate list so far.
     tick: u32,
+    /// Of them, those before the last statistics.
+    tick_counted: u32,
     statistics: ContactStatistics,
     has_force: bool,
     mass: f64,
+    /// Memory of the linear system, once it is needed.
+    linear: Option<Box<LinearMemory<T>>>,
 }
 
 impl<T: CudaReal> CudaKernels<T> {
@@ -47,6 +52,13 @@ impl<T: CudaReal> CudaKernels<T> {
         options: CudaOptions,
     ) -> Result<Self> {
         config.validate()?;
+        match &config.integrator {
+            Integrator::Implicit(settings) => implicit::check_settings(&settings.linear)?,
+            Integrator::SemiImplicit(_) => {
+                return implicit::unsupported("the semi-implicit integrator");
+            }
+            _ => {}
+        }
         let memory = Memory::new(device, &model, config, (options.fast, options.patches))?;
         let mut kernels = Self {
             mass: model.masses().iter().sum(),
@@ -54,8 +66,10 @@ impl<T: CudaReal> CudaKernels<T> {
             timing: Timing::default(),
             frames: FrameQueue::default(),
             tick: 0,
+            tick_counted: 0,
             statistics: ContactStatistics::default(),
             has_force: false,
+            linear: None,
             config: config.clone(),
             model,
         };
@@ -185,6 +199,8 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
         if !self.contact_is_penalty() {
             return Ok(());
         }
+        self.settle()?;
+        self.contacts_count()?;
         self.particle_stage("contact_forces", &[])
     }
 

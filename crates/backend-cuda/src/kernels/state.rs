@@ -34,7 +34,6 @@ impl<T: CudaReal> CudaKernels<T> {
         let present = self.memory.present();
         self.memory.position[present].write(&self.memory.queue, 0, &position)?;
         self.memory.velocity[present].write(&self.memory.queue, 0, &velocity)?;
-        self.pins_changed();
         self.memory.status_reset()
     }
 
@@ -65,7 +64,6 @@ impl<T: CudaReal> CudaKernels<T> {
 
     pub(super) fn pins_upload(&mut self, pins: &[PinWrite]) -> Result<()> {
         self.settle()?;
-        self.pins_changed();
         let data: Vec<PinData<T>> = pins
             .iter()
             .map(|pin| PinData {

@@ -13,12 +13,11 @@ pub(crate) struct Dependencies {
 }
 
 impl Dependencies {
-    /// For blocks of `chunk` particles each.
-    pub(crate) fn new(model: &Model, chunk: usize) -> Self {
-        let count = model.particle_count().div_ceil(chunk);
+    /// For `count` blocks, of which `block_of` says which one a particle is in.
+    pub(crate) fn new(model: &Model, count: usize, block_of: impl Fn(usize) -> usize) -> Self {
         let mut sets = vec![BTreeSet::new(); count];
         let mut join = |a: u32, b: u32| {
-            let [a, b] = [a as usize / chunk, b as usize / chunk];
+            let [a, b] = [a, b].map(|particle| block_of(particle as usize));
             if a != b {
                 sets[a].insert(b as u32);
                 sets[b].insert(a as u32);
@@ -57,7 +56,7 @@ mod tests {
         let name = "cloth".to_owned();
         let cloth = Cloth { name, geometry, material, pins: vec![], velocity: [0.0; 3] };
         let model = ModelBuilder::new().cloth(cloth).build().unwrap();
-        let found = Dependencies::new(&model, 20);
+        let found = Dependencies::new(&model, 5, |particle| particle / 20);
         assert_eq!(found.rows, [0, 1, 3, 5, 7, 8]);
         assert_eq!(found.blocks, [1, 0, 2, 1, 3, 2, 4, 3]);
     }

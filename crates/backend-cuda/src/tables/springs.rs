@@ -268,7 +268,8 @@ mod tests {
 
     #[test]
     fn patches_of_any_size_share_their_rows() {
-        let tables = |side| SpringTables::<f32>::new(&grid(side, side, Stencil::Neighbours12), true);
+        let tables =
+            |side| SpringTables::<f32>::new(&grid(side, side, Stencil::Neighbours12), true);
         assert_eq!(tables(40).entries.len(), tables(80).entries.len());
         assert!(!SpringTables::<f32>::new(&fan(), true).is_regular);
     }

@@ -9,7 +9,10 @@ mod summary;
 
 use std::time::Instant;
 
-use cloth::{Backend, Checkpoint, Simulation, backend_create, picture_style, topology};
+use cloth::{
+    AUTO, Backend, BackendOptions, Checkpoint, Simulation, backend_choose, backend_open,
+    picture_style, topology,
+};
 use cloth::{io::PictureStyle, scene::CompiledScene};
 
 use crate::{
@@ -28,8 +31,7 @@ use summary::Summary;
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let interrupt = Interrupt::install()?;
     let source = SceneSource::read(&arguments.scene)?;
-    let backend = backend_create(&arguments.backend, arguments.threads)?;
-    let scene = source.compile(arguments.threads)?;
+    let (scene, backend) = scene_and_backend(&source, arguments)?;
     let folder = RunFolder::new(arguments.out.as_deref(), &scene.name);
     let topology = topology(&scene);
     let style = style(&scene, arguments);
@@ -82,6 +84,27 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     }
     summary::print(&lines, arguments.json)?;
     ended
+}
+
+/// The scene, compiled, and the backend for it.
+fn scene_and_backend(
+    source: &SceneSource,
+    arguments: &RunArguments,
+) -> Result<(CompiledScene, Box<dyn Backend>), Failure> {
+    let options = BackendOptions {
+        threads: arguments.threads,
+        adapter: arguments.adapter.clone(),
+        ..BackendOptions::default()
+    };
+    if arguments.backend != AUTO {
+        // A wrong name is told before a large scene is compiled.
+        let backend = backend_open(&arguments.backend, &options)?;
+        return Ok((source.compile(arguments.threads)?, backend));
+    }
+    let scene = source.compile(arguments.threads)?;
+    let choice = backend_choose(&scene.model, &scene.config, &options)?;
+    eprintln!("backend: {}", choice.reason);
+    Ok((scene, choice.backend))
 }
 
 /// Computes a frame and writes it.

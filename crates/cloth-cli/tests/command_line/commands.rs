@@ -25,7 +25,7 @@ fn wrong_arguments_end_with_2() {
         assert_eq!(place.output(arguments).status.code(), Some(2), "{arguments:?}");
     }
     let message = place.fails(2, &["run", "tiny.toml", "--backend", "abacus"]);
-    assert_eq!(message, "unknown backend `abacus`; this build has: cpu");
+    assert_eq!(message, "unknown backend `abacus`; this build has: wgpu, cpu");
     let message = place.fails(2, &["convert", "tiny.toml", "tiny.obj"]);
     assert!(message.contains("extension toml"), "{message}");
     assert!(!place.path("out").exists() && !place.path("tiny.obj").exists());
@@ -60,6 +60,8 @@ fn a_shown_scene_runs_as_a_file() {
 fn backends_are_listed() {
     let text = Place::new().succeeds(&["backends"]);
     assert!(text.lines().any(|line| line.starts_with("cpu: ")), "{text}");
+    assert!(text.lines().any(|line| line.starts_with("wgpu: ")), "{text}");
+    assert!(text.contains("  adapter 0: ") && text.contains("    limits: "), "{text}");
 }
 
 #[test]

@@ -12,7 +12,8 @@ pub use implicit::{
 pub use semi_implicit::SemiImplicitKernels;
 
 use crate::{
-    ContactResponse, Measures, Model, PinAction, Result, SolverConfig, StageTime, State,
+    ContactResponse, ImplicitSettings, Measures, Model, PinAction, Result, SolverConfig,
+    SolverReport, StageTime, State,
     stepper::{self, FramePlan, Substep},
 };
 
@@ -159,6 +160,32 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
         stepper::explicit::substep(self, substep)
     }
 
+    /// Composite: one implicit substep, booked in `report`. Returns whether it could be done. See
+    /// [`stepper::implicit`](crate::stepper::implicit).
+    ///
+    /// A backend whose device decides how solves go on need not wait for it: it books nothing, returns
+    /// that it could be done, and says in [`deferred_outcome`](Self::deferred_outcome) what came of it.
+    ///
+    /// # Errors
+    /// Those of the stages it is made of.
+    fn implicit_substep(
+        &mut self,
+        substep: &Substep,
+        settings: &ImplicitSettings,
+        report: &mut SolverReport,
+    ) -> Result<bool> {
+        stepper::implicit::substep(self, substep, settings, report)
+    }
+
+    /// What came of substeps since the last call that were recorded without waiting for them. Waits
+    /// for the device.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn deferred_outcome(&mut self) -> Result<DeferredOutcome> {
+        Ok(DeferredOutcome::default())
+    }
+
     /// Runs `work` as one batch: one thread pool entry, one submission, one graph. Nothing in
     /// `work` may read results back.
     fn batch<R: Send>(&mut self, work: impl FnOnce(&mut Self) -> R + Send) -> R
@@ -208,6 +235,16 @@ impl PinWrite {
         };
         Self { particle, held, position: None, velocity }
     }
+}
+
+/// What came of substeps that a backend recorded without waiting for its device.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DeferredOutcome {
+    /// What their solvers did, to be added to what was booked when they were recorded.
+    pub report: SolverReport,
+    /// Number, as in [`Substep::step`], of the one whose linear solve broke down, if any did. The state
+    /// is that of its start, and no later one was done.
+    pub broken: Option<u64>,
 }
 
 /// Counts of the contact stages.

@@ -50,12 +50,25 @@ pub fn substep<K: Kernels + ?Sized>(
         return Ok(false);
     }
     kernels.position_from_kept(0.0)?;
-    finish::advance(kernels, substep)?;
+    advance(kernels, substep)?;
     Ok(true)
 }
 
-/// Matrix and right-hand side at the present state.
-fn system<K: Kernels + ?Sized>(
+/// The end of a substep, once the velocities are found: motion, contact between cloths along the way,
+/// strain limiting, colliders.
+///
+/// # Errors
+/// Those of the stages.
+pub fn advance<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Result<()> {
+    finish::advance(kernels, substep)
+}
+
+/// Matrix and right-hand side at the present state: forces but those of springs, what is linearised,
+/// and their sum.
+///
+/// # Errors
+/// Those of the stages.
+pub fn system<K: Kernels + ?Sized>(
     kernels: &mut K,
     substep: &Substep,
     start: NewtonStart,

@@ -2,7 +2,7 @@
 
 use crate::{Integrator, Kernels, Result, SolverReport};
 
-use super::{Substep, implicit, semi_implicit};
+use super::{Substep, semi_implicit};
 
 /// One substep of the integrator. Returns whether it could be done; if not, a linear solve broke
 /// down, and the state is that of its start.
@@ -17,7 +17,7 @@ pub(super) fn substep<K: Kernels>(
 ) -> Result<bool> {
     match integrator {
         Integrator::Explicit => kernels.explicit_substep(substep).map(|()| true),
-        Integrator::Implicit(settings) => implicit::substep(kernels, substep, settings, report),
+        Integrator::Implicit(settings) => kernels.implicit_substep(substep, settings, report),
         Integrator::SemiImplicit(settings) => {
             semi_implicit::substep(kernels, substep, settings, report).map(|()| true)
         }

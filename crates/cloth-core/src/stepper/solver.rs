@@ -3,9 +3,9 @@
 use std::{sync::Arc, time::Instant};
 
 use crate::{
-    ConstraintStatistics, ContactStatistics, Control, Divergence, DivergenceCause, Error, Frame,
-    Integrator, Kernels, Measures, Model, PinAction, PinWrite, Pose, Result, Solver, SolverReport,
-    State, StepReport, error::positive,
+    ConstraintStatistics, ContactStatistics, Control, DeferredOutcome, Divergence, DivergenceCause,
+    Error, Frame, Integrator, Kernels, Measures, Model, PinAction, PinWrite, Pose, Result, Solver,
+    SolverReport, State, StepReport, error::positive,
 };
 
 use super::{
@@ -64,6 +64,11 @@ impl<K: Kernels> SteppedSolver<K> {
         Ok(solver)
     }
 
+    /// The kernels, for what a backend offers beyond [`Solver`].
+    pub const fn kernels_mut(&mut self) -> &mut K {
+        &mut self.kernels
+    }
+
     /// Turns the pending control into writes for the kernels. Particles that move need to know
     /// where they are now, the one case in which a control reads the state back.
     fn control_apply(&mut self, duration: f64) -> Result<()> {
@@ -107,6 +112,19 @@ impl<K: Kernels> SteppedSolver<K> {
         }
         self.control = Control::default();
         self.colliders.clone_from(&self.collider_targets);
+        Ok(())
+    }
+
+    /// Books what came of substeps that were recorded without waiting for them.
+    fn deferred_settle(&mut self) -> Result<()> {
+        let DeferredOutcome { report, broken } = self.kernels.deferred_outcome()?;
+        self.solver_report.add_attempt(&report, true);
+        let broken = self.plan.substeps.iter().find(|substep| Some(substep.step) == broken);
+        if let Some(&substep) = broken {
+            self.step = substep.step - 1;
+            self.time = substep.time;
+            self.frame_end = FrameEnd { substeps: substep.index as u32, broken: Some(substep) };
+        }
         Ok(())
     }
 
@@ -162,6 +180,7 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
 
     fn advance(&mut self, frame: Frame) -> Result<()> {
         positive(|| "duration of the frame".into(), frame.duration)?;
+        self.deferred_settle()?;
         self.frame_start = Some(Instant::now());
         self.control_apply(frame.duration)?;
         let span = FrameSpan {
@@ -187,6 +206,7 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
     fn synchronize(&mut self) -> Result<StepReport> {
         if let Some(start) = self.frame_start.take() {
             let measures = self.kernels.measure()?;
+            self.deferred_settle()?;
             let ContactStatistics { contacts, candidates, rebuilds } =
                 self.kernels.contact_statistics()?;
             let ConstraintStatistics { constrained, released } =
@@ -214,6 +234,7 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
     }
 
     fn download(&mut self, out: &mut State) -> Result<()> {
+        self.deferred_settle()?;
         self.kernels.state_read(out)?;
         out.time = self.time;
         out.step = self.step;

@@ -198,7 +198,9 @@ impl AdaptiveFrame<'_> {
             kernels.state_keep()?;
             integrate::substep(kernels, substep, &self.integrator, &mut attempt)
         })?;
-        let failure = if done {
+        let deferred = kernels.deferred_outcome()?;
+        attempt.add_attempt(&deferred.report, true);
+        let failure = if done && deferred.broken.is_none() {
             self.failure(&attempt, &kernels.measure()?)
         } else {
             let residual = attempt.residual;

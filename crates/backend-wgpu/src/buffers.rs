@@ -1,0 +1,250 @@
+//! The device memory of a solver: every buffer by the name that kernels know it by.
+
+use std::collections::HashMap;
+
+use cloth_core::{Error, Model, Result};
+use wgpu::util::DeviceExt;
+
+use crate::{
+    contact::policy::ContactSizes,
+    device::DeviceContext,
+    dispatch::MEASURE_BLOCK,
+    fault::{BACKEND, fault},
+    layout::{Collider, Pin, Status, Substep},
+    tables::Tables,
+};
+
+/// Copies of the motion of all particles. Two take turns; contact needs a third, in which the start
+/// of a frame is kept until the frame is known to be good.
+const MOTIONS: [&str; 3] = ["motion 0", "motion 1", "motion 2"];
+
+/// All buffers of a solver.
+#[derive(Debug)]
+pub(crate) struct Buffers {
+    named: HashMap<&'static str, wgpu::Buffer>,
+    positions: Vec<wgpu::Buffer>,
+    velocities: Vec<wgpu::Buffer>,
+    /// Bytes taken so far.
+    bytes: u64,
+}
+
+/// Bytes of a position or velocity.
+pub(crate) const VECTOR_SIZE: u64 = 16;
+
+/// What is going to be made: name, size \[byte\], initial contents.
+struct Plan<'a>(Vec<(&'static str, u64, Option<&'a [u8]>)>);
+
+impl<'a> Plan<'a> {
+    fn of(model: &Model, tables: &'a Tables, contact: Option<&ContactSizes>) -> Self {
+        let particles = model.particle_count() as u64;
+        let mut plan = Self(Vec::new());
+        plan.zeroed("model", size_of::<crate::layout::Model>() as u64);
+        plan.zeroed("status", size_of::<Status>() as u64);
+        plan.zeroed("force", VECTOR_SIZE * particles);
+        plan.zeroed("normals", VECTOR_SIZE * particles);
+        plan.zeroed("colliders", size_of::<Collider>() as u64);
+        plan.zeroed("pins", pins_size(1));
+        let blocks = particles.div_ceil(u64::from(MEASURE_BLOCK));
+        plan.zeroed("measure_partials", MEASURE_SIZE * blocks);
+        plan.zeroed("measure_result", MEASURE_SIZE);
+        plan.filled("spring_rows", bytemuck::cast_slice(&tables.spring_rows));
+        plan.filled("spring_entries", bytemuck::cast_slice(&tables.spring_entries));
+        plan.filled("triangle_rows", bytemuck::cast_slice(&tables.triangle_rows));
+        plan.filled("triangles", bytemuck::cast_slice(&tables.triangles));
+        plan.filled("air_coefficients", bytemuck::cast_slice(&tables.air_coefficients));
+        plan.filled("offsets", bytemuck::cast_slice(&tables.offsets));
+        plan.filled("limited_springs", bytemuck::cast_slice(&tables.limited_springs));
+        if let Some(sizes) = contact {
+            plan.zeroed("contact", size_of::<crate::layout::Contact>() as u64);
+            plan.zeroed("contact_reference", VECTOR_SIZE * particles);
+            plan.zeroed("contact_rows", 8 * particles);
+            plan.zeroed("contact_entries", 4 * u64::from(sizes.entries));
+            plan.zeroed("contact_counts", 4 * particles);
+            plan.zeroed("cell_of_particle", 8 * particles);
+            plan.zeroed("cell_counts", 4 * u64::from(sizes.cells));
+            plan.zeroed("cell_ranges", 8 * u64::from(sizes.cells));
+            plan.zeroed("sorted_positions", VECTOR_SIZE * particles);
+            plan.zeroed("sorted_velocities", 4 * particles);
+            plan.filled("exclusions", bytemuck::cast_slice(&tables.exclusions));
+        }
+        plan
+    }
+
+    fn zeroed(&mut self, name: &'static str, size: u64) {
+        self.0.push((name, size, None));
+    }
+
+    fn filled(&mut self, name: &'static str, contents: &'a [u8]) {
+        self.0.push((name, contents.len() as u64, Some(contents)));
+    }
+}
+
+/// Bytes of one set of results of the stage `measure`.
+pub(crate) const MEASURE_SIZE: u64 = 128;
+
+/// Bytes of `count` pins with their header.
+pub(crate) const fn pins_size(count: usize) -> u64 {
+    16 + (count * size_of::<Pin>()) as u64
+}
+
+/// Distance of two entries of an array of uniforms \[byte\].
+pub(crate) fn uniform_stride(limits: &wgpu::Limits, size: usize) -> u64 {
+    (size as u64).next_multiple_of(u64::from(limits.min_uniform_buffer_offset_alignment))
+}
+
+impl Buffers {
+    /// Takes all memory for a model.
+    ///
+    /// # Errors
+    /// `LimitExceeded` before anything is taken, if a buffer is larger than the device allows;
+    /// `OutOfMemory`.
+    pub(crate) fn new(
+        context: &DeviceContext,
+        model: &Model,
+        tables: &Tables,
+        contact: Option<&ContactSizes>,
+    ) -> Result<Self> {
+        let plan = Plan::of(model, tables, contact);
+        let motion = VECTOR_SIZE * model.particle_count() as u64;
+        for &(name, size, _) in &plan.0 {
+            size_check(&context.limits, name, size)?;
+        }
+        size_check(&context.limits, "positions", motion)?;
+        let mut buffers =
+            Self { named: HashMap::new(), positions: vec![], velocities: vec![], bytes: 0 };
+        for (name, size, contents) in plan.0 {
+            buffers.create(context, name, size, contents)?;
+        }
+        let colours = uniform_array(&context.limits, &tables.colours);
+        buffers.create(context, "colour", colours.len() as u64, Some(&colours))?;
+        buffers.create(
+            context,
+            "substep",
+            uniform_stride(&context.limits, size_of::<Substep>()),
+            None,
+        )?;
+        for label in &MOTIONS[..if contact.is_some() { 3 } else { 2 }] {
+            let position = buffers.allocate(context, label, motion, None)?;
+            let velocity = buffers.allocate(context, label, motion, None)?;
+            buffers.positions.push(position);
+            buffers.velocities.push(velocity);
+        }
+        Ok(buffers)
+    }
+
+    /// Makes a buffer, or makes it anew; contents are lost.
+    ///
+    /// # Errors
+    /// `LimitExceeded`, `OutOfMemory`.
+    pub(crate) fn create(
+        &mut self,
+        context: &DeviceContext,
+        name: &'static str,
+        size: u64,
+        contents: Option<&[u8]>,
+    ) -> Result<()> {
+        // The old one goes first, so that both need not fit.
+        if let Some(old) = self.named.remove(name) {
+            self.bytes -= old.size();
+        }
+        let buffer = self.allocate(context, name, size, contents)?;
+        self.named.insert(name, buffer);
+        Ok(())
+    }
+
+    fn allocate(
+        &mut self,
+        context: &DeviceContext,
+        name: &'static str,
+        size: u64,
+        contents: Option<&[u8]>,
+    ) -> Result<wgpu::Buffer> {
+        size_check(&context.limits, name, size)?;
+        // wgpu knows no empty bindings.
+        let size = size.max(VECTOR_SIZE);
+        let uniform = ["model", "substep", "colour", "contact"].contains(&name);
+        let kind = if uniform { wgpu::BufferUsages::UNIFORM } else { wgpu::BufferUsages::STORAGE };
+        let usage = kind | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
+        let contents = contents.filter(|contents| !contents.is_empty());
+        let made = context.scoped(wgpu::ErrorFilter::OutOfMemory, |device| match contents {
+            Some(contents) => device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some(name),
+                contents,
+                usage,
+            }),
+            None => device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(name),
+                size,
+                usage,
+                mapped_at_creation: false,
+            }),
+        });
+        let buffer = made.map_err(|error| fault(&error, self.bytes + size, self.bytes))?;
+        context.faults.check()?;
+        self.bytes += size;
+        Ok(buffer)
+    }
+
+    /// The buffer that a kernel knows as `name`, when it reads motion `input` and writes `output`.
+    ///
+    /// # Errors
+    /// A name that no buffer has: an error of this crate, which its tests exclude.
+    pub(crate) fn get(&self, name: &str, input: usize, output: usize) -> Result<&wgpu::Buffer> {
+        let found = match name {
+            "position_in" => self.positions.get(input),
+            "velocity_in" => self.velocities.get(input),
+            "position_out" => self.positions.get(output),
+            "velocity_out" => self.velocities.get(output),
+            _ => self.named.get(name),
+        };
+        found.ok_or_else(|| Error::Unsupported {
+            backend: BACKEND,
+            feature: format!("buffer {name} in a scene that has none"),
+        })
+    }
+
+    pub(crate) fn position(&self, motion: usize) -> &wgpu::Buffer {
+        &self.positions[motion]
+    }
+
+    pub(crate) fn velocity(&self, motion: usize) -> &wgpu::Buffer {
+        &self.velocities[motion]
+    }
+
+    /// Number of copies of the motion.
+    pub(crate) fn motion_count(&self) -> usize {
+        self.positions.len()
+    }
+}
+
+fn size_check(limits: &wgpu::Limits, name: &'static str, size: u64) -> Result<()> {
+    let max = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    if size > max {
+        return Err(Error::LimitExceeded { limit: limit_name(name), requested: size, max });
+    }
+    Ok(())
+}
+
+/// What a user calls the limit on a buffer.
+fn limit_name(buffer: &'static str) -> &'static str {
+    match buffer {
+        "positions" | "force" | "normals" => "bytes of a buffer of particles on this device",
+        "spring_rows" | "spring_entries" | "limited_springs" => {
+            "bytes of a buffer of springs on this device"
+        }
+        "triangle_rows" | "triangles" => "bytes of a buffer of triangles on this device",
+        "colliders" => "bytes of a buffer of colliders on this device",
+        "contact_entries" => "bytes of a buffer of contact candidates on this device",
+        _ => "bytes of a buffer on this device",
+    }
+}
+
+/// An array of uniforms, each at its own aligned place.
+pub(crate) fn uniform_array<T: bytemuck::Pod>(limits: &wgpu::Limits, items: &[T]) -> Vec<u8> {
+    let stride = uniform_stride(limits, size_of::<T>()) as usize;
+    let mut bytes = vec![0; stride * items.len().max(1)];
+    for (chunk, item) in bytes.chunks_exact_mut(stride).zip(items) {
+        chunk[..size_of::<T>()].copy_from_slice(bytemuck::bytes_of(item));
+    }
+    bytes
+}

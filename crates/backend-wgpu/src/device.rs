@@ -1,0 +1,179 @@
+//! A device with its kernels, shared by all solvers of a backend.
+
+use std::{
+    collections::HashMap,
+    sync::{Arc, Mutex, PoisonError},
+};
+
+use cloth_core::{Error, Result};
+use cloth_kernels::{WgslBinding, WgslBindingKind, WgslModule, wgsl_bindings};
+
+use crate::fault::{BACKEND, Faults};
+
+/// A device, its queue and the kernels compiled for it so far.
+#[derive(Debug)]
+pub(crate) struct DeviceContext {
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    pub(crate) limits: wgpu::Limits,
+    pub(crate) faults: Faults,
+    /// Whether the time of every stage is to be taken.
+    pub(crate) stage_times: bool,
+    kernels: Mutex<HashMap<KernelKey, Arc<Kernel>>>,
+}
+
+/// Module and options.
+type KernelKey = (&'static str, Vec<&'static str>);
+
+/// A compiled kernel.
+#[derive(Debug)]
+pub(crate) struct Kernel {
+    /// Name of its module.
+    pub(crate) name: &'static str,
+    pub(crate) pipeline: wgpu::ComputePipeline,
+    pub(crate) layout: wgpu::BindGroupLayout,
+    /// What it binds, in the order of the numbers.
+    pub(crate) bindings: Vec<WgslBinding>,
+}
+
+/// Uniform buffers of which one entry is chosen when a kernel is started.
+pub(crate) const DYNAMIC: [&str; 2] = ["substep", "colour"];
+
+impl DeviceContext {
+    pub(crate) fn new(device: wgpu::Device, queue: wgpu::Queue, stage_times: bool) -> Self {
+        let faults = Faults::listen(&device);
+        let limits = device.limits();
+        let stage_times =
+            stage_times && device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+        Self { device, queue, limits, faults, stage_times, kernels: Mutex::default() }
+    }
+
+    /// The kernel of a module with some of its options, compiled now if it is the first time.
+    ///
+    /// # Errors
+    /// `LimitExceeded` if it binds more buffers than the device allows; `KernelCompile`.
+    pub(crate) fn kernel(
+        &self,
+        name: &'static str,
+        options: &[&'static str],
+    ) -> Result<Arc<Kernel>> {
+        let key = (name, options.to_vec());
+        let mut kernels = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(kernel) = kernels.get(&key) {
+            return Ok(Arc::clone(kernel));
+        }
+        let kernel = Arc::new(self.kernel_compile(name, options)?);
+        kernels.insert(key, Arc::clone(&kernel));
+        Ok(kernel)
+    }
+
+    fn kernel_compile(&self, name: &'static str, options: &[&str]) -> Result<Kernel> {
+        let fail = |log: String| Error::KernelCompile { kernel: name, log };
+        let module =
+            WgslModule::find(name).ok_or_else(|| fail("there is no such module".into()))?;
+        let text = module.compose(options).map_err(|error| fail(error.to_string()))?;
+        let bindings = wgsl_bindings(&text);
+        self.bindings_check(&bindings)?;
+        let entries: Vec<_> = bindings.iter().map(layout_entry).collect();
+        let made = self.scoped(wgpu::ErrorFilter::Validation, |device| {
+            let shader = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(name),
+                source: wgpu::ShaderSource::Wgsl(text.into()),
+            });
+            let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: Some(name),
+                entries: &entries,
+            });
+            let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(name),
+                bind_group_layouts: &[Some(&layout)],
+                immediate_size: 0,
+            });
+            let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(name),
+                layout: Some(&pipeline_layout),
+                module: &shader,
+                entry_point: Some("main"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            });
+            (pipeline, layout)
+        });
+        self.faults.check()?;
+        let (pipeline, layout) = made.map_err(|error| fail(error.to_string()))?;
+        Ok(Kernel { name, pipeline, layout, bindings })
+    }
+
+    /// Runs `work`; its error, if it caused one that passes the filter.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn scoped<R>(
+        &self,
+        filter: wgpu::ErrorFilter,
+        work: impl FnOnce(&wgpu::Device) -> R,
+    ) -> std::result::Result<R, wgpu::Error> {
+        let scope = self.device.push_error_scope(filter);
+        let result = work(&self.device);
+        // The answer is there at once on native platforms.
+        pollster::block_on(scope.pop()).map_or(Ok(result), Err)
+    }
+
+    /// Runs `work`. In a browser the answer comes later, and nothing may wait for it: errors go to
+    /// `faults`.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) fn scoped<R>(
+        &self,
+        _filter: wgpu::ErrorFilter,
+        work: impl FnOnce(&wgpu::Device) -> R,
+    ) -> std::result::Result<R, wgpu::Error> {
+        Ok(work(&self.device))
+    }
+
+    fn bindings_check(&self, bindings: &[WgslBinding]) -> Result<()> {
+        let storage = bindings.iter().filter(|binding| binding.kind != WgslBindingKind::Uniform);
+        let storage = storage.count() as u64;
+        let max = u64::from(self.limits.max_storage_buffers_per_shader_stage);
+        if storage > max {
+            return Err(Error::LimitExceeded {
+                limit: "storage buffers of a kernel (max_storage_buffers_per_shader_stage)",
+                requested: storage,
+                max,
+            });
+        }
+        Ok(())
+    }
+
+    /// Hands recorded work to the device.
+    pub(crate) fn submit(&self, commands: wgpu::CommandBuffer) -> Result<()> {
+        self.faults.check()?;
+        self.queue.submit([commands]);
+        self.faults.check()
+    }
+
+    /// Waits until the device has done everything it was given.
+    pub(crate) fn wait(&self) -> Result<()> {
+        let outcome = self.device.poll(wgpu::PollType::wait_indefinitely());
+        self.faults.check()?;
+        match outcome {
+            Ok(_) => Ok(()),
+            Err(error) => Err(Error::DeviceLost { backend: BACKEND, reason: error.to_string() }),
+        }
+    }
+}
+
+fn layout_entry(binding: &WgslBinding) -> wgpu::BindGroupLayoutEntry {
+    let kind = match binding.kind {
+        WgslBindingKind::Uniform => wgpu::BufferBindingType::Uniform,
+        WgslBindingKind::StorageRead => wgpu::BufferBindingType::Storage { read_only: true },
+        WgslBindingKind::StorageWrite => wgpu::BufferBindingType::Storage { read_only: false },
+    };
+    wgpu::BindGroupLayoutEntry {
+        binding: binding.number,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer {
+            ty: kind,
+            has_dynamic_offset: DYNAMIC.contains(&binding.name.as_str()),
+            min_binding_size: None,
+        },
+        count: None,
+    }
+}

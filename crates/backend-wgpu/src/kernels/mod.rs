@@ -1,0 +1,140 @@
+//! The stages of the engine on one solver's memory.
+
+mod implicit;
+mod semi_implicit;
+
+use std::sync::Arc;
+
+use cloth_core::{
+    ContactStatistics, Kernels, Measures, Model, PinWrite, Result, SolverConfig, StageTime, State,
+    stepper::{self, FramePlan, Substep},
+};
+
+use crate::{contact::Command, stages::Stages};
+
+/// The stages on a GPU.
+///
+/// Calls record work; it is handed over at the end of a batch, or when a result is asked for. With
+/// contact between cloths, changes are kept as commands until the device has confirmed the frame.
+pub struct WgpuKernels {
+    stages: Stages,
+}
+
+impl WgpuKernels {
+    pub(crate) fn new(stages: Stages) -> Self {
+        Self { stages }
+    }
+
+    pub(crate) fn stages_mut(&mut self) -> &mut Stages {
+        &mut self.stages
+    }
+}
+
+impl Kernels for WgpuKernels {
+    fn model(&self) -> &Arc<Model> {
+        self.stages.model()
+    }
+
+    fn config(&self) -> &SolverConfig {
+        self.stages.config()
+    }
+
+    fn state_write(&mut self, state: &State) -> Result<()> {
+        self.stages.state_write(state)
+    }
+
+    fn state_read(&mut self, out: &mut State) -> Result<()> {
+        self.stages.state_read(out)
+    }
+
+    fn forces_read(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
+        self.stages.forces_read(out)
+    }
+
+    fn pins_write(&mut self, pins: &[PinWrite]) -> Result<()> {
+        self.stages.execute(Command::PinsWrite(pins.to_vec()))
+    }
+
+    fn frame_begin(&mut self, plan: &FramePlan) -> Result<()> {
+        self.stages.frame_begin(plan)
+    }
+
+    fn field_forces(&mut self) -> Result<()> {
+        self.stages.execute(Command::FieldForces)
+    }
+
+    fn spring_forces(&mut self) -> Result<()> {
+        self.stages.execute(Command::SpringForces)
+    }
+
+    fn aerodynamic_forces(&mut self, substep: &Substep) -> Result<()> {
+        self.stages.execute(Command::AerodynamicForces(*substep))
+    }
+
+    fn contact_candidates(&mut self) -> Result<()> {
+        self.stages.execute(Command::ContactCandidates)
+    }
+
+    fn contact_forces(&mut self) -> Result<()> {
+        self.stages.execute(Command::ContactForces)
+    }
+
+    fn integrate_explicit(&mut self, substep: &Substep) -> Result<()> {
+        self.stages.execute(Command::IntegrateExplicit(*substep))
+    }
+
+    fn contact_impulses(&mut self, substep: &Substep) -> Result<()> {
+        self.stages.execute(Command::ContactImpulses(*substep))
+    }
+
+    fn strain_limit_colours(&self) -> usize {
+        self.stages.strain_limit_colours()
+    }
+
+    fn strain_limit(&mut self, substep: &Substep, colour: usize) -> Result<()> {
+        self.stages.execute(Command::StrainLimit(*substep, colour))
+    }
+
+    fn collider_response(&mut self, substep: &Substep) -> Result<()> {
+        self.stages.execute(Command::ColliderResponse(*substep))
+    }
+
+    fn vertex_normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
+        self.stages.vertex_normals_read(out)
+    }
+
+    fn measure(&mut self) -> Result<Measures> {
+        self.stages.measure()
+    }
+
+    fn contact_statistics(&mut self) -> Result<ContactStatistics> {
+        self.stages.contact_statistics()
+    }
+
+    fn contact_pairs(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {
+        self.stages.contact_pairs(out)
+    }
+
+    fn stage_times(&mut self) -> Vec<StageTime> {
+        self.stages.stage_times()
+    }
+
+    fn explicit_substep(&mut self, substep: &Substep) -> Result<()> {
+        if !self.stages.is_fused() {
+            return stepper::explicit::substep(self, substep);
+        }
+        self.stages.execute(Command::ExplicitPass(*substep))?;
+        if self.stages.colliders_in_pass() {
+            return Ok(());
+        }
+        stepper::explicit::after_integration(self, substep)?;
+        if self.model().colliders().is_empty() { Ok(()) } else { self.collider_response(substep) }
+    }
+
+    fn batch<R: Send>(&mut self, work: impl FnOnce(&mut Self) -> R + Send) -> R {
+        self.stages.batch_begin();
+        let result = work(self);
+        self.stages.batch_end();
+        result
+    }
+}

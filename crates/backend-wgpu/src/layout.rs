@@ -1,0 +1,185 @@
+//! The structs that host and device share, field by field as in WGSL.
+//!
+//! A test holds the offset of every field and the size of every struct against the layout that naga
+//! computes for the WGSL struct of the same name.
+
+use bytemuck::{Pod, Zeroable};
+
+macro_rules! shared_struct {
+    ($(#[$meta:meta])* $name:ident { $($(#[$field_meta:meta])* $field:ident: $type:ty,)* }) => {
+        $(#[$meta])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+        pub(crate) struct $name { $($(#[$field_meta])* pub(crate) $field: $type,)* }
+
+        #[cfg(test)]
+        impl $name {
+            /// Name and offset \[byte\] of every field.
+            const FIELDS: &[(&'static str, usize)] =
+                &[$((stringify!($field), std::mem::offset_of!($name, $field)),)*];
+        }
+    };
+}
+
+shared_struct! {
+    /// `shared/model.wgsl`.
+    Model {
+        acceleration: [f32; 3],
+        particle_count: u32,
+        drag_rate: [f32; 3],
+        offset: f32,
+        contact_distance: f32,
+        contact_stiffness: f32,
+        contact_damping: f32,
+        contact_restitution: f32,
+        contact_friction: f32,
+        colliders_in_pass: u32,
+        measure_blocks: u32,
+        padding: u32,
+    }
+}
+
+shared_struct! {
+    /// `shared/substep.wgsl`.
+    Substep {
+        wind: [f32; 3],
+        length: f32,
+        serial: u32,
+        collider_first: u32,
+        collider_count: u32,
+        contact_recovery: f32,
+        time: f32,
+        flags: u32,
+        contact_tick: u32,
+        padding: u32,
+    }
+}
+
+/// The last substep of a frame: contacts are counted.
+pub(crate) const FLAG_COUNT_CONTACTS: u32 = 1;
+/// The candidate list is built, needed or not.
+pub(crate) const FLAG_CONTACT_REBUILD: u32 = 2;
+
+shared_struct! {
+    /// `shared/status.wgsl`.
+    Status {
+        stopped: u32,
+        invalid: u32,
+        contact_stale: u32,
+        contact_building: u32,
+        contact_built: u32,
+        contact_built_time: f32,
+        contact_entries: u32,
+        contact_rebuilds: u32,
+        cell_particles: u32,
+        contact_needed: u32,
+        padding_0: u32,
+        padding_1: u32,
+    }
+}
+
+/// No substep has left a number that is not finite.
+pub(crate) const STOPPED_NEVER: u32 = u32::MAX;
+/// The candidates did not fit.
+pub(crate) const INVALID_OVERFLOW: u32 = 2;
+
+shared_struct! {
+    /// `shared/contact_list.wgsl`.
+    Contact {
+        drift: [f32; 3],
+        velocity_max: f32,
+        allowance: f32,
+        reach: f32,
+        horizon: f32,
+        cells_per_metre: f32,
+        list_distance: f32,
+        cell_mask: u32,
+        list_capacity: u32,
+        lead: f32,
+    }
+}
+
+shared_struct! {
+    /// `shared/collider.wgsl`.
+    Collider {
+        translation: [f32; 3],
+        shape: u32,
+        linear_velocity: [f32; 3],
+        friction: f32,
+        angular_velocity: [f32; 3],
+        restitution: f32,
+        row_x: [f32; 3],
+        size_x: f32,
+        row_y: [f32; 3],
+        size_y: f32,
+        row_z: [f32; 3],
+        size_z: f32,
+    }
+}
+
+shared_struct! {
+    /// `strain_limit.wgsl`.
+    Colour {
+        first: u32,
+        count: u32,
+        padding_0: u32,
+        padding_1: u32,
+    }
+}
+
+shared_struct! {
+    /// `pins_write.wgsl`.
+    Pin {
+        position: [f32; 4],
+        velocity: [f32; 3],
+        particle: u32,
+        has_position: u32,
+        has_velocity: u32,
+        padding_0: u32,
+        padding_1: u32,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cloth_kernels::WGSL_MODULES;
+
+    use super::*;
+
+    /// Every WGSL struct of that name, in any module, has these fields at these offsets.
+    fn check(name: &str, fields: &[(&str, usize)], size: usize) {
+        let mut found = 0;
+        for module in WGSL_MODULES {
+            for options in module.option_sets() {
+                let text = module.compose(&options).unwrap();
+                let parsed = naga::front::wgsl::parse_str(&text).unwrap();
+                for (_, definition) in parsed.types.iter() {
+                    let naga::TypeInner::Struct { members, span } = &definition.inner else {
+                        continue;
+                    };
+                    if definition.name.as_deref() != Some(name) {
+                        continue;
+                    }
+                    found += 1;
+                    assert_eq!(*span as usize, size, "size of {name} in {}", module.name);
+                    let members = members
+                        .iter()
+                        .map(|member| (member.name.as_deref().unwrap(), member.offset as usize));
+                    assert!(members.eq(fields.iter().copied()), "{name} in {}", module.name);
+                }
+            }
+        }
+        assert!(found > 0, "no module has a struct {name}");
+    }
+
+    #[test]
+    fn structs_have_the_layout_of_their_wgsl_twins() {
+        check("Model", Model::FIELDS, size_of::<Model>());
+        check("Substep", Substep::FIELDS, size_of::<Substep>());
+        check("Status", Status::FIELDS, size_of::<Status>());
+        check("Contact", Contact::FIELDS, size_of::<Contact>());
+        check("Collider", Collider::FIELDS, size_of::<Collider>());
+        check("Colour", Colour::FIELDS, size_of::<Colour>());
+        check("Pin", Pin::FIELDS, size_of::<Pin>());
+    }
+}

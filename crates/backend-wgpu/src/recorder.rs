@@ -1,0 +1,175 @@
+//! Recording of work for the device, and the time it takes.
+
+use cloth_core::{Result, StageTime};
+
+use crate::{
+    device::{DeviceContext, Kernel},
+    dispatch::Groups,
+    readback::Readback,
+};
+
+/// Work that is recorded but not yet handed over. All dispatches go into one pass; with times taken,
+/// each into a pass of its own, as times are those of passes.
+#[derive(Debug)]
+pub(crate) struct Recorder {
+    encoder: Option<wgpu::CommandEncoder>,
+    pass: Option<wgpu::ComputePass<'static>>,
+    clock: Option<Clock>,
+}
+
+/// Time stamps of passes.
+#[derive(Debug)]
+struct Clock {
+    queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    readback: Readback,
+    /// The stage of each pair of time stamps taken since the last submission.
+    stages: Vec<&'static str>,
+    times: Vec<StageTime>,
+}
+
+/// Passes whose times are taken in one submission.
+const CLOCK_PASSES: u32 = 1024;
+/// Bytes of all time stamps.
+const CLOCK_SIZE: u64 = 2 * CLOCK_PASSES as u64 * wgpu::QUERY_SIZE as u64;
+
+impl Recorder {
+    pub(crate) fn new(context: &DeviceContext) -> Self {
+        let clock = context.stage_times.then(|| Clock {
+            queries: context.device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("stage times"),
+                ty: wgpu::QueryType::Timestamp,
+                count: 2 * CLOCK_PASSES,
+            }),
+            resolved: context.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("stage times"),
+                size: CLOCK_SIZE,
+                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: false,
+            }),
+            readback: Readback::new(context, CLOCK_SIZE),
+            stages: Vec::new(),
+            times: Vec::new(),
+        });
+        Self { encoder: None, pass: None, clock }
+    }
+
+    /// Whether nothing is recorded.
+    pub(crate) const fn is_empty(&self) -> bool {
+        self.encoder.is_none()
+    }
+
+    fn encoder<'a>(
+        slot: &'a mut Option<wgpu::CommandEncoder>,
+        context: &DeviceContext,
+    ) -> &'a mut wgpu::CommandEncoder {
+        slot.get_or_insert_with(|| {
+            context
+                .device
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("cloth") })
+        })
+    }
+
+    /// Records a dispatch; its time counts for `stage`.
+    pub(crate) fn dispatch(
+        &mut self,
+        context: &DeviceContext,
+        stage: &'static str,
+        kernel: &Kernel,
+        bind_group: &wgpu::BindGroup,
+        offsets: &[u32],
+        groups: Groups,
+    ) -> Result<()> {
+        if self.clock.as_ref().is_some_and(|clock| clock.stages.len() as u32 == CLOCK_PASSES) {
+            self.submit(context)?;
+        }
+        let timestamp_writes = self.clock.as_mut().map(|clock| {
+            let first = 2 * clock.stages.len() as u32;
+            clock.stages.push(stage);
+            wgpu::ComputePassTimestampWrites {
+                query_set: &clock.queries,
+                beginning_of_pass_write_index: Some(first),
+                end_of_pass_write_index: Some(first + 1),
+            }
+        });
+        let timed = timestamp_writes.is_some();
+        let pass = match &mut self.pass {
+            Some(pass) if !timed => pass,
+            pass => {
+                *pass = None;
+                let encoder = Self::encoder(&mut self.encoder, context);
+                let descriptor = wgpu::ComputePassDescriptor { label: None, timestamp_writes };
+                pass.insert(encoder.begin_compute_pass(&descriptor).forget_lifetime())
+            }
+        };
+        pass.set_pipeline(&kernel.pipeline);
+        pass.set_bind_group(0, bind_group, offsets);
+        pass.dispatch_workgroups(groups[0], groups[1], 1);
+        Ok(())
+    }
+
+    /// Records a copy of `size` bytes.
+    pub(crate) fn copy(
+        &mut self,
+        context: &DeviceContext,
+        source: &wgpu::Buffer,
+        target: &wgpu::Buffer,
+        target_offset: u64,
+        size: u64,
+    ) {
+        self.pass = None;
+        let encoder = Self::encoder(&mut self.encoder, context);
+        encoder.copy_buffer_to_buffer(source, 0, target, target_offset, Some(size));
+    }
+
+    /// Hands everything recorded to the device.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub(crate) fn submit(&mut self, context: &DeviceContext) -> Result<()> {
+        self.pass = None;
+        let Some(mut encoder) = self.encoder.take() else { return context.faults.check() };
+        match self.clock.as_mut().filter(|clock| !clock.stages.is_empty()) {
+            Some(clock) => {
+                let count = 2 * clock.stages.len() as u32;
+                encoder.resolve_query_set(&clock.queries, 0..count, &clock.resolved, 0);
+                let size = u64::from(count * wgpu::QUERY_SIZE);
+                encoder.copy_buffer_to_buffer(
+                    &clock.resolved,
+                    0,
+                    clock.readback.buffer(),
+                    0,
+                    Some(size),
+                );
+                context.submit(encoder.finish())?;
+                clock.take(context, size)
+            }
+            None => context.submit(encoder.finish()),
+        }
+    }
+
+    /// Times by stage since the last call.
+    pub(crate) fn stage_times(&mut self) -> Vec<StageTime> {
+        self.clock.as_mut().map_or_else(Vec::new, |clock| std::mem::take(&mut clock.times))
+    }
+}
+
+impl Clock {
+    /// Waits for the time stamps and adds them up.
+    fn take(&mut self, context: &DeviceContext, size: u64) -> Result<()> {
+        let period = f64::from(context.queue.get_timestamp_period());
+        let stages = std::mem::take(&mut self.stages);
+        let times = &mut self.times;
+        self.readback.read(context, size, |bytes| {
+            let stamps: Vec<u64> = bytemuck::pod_collect_to_vec(bytes);
+            for (stage, pair) in stages.into_iter().zip(stamps.chunks_exact(2)) {
+                let nanoseconds = pair[1].saturating_sub(pair[0]) as f64 * period;
+                let time = std::time::Duration::from_nanos(nanoseconds as u64);
+                match times.iter_mut().find(|entry| entry.stage == stage) {
+                    Some(entry) => entry.time += time,
+                    None => times.push(StageTime { stage, time }),
+                }
+            }
+        })
+    }
+}

@@ -1,0 +1,153 @@
+//! From commands to recorded kernels.
+
+use cloth_core::{Result, stepper::Substep};
+
+use super::Stages;
+use crate::{
+    contact::{Command, OpenFrame},
+    dispatch::WORKGROUP,
+};
+
+impl Stages {
+    /// Runs a command. With contact between cloths it becomes part of an open frame; outside a batch
+    /// that is settled at once.
+    pub(crate) fn execute(&mut self, command: Command) -> Result<()> {
+        if self.contact.is_none() {
+            return self.encode(&command);
+        }
+        let alone = !self.is_batch && self.open.is_none();
+        if alone && matches!(command, Command::ContactForces | Command::ContactImpulses(_)) {
+            // The list for the present positions first, so that the command cannot fail half way.
+            self.execute(Command::ContactCandidates)?;
+            return self.encode(&command);
+        }
+        if self.open.is_none() && (self.is_batch || command.has_contact()) {
+            self.open = Some(OpenFrame { start: self.present, commands: Vec::new() });
+            self.list_uses = 0;
+        }
+        self.encode(&command)?;
+        let has_contact = command.has_contact();
+        if let Some(open) = &mut self.open {
+            open.commands.push(command);
+        }
+        if has_contact && !self.is_batch { self.settle() } else { Ok(()) }
+    }
+
+    pub(crate) fn batch_begin(&mut self) {
+        self.is_batch = true;
+        if let Err(error) = self.settle() {
+            self.failure = Some(error);
+        }
+    }
+
+    /// Hands the batch over. Its results are asked for later.
+    pub(crate) fn batch_end(&mut self) {
+        self.is_batch = false;
+        if let Err(error) = self.recorder.submit(&self.context) {
+            self.failure = Some(error);
+        }
+    }
+
+    /// Records a command.
+    pub(super) fn encode(&mut self, command: &Command) -> Result<()> {
+        match command {
+            Command::PinsWrite(pins) => self.pins_write(pins),
+            Command::FieldForces => {
+                self.has_force = true;
+                self.over_particles("field_forces", 0)
+            }
+            Command::SpringForces => self.over_particles("spring_forces", 0),
+            Command::AerodynamicForces(_) if self.model.air().is_none() => Ok(()),
+            Command::AerodynamicForces(substep) => {
+                let slot = self.slot(substep)?;
+                self.over_particles("aerodynamic_forces", slot)
+            }
+            Command::ContactCandidates => {
+                let slot = self.candidates_slot()?;
+                self.contact_candidates(slot)
+            }
+            Command::ContactForces => self.contact_forces(),
+            Command::IntegrateExplicit(substep) => self.integrate_explicit(substep),
+            Command::ContactImpulses(substep) => self.contact_impulses(substep),
+            Command::StrainLimit(substep, colour) => self.strain_limit(substep, *colour),
+            Command::ColliderResponse(substep) => self.collider_response(substep),
+            Command::ExplicitPass(substep) => self.explicit_pass(substep),
+            Command::StateKeep => self.state_keep(),
+            Command::StateRestore => self.state_restore(),
+        }
+    }
+
+    /// A kernel with one thread for each particle, in place or without changing the motion.
+    pub(super) fn over_particles(&mut self, name: &'static str, slot: usize) -> Result<()> {
+        let items = (self.particle_count(), WORKGROUP);
+        self.dispatch(name, name, items, self.present, (slot, 0))
+    }
+
+    /// A kernel with one thread for each particle, from the present motion to the next one.
+    pub(super) fn motion_advance(&mut self, name: &'static str, slot: usize) -> Result<()> {
+        let items = (self.particle_count(), WORKGROUP);
+        let next = self.free_motion();
+        self.dispatch(name, name, items, next, (slot, 0))?;
+        self.present = next;
+        Ok(())
+    }
+
+    /// The entry of the parameters for a substep.
+    pub(super) fn slot(&mut self, substep: &Substep) -> Result<usize> {
+        match self.slots.find(substep, false) {
+            Some(slot) => Ok(slot),
+            None => self.slot_loosen(Some(substep)),
+        }
+    }
+
+    /// The entry for a substep that counts as one more.
+    fn slot_fresh(&mut self, substep: &Substep) -> Result<usize> {
+        match self.slots.find(substep, true) {
+            Some(slot) => Ok(slot),
+            None => self.slot_loosen(Some(substep)),
+        }
+    }
+
+    pub(super) fn slot_loosen(&mut self, substep: Option<&Substep>) -> Result<usize> {
+        let rebuild = self.contact.as_ref().is_some_and(|policy| policy.interval == 1);
+        let slot = self.slots.loosen(substep, rebuild);
+        self.slot_write(slot)?;
+        Ok(slot)
+    }
+
+    fn integrate_explicit(&mut self, substep: &Substep) -> Result<()> {
+        if !self.has_force {
+            return Ok(());
+        }
+        let slot = self.slot(substep)?;
+        self.motion_advance("integrate_explicit", slot)
+    }
+
+    fn strain_limit(&mut self, substep: &Substep, colour: usize) -> Result<()> {
+        let Some(springs) = self.colours.get(colour).map(|colour| colour.count) else {
+            return Ok(());
+        };
+        let slot = self.slot(substep)?;
+        self.in_place()?;
+        let items = (springs, WORKGROUP);
+        self.dispatch("strain_limit", "strain_limit", items, self.present, (slot, colour))
+    }
+
+    fn collider_response(&mut self, substep: &Substep) -> Result<()> {
+        let slot = self.slot(substep)?;
+        if self.slots.data()[slot].collider_count == 0 {
+            return Ok(());
+        }
+        self.in_place()?;
+        self.over_particles("collider_response", slot)
+    }
+
+    /// All forces, integration and, where nothing comes between, colliders.
+    fn explicit_pass(&mut self, substep: &Substep) -> Result<()> {
+        let slot = self.slot_fresh(substep)?;
+        if self.model.self_contact().is_some_and(|contact| !contact.excludes_neighbours()) {
+            self.contact_candidates(slot)?;
+        }
+        self.motion_advance("explicit_substep", slot)
+    }
+}

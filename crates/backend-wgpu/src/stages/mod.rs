@@ -1,0 +1,359 @@
+//! One solver's memory, and the recording of all stages on it.
+
+mod contact;
+mod encode;
+mod motion;
+mod results;
+
+use std::{collections::HashMap, sync::Arc};
+
+use cloth_core::{
+    Error, Integrator, Model, Precision, Result, SolverConfig, StageTime, stepper::FramePlan,
+};
+use wgpu::BindGroup;
+
+use crate::{
+    buffers::{Buffers, uniform_array},
+    contact::{OpenFrame, policy::ContactPolicy},
+    device::{DYNAMIC, DeviceContext, Kernel},
+    dispatch::{Groups, MEASURE_BLOCK, WORKGROUP, groups},
+    fault::BACKEND,
+    figures::Figures,
+    layout,
+    readback::Readback,
+    recorder::Recorder,
+    slots::Slots,
+    tables::{Tables, common_offset, springs},
+};
+
+/// All that a solver has on a device.
+#[derive(Debug)]
+pub(crate) struct Stages {
+    context: Arc<DeviceContext>,
+    model: Arc<Model>,
+    config: SolverConfig,
+    buffers: Buffers,
+    kernels: HashMap<&'static str, Arc<Kernel>>,
+    /// By kernel, motion that is read, motion that is written.
+    bind_groups: HashMap<(&'static str, usize, usize), BindGroup>,
+    recorder: Recorder,
+    slots: Slots,
+    colours: Vec<layout::Colour>,
+    /// The motion that holds the present state.
+    present: usize,
+    held: Vec<bool>,
+    /// Whether one kernel does the composite stage; false on a device that cannot bind enough buffers.
+    is_fused: bool,
+    has_force: bool,
+    contact: Option<ContactPolicy>,
+    /// Work that may have to be done again.
+    open: Option<OpenFrame>,
+    is_batch: bool,
+    /// Calls of `contact_candidates` since the open frame began.
+    list_uses: u32,
+    /// The last results that were read.
+    status: layout::Status,
+    figures: Option<Figures>,
+    rebuilds_reported: u32,
+    /// What went wrong where no result could say so.
+    failure: Option<Error>,
+    small: Readback,
+    large: Option<Readback>,
+}
+
+/// Bytes of the results of `measure` and the status.
+const SMALL_SIZE: u64 = crate::buffers::MEASURE_SIZE + size_of::<layout::Status>() as u64;
+
+impl Stages {
+    pub(crate) fn new(
+        context: Arc<DeviceContext>,
+        model: Arc<Model>,
+        config: &SolverConfig,
+    ) -> Result<Self> {
+        config.validate()?;
+        if config.precision != Precision::F32 {
+            return Err(Error::Unsupported {
+                backend: BACKEND,
+                feature: format!("precision {}", config.precision),
+            });
+        }
+        let integrator = match config.integrator {
+            Integrator::Explicit => None,
+            Integrator::Implicit(_) => Some("the implicit integrator"),
+            _ => Some("the semi-implicit integrator"),
+        };
+        if let Some(feature) = integrator {
+            return Err(Error::Unsupported { backend: BACKEND, feature: feature.into() });
+        }
+        context.faults.check()?;
+        // No kernel is started for more: springs of a colour share no particle.
+        let limit = context.limits.max_compute_workgroups_per_dimension;
+        groups(model.particle_count() as u32, WORKGROUP, limit)?;
+        let contact = model
+            .self_contact()
+            .map(|contact| ContactPolicy::new(&model, contact, config.time_step));
+        let tables = Tables::new(&model, config);
+        let sizes = contact.as_ref().map(|policy| policy.sizes);
+        let buffers = Buffers::new(&context, &model, &tables, sizes.as_ref())?;
+        let mut stages = Self {
+            recorder: Recorder::new(&context),
+            small: Readback::new(&context, SMALL_SIZE),
+            large: None,
+            kernels: HashMap::new(),
+            bind_groups: HashMap::new(),
+            slots: Slots::new(),
+            colours: tables.colours,
+            present: 0,
+            held: vec![false; model.particle_count()],
+            is_fused: true,
+            has_force: false,
+            contact,
+            open: None,
+            is_batch: false,
+            list_uses: 0,
+            status: layout::Status::default(),
+            figures: None,
+            rebuilds_reported: 0,
+            failure: None,
+            config: config.clone(),
+            buffers,
+            model,
+            context,
+        };
+        stages.kernels_prepare()?;
+        stages.model_write();
+        stages.slots.ticks(false);
+        stages.slots_write()?;
+        let state = stages.model.initial_state();
+        stages.state_write(&state)?;
+        Ok(stages)
+    }
+
+    /// Compiles what every frame needs, so that what a device cannot do shows at once.
+    fn kernels_prepare(&mut self) -> Result<()> {
+        match self.kernel("explicit_substep") {
+            Err(Error::LimitExceeded { .. }) => {
+                self.is_fused = false;
+                for name in ["field_forces", "spring_forces", "integrate_explicit"] {
+                    self.kernel(name)?;
+                }
+            }
+            other => {
+                other?;
+            }
+        }
+        self.kernel("measure")?;
+        self.kernel("measure_total")?;
+        Ok(())
+    }
+
+    pub(crate) fn model(&self) -> &Arc<Model> {
+        &self.model
+    }
+
+    pub(crate) fn config(&self) -> &SolverConfig {
+        &self.config
+    }
+
+    pub(crate) fn stage_times(&mut self) -> Vec<StageTime> {
+        self.recorder.stage_times()
+    }
+
+    pub(crate) fn strain_limit_colours(&self) -> usize {
+        self.colours.len()
+    }
+
+    /// Whether one kernel does the composite stage.
+    pub(crate) const fn is_fused(&self) -> bool {
+        self.is_fused
+    }
+
+    fn particle_count(&self) -> u32 {
+        self.model.particle_count() as u32
+    }
+
+    /// The options of a module for this model.
+    fn options(&self, name: &str) -> Vec<&'static str> {
+        let contact = self.model.self_contact();
+        let is_penalty = contact.is_some_and(|contact| !contact.excludes_neighbours());
+        let buckling = springs::may_buckle(&self.model).then_some("buckling");
+        match name {
+            "explicit_substep" => {
+                let air = self.model.air().is_some().then_some("air");
+                let penalty = is_penalty.then_some("penalty");
+                air.into_iter().chain(buckling).chain(penalty).collect()
+            }
+            "spring_forces" => buckling.into_iter().collect(),
+            "measure" => buckling.into_iter().chain(contact.map(|_| "contact")).collect(),
+            "contact_candidates_list" => {
+                let excludes = contact.is_some_and(cloth_core::SelfContact::excludes_neighbours);
+                excludes.then_some("exclusions").into_iter().collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    fn kernel(&mut self, name: &'static str) -> Result<Arc<Kernel>> {
+        if let Some(kernel) = self.kernels.get(name) {
+            return Ok(Arc::clone(kernel));
+        }
+        let kernel = self.context.kernel(name, &self.options(name))?;
+        self.kernels.insert(name, Arc::clone(&kernel));
+        Ok(kernel)
+    }
+
+    /// Whether colliders come at the end of the fused substep, with nothing between.
+    pub(crate) fn colliders_in_pass(&self) -> bool {
+        let impulses =
+            self.model.self_contact().is_some_and(cloth_core::SelfContact::excludes_neighbours);
+        !impulses && self.colours.is_empty()
+    }
+
+    fn model_write(&self) {
+        let contact = self.model.self_contact();
+        let [stiffness, damping, restitution, friction] =
+            match contact.map(|contact| contact.response) {
+                Some(cloth_core::ContactResponse::Penalty { stiffness, damping }) => {
+                    [stiffness, damping, 0.0, 0.0]
+                }
+                Some(cloth_core::ContactResponse::Impulse { restitution, friction }) => {
+                    [0.0, 0.0, restitution, friction]
+                }
+                None => [0.0; 4],
+            };
+        let data = layout::Model {
+            acceleration: self.model.uniform_acceleration().map(|component| component as f32),
+            particle_count: self.particle_count(),
+            drag_rate: self.model.drag_rate().map(|component| component as f32),
+            offset: common_offset(&self.model).unwrap_or(-1.0),
+            contact_distance: contact.map_or(0.0, |contact| contact.distance) as f32,
+            contact_stiffness: stiffness as f32,
+            contact_damping: damping as f32,
+            contact_restitution: restitution as f32,
+            contact_friction: friction as f32,
+            colliders_in_pass: u32::from(self.colliders_in_pass()),
+            measure_blocks: self.particle_count().div_ceil(MEASURE_BLOCK),
+            padding: 0,
+        };
+        if let Ok(buffer) = self.buffers.get("model", 0, 0) {
+            self.context.queue.write_buffer(buffer, 0, bytemuck::bytes_of(&data));
+        }
+    }
+
+    /// Writes to a buffer. Work recorded before is handed over first: it must not see the new contents.
+    fn write(&mut self, name: &str, offset: u64, contents: &[u8]) -> Result<()> {
+        self.context.faults.check()?;
+        if !self.recorder.is_empty() {
+            self.recorder.submit(&self.context)?;
+        }
+        let buffer = self.buffers.get(name, 0, 0)?;
+        self.context.queue.write_buffer(buffer, offset, contents);
+        Ok(())
+    }
+
+    /// Writes to a buffer that grows when it must.
+    fn write_growing(&mut self, name: &'static str, contents: &[u8]) -> Result<()> {
+        if self.buffers.get(name, 0, 0)?.size() < contents.len() as u64 {
+            self.recorder.submit(&self.context)?;
+            self.buffers.create(&self.context, name, contents.len() as u64, None)?;
+            self.bind_groups.clear();
+        }
+        self.write(name, 0, contents)
+    }
+
+    /// Hands the parameters of all substeps to the device.
+    fn slots_write(&mut self) -> Result<()> {
+        let bytes = uniform_array(&self.context.limits, self.slots.data());
+        self.write_growing("substep", &bytes)
+    }
+
+    fn slot_write(&mut self, index: usize) -> Result<()> {
+        let stride =
+            crate::buffers::uniform_stride(&self.context.limits, size_of::<layout::Substep>());
+        let entry = self.slots.data()[index];
+        self.write("substep", index as u64 * stride, bytemuck::bytes_of(&entry))
+    }
+
+    pub(crate) fn frame_begin(&mut self, plan: &FramePlan) -> Result<()> {
+        self.settle_measured()?;
+        self.drift_update(plan);
+        self.slots.fill(plan);
+        let rebuild = self.contact.as_ref().is_some_and(|policy| policy.interval == 1);
+        self.slots.ticks(rebuild);
+        self.slots_write()?;
+        self.colliders_write(plan)?;
+        self.contact_constants_write()
+    }
+
+    fn colliders_write(&mut self, plan: &FramePlan) -> Result<()> {
+        if plan.collider_count == 0 {
+            return Ok(());
+        }
+        let shapes = self.model.colliders().iter().cycle();
+        let data: Vec<layout::Collider> = shapes
+            .zip(&plan.colliders)
+            .map(|(collider, at)| motion::collider(collider, at))
+            .collect();
+        self.write_growing("colliders", bytemuck::cast_slice(&data))
+    }
+
+    /// Records a kernel over `items`, reading the present motion and writing motion `output`.
+    fn dispatch(
+        &mut self,
+        stage: &'static str,
+        name: &'static str,
+        (items, per_group): (u32, u32),
+        output: usize,
+        (slot, colour): (usize, usize),
+    ) -> Result<()> {
+        let limit = self.context.limits.max_compute_workgroups_per_dimension;
+        let groups: Groups = groups(items, per_group, limit)?;
+        let kernel = self.kernel(name)?;
+        let key = (name, self.present, output);
+        if !self.bind_groups.contains_key(&key) {
+            let group = self.bind_group(&kernel, output)?;
+            self.bind_groups.insert(key, group);
+        }
+        let limits = &self.context.limits;
+        let mut offsets = [0_u32; 2];
+        let mut used = 0;
+        for binding in &kernel.bindings {
+            let (size, index) = match binding.name.as_str() {
+                "substep" => (size_of::<layout::Substep>(), slot),
+                "colour" => (size_of::<layout::Colour>(), colour),
+                _ => continue,
+            };
+            let stride = crate::buffers::uniform_stride(limits, size);
+            offsets[used] = (stride * index as u64) as u32;
+            used += 1;
+        }
+        let group = &self.bind_groups[&key];
+        self.recorder.dispatch(&self.context, stage, &kernel, group, &offsets[..used], groups)
+    }
+
+    fn bind_group(&self, kernel: &Kernel, output: usize) -> Result<BindGroup> {
+        let mut entries = Vec::with_capacity(kernel.bindings.len());
+        for binding in &kernel.bindings {
+            let buffer = self.buffers.get(&binding.name, self.present, output)?;
+            let size = match binding.name.as_str() {
+                name if !DYNAMIC.contains(&name) => None,
+                "substep" => Some(size_of::<layout::Substep>() as u64),
+                _ => Some(size_of::<layout::Colour>() as u64),
+            };
+            let size = size.and_then(std::num::NonZeroU64::new);
+            entries.push(wgpu::BindGroupEntry {
+                binding: binding.number,
+                resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                    buffer,
+                    offset: 0,
+                    size,
+                }),
+            });
+        }
+        Ok(self.context.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(kernel.name),
+            layout: &kernel.layout,
+            entries: &entries,
+        }))
+    }
+}

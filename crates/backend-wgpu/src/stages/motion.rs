@@ -1,0 +1,240 @@
+//! The state of all particles: writing, reading, taking turns.
+
+use cloth_core::{Collider, ColliderShape, PinWrite, Result, State, stepper::ColliderState};
+
+use super::Stages;
+use crate::{
+    buffers::{VECTOR_SIZE, pins_size},
+    dispatch::WORKGROUP,
+    layout::{self, STOPPED_NEVER, Status},
+    readback::Readback,
+};
+
+/// A collider at one time, as kernels read it.
+pub(super) fn collider(collider: &Collider, at: &ColliderState) -> layout::Collider {
+    let single = |vector: [f64; 3]| vector.map(|component| component as f32);
+    let [row_x, row_y, row_z] = at.rotation.map(single);
+    let (shape, sizes) = match collider.shape {
+        ColliderShape::Plane => (0, [0.0; 3]),
+        ColliderShape::Sphere { radius } => (1, [radius, 0.0, 0.0]),
+        ColliderShape::Capsule { half_length, radius } => (2, [half_length, radius, 0.0]),
+        ColliderShape::Box { half_extents } => (3, half_extents),
+    };
+    let [size_x, size_y, size_z] = single(sizes);
+    layout::Collider {
+        translation: single(at.translation),
+        shape,
+        linear_velocity: single(at.linear_velocity),
+        friction: collider.friction as f32,
+        angular_velocity: single(at.angular_velocity),
+        restitution: collider.restitution as f32,
+        row_x,
+        size_x,
+        row_y,
+        size_y,
+        row_z,
+        size_z,
+    }
+}
+
+/// The copy of positions and velocities that `state_keep` makes.
+const KEPT: [&str; 2] = ["position_kept", "velocity_kept"];
+
+impl Stages {
+    pub(crate) fn state_write(&mut self, state: &State) -> Result<()> {
+        state.validate(&self.model)?;
+        // Whatever was under way is overwritten.
+        self.open = None;
+        self.failure = None;
+        self.recorder.submit(&self.context)?;
+        self.present = 0;
+        let count = state.positions.len();
+        let mut vectors: Vec<[f32; 4]> = Vec::with_capacity(count);
+        for (particle, position) in state.positions.iter().enumerate() {
+            self.held[particle] = state.held[particle] != 0;
+            let [x, y, z] = position.map(|component| component as f32);
+            vectors.push([x, y, z, self.inverse_mass(particle)]);
+        }
+        let queue = &self.context.queue;
+        queue.write_buffer(self.buffers.position(0), 0, bytemuck::cast_slice(&vectors));
+        vectors.clear();
+        let masses = self.model.masses();
+        vectors.extend(state.velocities.iter().zip(masses).map(|(velocity, &mass)| {
+            let [x, y, z] = velocity.map(|component| component as f32);
+            [x, y, z, mass as f32]
+        }));
+        queue.write_buffer(self.buffers.velocity(0), 0, bytemuck::cast_slice(&vectors));
+        self.slots.restart(state.time);
+        self.status_reset(STOPPED_NEVER)?;
+        self.rebuilds_reported = 0;
+        self.figures = None;
+        if let Some(policy) = &mut self.contact {
+            policy.changed = true;
+        }
+        self.contact_constants_write()
+    }
+
+    /// Forgets what the device decided, but for the substep that stopped it.
+    pub(super) fn status_reset(&mut self, stopped: u32) -> Result<()> {
+        self.status = Status { stopped, ..Status::default() };
+        let status = self.status;
+        self.write("status", 0, bytemuck::bytes_of(&status))
+    }
+
+    /// 1/m \[1/kg\], 0 while the particle is held.
+    fn inverse_mass(&self, particle: usize) -> f32 {
+        if self.held[particle] { 0.0 } else { self.model.masses()[particle].recip() as f32 }
+    }
+
+    pub(crate) fn state_read(&mut self, out: &mut State) -> Result<()> {
+        self.settle()?;
+        let count = self.model.particle_count();
+        let size = VECTOR_SIZE * count as u64;
+        let [position, velocity] =
+            [self.buffers.position(self.present), self.buffers.velocity(self.present)];
+        let [position, velocity] = [position.clone(), velocity.clone()];
+        let State { positions, velocities, held, .. } = out;
+        self.read_vectors(&[&position, &velocity], size, |part, vectors| {
+            let target = if part == 0 { &mut *positions } else { &mut *velocities };
+            collect(target, vectors);
+        })?;
+        held.clear();
+        held.extend(self.held.iter().map(|&held| u8::from(held)));
+        Ok(())
+    }
+
+    pub(crate) fn forces_read(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
+        self.settle()?;
+        let force = self.buffers.get("force", 0, 0)?.clone();
+        let size = VECTOR_SIZE * self.model.particle_count() as u64;
+        self.read_vectors(&[&force], size, |_, vectors| collect(out, vectors))
+    }
+
+    pub(crate) fn vertex_normals_read(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
+        self.vertex_normals()?;
+        let normals = self.buffers.get("normals", 0, 0)?.clone();
+        let size = VECTOR_SIZE * self.model.particle_count() as u64;
+        self.read_vectors(&[&normals], size, |_, vectors| collect(out, vectors))
+    }
+
+    /// Computes the normals of the present state on the device.
+    pub(crate) fn vertex_normals(&mut self) -> Result<()> {
+        self.settle()?;
+        let items = (self.particle_count(), WORKGROUP);
+        self.dispatch("vertex_normals", "vertex_normals", items, self.present, (0, 0))
+    }
+
+    /// Reads buffers of vectors, `size` bytes each.
+    pub(super) fn read_vectors(
+        &mut self,
+        sources: &[&wgpu::Buffer],
+        size: u64,
+        mut take: impl FnMut(usize, &[u8]),
+    ) -> Result<()> {
+        // One at a time: both together may be more than a buffer can hold.
+        for (part, source) in sources.iter().enumerate() {
+            if self.large.as_ref().is_none_or(|large| large.buffer().size() < size) {
+                self.large = Some(Readback::new(&self.context, size));
+            }
+            let Some(large) = &self.large else { continue };
+            self.recorder.copy(&self.context, source, large.buffer(), 0, size);
+            self.recorder.submit(&self.context)?;
+            large.read(&self.context, size, |bytes| take(part, bytes))?;
+        }
+        Ok(())
+    }
+
+    /// Records changes to single particles.
+    pub(super) fn pins_write(&mut self, pins: &[PinWrite]) -> Result<()> {
+        // Later entries win: threads come in any order.
+        let mut last = std::collections::BTreeMap::new();
+        for pin in pins {
+            let merged = last.entry(pin.particle).or_insert(*pin);
+            merged.held = pin.held;
+            merged.position = pin.position.or(merged.position);
+            merged.velocity = pin.velocity.or(merged.velocity);
+        }
+        let mut contents = vec![0; pins_size(0) as usize];
+        contents[..4].copy_from_slice(&(last.len() as u32).to_ne_bytes());
+        for pin in last.values() {
+            self.held[pin.particle as usize] = pin.held;
+            let [x, y, z] = pin.position.unwrap_or_default().map(|component| component as f32);
+            let data = layout::Pin {
+                position: [x, y, z, self.inverse_mass(pin.particle as usize)],
+                velocity: pin.velocity.unwrap_or_default().map(|component| component as f32),
+                particle: pin.particle,
+                has_position: u32::from(pin.position.is_some()),
+                has_velocity: u32::from(pin.velocity.is_some()),
+                ..layout::Pin::default()
+            };
+            contents.extend_from_slice(bytemuck::bytes_of(&data));
+        }
+        if last.is_empty() {
+            return Ok(());
+        }
+        self.write_growing("pins", &contents)?;
+        self.in_place()?;
+        let items = (last.len() as u32, WORKGROUP);
+        self.dispatch("pins_write", "pins_write", items, self.present, (0, 0))
+    }
+
+    /// Records a copy of the present motion.
+    pub(super) fn state_keep(&mut self) -> Result<()> {
+        let size = VECTOR_SIZE * self.model.particle_count() as u64;
+        for name in KEPT {
+            if self.buffers.get(name, 0, 0).is_err() {
+                self.buffers.create(&self.context, name, size, None)?;
+            }
+        }
+        self.kept_copy(true)
+    }
+
+    /// Records the way back.
+    pub(super) fn state_restore(&mut self) -> Result<()> {
+        self.in_place()?;
+        self.kept_copy(false)
+    }
+
+    fn kept_copy(&mut self, keeps: bool) -> Result<()> {
+        let size = VECTOR_SIZE * self.model.particle_count() as u64;
+        let present = [self.buffers.position(self.present), self.buffers.velocity(self.present)];
+        for (name, present) in KEPT.into_iter().zip(present) {
+            let kept = self.buffers.get(name, 0, 0)?;
+            let (from, to) = if keeps { (present, kept) } else { (kept, present) };
+            self.recorder.copy(&self.context, from, to, 0, size);
+        }
+        Ok(())
+    }
+
+    /// A motion that may be overwritten: neither the present one nor the start of an open frame.
+    pub(super) fn free_motion(&self) -> usize {
+        let start = self.open.as_ref().map(|open| open.start);
+        let mut motions = 0..self.buffers.motion_count();
+        motions.find(|&motion| motion != self.present && Some(motion) != start).unwrap_or(0)
+    }
+
+    /// Makes sure that the present motion may be changed in place.
+    pub(super) fn in_place(&mut self) -> Result<()> {
+        if self.open.as_ref().is_none_or(|open| open.start != self.present) {
+            return Ok(());
+        }
+        let target = self.free_motion();
+        let size = VECTOR_SIZE * self.model.particle_count() as u64;
+        let buffers = &self.buffers;
+        for (from, to) in [
+            (buffers.position(self.present), buffers.position(target)),
+            (buffers.velocity(self.present), buffers.velocity(target)),
+        ] {
+            self.recorder.copy(&self.context, from, to, 0, size);
+        }
+        self.present = target;
+        Ok(())
+    }
+}
+
+/// The first three of each four numbers.
+fn collect(out: &mut Vec<[f64; 3]>, bytes: &[u8]) {
+    let vectors: &[[f32; 4]] = bytemuck::cast_slice(bytes);
+    out.clear();
+    out.extend(vectors.iter().map(|&[x, y, z, _]| [x, y, z].map(f64::from)));
+}

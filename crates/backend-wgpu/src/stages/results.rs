@@ -1,0 +1,198 @@
+//! What the device found out, and doing a frame again if that is what it found out.
+
+use cloth_core::{ContactStatistics, Error, Measures, Result, State};
+
+use super::{SMALL_SIZE, Stages};
+use crate::{
+    buffers::MEASURE_SIZE,
+    dispatch::MEASURE_BLOCK,
+    figures::Figures,
+    layout::{INVALID_OVERFLOW, STOPPED_NEVER, Status},
+};
+
+/// Times that a frame is done again before giving up: each time the buffer is larger.
+const ATTEMPTS_MAX: u32 = 24;
+
+impl Stages {
+    /// Makes sure that the present state is the right one.
+    pub(crate) fn settle(&mut self) -> Result<()> {
+        if let Some(failure) = self.failure.take() {
+            return Err(failure);
+        }
+        if self.open.is_none() {
+            return Ok(());
+        }
+        self.finish(false)
+    }
+
+    /// The same before a new frame, whose contact wants to know how everything moves.
+    pub(super) fn settle_measured(&mut self) -> Result<()> {
+        if self.open.is_some() && self.failure.is_none() {
+            self.finish(true)
+        } else {
+            self.settle()
+        }
+    }
+
+    pub(crate) fn measure(&mut self) -> Result<Measures> {
+        if let Some(failure) = self.failure.take() {
+            return Err(failure);
+        }
+        self.finish(true)?;
+        let measures = self.figures.map(|figures| figures.measures).unwrap_or_default();
+        let stopped = self.status.stopped;
+        let non_finite_step =
+            if stopped == STOPPED_NEVER { None } else { self.slots.step_of(stopped) };
+        if stopped == STOPPED_NEVER {
+            self.slots.forget_runs();
+        }
+        Ok(Measures { non_finite_step, ..measures })
+    }
+
+    pub(crate) fn contact_statistics(&mut self) -> Result<ContactStatistics> {
+        if self.contact.is_none() {
+            return Ok(ContactStatistics::default());
+        }
+        if self.figures.is_none() || self.open.is_some() {
+            self.measure()?;
+        }
+        let contacts = self.figures.map_or(0, |figures| figures.contacts);
+        let rebuilds = self.status.contact_rebuilds.saturating_sub(self.rebuilds_reported);
+        self.rebuilds_reported = self.status.contact_rebuilds;
+        Ok(ContactStatistics {
+            contacts,
+            candidates: u64::from(self.status.contact_entries),
+            rebuilds,
+        })
+    }
+
+    /// Waits for the device, and does the open frame again until it is good.
+    fn finish(&mut self, measure: bool) -> Result<()> {
+        for attempt in 1..=ATTEMPTS_MAX {
+            self.status_read(measure)?;
+            if self.open.is_none() || !self.frame_repeat(attempt)? {
+                self.open = None;
+                return Ok(());
+            }
+        }
+        self.open = None;
+        Err(Error::Overflow {
+            buffer: "contact candidates",
+            needed: u64::from(self.status.contact_needed),
+            capacity: self.contact.as_ref().map_or(0, |policy| u64::from(policy.sizes.entries)),
+        })
+    }
+
+    /// Reads the status, and the figures of the present state if they are wanted.
+    fn status_read(&mut self, measure: bool) -> Result<()> {
+        if measure {
+            let slot = self.slots.closing();
+            let items = (self.particle_count(), MEASURE_BLOCK);
+            self.dispatch("measure", "measure", items, self.present, (slot, 0))?;
+            self.dispatch("measure", "measure_total", (1, 1), self.present, (0, 0))?;
+            let result = self.buffers.get("measure_result", 0, 0)?;
+            self.recorder.copy(&self.context, result, self.small.buffer(), 0, MEASURE_SIZE);
+        }
+        let status = self.buffers.get("status", 0, 0)?;
+        let size = size_of::<Status>() as u64;
+        self.recorder.copy(&self.context, status, self.small.buffer(), MEASURE_SIZE, size);
+        self.recorder.submit(&self.context)?;
+        let model = &self.model;
+        let (figures, status) = self.small.read(&self.context, SMALL_SIZE, |bytes| {
+            let status = bytemuck::pod_read_unaligned(&bytes[MEASURE_SIZE as usize..]);
+            (Figures::new(model, bytes), status)
+        })?;
+        self.status = status;
+        self.figures = if measure { Some(figures) } else { None };
+        Ok(())
+    }
+
+    /// Does the open frame again if its contacts cannot be trusted; whether it did.
+    fn frame_repeat(&mut self, attempt: u32) -> Result<bool> {
+        let (Some(policy), Some(open)) = (&mut self.contact, &mut self.open) else {
+            return Ok(false);
+        };
+        let limits = &self.context.limits;
+        let max = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        if self.status.invalid & INVALID_OVERFLOW != 0 {
+            let entries = policy.entries_grow(&self.status, max)?;
+            self.buffers.create(&self.context, "contact_entries", 4 * u64::from(entries), None)?;
+            self.bind_groups.clear();
+        } else if self.status.invalid == 0 || policy.interval == 1 {
+            // With an interval of one only numbers that are not finite count as too far.
+            policy.frame_was_good();
+            return Ok(false);
+        } else {
+            policy.list_was_broken(attempt);
+        }
+        let rebuild = policy.interval == 1;
+        let commands = std::mem::take(&mut open.commands);
+        self.present = open.start;
+        self.list_uses = 0;
+        self.slots.rewind();
+        self.slots.ticks(rebuild);
+        // A frame that was tried began with a device that had not stopped, or it would have been good.
+        self.status_reset(STOPPED_NEVER)?;
+        self.rebuilds_reported = 0;
+        self.slots_write()?;
+        self.contact_constants_write()?;
+        let was_batch = std::mem::replace(&mut self.is_batch, true);
+        let outcome = commands.iter().try_for_each(|command| self.encode(command));
+        self.is_batch = was_batch;
+        if let Some(open) = &mut self.open {
+            open.commands = commands;
+        }
+        outcome.map(|()| true)
+    }
+
+    pub(crate) fn contact_pairs(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {
+        out.clear();
+        let Some(contact) = self.model.self_contact() else { return Ok(()) };
+        let squared = (contact.distance as f32) * (contact.distance as f32);
+        self.execute(crate::contact::Command::ContactCandidates)?;
+        let mut state = State::default();
+        self.state_read(&mut state)?;
+        let count = self.model.particle_count();
+        let rows: Vec<[u32; 2]> = self.read_words("contact_rows", 2 * count as u64)?;
+        let entries: Vec<u32> =
+            self.read_words("contact_entries", u64::from(self.status.contact_entries))?;
+        let position = |particle: usize| state.positions[particle].map(|c| c as f32);
+        for (particle, [first, length]) in rows.into_iter().enumerate() {
+            let x = position(particle);
+            for &partner in &entries[first as usize..(first + length) as usize] {
+                let y = position(partner as usize);
+                let [dx, dy, dz] = [x[0] - y[0], x[1] - y[1], x[2] - y[2]];
+                let is_later = partner as usize > particle;
+                if is_later && dz.mul_add(dz, dy.mul_add(dy, dx * dx)) < squared {
+                    out.push([particle as u32, partner]);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The first `words` words of a buffer.
+    fn read_words<T: bytemuck::Pod>(&mut self, name: &str, words: u64) -> Result<Vec<T>> {
+        let buffer = self.buffers.get(name, 0, 0)?.clone();
+        let size = 4 * words;
+        let mut contents = Vec::new();
+        if size > 0 {
+            self.read_vectors(&[&buffer], size, |_, bytes| {
+                contents = bytemuck::pod_collect_to_vec(bytes);
+            })?;
+        }
+        Ok(contents)
+    }
+
+    /// The present state for others on the same device.
+    pub(crate) fn device_buffers(&mut self) -> Result<crate::DeviceBuffers> {
+        self.vertex_normals()?;
+        self.recorder.submit(&self.context)?;
+        Ok(crate::DeviceBuffers {
+            device: self.context.device.clone(),
+            queue: self.context.queue.clone(),
+            positions: self.buffers.position(self.present).clone(),
+            normals: self.buffers.get("normals", 0, 0)?.clone(),
+        })
+    }
+}

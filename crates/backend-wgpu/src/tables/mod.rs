@@ -1,0 +1,68 @@
+//! What a model is made of, as kernels read it: computed once on the host, never changed.
+
+mod exclusions;
+pub(crate) mod springs;
+mod strain_limit;
+mod triangles;
+
+use cloth_core::{Model, SolverConfig};
+
+use crate::layout::Colour;
+
+/// Contents of the buffers that depend on the model alone. An empty one stays unused.
+#[derive(Debug, Default)]
+pub(crate) struct Tables {
+    pub(crate) spring_rows: Vec<u32>,
+    pub(crate) spring_entries: Vec<[u32; 4]>,
+    pub(crate) triangle_rows: Vec<u32>,
+    pub(crate) triangles: Vec<[u32; 4]>,
+    pub(crate) air_coefficients: Vec<[f32; 2]>,
+    /// Half the thickness of the cloth at each particle \[m\]; empty if it is the same everywhere.
+    pub(crate) offsets: Vec<f32>,
+    pub(crate) colours: Vec<Colour>,
+    pub(crate) limited_springs: Vec<[u32; 4]>,
+    pub(crate) exclusions: Vec<u32>,
+}
+
+impl Tables {
+    pub(crate) fn new(model: &Model, config: &SolverConfig) -> Self {
+        let (spring_rows, spring_entries) = springs::tables(model);
+        let (triangle_rows, triangles) = triangles::tables(model);
+        let (colours, limited_springs) = strain_limit::tables(model, config.strain_limit.as_ref());
+        let half_density = model.air().map_or(0.0, |air| 0.5 * air.density);
+        let air_coefficients = model.cloths().iter().map(|cloth| {
+            let coefficients = [cloth.aerodynamics.pressure, cloth.aerodynamics.friction];
+            coefficients.map(|coefficient| (half_density * coefficient) as f32)
+        });
+        let exclusions = match model.self_contact() {
+            Some(contact) if contact.excludes_neighbours() => exclusions::table(model, contact),
+            _ => Vec::new(),
+        };
+        Self {
+            spring_rows,
+            spring_entries,
+            triangle_rows,
+            triangles,
+            air_coefficients: air_coefficients.collect(),
+            offsets: if common_offset(model).is_some() { Vec::new() } else { offsets(model) },
+            colours,
+            limited_springs,
+            exclusions,
+        }
+    }
+}
+
+/// Half the thickness of all cloths \[m\], if it is the same.
+pub(crate) fn common_offset(model: &Model) -> Option<f32> {
+    let mut thickness = model.cloths().iter().map(|cloth| cloth.thickness);
+    let first = thickness.next()?;
+    thickness.all(|other| other == first).then_some((0.5 * first) as f32)
+}
+
+fn offsets(model: &Model) -> Vec<f32> {
+    let mut offsets = Vec::with_capacity(model.particle_count());
+    for cloth in model.cloths() {
+        offsets.resize(cloth.particles.end as usize, (0.5 * cloth.thickness) as f32);
+    }
+    offsets
+}

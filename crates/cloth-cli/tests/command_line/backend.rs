@@ -1,0 +1,55 @@
+//! The choice of what computes.
+
+use std::{fs::File, io::BufReader};
+
+use crate::place::{Place, TINY};
+
+/// All coordinates in all frames, from the `npz` of a run.
+fn positions(place: &Place, folder: &str) -> Vec<f32> {
+    let file = File::open(place.path(&format!("{folder}/tiny.npz"))).unwrap();
+    let mut archive = zip::ZipArchive::new(file).unwrap();
+    let array = archive.by_name("positions.npy").unwrap();
+    npyz::NpyFile::new(BufReader::new(array)).unwrap().into_vec().unwrap()
+}
+
+#[test]
+fn the_gpu_gives_the_frames_that_the_cpu_gives() {
+    let place = Place::with("tiny.toml", TINY);
+    for backend in ["cpu", "wgpu"] {
+        place.succeeds(&[
+            "run",
+            "tiny.toml",
+            "--format",
+            "npz",
+            "--backend",
+            backend,
+            "--out",
+            backend,
+        ]);
+    }
+    let [cpu, gpu] = ["cpu", "wgpu"].map(|folder| positions(&place, folder));
+    assert_eq!(cpu.len(), gpu.len());
+    for (cpu, gpu) in cpu.iter().zip(&gpu) {
+        assert!((cpu - gpu).abs() < 1e-5, "{cpu} {gpu}");
+    }
+}
+
+#[test]
+fn an_automatic_choice_says_what_it_took_and_why() {
+    let place = Place::with("tiny.toml", TINY);
+    let output = place.output(&["run", "tiny.toml", "--format", "none", "--backend", "auto"]);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{errors}");
+    let line = errors.lines().find(|line| line.starts_with("backend: ")).unwrap();
+    assert!(line.starts_with("backend: cpu (") && line.contains("not wgpu: "), "{line}");
+}
+
+#[test]
+fn what_the_gpu_cannot_do_is_named() {
+    let place = Place::with("tiny.toml", TINY);
+    let message = place.fails(3, &["run", "tiny.toml", "--backend", "wgpu", "--precision", "f64"]);
+    assert_eq!(message, "the wgpu backend does not support precision f64; choose another backend");
+    let message = place.fails(1, &["run", "tiny.toml", "--backend", "wgpu", "--adapter", "abacus"]);
+    assert!(message.contains("there is no adapter `abacus`; there are: 0 ("), "{message}");
+    assert!(!place.path("out").exists());
+}

@@ -1,0 +1,272 @@
+//! The WGSL sources and the step that puts modules together from them.
+//!
+//! A module is one file `wgsl/<name>.wgsl` with one entry point, `main`. Lines that begin with `//!`
+//! are instructions:
+//!
+//! - `//!include a b` is replaced by `wgsl/shared/a.wgsl` and `wgsl/shared/b.wgsl`, in that order;
+//! - `//!if option` keeps the lines up to `//!end` only if the module is composed with that option,
+//!   `//!if not option` only if it is not.
+//!
+//! There is nothing else to it: no nesting, no expressions. All resources are in group 0, and a
+//! binding number belongs to one resource in all modules.
+
+use std::{fmt, ops::Range};
+
+/// A WGSL file that is a module.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WgslModule {
+    /// Its name: that of a stage, or of a stage and one of its passes.
+    pub name: &'static str,
+    /// The options it knows.
+    pub options: &'static [&'static str],
+    source: &'static str,
+}
+
+macro_rules! modules {
+    ($($name:literal $options:expr,)*) => {
+        /// All modules.
+        pub const WGSL_MODULES: &[WgslModule] = &[
+            $(WgslModule {
+                name: $name,
+                options: &$options,
+                source: include_str!(concat!("../wgsl/", $name, ".wgsl")),
+            },)*
+        ];
+    };
+}
+
+modules! {
+    "aerodynamic_forces" [],
+    "collider_response" [],
+    "contact_candidates_check" [],
+    "contact_candidates_count" [],
+    "contact_candidates_list" ["exclusions"],
+    "contact_candidates_scan" [],
+    "contact_candidates_scatter" [],
+    "contact_forces" [],
+    "contact_impulses" [],
+    "contact_impulses_count" [],
+    "explicit_substep" ["air", "buckling", "penalty"],
+    "field_forces" [],
+    "integrate_explicit" [],
+    "measure" ["buckling", "contact"],
+    "measure_total" [],
+    "pins_write" [],
+    "spring_forces" ["buckling"],
+    "strain_limit" [],
+    "vertex_normals" [],
+}
+
+macro_rules! shared {
+    ($($name:literal)*) => {
+        const SHARED: &[(&str, &str)] =
+            &[$(($name, include_str!(concat!("../wgsl/shared/", $name, ".wgsl"))),)*];
+    };
+}
+
+shared! {
+    "air" "cells" "collider" "contact_list" "contact_partners" "contact_penalty" "field" "finite"
+    "force" "integrate" "measure_sum" "model" "motion" "motion_out" "spring" "spring_buckling" "spring_linear"
+    "status" "substep"
+    "triangles"
+}
+
+/// A resource that a module binds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WgslBinding {
+    /// Number of the binding in group 0.
+    pub number: u32,
+    /// What it is.
+    pub kind: WgslBindingKind,
+    /// Name of the variable.
+    pub name: String,
+}
+
+/// What a module binds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WgslBindingKind {
+    /// A uniform buffer.
+    Uniform,
+    /// A storage buffer that is only read.
+    StorageRead,
+    /// A storage buffer that is written too.
+    StorageWrite,
+}
+
+/// A source that does not follow the rules above.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ComposeError {
+    module: String,
+    reason: String,
+}
+
+impl fmt::Display for ComposeError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}.wgsl: {}", self.module, self.reason)
+    }
+}
+
+impl std::error::Error for ComposeError {}
+
+impl WgslModule {
+    /// The module called `name`.
+    #[must_use]
+    pub fn find(name: &str) -> Option<&'static Self> {
+        WGSL_MODULES.iter().find(|module| module.name == name)
+    }
+
+    /// The WGSL text with these options.
+    ///
+    /// # Errors
+    /// An option that the module does not know, a part that does not exist, an `if` without end.
+    pub fn compose(&self, options: &[&str]) -> Result<String, ComposeError> {
+        let fail = |reason: String| ComposeError { module: self.name.to_owned(), reason };
+        if let Some(unknown) = options.iter().find(|option| !self.options.contains(option)) {
+            return Err(fail(format!("there is no option `{unknown}`")));
+        }
+        let mut text = String::new();
+        // Whether lines are kept, inside an `if`.
+        let mut condition: Option<bool> = None;
+        for line in self.source.lines() {
+            let Some(instruction) = line.strip_prefix("//!") else {
+                if condition != Some(false) {
+                    text.push_str(line);
+                    text.push('\n');
+                }
+                continue;
+            };
+            let mut words = instruction.split_whitespace();
+            match words.next() {
+                Some("include") if condition == Some(false) => {}
+                Some("include") => {
+                    for name in words {
+                        let part = SHARED.iter().find(|(shared, _)| *shared == name);
+                        let (_, part) = part.ok_or_else(|| fail(format!("no part `{name}`")))?;
+                        text.push_str(part);
+                    }
+                }
+                Some("if") if condition.is_none() => {
+                    let first = words.next().unwrap_or_default();
+                    let wanted = first != "not";
+                    let option = if wanted { first } else { words.next().unwrap_or_default() };
+                    if !self.options.contains(&option) {
+                        return Err(fail(format!("`{option}` is not in the list of options")));
+                    }
+                    condition = Some(options.contains(&option) == wanted);
+                }
+                Some("end") if condition.is_some() => condition = None,
+                _ => return Err(fail(format!("`{line}` makes no sense here"))),
+            }
+        }
+        if condition.is_some() { Err(fail("an `if` has no `end`".into())) } else { Ok(text) }
+    }
+
+    /// Every set of options that the module can be composed with.
+    #[must_use]
+    pub fn option_sets(&self) -> Vec<Vec<&'static str>> {
+        let sets: Range<u32> = 0..1 << self.options.len();
+        sets.map(|set| {
+            let chosen = self.options.iter().enumerate().filter(|(k, _)| set >> k & 1 == 1);
+            chosen.map(|(_, option)| *option).collect()
+        })
+        .collect()
+    }
+}
+
+/// The resources that a composed text declares, in the order of their numbers. Declarations are on
+/// one line: `@group(0) @binding(N) var<...> name: type;`.
+#[must_use]
+pub fn wgsl_bindings(text: &str) -> Vec<WgslBinding> {
+    let mut bindings: Vec<_> = text.lines().filter_map(binding_of_line).collect();
+    bindings.sort_by_key(|binding| binding.number);
+    bindings
+}
+
+fn binding_of_line(line: &str) -> Option<WgslBinding> {
+    let rest = line.strip_prefix("@group(0) @binding(")?;
+    let (number, rest) = rest.split_once(") var<")?;
+    let (space, rest) = rest.split_once("> ")?;
+    let (name, _) = rest.split_once(':')?;
+    let kind = match space {
+        "uniform" => WgslBindingKind::Uniform,
+        "storage, read" => WgslBindingKind::StorageRead,
+        "storage, read_write" => WgslBindingKind::StorageWrite,
+        _ => return None,
+    };
+    Some(WgslBinding { number: number.parse().ok()?, kind, name: name.to_owned() })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::{BTreeSet, HashMap};
+
+    use super::*;
+
+    fn folder(name: &str) -> BTreeSet<String> {
+        let folder = format!("{}/{name}", env!("CARGO_MANIFEST_DIR"));
+        let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let files = files.filter(|file| file.extension().is_some_and(|e| e == "wgsl"));
+        files.map(|file| file.file_stem().unwrap().to_str().unwrap().to_owned()).collect()
+    }
+
+    #[test]
+    fn every_file_is_listed() {
+        let listed = WGSL_MODULES.iter().map(|module| module.name.to_owned()).collect();
+        assert_eq!(folder("wgsl"), listed);
+        let listed = SHARED.iter().map(|(name, _)| (*name).to_owned()).collect();
+        assert_eq!(folder("wgsl/shared"), listed);
+    }
+
+    #[test]
+    fn every_stage_has_a_module_or_several_passes() {
+        for stage in crate::STAGES {
+            let pass = format!("{}_", stage.name);
+            let found = WGSL_MODULES
+                .iter()
+                .any(|module| module.name == stage.name || module.name.starts_with(&pass));
+            let is_known = crate::WGSL_STAGES_MISSING.contains(&stage.name)
+                || crate::COPIED_STAGES.contains(&stage.name);
+            assert_ne!(
+                found, is_known,
+                "{}: it has a module, or is known to have none",
+                stage.name
+            );
+        }
+    }
+
+    #[test]
+    fn a_number_belongs_to_one_resource() {
+        let mut names: HashMap<u32, String> = HashMap::new();
+        let mut numbers: HashMap<String, u32> = HashMap::new();
+        for module in WGSL_MODULES {
+            for options in module.option_sets() {
+                let text = module.compose(&options).unwrap();
+                let bindings = wgsl_bindings(&text);
+                assert_eq!(bindings.len(), text.matches("@binding(").count(), "{}", module.name);
+                for WgslBinding { number, name, .. } in bindings {
+                    let known = names.entry(number).or_insert_with(|| name.clone());
+                    assert_eq!(*known, name, "{}: binding {number}", module.name);
+                    assert_eq!(*numbers.entry(name).or_insert(number), number);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn options_choose_lines_and_mistakes_are_found() {
+        let module = WgslModule {
+            name: "trial",
+            options: &["a"],
+            source: "x\n//!if a\ny\n//!include field\n//!end\nz\n",
+        };
+        assert_eq!(module.compose(&[]), Ok("x\nz\n".into()));
+        assert!(module.compose(&["a"]).unwrap().contains("fn field_force"));
+        assert!(module.compose(&["b"]).is_err());
+        let module = WgslModule { source: "//!if not a\nx\n//!end\nz\n", ..module };
+        assert_eq!(module.compose(&[]), Ok("x\nz\n".into()));
+        assert_eq!(module.compose(&["a"]), Ok("z\n".into()));
+        for source in ["//!if a", "//!end", "//!include nothing", "//!if b\n//!end", "//!else"] {
+            assert!(WgslModule { source, ..module }.compose(&[]).is_err(), "{source}");
+        }
+    }
+}

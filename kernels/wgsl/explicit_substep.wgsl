@@ -1,0 +1,54 @@
+// The composite stage: all forces, integration and, where nothing comes between, colliders, in one
+// pass over the particles. It is made of the same functions as the single stages.
+//!include model substep status motion motion_out finite field spring integrate collider
+//!if buckling
+//!include spring_buckling
+//!end
+//!if not buckling
+//!include spring_linear
+//!end
+//!if air
+//!include triangles air
+//!end
+//!if penalty
+//!include contact_list contact_partners contact_penalty
+//!end
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let particle = particle_index(id, groups);
+    if particle >= model.particle_count {
+        return;
+    }
+    let position = position_in[particle];
+    let velocity = velocity_in[particle];
+    // A number that is not finite may be found in this very substep, by another particle: only an
+    // earlier one stops it.
+    if atomicLoad(&status.stopped) < substep.serial {
+        position_out[particle] = position;
+        velocity_out[particle] = velocity;
+        return;
+    }
+    var sum = field_force(velocity.w, velocity.xyz);
+    sum = spring_force(sum, particle, position.xyz, velocity.xyz);
+//!if air
+    sum += air_force(particle);
+//!end
+//!if penalty
+    contact_list_verify(particle, position.xyz);
+    sum += contact_force(particle, position.xyz, velocity.xyz);
+//!end
+    let step = integrate(position.xyz, position.w, velocity.xyz, sum);
+    var moved = Moved(step.position, step.velocity);
+    if model.colliders_in_pass != 0u && substep.collider_count != 0u && position.w > 0.0 {
+        moved = collide_all(cloth_offset(particle), moved);
+    }
+    if !(is_finite(moved.position) && is_finite(moved.velocity)) {
+        atomicMin(&status.stopped, substep.serial);
+    }
+    position_out[particle] = vec4f(moved.position, position.w);
+    velocity_out[particle] = vec4f(moved.velocity, velocity.w);
+}

@@ -1,0 +1,147 @@
+// NUMERICS section 7: signed distances, push-out, friction.
+
+struct Collider {
+    translation: vec3f,
+    // One of the SHAPE_ constants.
+    shape: u32,
+    linear_velocity: vec3f,
+    friction: f32,
+    angular_velocity: vec3f,
+    restitution: f32,
+    // Rotation local to world, row by row.
+    row_x: vec3f,
+    // Radius, half length of a capsule, or first half extent of a box [m].
+    size_x: f32,
+    row_y: vec3f,
+    // Radius of a capsule, or second half extent.
+    size_y: f32,
+    row_z: vec3f,
+    // Third half extent.
+    size_z: f32,
+}
+
+const SHAPE_PLANE: u32 = 0u;
+const SHAPE_SPHERE: u32 = 1u;
+const SHAPE_CAPSULE: u32 = 2u;
+const SHAPE_BOX: u32 = 3u;
+
+// All colliders of all substeps of a frame.
+@group(0) @binding(13) var<storage, read> colliders: array<Collider>;
+// Half the thickness of the cloth at each particle [m], if it differs.
+@group(0) @binding(14) var<storage, read> offsets: array<f32>;
+
+fn cloth_offset(particle: u32) -> f32 {
+    if model.offset >= 0.0 {
+        return model.offset;
+    }
+    return offsets[particle];
+}
+
+struct Surface {
+    distance: f32,
+    normal: vec3f,
+}
+
+// Distance and direction from a core (a point, a segment, a box), less a radius.
+fn surface_around(difference: vec3f, radius: f32, fallback: vec3f) -> Surface {
+    let length = sqrt(dot_product(difference, difference));
+    let direction = difference * (1.0 / max(length, LENGTH_MIN));
+    return Surface(length - radius, select(fallback, direction, length > LENGTH_MIN));
+}
+
+// Outside, the distance to the nearest point of the box; inside, minus the distance to the nearest
+// face. At equal distances the earlier axis wins.
+fn surface_of_box(collider: Collider, point: vec3f) -> Surface {
+    let local = vec3f(
+        fma(collider.row_z.x, point.z, fma(collider.row_y.x, point.y, collider.row_x.x * point.x)),
+        fma(collider.row_z.y, point.z, fma(collider.row_y.y, point.y, collider.row_x.y * point.x)),
+        fma(collider.row_z.z, point.z, fma(collider.row_y.z, point.y, collider.row_x.z * point.x)),
+    );
+    let sign = select(vec3f(1.0), vec3f(-1.0), local < vec3f(0.0));
+    let beyond = abs(local) - vec3f(collider.size_x, collider.size_y, collider.size_z);
+    let outside = surface_around(max(beyond, vec3f(0.0)), 0.0, vec3f(0.0));
+    let nearest = max(max(beyond.x, beyond.y), beyond.z);
+    let first = beyond.x == nearest;
+    let second = !first && beyond.y == nearest;
+    let face = select(vec3f(0.0), vec3f(1.0), vec3<bool>(first, second, !first && !second));
+    let is_outside = outside.distance > 0.0;
+    let normal = sign * select(face, outside.normal, is_outside);
+    let world = vec3f(
+        dot_product(collider.row_x, normal),
+        dot_product(collider.row_y, normal),
+        dot_product(collider.row_z, normal),
+    );
+    return Surface(select(nearest, outside.distance, is_outside), world);
+}
+
+// The surface as seen from a point relative to the origin of the collider.
+fn surface_of(collider: Collider, point: vec3f) -> Surface {
+    let z_axis = vec3f(collider.row_x.z, collider.row_y.z, collider.row_z.z);
+    switch collider.shape {
+        case SHAPE_PLANE: {
+            return Surface(dot_product(point, z_axis), z_axis);
+        }
+        case SHAPE_SPHERE: {
+            return surface_around(point, collider.size_x, z_axis);
+        }
+        case SHAPE_CAPSULE: {
+            let x_axis = vec3f(collider.row_x.x, collider.row_y.x, collider.row_z.x);
+            let along = min(max(dot_product(point, z_axis), -collider.size_x), collider.size_x);
+            return surface_around(fma(vec3f(-along), z_axis, point), collider.size_y, x_axis);
+        }
+        default: {
+            return surface_of_box(collider, point);
+        }
+    }
+}
+
+struct Moved {
+    position: vec3f,
+    velocity: vec3f,
+}
+
+fn collide(collider: Collider, offset: f32, before: Moved) -> Moved {
+    let surface = surface_of(collider, before.position - collider.translation);
+    let depth = offset - surface.distance;
+    if !(depth > 0.0) {
+        return before;
+    }
+    var after = before;
+    after.position = add_scaled(before.position, depth, surface.normal);
+    let arm = after.position - collider.translation;
+    let carried = collider.linear_velocity + cross_product(collider.angular_velocity, arm);
+    let relative = before.velocity - carried;
+    let approach = dot_product(relative, surface.normal);
+    if approach < 0.0 {
+        let tangential = fma(vec3f(-approach), surface.normal, relative);
+        let speed = sqrt(dot_product(tangential, tangential));
+        let lost = collider.friction * ((1.0 + collider.restitution) * abs(approach))
+            / max(speed, LENGTH_MIN);
+        let kept = max(1.0 - lost, 0.0);
+        let bounce = -(collider.restitution * approach);
+        after.velocity = carried
+            + fma(vec3f(kept), tangential, bounce * surface.normal);
+    }
+    return after;
+}
+
+// Contact of a free particle with all colliders, one after the other.
+fn collide_all(offset: f32, before: Moved) -> Moved {
+    var moved = before;
+    let end = substep.collider_first + substep.collider_count;
+    for (var at = substep.collider_first; at < end; at += 1u) {
+        moved = collide(colliders[at], offset, moved);
+    }
+    return moved;
+}
+
+// Deepest intrusion of a particle into the thickness around any collider [m].
+fn penetration(offset: f32, position: vec3f) -> f32 {
+    var deepest = 0.0;
+    let end = substep.collider_first + substep.collider_count;
+    for (var at = substep.collider_first; at < end; at += 1u) {
+        let surface = surface_of(colliders[at], position - colliders[at].translation);
+        deepest = max(deepest, offset - surface.distance);
+    }
+    return deepest;
+}

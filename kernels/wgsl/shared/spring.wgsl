@@ -1,0 +1,65 @@
+// NUMERICS section 2: springs with dampers, gathered for each particle in ascending order of its
+// neighbours.
+//
+// `spring_rows` holds for each particle the number of its row; after these n numbers follow the rows,
+// each as the first entry and, packed, entries (24 bits) and log2 of the distance between entries (8
+// bits). Particles with the same springs, as inside a patch, share a row whose entries lie side by
+// side; rows of their own lie side by side with those of their neighbours. An entry is the offset from
+// the particle to the one at the other end, then rest length, stiffness and damping; where springs may
+// buckle more follows (`spring_buckling.wgsl`).
+
+@group(0) @binding(8) var<storage, read> spring_rows: array<u32>;
+@group(0) @binding(9) var<storage, read> spring_entries: array<vec4<u32>>;
+
+struct SpringRow {
+    first: u32,
+    end: u32,
+    stride: u32,
+}
+
+fn spring_row(particle: u32) -> SpringRow {
+    let at = model.particle_count + 2u * spring_rows[particle];
+    let first = spring_rows[at];
+    let shape = spring_rows[at + 1u];
+    let stride = SPRING_WORDS << (shape >> 24u);
+    return SpringRow(first, first + (shape & 0xffffffu) * stride, stride);
+}
+
+struct Spring {
+    // From the particle to its neighbour [m].
+    difference: vec3f,
+    rest_length: f32,
+    stiffness: f32,
+    // Length beyond the rest length [m].
+    stretch: f32,
+    // Force along the spring [N].
+    tension: f32,
+    // 1 / length [1/m], bounded for coinciding particles.
+    inverse_length: f32,
+}
+
+fn spring_at(at: u32, particle: u32, position: vec3f, velocity: vec3f) -> Spring {
+    let entry = spring_entries[at];
+    let other = particle + entry.x;
+    let rest_length = bitcast<f32>(entry.y);
+    let stiffness = bitcast<f32>(entry.z);
+    let damping = bitcast<f32>(entry.w);
+    let difference = position_in[other].xyz - position;
+    let length = sqrt(dot_product(difference, difference));
+    let inverse_length = 1.0 / max(length, LENGTH_MIN);
+    let rate = dot_product(velocity_in[other].xyz - velocity, difference) * inverse_length;
+    let stretch = length - rest_length;
+    let tension = fma(damping, rate, elastic_tension(at, stiffness, stretch));
+    return Spring(difference, rest_length, stiffness, stretch, tension, inverse_length);
+}
+
+// `force` and the forces of all springs of a particle.
+fn spring_force(start: vec3f, particle: u32, position: vec3f, velocity: vec3f) -> vec3f {
+    let row = spring_row(particle);
+    var sum = start;
+    for (var at = row.first; at < row.end; at += row.stride) {
+        let spring = spring_at(at, particle, position, velocity);
+        sum = add_scaled(sum, spring.tension * spring.inverse_length, spring.difference);
+    }
+    return sum;
+}

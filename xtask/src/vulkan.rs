@@ -1,0 +1,55 @@
+//! Makes sure that there is a Vulkan driver, without which the wgpu backend cannot be tested.
+
+use std::process::Command;
+
+use crate::command;
+
+/// The Debian packages of the driver that computes on the processor.
+const PACKAGES: [&str; 2] = ["mesa-vulkan-drivers", "libvulkan1"];
+
+/// Folders in which Linux systems list Vulkan drivers.
+const DRIVER_FOLDERS: [&str; 3] =
+    ["/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d", "/usr/local/share/vulkan/icd.d"];
+
+/// Installs a driver if there is none and that can be done here.
+///
+/// # Errors
+/// The one line that installs it.
+pub(crate) fn ensure() -> Result<(), String> {
+    // Other systems come with Metal or DirectX.
+    if !cfg!(target_os = "linux") || is_there() {
+        return Ok(());
+    }
+    println!("no Vulkan driver here, installing {}", PACKAGES.join(" "));
+    let mut apt = apt_get(&["update", "--quiet"]);
+    let installed = command::run(&mut apt).and_then(|()| {
+        let mut arguments = vec!["install", "--quiet", "--yes", "--no-install-recommends"];
+        arguments.extend(PACKAGES);
+        command::run(&mut apt_get(&arguments))
+    });
+    match installed {
+        Ok(()) if is_there() => Ok(()),
+        _ => Err(format!(
+            "the wgpu backend needs a Vulkan driver; run: sudo apt-get install --yes {}",
+            PACKAGES.join(" ")
+        )),
+    }
+}
+
+fn apt_get(arguments: &[&str]) -> Command {
+    let mut command = Command::new("apt-get");
+    command.args(arguments).env("DEBIAN_FRONTEND", "noninteractive");
+    command
+}
+
+/// Whether the loader and a driver are there.
+fn is_there() -> bool {
+    // Both variables name drivers in other places.
+    let named = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"];
+    if named.iter().any(|name| std::env::var_os(name).is_some()) {
+        return true;
+    }
+    let has_files =
+        |folder: &str| std::fs::read_dir(folder).is_ok_and(|mut files| files.next().is_some());
+    DRIVER_FOLDERS.into_iter().any(has_files)
+}
