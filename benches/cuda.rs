@@ -1,12 +1,16 @@
 //! The CUDA backend on the common workload, timed by events on the device: medians of frames 10 to 70.
 //!
-//! `cargo bench --bench cuda -- [--fast] [--quick]`.
+//! `cargo bench --bench cuda -- [--quick] [--reference PROGRAM]`. A reference program is run as `PROGRAM 160,1024` and
+//! prints its own rows.
 
-use std::time::Instant;
+use std::{process::Command, time::Instant};
 
-use cloth::{Backend, Result, scene::BenchKind};
+use cloth::{
+    Backend, ImplicitSettings, Integrator, LinearMethod, Preconditioner, Result, StepReport,
+    scene::BenchKind,
+};
 use cloth_backend_cuda::{CudaBackend, CudaOptions};
-use cloth_benches::{FRAMES_MEASURED, Workload};
+use cloth_benches::{FRAMES_MEASURED, HangWorkload, RunningWorkload, Workload};
 
 /// Bytes that a device of this kind copies in a second, read and written: the floor is made of it.
 const BANDWIDTH: f64 = 4.28e12;
@@ -14,6 +18,38 @@ const BANDWIDTH: f64 = 4.28e12;
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
+}
+
+/// Iterations of the linear solvers.
+const ITERATIONS: u32 = 30;
+/// Implicit steps that are measured, and those before.
+const STEPS: [usize; 2] = [20, 5];
+
+/// Microseconds of all stages but the measurement.
+fn device_time(report: &StepReport) -> f64 {
+    let stages = report.stage_times.iter().filter(|stage| stage.stage != "measure");
+    stages.map(|stage| stage.time.as_secs_f64()).sum::<f64>() * 1e6
+}
+
+fn implicit(backend: &dyn Backend, label: &str, side: u32, method: LinearMethod) -> Result<()> {
+    let mut settings = ImplicitSettings::default();
+    settings.linear.method = method;
+    settings.linear.preconditioner = Preconditioner::Diagonal;
+    settings.linear.tolerance = 0.0;
+    settings.linear.iterations_max = ITERATIONS;
+    let workload = HangWorkload::new(side);
+    let mut running: RunningWorkload =
+        workload.start(backend, Integrator::Implicit(settings), STEPS[1])?;
+    let mut device = Vec::new();
+    for _ in 0..STEPS[0] {
+        device.push(device_time(&running.step()?));
+    }
+    // In each iteration twelve factors, six vectors read, five written, two blocks.
+    let particles = workload.particles() as f64;
+    let floor = f64::from(ITERATIONS) * particles * 16.0 * 25.0 / BANDWIDTH * 1e6;
+    let time = median(device);
+    println!("{label:<12} {side:>5} {method:<7} {time:>9.1} us/step   floor {floor:>7.1}");
+    Ok(())
 }
 
 fn explicit(backend: &dyn Backend, label: &str, side: u32, contact: bool) -> Result<()> {
@@ -24,8 +60,7 @@ fn explicit(backend: &dyn Backend, label: &str, side: u32, contact: bool) -> Res
     let mut last = None;
     for _ in 0..FRAMES_MEASURED {
         let report = running.step()?;
-        let stages = report.stage_times.iter().filter(|stage| stage.stage != "measure");
-        device.push(stages.map(|stage| stage.time.as_secs_f64()).sum::<f64>() * 1e6);
+        device.push(device_time(&report));
         wall.push(report.wall_time.as_secs_f64() * 1e6);
         rebuilds += report.contact_rebuilds;
         last = Some(report);
@@ -74,6 +109,22 @@ fn main() -> Result<()> {
                 }
                 explicit(&backend, label, side, contact)?;
             }
+        }
+        for method in [LinearMethod::ConjugateGradient, LinearMethod::Jacobi] {
+            for side in [60, 160, 512, 1024] {
+                if patches && (side < 1024 || !has("--quick")) {
+                    implicit(&backend, label, side, method)?;
+                }
+            }
+        }
+    }
+    if let Some(at) = arguments.iter().position(|argument| argument == "--reference")
+        && let Some(program) = arguments.get(at + 1)
+    {
+        match Command::new(program).arg("160,1024").status() {
+            Ok(status) if status.success() => {}
+            Ok(status) => println!("{program}: {status}"),
+            Err(error) => println!("{program}: {error}"),
         }
     }
     Ok(())

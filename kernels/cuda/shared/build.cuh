@@ -2,7 +2,7 @@
 
 // The list is to hold from use `tick` on, for the present positions. Ends with all blocks having read
 // what they need; the row of particle i is written by the thread that `first` and `step` give it to.
-__device__ __noinline__ void list_build(const Solver& s, ulong* barrier, Motion motion, uint tick, uint first, uint end, uint step) {
+__device__ __forceinline__ void list_build(const Solver& s, ulong* barrier, Motion motion, uint tick, uint first, uint end, uint step) {
     uint thread = blockIdx.x * blockDim.x + threadIdx.x;
     uint threads = gridDim.x * blockDim.x;
     uint cells = s.cells[0] * s.cells[1] * s.cells[2];

@@ -73,54 +73,58 @@ __device__ __forceinline__ bool comes_close(const Solver& s, const vec3& d, cons
     return dot(closest, closest) < distance * distance;
 }
 
+// Adds j to the row of particle i if it can come into contact and nothing leaves it out.
+__device__ __noinline__ void list_add(const Solver& s, uint i, uint j, const vec3& d, const vec3& dq, real distance, uint& found) {
+    if (j == i || !comes_close(s, d, dq, distance) || is_joined(s, i, j)) return;
+    if (s.contact & CONTACT_IMPULSE) {
+        vec3 rest = xyz(s.rest[i]) - xyz(s.rest[j]);
+        if (dot(rest, rest) < s.contact_distance * s.contact_distance) return;
+    }
+    if (found < s.candidate_capacity) {
+        uint k = found;
+        while (k > 0) {
+            uint before = s.candidates[(size_t)(k - 1) * s.count + i];
+            if (before < j) break;
+            s.candidates[(size_t)k * s.count + i] = before;
+            k--;
+        }
+        s.candidates[(size_t)k * s.count + i] = j;
+    }
+    found++;
+}
+
 // Builds the row of particle i, ascending. Returns the number of candidates, which may be more than fit.
-__device__ __noinline__ uint list_row(const Solver& s, uint i) {
+__device__ __forceinline__ uint list_row(const Solver& s, uint i) {
+    // In registers: the loop below is nearly all of the work.
+    const real4* sorted = s.sorted;
+    const uint* starts = s.cell_starts;
+    uint mask_x = s.cells[0] - 1, mask_y = s.cells[1] - 1, mask_z = s.cells[2] - 1;
+    uint width = s.cells[0], height = s.cells[1];
     real4 own = s.reference[i];
     vec3 r = xyz(own);
-    vec3 q = motion_unpack(s, own.w);
+    uint packed = (uint)own.w;
     real extent = maximum(maximum(absolute(r.x), absolute(r.y)), absolute(r.z));
     real distance = s.list_distance + (real)32 * REAL_EPSILON * extent;
-    real limit = s.contact_distance * s.contact_distance;
-    uint packed = (uint)own.w;
     real step = (real)1.001 * s.list_horizon * (s.list_motion_max / (real)MOTION_STEPS);
     int cx = cell_coordinate(s, r.x), cy = cell_coordinate(s, r.y), cz = cell_coordinate(s, r.z);
+    uint left = (uint)(cx - 1) & mask_x, right = (uint)(cx + 1) & mask_x;
+    bool whole = left + 2 == right;
     uint found = 0;
-    for (int dz = -1; dz <= 1; dz++) {
-        for (int dy = -1; dy <= 1; dy++) {
-            // The three cells of a row lie side by side, unless the period comes between.
-            uint first = cell_index(s, cx - 1, cy + dy, cz + dz);
-            uint last = cell_index(s, cx + 1, cy + dy, cz + dz);
-            uint row = cell_index(s, 0, cy + dy, cz + dz);
-            bool whole = first + 2 == last;
-            for (uint part = 0; part < (whole ? 1u : 2u); part++) {
-                uint from = whole || part == 0 ? first : row;
-                uint to = whole || part == 1 ? last : row + s.cells[0] - 1;
-                uint end = s.cell_starts[to + 1];
-                for (uint place = s.cell_starts[from]; place < end; place++) {
-                    real4 other = s.sorted[place];
-                    vec3 d = xyz(other) - r;
-                    // Most are too far away for any motion between the two: steps of all axes together.
-                    real reach = distance + step * (real)__vsadu4(packed, (uint)other.w);
-                    if (dot(d, d) >= reach * reach) continue;
-                    vec3 dq = motion_unpack(s, other.w) - q;
-                    uint j = s.sorted_index[place];
-                    if (j == i || !comes_close(s, d, dq, distance)) continue;
-                    if (is_joined(s, i, j)) continue;
-                    if (s.contact & CONTACT_IMPULSE) {
-                        vec3 rest = xyz(s.rest[i]) - xyz(s.rest[j]);
-                        if (dot(rest, rest) < limit) continue;
-                    }
-                    if (found < s.candidate_capacity) {
-                        uint k = found;
-                        while (k > 0) {
-                            uint before = s.candidates[(size_t)(k - 1) * s.count + i];
-                            if (before < j) break;
-                            s.candidates[(size_t)k * s.count + i] = before;
-                            k--;
-                        }
-                        s.candidates[(size_t)k * s.count + i] = j;
-                    }
-                    found++;
+    for (int k = 0; k < 9; k++) {
+        uint row = (((uint)(cz + k / 3 - 1) & mask_z) * height + ((uint)(cy + k % 3 - 1) & mask_y)) * width;
+        // The three cells of a row lie side by side, unless the period comes between.
+        for (uint part = 0; part < (whole ? 1u : 2u); part++) {
+            uint from = row + (whole || part == 0 ? left : 0);
+            uint to = row + (whole || part == 1 ? right : mask_x);
+            uint end = starts[to + 1];
+#pragma unroll 4
+            for (uint place = starts[from]; place < end; place++) {
+                real4 other = sorted[place];
+                vec3 d = xyz(other) - r;
+                // Most are too far away for any motion between the two: steps of all axes together.
+                real reach = distance + step * (real)__vsadu4(packed, (uint)other.w);
+                if (dot(d, d) < reach * reach) {
+                    list_add(s, i, s.sorted_index[place], d, motion_unpack(s, other.w) - motion_unpack(s, own.w), distance, found);
                 }
             }
         }
