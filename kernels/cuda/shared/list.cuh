@@ -6,6 +6,8 @@
 // missing as long as, for every particle, |x_i - p_i(t)| <= a and |x_i - r_i - t u| <= (c - d) / 2: a pair that was not looked at had a gap of more than c - d.
 
 #define MOTION_STEPS 127
+// Near particles that a thread keeps until it looks at them closer.
+#define NEAR_MAX 64
 
 // q as a number of 24 bits; a double precision solver keeps it in the same way.
 __device__ __forceinline__ uint motion_byte(const Solver& s, real q) {
@@ -73,9 +75,18 @@ __device__ __forceinline__ bool comes_close(const Solver& s, const vec3& d, cons
     return dot(closest, closest) < distance * distance;
 }
 
-// Adds j to the row of particle i if it can come into contact and nothing leaves it out.
-__device__ __noinline__ void list_add(const Solver& s, uint i, uint j, const vec3& d, const vec3& dq, real distance, uint& found) {
-    if (j == i || !comes_close(s, d, dq, distance) || is_joined(s, i, j)) return;
+// Adds the particle at a place of the sorted ones to the row of particle i if it can come into contact and nothing
+// leaves it out.
+__device__ __forceinline__ void list_add(const Solver& s, uint i, const real4& own, uint place, real distance, uint& found) {
+    uint j = s.sorted_index[place];
+    real4 other = s.sorted[place];
+    vec3 dq = motion_unpack(s, other.w) - motion_unpack(s, own.w);
+    if (j == i || !comes_close(s, xyz(other) - xyz(own), dq, distance)) return;
+    SpringRow row = spring_row(s, i);
+    bool joined = false;
+#pragma unroll 4
+    for (uint k = 0; k < row.count; k++) joined |= i + spring_entry(s, row, k).x == j;
+    if (joined) return;
     if (s.contact & CONTACT_IMPULSE) {
         vec3 rest = xyz(s.rest[i]) - xyz(s.rest[j]);
         if (dot(rest, rest) < s.contact_distance * s.contact_distance) return;
@@ -110,6 +121,9 @@ __device__ __forceinline__ uint list_row(const Solver& s, uint i) {
     uint left = (uint)(cx - 1) & mask_x, right = (uint)(cx + 1) & mask_x;
     bool whole = left + 2 == right;
     uint found = 0;
+    // What is near is looked at closer in a loop of its own, as threads of a warp come upon it at different times.
+    uint near[NEAR_MAX];
+    uint near_count = 0;
     for (int k = 0; k < 9; k++) {
         uint row = (((uint)(cz + k / 3 - 1) & mask_z) * height + ((uint)(cy + k % 3 - 1) & mask_y)) * width;
         // The three cells of a row lie side by side, unless the period comes between.
@@ -124,10 +138,12 @@ __device__ __forceinline__ uint list_row(const Solver& s, uint i) {
                 // Most are too far away for any motion between the two: steps of all axes together.
                 real reach = distance + step * (real)__vsadu4(packed, (uint)other.w);
                 if (dot(d, d) < reach * reach) {
-                    list_add(s, i, s.sorted_index[place], d, motion_unpack(s, other.w) - motion_unpack(s, own.w), distance, found);
+                    if (near_count < NEAR_MAX) near[near_count++] = place;
+                    else list_add(s, i, own, place, distance, found);
                 }
             }
         }
     }
+    for (uint k = 0; k < near_count; k++) list_add(s, i, own, near[k], distance, found);
     return found;
 }

@@ -130,12 +130,3 @@ __device__ __forceinline__ Spring spring_at(const SpringKind& kind, const vec3& 
     spring.tension = kind.tension(spring.stretch) + kind.damping * rate;
     return spring;
 }
-
-// Whether a spring joins two particles.
-__device__ __forceinline__ bool is_joined(const Solver& s, uint i, uint j) {
-    SpringRow row = spring_row(s, i);
-    for (uint k = 0; k < row.count; k++) {
-        if (i + spring_entry(s, row, k).x == j) return true;
-    }
-    return false;
-}
