@@ -37,9 +37,8 @@ fn for_all(
     config.rng_seed = RngSeed::Fixed(1998);
     let outcome = TestRunner::new(config).run(strategy, |case| {
         for pair in pairs() {
-            check(pair, &case).map_err(|failure| {
-                TestCaseError::fail(format!("{}: {}", pair[1].label, failure.0))
-            })?;
+            check(pair, &case)
+                .map_err(|failure| TestCaseError::fail(format!("{}: {failure}", pair[1].label)))?;
         }
         Ok(())
     });
