@@ -244,8 +244,14 @@ pub fn gpu_candidate(label: &str, backend: Box<dyn Backend>) -> Candidate {
 }
 
 /// What the CUDA backend does not offer.
-const CUDA_MISSING: &[Feature] =
-    &[Feature::SemiImplicit, Feature::Direct, Feature::IncompleteCholesky, Feature::Assembled];
+const CUDA_MISSING: &[Feature] = &[
+    Feature::SemiImplicit,
+    Feature::Direct,
+    Feature::IncompleteCholesky,
+    Feature::Assembled,
+    Feature::Factorisation,
+    Feature::DenseInverse,
+];
 
 /// Whether `CLOTH_LEAVE_OUT` names a backend: a machine for one kind of GPU may lack what another needs.
 #[must_use]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cloth_core::{
     Field, Frame, GridPatch, ImplicitSettings, Integrator, LinearMethod, Model, ModelBuilder,
-    Stencil,
+    SolverConfig, Stencil,
 };
 use harness::{
     backends::{Candidate, candidates_with},
@@ -65,7 +65,16 @@ fn jacobi(candidate: &Candidate, side: u32, iterations: u32, steps: u32) {
     settings.linear.method = LinearMethod::Jacobi;
     settings.linear.tolerance = 0.0;
     settings.linear.iterations_max = iterations;
-    let mut solver = solver_of(candidate, &model, 0.01, Integrator::Implicit(settings));
+    // The corners carry half of the weight each and stretch their springs by more than any fabric bears: what
+    // is asked for here is that all particles stay, not that the cloth is sound.
+    let config = SolverConfig {
+        precision: candidate.precision,
+        time_step: 0.01,
+        integrator: Integrator::Implicit(settings),
+        strain_bound: 1e3,
+        ..SolverConfig::default()
+    };
+    let mut solver = candidate.backend.create_solver(model, &config).unwrap();
     let frames = 4;
     for frame in 0..frames {
         solver.advance(Frame { duration: 0.01 * f64::from(steps / frames) }).unwrap();
