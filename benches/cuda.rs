@@ -1,6 +1,6 @@
 //! The CUDA backend on the common workload, timed by events on the device: medians of frames 10 to 70.
 //!
-//! `cargo bench --bench cuda -- [--quick] [--reference PROGRAM]`. A reference program is run as `PROGRAM 160,1024` and
+//! `cargo bench --bench cuda -- [--quick] [--sides 160,1024] [--only free|contact|implicit] [--reference PROGRAM]`. A reference program is run as `PROGRAM 160,1024` and
 //! prints its own rows.
 
 use std::{process::Command, time::Instant};
@@ -87,7 +87,16 @@ fn main() -> Result<()> {
     if has("--list") || has("--test") {
         return Ok(());
     }
-    let sides: &[u32] = if has("--quick") { &[160, 512] } else { &[160, 512, 1024, 2048] };
+    let value = |name: &str| {
+        let at = arguments.iter().position(|argument| argument == name)?;
+        arguments.get(at + 1).map(String::as_str)
+    };
+    let sides: Vec<u32> = match value("--sides") {
+        Some(text) => text.split(',').filter_map(|side| side.parse().ok()).collect(),
+        None if has("--quick") => vec![160, 512],
+        None => vec![160, 512, 1024, 2048],
+    };
+    let is_wanted = |what: &str| value("--only").is_none_or(|only| only == what);
     for (label, fast, patches) in [
         ("reproducible", false, true),
         ("fast", true, true),
@@ -103,8 +112,9 @@ fn main() -> Result<()> {
             }
         };
         for contact in [false, true] {
-            for &side in sides {
-                if !patches && (contact || side == 2048) {
+            for &side in &sides {
+                let kind = if contact { "contact" } else { "free" };
+                if !is_wanted(kind) || !patches && (contact && side != 160 || side == 2048) {
                     continue;
                 }
                 explicit(&backend, label, side, contact)?;
@@ -112,15 +122,13 @@ fn main() -> Result<()> {
         }
         for method in [LinearMethod::ConjugateGradient, LinearMethod::Jacobi] {
             for side in [60, 160, 512, 1024] {
-                if patches && (side < 1024 || !has("--quick")) {
+                if patches && is_wanted("implicit") && (side < 1024 || !has("--quick")) {
                     implicit(&backend, label, side, method)?;
                 }
             }
         }
     }
-    if let Some(at) = arguments.iter().position(|argument| argument == "--reference")
-        && let Some(program) = arguments.get(at + 1)
-    {
+    if let Some(program) = value("--reference") {
         match Command::new(program).arg("160,1024").status() {
             Ok(status) if status.success() => {}
             Ok(status) => println!("{program}: {status}"),

@@ -2,8 +2,8 @@
 //
 // All blocks are resident; each owns a run of particles, or of tiles of a regular patch, which it holds in shared
 // memory with their surroundings. Without contact a block waits for those whose particles it reads, and for no
-// others; with contact all wait for all, so that they can build the list together when some particle found that
-// it does not hold.
+// others; with contact all wait for all, as anything may touch anything, and so that they can build the list of groups
+// together when some group has left its region. In a tile with contact a warp has the particles of a group.
 
 #ifdef CLOTH_PENALTY
 #define PENALTY true
@@ -27,12 +27,6 @@
 #define GRID false
 #endif
 
-// A tile of a patch and two particles around it.
-#define TILE_COLUMNS 32
-#define TILE_ROWS 8
-#define HALO 2
-#define TILE_STRIDE (TILE_COLUMNS + 2 * HALO)
-#define TILE_ENTRIES (TILE_STRIDE * (TILE_ROWS + 2 * HALO))
 // Colliders that are kept in shared memory.
 #define COLLIDERS_NEAR 4
 
@@ -117,6 +111,29 @@ __device__ __forceinline__ void particle_store(const Solver& s, real4* x, real4*
     if (!(is_finite(moved.position) && is_finite(moved.velocity))) atomicMin(&s.status->non_finite_step, substep.step);
 }
 
+// A substep of one particle, with `found` partners. Gives where it gets to.
+__device__ __forceinline__ vec3 substep_store(
+    const Solver& s, const TableEntry* table, const uint2* headers, const Motion& motion, const SubstepData& substep, const Collider* colliders,
+    const real4* x, const real4* v, uint at, uint i, const real4* partners, uint found, bool stopped, real4* next_x, real4* next_v, uint& total
+) {
+    real4 own = x[at], rate = v[at];
+    uint contacts = 0;
+    Moved moved = {xyz(own), xyz(rate)};
+    if (!stopped) {
+        moved = particle_advance<PENALTY, EXTRAS, TABLE>(s, table, headers, motion, substep, colliders, x, v, at, i, own, rate, partners, found, contacts);
+    }
+    particle_store(s, next_x, next_v, substep, i, moved, own, rate);
+    total += contacts;
+    return moved.position;
+}
+
+// The column and row in a tile, 32 by 8, such that a warp has a group, 8 by 4.
+__device__ __forceinline__ void tile_place_in_group(uint& column, uint& row) {
+    uint lane = threadIdx.x & 31, warp = threadIdx.x / 32;
+    column = warp % 4 * 8 + lane % 8;
+    row = warp / 4 * 4 + lane / 8;
+}
+
 // Few blocks for each multiprocessor, and registers in plenty: for models that do not fill the device.
 #if defined(CLOTH_WIDE)
 #define BLOCKS_PER_SM 1
@@ -129,14 +146,18 @@ __device__ __forceinline__ void particle_store(const Solver& s, real4* x, real4*
 extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(const __grid_constant__ Solver s, uint substeps) {
     __shared__ SubstepData substep;
     __shared__ Collider near[COLLIDERS_NEAR];
+#ifdef CLOTH_PENALTY
+    __shared__ real4 stages[256];
+#else
+    real4* stages = nullptr;
+#endif
     const TableEntry* table = nullptr;
     const uint2* headers = nullptr;
     real4* tiles = (real4*)table_load(s, table, headers);
     Motion motion = present_motion(s);
     real4* next_x = s.position[1 - s.present];
     real4* next_v = s.velocity[1 - s.present];
-    uint thread = blockIdx.x * blockDim.x + threadIdx.x;
-    uint threads = gridDim.x * blockDim.x;
+    uint lane = threadIdx.x & 31, warp = threadIdx.x / 32;
     uint across = (s.columns + TILE_COLUMNS - 1) / TILE_COLUMNS;
     // Runs of 256 particles, or tiles.
     uint first = blockIdx.x * s.chunk;
@@ -146,15 +167,13 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
     if (PENALTY) {
         // Whether the list holds for the first substep; later ones are looked at by the one before.
         uint tick = s.substeps[0].tick;
-        ListState list = list_state(s);
-        bool holds = s.status->built != 0;
-        for (uint i = thread; holds && i < s.count; i += threads) {
-            holds = list_holds(s, list, i, xyz(motion.x[i]), tick);
-        }
-        if (!holds) s.status->stale[tick & 3] = tick;
+        bool holds = groups_store(s, 0, motion.x);
+        if (!holds || s.status->built == 0) s.status->stale[tick & 3] = tick;
         grid_barrier(&s.status->barrier[0]);
     }
     bool stopped = false;
+    // Of the positions by group, those that hold.
+    uint side = 0;
     for (uint number = 0; number < substeps; number++) {
         words_copy(&substep, &s.substeps[number], sizeof(SubstepData));
         const Collider* colliders = s.colliders + s.substeps[number].collider_first;
@@ -168,11 +187,13 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
         if (PENALTY || number == 0) stopped = *(volatile ulong*)&s.status->non_finite_step < substep.step;
         uint tick = substep.tick;
         if (PENALTY && !stopped && *(volatile uint*)&s.status->stale[tick & 3] == tick) {
-            list_build(s, &s.status->barrier[0], motion, tick, thread, s.count, threads);
+            list_build(s, &s.status->barrier[0], motion, side, tick);
+        }
+        if (PENALTY && !GRID) {
+            contacts_find(s, side, stages + warp * GROUP);
+            grid_barrier(&s.status->barrier[0]);
         }
         bool last = number + 1 == substeps;
-        ListState list = {{0, 0, 0}, 0, 0};
-        if (PENALTY) list = list_state(s);
         uint total = 0;
         bool holds = true;
         TilePlace place = GRID ? TilePlace{first % across, first / across} : TilePlace{0, 0};
@@ -193,6 +214,7 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
                 copies_wait();
                 __syncthreads();
                 uint c = threadIdx.x % TILE_COLUMNS, r = threadIdx.x / TILE_COLUMNS;
+                if (PENALTY) tile_place_in_group(c, r);
                 uint column = place.column * TILE_COLUMNS + c, row = place.row * TILE_ROWS + r;
                 place.next(across);
                 if (TILES == 2) {
@@ -206,18 +228,45 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
                 x = tile;
                 v = tile + TILE_ENTRIES;
             }
-            if (!exists) continue;
-            real4 own = x[at], rate = v[at];
-            uint contacts = 0;
-            Moved moved = {xyz(own), xyz(rate)};
-            if (!stopped) {
-                moved = particle_advance<PENALTY, EXTRAS, TABLE>(s, table, headers, motion, substep, colliders, x, v, at, i, own, rate, contacts);
+            if (PENALTY && GRID) {
+                uint group = run * (TILE_COLUMNS * TILE_ROWS / GROUP) + warp;
+                real4 partners[PARTNERS_NEAR];
+                const real4* kept = partners;
+                uint found = 0;
+                if (!stopped) {
+                    uint2 header = exists ? headers[s.spring_row[i]] : uint2{0, 0};
+                    TileRow springs = {table + header.x, header.y & 0xffffffu, x, v, at};
+                    group_contacts_visit(s, side, group, lane, stages + warp * GROUP, [&](uint other, uint k, const real4& partner) {
+                        uint j = number_unpack(partner.w);
+                        int rows = (int)(k / 8) - (int)(lane / 8), columns = (int)(k % 8) - (int)(lane % 8);
+                        if (other != group) {
+                            rows = (int)(j / s.columns) - (int)(i / s.columns);
+                            columns = (int)(j % s.columns) - (int)(i % s.columns);
+                        }
+                        if (springs.joins(rows, columns)) return;
+                        partner_add(partners, found, partner);
+                        found++;
+                    });
+                    if (__any_sync(ALL_LANES, found > PARTNERS_NEAR)) {
+                        kept = nullptr;
+                        found = group_contacts(s, side, group, lane, stages + warp * GROUP);
+                    }
+                }
+                vec3 position = {0, 0, 0};
+                if (exists) position = substep_store(s, table, headers, motion, substep, colliders, x, v, at, i, kept, found, stopped, next_x, next_v, total);
+                if (!last) holds &= group_store(s, 1 - side, group, lane, exists, position, i);
+            } else if (exists) {
+                uint found = PENALTY ? s.candidate_counts[i] : 0;
+                substep_store(s, table, headers, motion, substep, colliders, x, v, at, i, nullptr, found, stopped, next_x, next_v, total);
             }
-            particle_store(s, next_x, next_v, substep, i, moved, own, rate);
-            total += contacts;
-            if (PENALTY && !last) holds &= list_holds(s, list, i, moved.position, tick + 1);
         }
         if (PENALTY) {
+            if (GRID) {
+                side = 1 - side;
+            } else if (!last) {
+                grid_barrier(&s.status->barrier[0]);
+                holds = groups_store(s, side, next_x);
+            }
             if (!holds) s.status->stale[(tick + 1) & 3] = tick + 1;
             if (last && total > 0) atomicAdd(&s.status->contacts, (ulong)total);
             if (!last) grid_barrier(&s.status->barrier[0]);
@@ -243,7 +292,8 @@ extern "C" __global__ void __launch_bounds__(256) explicit_pass(const __grid_con
     Moved moved = {xyz(own), xyz(rate)};
     if (!(s.status->non_finite_step < substep.step)) {
         uint contacts = 0;
-        moved = particle_advance<PENALTY, EXTRAS, false>(s, nullptr, nullptr, motion, substep, nullptr, motion.x, motion.v, i, i, own, rate, contacts);
+        uint found = PENALTY ? s.candidate_counts[i] : 0;
+        moved = particle_advance<PENALTY, EXTRAS, false>(s, nullptr, nullptr, motion, substep, nullptr, motion.x, motion.v, i, i, own, rate, nullptr, found, contacts);
     }
     particle_store(s, s.position[1 - s.present], s.velocity[1 - s.present], substep, i, moved, own, rate);
 }

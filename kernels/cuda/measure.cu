@@ -4,8 +4,8 @@
 #define BLOCK 512
 #define LANES 16
 // Numbers of a block: strain_max, strain_particle, strain_sum, ends, elastic, force 3, magnitude, momentum 3,
-// kinetic, potential, penetration, non-finite particle or -1, lowest and highest position 3.
-#define FIGURES 22
+// kinetic, potential, penetration, non-finite particle or -1.
+#define FIGURES 16
 
 extern "C" __global__ void __launch_bounds__(512) measure(const __grid_constant__ Solver s, double ax, double ay, double az, uint collider_first) {
     __shared__ double values[5 * BLOCK];
@@ -121,18 +121,5 @@ extern "C" __global__ void __launch_bounds__(512) measure(const __grid_constant_
         }
         out[14] = largest;
         out[15] = broken;
-    }
-    __syncthreads();
-    for (uint axis = 0; axis < 3; axis++) values[axis * BLOCK + t] = p[axis];
-    __syncthreads();
-    if ((t & 31) == 0 && t / 32 < 3) {
-        double low = REAL_MAX, high = -REAL_MAX;
-        for (uint k = 0; k < used; k++) {
-            double value = values[t / 32 * BLOCK + k];
-            low = value < low ? value : low;
-            high = value > high ? value : high;
-        }
-        out[16 + t / 32] = low;
-        out[19 + t / 32] = high;
     }
 }

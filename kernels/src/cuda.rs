@@ -68,7 +68,7 @@ macro_rules! shared {
 }
 
 shared! {
-    "real" "solver" "spring" "field" "air" "collider" "contact" "list" "sync" "build" "substep"
+    "real" "solver" "spring" "field" "air" "collider" "contact" "group" "list" "sync" "build" "substep"
     "linear" "constraint"
 }
 

@@ -1,57 +1,56 @@
-//! Contact of cloth with itself: sizes of the candidate list, and its memory.
+//! Contact of cloth with itself: groups of particles, the list of groups that may come near each other, and the
+//! rows of partners.
 //!
 //! The device decides by itself when to build the list (`shared/list.cuh`), and no pair is ever missing. The
-//! host only learns after a frame whether a particle had more candidates than there is room for: then the
-//! frame is done again from its start, with more room. As results depend on the pairs in contact alone, a
-//! frame done again is the frame that should have been.
+//! host only learns after a frame whether a particle had more partners, or a group more groups near it, than there
+//! is room for: then the frame is done again from its start, with more room. As results depend on the pairs
+//! in contact alone, a frame done again is the frame that should have been.
 
-use cloth_core::{ContactResponse, Error, Model, Result, SelfContact};
+use cloth_core::{ContactResponse, Error, Model, NONE, Result, SelfContact};
 
 use crate::{
-    layout::{CudaReal, Real4, SolverData},
+    layout::{CudaReal, Real4, SolverData, Status},
     queue::{Buffer, Queue},
+    tables::Patch,
 };
 
-/// Candidates for each particle at first.
-const CAPACITY: u32 = 24;
-/// Size of a cell in units of the contact distance.
-const CELL: f64 = 4.0;
-/// How far a particle may stray from its expected way, in units of the contact distance.
-const ALLOWANCE: f64 = 0.6;
-/// Share of the reach that rounding cannot use up.
-const REACH_SAFETY: f64 = 0.99;
-/// Uses that a list is made for, at least and at most.
-const HORIZON: [f64; 2] = [2.0, 12.0];
-/// A list is made for so many times the uses that lists have lasted.
-const HORIZON_SHARE: f64 = 1.4;
-/// Uses within which the fastest motion that a list can foresee uses up its reach.
-const MOTION_USES: f64 = 2.0;
-/// Cells along each axis, so that a cell and its two neighbours differ, and at most.
-const CELLS: [u32; 2] = [4, 1 << 12];
+/// Particles of a group: a warp.
+pub(crate) const GROUP: usize = 32;
+/// Partners of each particle, and groups near each group, at first.
+const CAPACITY: [u32; 2] = [24, 64];
+/// What is added to the region of a group on all sides, in units of the contact distance.
+const MARGIN: f64 = 2.0;
+/// Uses that regions are made for.
+const HORIZON: f64 = 12.0;
+/// Cells that a region is put into, as in `shared/build.cuh`.
+const COVER_MAX: usize = 27;
+/// Chains of cells for each group, at least.
+const CHAINS: usize = 4;
 
-/// Memory of the list.
+/// Memory of contact.
 pub(crate) struct ContactMemory<T> {
     response: ContactResponse,
     candidates: Buffer<u32>,
-    counts: Buffer<u32>,
-    reference: Buffer<Real4<T>>,
+    candidate_counts: Buffer<u32>,
     rest: Buffer<Real4<T>>,
-    cell_counts: Buffer<u32>,
-    cell_starts: Buffer<u32>,
-    cell_sums: Buffer<u32>,
-    cell_of: Buffer<u32>,
-    cell_rank: Buffer<u32>,
-    sorted: Buffer<Real4<T>>,
-    sorted_index: Buffer<u32>,
+    group_members: Buffer<u32>,
+    group_positions: [Buffer<Real4<T>>; 2],
+    group_boxes: [Buffer<Real4<T>>; 2],
+    group_regions: Buffer<Real4<T>>,
+    group_rows: Buffer<u32>,
+    group_counts: Buffer<u32>,
+    cell_heads: Buffer<u64>,
+    cell_nodes: Buffer<[u32; 2]>,
     crowd: Buffer<u32>,
-    cell_size: f64,
-    cell_limit: u32,
-    capacity: u32,
+    /// Longest side of the groups at rest, on average \[m\].
+    group_side: f64,
+    groups: usize,
+    capacity: [u32; 2],
     particles: usize,
 }
 
 impl<T: CudaReal> ContactMemory<T> {
-    /// Memory for a model with self-contact; `blocks` at most build the list together.
+    /// Memory for a model with self-contact; a patch has its tiles divided into groups.
     ///
     /// # Errors
     /// `OutOfMemory`.
@@ -59,31 +58,36 @@ impl<T: CudaReal> ContactMemory<T> {
         queue: &Queue,
         model: &Model,
         contact: &SelfContact,
-        blocks: usize,
+        patch: Option<Patch>,
     ) -> Result<Self> {
         let n = model.particle_count();
-        let cell_limit = (2 * n).next_power_of_two().max(64) as u32;
+        let members = patch.map_or_else(|| model.particle_groups(GROUP), |patch| patch.groups());
+        let groups = members.len() / GROUP;
         let rest: Vec<Real4<T>> = if contact.excludes_neighbours() {
             model.positions().iter().map(|x| [x[0], x[1], x[2], 0.0].map(T::from_f64)).collect()
         } else {
             Vec::new()
         };
+        let pair = |length| -> Result<[Buffer<Real4<T>>; 2]> {
+            Ok([Buffer::zeros(queue, length)?, Buffer::zeros(queue, length)?])
+        };
+        let chains = (CHAINS * groups).next_power_of_two();
         Ok(Self {
             response: contact.response,
-            candidates: Buffer::zeros(queue, n * CAPACITY as usize)?,
-            counts: Buffer::zeros(queue, n)?,
-            reference: Buffer::zeros(queue, n)?,
+            candidates: Buffer::zeros(queue, n * CAPACITY[0] as usize)?,
+            candidate_counts: Buffer::zeros(queue, n)?,
             rest: Buffer::of(queue, &rest)?,
-            cell_counts: Buffer::zeros(queue, cell_limit as usize)?,
-            cell_starts: Buffer::zeros(queue, cell_limit as usize + 1)?,
-            cell_sums: Buffer::zeros(queue, blocks)?,
-            cell_of: Buffer::zeros(queue, n)?,
-            cell_rank: Buffer::zeros(queue, n)?,
-            sorted: Buffer::zeros(queue, n)?,
-            sorted_index: Buffer::zeros(queue, n)?,
+            group_positions: pair(groups * GROUP)?,
+            group_boxes: pair(2 * groups)?,
+            group_regions: Buffer::zeros(queue, 2 * groups)?,
+            group_rows: Buffer::zeros(queue, groups * CAPACITY[1] as usize)?,
+            group_counts: Buffer::zeros(queue, groups)?,
+            cell_heads: Buffer::zeros(queue, chains)?,
+            cell_nodes: Buffer::zeros(queue, groups * COVER_MAX)?,
             crowd: Buffer::zeros(queue, n)?,
-            cell_size: CELL * contact.distance,
-            cell_limit,
+            group_side: group_side(model, &members),
+            group_members: Buffer::of(queue, &members)?,
+            groups,
             capacity: CAPACITY,
             particles: n,
         })
@@ -92,18 +96,20 @@ impl<T: CudaReal> ContactMemory<T> {
     /// Puts addresses and constants in place.
     pub(crate) fn describe(&self, data: &mut SolverData<T>, distance: f64, time_step: f64) {
         data.candidates = self.candidates.address();
-        data.candidate_counts = self.counts.address();
-        data.reference = self.reference.address();
+        data.candidate_counts = self.candidate_counts.address();
         data.rest = self.rest.address();
-        data.cell_counts = self.cell_counts.address();
-        data.cell_starts = self.cell_starts.address();
-        data.cell_sums = self.cell_sums.address();
-        data.cell_of = self.cell_of.address();
-        data.cell_rank = self.cell_rank.address();
-        data.sorted = self.sorted.address();
-        data.sorted_index = self.sorted_index.address();
+        data.group_members = self.group_members.address();
+        data.group_positions = self.group_positions.each_ref().map(Buffer::address);
+        data.group_boxes = self.group_boxes.each_ref().map(Buffer::address);
+        data.group_regions = self.group_regions.address();
+        data.group_rows = self.group_rows.address();
+        data.group_counts = self.group_counts.address();
+        data.cell_heads = self.cell_heads.address();
+        data.cell_nodes = self.cell_nodes.address();
         data.crowd = self.crowd.address();
-        data.candidate_capacity = self.capacity;
+        data.group_count = self.groups as u32;
+        data.cell_mask = self.cell_heads.len() as u32 - 1;
+        [data.candidate_capacity, data.group_capacity] = self.capacity;
         let number = T::from_f64;
         data.contact_distance = number(distance);
         match self.response {
@@ -118,65 +124,47 @@ impl<T: CudaReal> ContactMemory<T> {
                 data.contact_friction = number(friction);
             }
         }
-        let allowance = ALLOWANCE * distance;
-        let reach = 0.5 * (self.cell_size - distance) * REACH_SAFETY;
-        data.list_allowance = number(allowance * REACH_SAFETY);
-        data.list_reach = number(reach);
-        data.cells_per_metre = number(self.cell_size.recip());
-        if data.list_horizon == T::ZERO {
-            data.list_horizon = number(HORIZON[1]);
-        }
-        data.list_distance = number(1.001 * (distance + 2.0 * allowance));
-        data.list_motion_max = number(reach / MOTION_USES);
-        data.time_step = number(time_step);
-    }
-
-    /// Uses to make a list for after `uses` of them in which it was built `builds` times: what is foreseen for
-    /// longer than it lasts only makes lists long.
-    pub(crate) fn horizon(uses: u32, builds: u32) -> f64 {
-        let [least, most] = HORIZON;
-        let lasted = f64::from(uses) / f64::from(builds.max(1));
-        (HORIZON_SHARE * lasted).ceil().clamp(least, most)
-    }
-
-    /// Cells for particles within these bounds \[m\]: no more than twice the particles. Beyond, the cells
-    /// repeat, which costs only more candidates to reject.
-    pub(crate) fn cells(&self, low: [f64; 3], high: [f64; 3]) -> [u32; 3] {
-        let [least, most] = CELLS;
-        let mut cells = [0, 1, 2].map(|axis| {
-            let side = ((high[axis] - low[axis]) / self.cell_size).clamp(0.0, f64::from(most));
-            (side as u32 + 2).next_power_of_two().clamp(least, most)
-        });
-        while cells.iter().map(|&cells| u64::from(cells)).product::<u64>() > self.cell_limit.into()
-        {
-            let longest = (0..3).max_by_key(|&axis| cells[axis]).unwrap_or(0);
-            cells[longest] /= 2;
-        }
-        cells
+        let margin = MARGIN * distance;
+        data.list_margin = number(margin);
+        data.list_horizon = number(HORIZON * time_step);
+        // Most regions then touch two cells along each axis at most.
+        data.cells_per_metre = number((self.group_side + 2.0 * margin + distance).recip());
     }
 
     pub(crate) const fn is_penalty(&self) -> bool {
         matches!(self.response, ContactResponse::Penalty { .. })
     }
 
-    /// Room for `needed` candidates of each particle.
+    /// Room for what did not fit.
     ///
     /// # Errors
     /// `Overflow` if the device has not that much memory.
-    pub(crate) fn grow(&mut self, queue: &Queue, needed: u32) -> Result<()> {
-        let possible = self.particles.min(needed as usize + needed as usize / 2 + 4);
-        let overflow = |_| Error::Overflow {
-            buffer: "contact candidates",
-            needed: u64::from(needed) * self.particles as u64,
-            capacity: u64::from(self.capacity) * self.particles as u64,
+    pub(crate) fn grow(&mut self, queue: &Queue, status: &Status) -> Result<()> {
+        let room = |needed: u32, most: usize| most.min(needed as usize + needed as usize / 2 + 4);
+        let overflow = |buffer, needed: u32, capacity: u32, rows: usize| Error::Overflow {
+            buffer,
+            needed: u64::from(needed) * rows as u64,
+            capacity: u64::from(capacity) * rows as u64,
         };
-        let larger = Buffer::zeros(queue, self.particles * possible).map_err(overflow)?;
-        self.candidates = larger;
-        self.capacity = possible as u32;
+        let [partners, near] = &mut self.capacity;
+        if status.overflow > 0 {
+            let possible = room(status.overflow, self.particles);
+            self.candidates = Buffer::zeros(queue, self.particles * possible).map_err(|_| {
+                overflow("contact candidates", status.overflow, *partners, self.particles)
+            })?;
+            *partners = possible as u32;
+        }
+        if status.group_overflow > 0 {
+            let possible = room(status.group_overflow, self.groups);
+            self.group_rows = Buffer::zeros(queue, self.groups * possible).map_err(|_| {
+                overflow("groups near each other", status.group_overflow, *near, self.groups)
+            })?;
+            *near = possible as u32;
+        }
         Ok(())
     }
 
-    /// The list: counts, and candidates by place and particle.
+    /// The rows: counts, and partners by place and particle.
     ///
     /// # Errors
     /// `DeviceLost`.
@@ -186,7 +174,24 @@ impl<T: CudaReal> ContactMemory<T> {
         counts: &mut Vec<u32>,
         candidates: &mut Vec<u32>,
     ) -> Result<()> {
-        self.counts.read(queue, counts)?;
+        self.candidate_counts.read(queue, counts)?;
         self.candidates.read(queue, candidates)
     }
+}
+
+/// The longest side of the boxes around groups at rest, on average \[m\].
+fn group_side(model: &Model, members: &[u32]) -> f64 {
+    let sides = members.chunks(GROUP).map(|group| {
+        let mut low = [f64::INFINITY; 3];
+        let mut high = [f64::NEG_INFINITY; 3];
+        for &particle in group.iter().filter(|&&particle| particle != NONE) {
+            let x = model.positions()[particle as usize];
+            for axis in 0..3 {
+                low[axis] = low[axis].min(x[axis]);
+                high[axis] = high[axis].max(x[axis]);
+            }
+        }
+        (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max)
+    });
+    sides.sum::<f64>() / (members.len() / GROUP).max(1) as f64
 }

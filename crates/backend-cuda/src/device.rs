@@ -154,7 +154,8 @@ impl Device {
         Ok(Kernel(function))
     }
 
-    /// Blocks of a kernel that fit on the device at once.
+    /// Blocks of a kernel that fit on the device at once, with so many bytes of dynamic shared memory, which the kernel
+    /// may then be started with.
     ///
     /// # Errors
     /// `DeviceLost`.
@@ -165,7 +166,12 @@ impl Device {
         shared: usize,
     ) -> Result<u32> {
         self.bind()?;
+        // Beyond 48 KiB the driver wants to be told.
+        let attribute = sys::CUfunction_attribute::CU_FUNC_ATTRIBUTE_MAX_DYNAMIC_SHARED_SIZE_BYTES;
         // SAFETY: the kernel belongs to a loaded module.
+        unsafe { result::function::set_function_attribute(kernel.0, attribute, shared as i32) }
+            .engine()?;
+        // SAFETY: as above.
         let blocks = unsafe {
             result::occupancy::max_active_block_per_multiprocessor(kernel.0, threads as i32, shared)
         }

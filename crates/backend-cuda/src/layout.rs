@@ -66,13 +66,19 @@ pub(crate) struct Status {
     pub(crate) contacts: u64,
     pub(crate) candidates: u64,
     pub(crate) overflow: u32,
+    pub(crate) group_overflow: u32,
     pub(crate) rebuilds: u32,
-    pub(crate) built_tick: u32,
     pub(crate) built: u32,
     pub(crate) stale: [u32; 4],
-    pub(crate) drift: [f64; 3],
-    pub(crate) horizon: f64,
-    pub(crate) padding: [f64; 2],
+    pub(crate) large: u32,
+    pub(crate) padding: u32,
+}
+
+impl Status {
+    /// Whether something did not fit.
+    pub(crate) const fn overflowed(&self) -> bool {
+        self.overflow > 0 || self.group_overflow > 0
+    }
 }
 
 /// All memory of a solver: the first argument of every kernel.
@@ -102,15 +108,15 @@ pub(crate) struct SolverData<T> {
     pub(crate) progress: u64,
     pub(crate) candidates: u64,
     pub(crate) candidate_counts: u64,
-    pub(crate) reference: u64,
     pub(crate) rest: u64,
-    pub(crate) cell_counts: u64,
-    pub(crate) cell_starts: u64,
-    pub(crate) cell_sums: u64,
-    pub(crate) cell_of: u64,
-    pub(crate) cell_rank: u64,
-    pub(crate) sorted: u64,
-    pub(crate) sorted_index: u64,
+    pub(crate) group_members: u64,
+    pub(crate) group_positions: [u64; 2],
+    pub(crate) group_boxes: [u64; 2],
+    pub(crate) group_regions: u64,
+    pub(crate) group_rows: u64,
+    pub(crate) group_counts: u64,
+    pub(crate) cell_heads: u64,
+    pub(crate) cell_nodes: u64,
     pub(crate) crowd: u64,
     pub(crate) limited_springs: u64,
     pub(crate) longest: u64,
@@ -123,7 +129,9 @@ pub(crate) struct SolverData<T> {
     pub(crate) present: u32,
     pub(crate) can_buckle: u32,
     pub(crate) has_air: u32,
-    pub(crate) cells: [u32; 3],
+    pub(crate) group_count: u32,
+    pub(crate) group_capacity: u32,
+    pub(crate) cell_mask: u32,
     pub(crate) candidate_capacity: u32,
     pub(crate) contact: u32,
     pub(crate) chunk: u32,
@@ -137,14 +145,9 @@ pub(crate) struct SolverData<T> {
     pub(crate) contact_damping: T,
     pub(crate) contact_restitution: T,
     pub(crate) contact_friction: T,
-    pub(crate) list_allowance: T,
-    pub(crate) list_reach: T,
-    pub(crate) cells_per_metre: T,
+    pub(crate) list_margin: T,
     pub(crate) list_horizon: T,
-    pub(crate) list_distance: T,
-    pub(crate) list_motion_max: T,
-    pub(crate) drift: [T; 3],
-    pub(crate) time_step: T,
+    pub(crate) cells_per_metre: T,
 }
 
 macro_rules! plain {

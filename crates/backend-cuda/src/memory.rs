@@ -17,7 +17,7 @@ use crate::{
 /// Particles of a block of sums, as on the CPU.
 pub(crate) const BLOCK: usize = 512;
 /// Figures of a block, as `measure.cu` writes them.
-pub(crate) const FIGURES: usize = 22;
+pub(crate) const FIGURES: usize = 16;
 /// Particles up to which the linear solver is compiled for few threads.
 const SOLVER_SMALL: usize = 1 << 17;
 /// Particles of a tile and around it, as in `explicit_substep.cu`.
@@ -144,13 +144,11 @@ impl<T: CudaReal> Memory<T> {
         if model.air().is_some() {
             memory.triangles_prepare(model)?;
         }
-        memory.frame_prepare(model)?;
+        let patch = memory.frame_prepare(model)?;
         if let Some(contact) = model.self_contact() {
-            let blocks = memory.frame.blocks as usize;
-            let contact_memory = ContactMemory::new(&memory.queue, model, contact, blocks)?;
+            let contact_memory = ContactMemory::new(&memory.queue, model, contact, patch)?;
             contact_memory.describe(&mut memory.data, contact.distance, config.time_step);
             memory.contact = Some(contact_memory);
-            memory.cells_choose(model.positions());
         }
         memory.status_reset()?;
         Ok(memory)
@@ -173,8 +171,8 @@ impl<T: CudaReal> Memory<T> {
         Ok(())
     }
 
-    /// Chooses the variant and the size of the frame kernel.
-    fn frame_prepare(&mut self, model: &Model) -> Result<()> {
+    /// Chooses the variant and the size of the frame kernel. Gives the patch whose tiles it works on, if it does.
+    fn frame_prepare(&mut self, model: &Model) -> Result<Option<Patch>> {
         let n = model.particle_count();
         let entry = if T::DOUBLE { 32 } else { 16 };
         let headers = self.springs.headers.len().next_multiple_of(2) * 8;
@@ -232,18 +230,15 @@ impl<T: CudaReal> Memory<T> {
         self.data.progress = self.progress.address();
         self._tables.push(Box::new(rows));
         self._tables.push(Box::new(others));
-        Ok(())
+        Ok(patch)
     }
 
-    /// The launch of the kernel that builds the candidate list alone: with the blocks of the frame kernel,
-    /// if as many fit.
-    pub(crate) fn list_launch(&mut self) -> Result<(Kernel, Launch, u32)> {
+    /// The launch of the kernel that finds contacts alone: as many warps as there are groups, if they fit.
+    pub(crate) fn contacts_launch(&mut self) -> Result<Launch> {
         let kernel = self.kernel("contact_candidates", "contact_candidates")?;
         let resident = self.queue.device.resident_blocks(kernel, THREADS, 0)?;
-        let blocks = resident.min(self.frame.blocks);
-        let chunk = (self.data.count).div_ceil(blocks).next_multiple_of(32);
-        let blocks = self.data.count.div_ceil(chunk);
-        Ok((kernel, Launch { blocks, threads: THREADS, shared: 0, cooperative: true }, chunk))
+        let blocks = resident.min(self.data.group_count.div_ceil(THREADS / 32));
+        Ok(Launch { blocks, threads: THREADS, shared: 0, cooperative: true })
     }
 
     /// A kernel of a module, compiled if need be.
@@ -267,26 +262,6 @@ impl<T: CudaReal> Memory<T> {
         Ok(kernel)
     }
 
-    /// Cells for the candidate list around these positions.
-    pub(crate) fn cells_choose(&mut self, positions: &[[f64; 3]]) {
-        let mut low = [f64::INFINITY; 3];
-        let mut high = [f64::NEG_INFINITY; 3];
-        for x in positions {
-            for axis in 0..3 {
-                low[axis] = low[axis].min(x[axis]);
-                high[axis] = high[axis].max(x[axis]);
-            }
-        }
-        self.cells_choose_within(low, high);
-    }
-
-    /// The same for particles within bounds.
-    pub(crate) fn cells_choose_within(&mut self, low: [f64; 3], high: [f64; 3]) {
-        if let Some(contact) = &self.contact {
-            self.data.cells = contact.cells(low, high);
-        }
-    }
-
     /// Forgets what went wrong, and the candidate list.
     pub(crate) fn status_reset(&mut self) -> Result<()> {
         let status = Status {
@@ -295,13 +270,12 @@ impl<T: CudaReal> Memory<T> {
             contacts: 0,
             candidates: 0,
             overflow: 0,
+            group_overflow: 0,
             rebuilds: 0,
-            built_tick: 0,
             built: 0,
             stale: [0; 4],
-            drift: [0.0; 3],
-            horizon: 0.0,
-            padding: [0.0; 2],
+            large: 0,
+            padding: 0,
         };
         self.status.write(&self.queue, 0, &[status])
     }

@@ -1,107 +1,147 @@
-// NUMERICS section 8: building the candidate list with all blocks of a cooperative launch.
+// NUMERICS section 8: building the list of groups with all blocks of a cooperative launch.
+//
+// Regions are put into the cells of a hashed grid that they touch, each cell a chain of them. Heads of chains carry
+// the use that they were made for, so that none has to be cleared.
 
-// The list is to hold from use `tick` on, for the present positions. Ends with all blocks having read
-// what they need; the row of particle i is written by the thread that `first` and `step` give it to.
-__device__ __forceinline__ void list_build(const Solver& s, ulong* barrier, Motion motion, uint tick, uint first, uint end, uint step) {
-    uint thread = blockIdx.x * blockDim.x + threadIdx.x;
-    uint threads = gridDim.x * blockDim.x;
-    uint cells = s.cells[0] * s.cells[1] * s.cells[2];
-    uint built = s.status->built;
-    uint elapsed = tick - s.status->built_tick;
-    vec3 drift = {s.drift[0], s.drift[1], s.drift[2]};
-    vec3 drift_before = {(real)s.status->drift[0], (real)s.status->drift[1], (real)s.status->drift[2]};
-    for (uint i = thread; i < s.count; i += threads) {
-        real4 at = motion.x[i];
-        // The mean motion since the list was last built, as a velocity also has all that oscillates.
-        vec3 q = s.time_step * xyz(motion.v[i]);
-        if (built != 0) {
-            real4 before = s.reference[i];
-            vec3 foreseen = motion_unpack(s, before.w) + drift_before;
-            vec3 mean = ((real)1 / (real)max(elapsed, 1u)) * (xyz(at) - xyz(before));
-            q = elapsed >= 4 ? mean : elapsed >= 2 ? (real)0.5 * (mean + foreseen) : foreseen;
+// Cells of a region that are put into the grid.
+#define COVER_MAX 27
+
+struct Cover {
+    int low[3];
+    uint size[3];
+    // More than COVER_MAX is too many.
+    uint count;
+};
+
+__device__ __forceinline__ int cell_coordinate(const Solver& s, real x) {
+    real scaled = x * s.cells_per_metre;
+    scaled = minimum(maximum(scaled, (real)-1e9), (real)1e9);
+    int truncated = (int)scaled;
+    return truncated - ((real)truncated > scaled ? 1 : 0);
+}
+
+__device__ __forceinline__ uint cell_of(const Solver& s, int x, int y, int z) {
+    uint mixed = (uint)x * 0x9e3779b1u ^ (uint)y * 0x85ebca77u ^ (uint)z * 0xc2b2ae3du;
+    return (mixed ^ mixed >> 15) & s.cell_mask;
+}
+
+// Names a cell among those around it.
+__device__ __forceinline__ uint cell_name(int x, int y, int z) {
+    return ((uint)x & 1023u) | ((uint)y & 1023u) << 10 | ((uint)z & 1023u) << 20;
+}
+
+__device__ __forceinline__ Cover cover_of(const Solver& s, const Box& region) {
+    Box box = box_grown(region, contact_reach(s, region));
+    Cover cover;
+    real low[3] = {box.low.x, box.low.y, box.low.z}, high[3] = {box.high.x, box.high.y, box.high.z};
+    cover.count = low[0] <= high[0] ? 1 : 0;
+    for (uint axis = 0; axis < 3; axis++) {
+        cover.low[axis] = cell_coordinate(s, low[axis]);
+        cover.size[axis] = min((uint)(cell_coordinate(s, high[axis]) - cover.low[axis]), COVER_MAX) + 1;
+        cover.count *= cover.size[axis];
+    }
+    return cover;
+}
+
+// The region of a group for the time from now on.
+__device__ __forceinline__ Box region_of(const Solver& s, bool exists, const vec3& x, const vec3& v) {
+    vec3 later = x + s.list_horizon * v;
+    Box now = warp_box(exists, x, x);
+    Box all = warp_box(
+        exists, make_vec3(minimum(later.x, x.x), minimum(later.y, x.y), minimum(later.z, x.z)),
+        make_vec3(maximum(later.x, x.x), maximum(later.y, x.y), maximum(later.z, x.z))
+    );
+    // What moves fast strays far.
+    const real share = 0.25;
+    vec3 margin = {
+        s.list_margin + share * ((now.low.x - all.low.x) + (all.high.x - now.high.x)),
+        s.list_margin + share * ((now.low.y - all.low.y) + (all.high.y - now.high.y)),
+        s.list_margin + share * ((now.low.z - all.low.z) + (all.high.z - now.high.z)),
+    };
+    return {all.low - margin, all.high + margin};
+}
+
+__device__ __forceinline__ void row_add(const Solver& s, uint group, uint other, uint* found) {
+    uint k = atomicAdd(found, 1u);
+    if (k < s.group_capacity) s.group_rows[group * s.group_capacity + k] = other;
+}
+
+// The list is to hold from use `tick` on, for the positions of `motion`, which are side `side` of those by group. Ends
+// with all blocks having what they need.
+__device__ __forceinline__ void list_build(const Solver& s, ulong* barrier, const Motion& motion, uint side, uint tick) {
+    __shared__ uint found[32];
+    uint lane = threadIdx.x & 31, warp = threadIdx.x / 32;
+    uint first = (blockIdx.x * blockDim.x + threadIdx.x) / 32;
+    uint warps = gridDim.x * blockDim.x / 32;
+    for (uint group = first; group < s.group_count; group += warps) {
+        real4 entry = s.group_positions[side][group * GROUP + lane];
+        uint i = number_unpack(entry.w);
+        bool exists = i != NONE;
+        vec3 v = exists ? xyz(motion.v[i]) : make_vec3(0, 0, 0);
+        Box region = region_of(s, exists, xyz(entry), v);
+        box_store(s.group_regions, group, lane, region);
+        Cover cover = cover_of(s, region);
+        if (cover.count > COVER_MAX) {
+            if (lane == 0) s.status->large = tick;
+        } else if (lane < cover.count) {
+            uint x = lane % cover.size[0], rest = lane / cover.size[0];
+            int at[3] = {cover.low[0] + (int)x, cover.low[1] + (int)(rest % cover.size[1]), cover.low[2] + (int)(rest / cover.size[1])};
+            uint node = group * COVER_MAX + lane;
+            ulong head = (ulong)tick << 32 | (ulong)(node + 1);
+            ulong before = atomicExch(&s.cell_heads[cell_of(s, at[0], at[1], at[2])], head);
+            uint next = (uint)(before >> 32) == tick ? (uint)before : 0;
+            s.cell_nodes[node] = {next, cell_name(at[0], at[1], at[2])};
         }
-        q = q - drift;
-        uint packed = motion_byte(s, q.x) | motion_byte(s, q.y) << 8 | motion_byte(s, q.z) << 16;
-        s.reference[i] = {at.x, at.y, at.z, (real)packed};
-        uint cell = cell_index(s, cell_coordinate(s, at.x), cell_coordinate(s, at.y), cell_coordinate(s, at.z));
-        s.cell_of[i] = cell;
-        s.cell_rank[i] = atomicAdd(&s.cell_counts[cell], 1u);
     }
-    if (thread == 0) s.status->candidates = 0;
+    if (blockIdx.x + threadIdx.x == 0) s.status->candidates = 0;
     grid_barrier(barrier);
-    // Exclusive prefix sums: each block one segment, the sums of the segments before it first.
-    __shared__ uint sums[32];
-    __shared__ uint carry;
-    uint segment = (cells + gridDim.x - 1) / gridDim.x;
-    uint from = min(blockIdx.x * segment, cells);
-    uint to = min(from + segment, cells);
-    uint lane = threadIdx.x & 31, warp = threadIdx.x >> 5;
-    uint own = 0;
-    for (uint cell = from + threadIdx.x; cell < to; cell += blockDim.x) own += s.cell_counts[cell];
-    for (uint width = 16; width > 0; width /= 2) own += __shfl_down_sync(0xffffffffu, own, width);
-    if (lane == 0) sums[warp] = own;
-    __syncthreads();
-    if (threadIdx.x == 0) {
-        uint total = 0;
-        for (uint w = 0; w < blockDim.x / 32; w++) total += sums[w];
-        s.cell_sums[blockIdx.x] = total;
-    }
-    grid_barrier(barrier);
-    uint before = 0;
-    for (uint block = threadIdx.x; block < blockIdx.x; block += blockDim.x) before += s.cell_sums[block];
-    for (uint width = 16; width > 0; width /= 2) before += __shfl_down_sync(0xffffffffu, before, width);
-    if (lane == 0) sums[warp] = before;
-    __syncthreads();
-    if (threadIdx.x == 0) {
-        uint total = 0;
-        for (uint w = 0; w < blockDim.x / 32; w++) total += sums[w];
-        carry = total;
-    }
-    __syncthreads();
-    for (uint start = from; start < to; start += blockDim.x) {
-        uint cell = start + threadIdx.x;
-        uint count = cell < to ? s.cell_counts[cell] : 0;
-        if (cell < to) s.cell_counts[cell] = 0;
-        uint sum = count;
-        for (uint width = 1; width < 32; width *= 2) {
-            uint other = __shfl_up_sync(0xffffffffu, sum, width);
-            if (lane >= width) sum += other;
+    bool large = *(volatile uint*)&s.status->large == tick;
+    ulong looks = 0;
+    for (uint group = first; group < s.group_count; group += warps) {
+        Box region = box_load(s.group_regions, group);
+        Box near = box_grown(region, contact_reach(s, region));
+        if (lane == 0) found[warp] = 0;
+        __syncwarp();
+        Cover cover = cover_of(s, region);
+        if (large) {
+            // Some region has too many cells: that happens to what flies apart, and takes long.
+            for (uint other = lane; cover.count > 0 && other < s.group_count; other += 32) {
+                if (boxes_meet(near, box_load(s.group_regions, other))) row_add(s, group, other, &found[warp]);
+            }
+        } else if (lane < cover.count) {
+            uint x = lane % cover.size[0], rest = lane / cover.size[0];
+            int at[3] = {cover.low[0] + (int)x, cover.low[1] + (int)(rest % cover.size[1]), cover.low[2] + (int)(rest / cover.size[1])};
+            uint name = cell_name(at[0], at[1], at[2]);
+            ulong head = s.cell_heads[cell_of(s, at[0], at[1], at[2])];
+            uint node = (uint)(head >> 32) == tick ? (uint)head : 0;
+            while (node != 0) {
+                uint2 entry = s.cell_nodes[node - 1];
+                uint other = (node - 1) / COVER_MAX;
+                node = entry.x;
+                // Chains may be of several cells.
+                if (entry.y != name) continue;
+                Box theirs = box_load(s.group_regions, other);
+                if (!boxes_meet(near, theirs)) continue;
+                // Two regions share cells, and are listed in the lowest.
+                Cover covered = cover_of(s, theirs);
+                bool lowest = true;
+                for (uint axis = 0; axis < 3; axis++) lowest &= at[axis] == max(cover.low[axis], covered.low[axis]);
+                if (lowest) row_add(s, group, other, &found[warp]);
+            }
         }
-        if (lane == 31) sums[warp] = sum;
-        __syncthreads();
-        uint offset = carry;
-        for (uint w = 0; w < warp; w++) offset += sums[w];
-        if (cell < to) s.cell_starts[cell] = offset + sum - count;
-        __syncthreads();
-        if (threadIdx.x == blockDim.x - 1) carry = offset + sum;
-        __syncthreads();
+        __syncwarp();
+        uint total = found[warp];
+        if (lane == 0) {
+            s.group_counts[group] = min(total, s.group_capacity);
+            if (total > s.group_capacity) atomicMax(&s.status->group_overflow, total);
+            looks += total;
+        }
+        __syncwarp();
     }
-    if (thread == 0) s.cell_starts[cells] = s.count;
-    grid_barrier(barrier);
-    for (uint i = thread; i < s.count; i += threads) {
-        uint place = s.cell_starts[s.cell_of[i]] + s.cell_rank[i];
-        s.sorted[place] = s.reference[i];
-        s.sorted_index[place] = i;
-    }
-    grid_barrier(barrier);
-    if (thread == 0) {
-        for (uint axis = 0; axis < 3; axis++) s.status->drift[axis] = s.drift[axis];
-        s.status->horizon = s.list_horizon;
-        s.status->built_tick = tick;
+    if (looks > 0) atomicAdd(&s.status->candidates, looks * (ulong)(GROUP * GROUP));
+    if (blockIdx.x + threadIdx.x == 0) {
         s.status->built = 1;
         s.status->rebuilds++;
     }
-    uint entries = 0;
-    uint longest = 0;
-    for (uint i = first; i < end; i += step) {
-        uint found = list_row(s, i);
-        s.candidate_counts[i] = min(found, s.candidate_capacity);
-        entries += found;
-        longest = max(longest, found);
-    }
-    if (longest > s.candidate_capacity) atomicMax(&s.status->overflow, longest);
-    for (uint width = 16; width > 0; width /= 2) entries += __shfl_down_sync(0xffffffffu, entries, width);
-    if (lane == 0 && entries > 0) atomicAdd(&s.status->candidates, (ulong)entries);
-    // Built tick and drift are read by all.
     grid_barrier(barrier);
 }

@@ -1,6 +1,6 @@
-// NUMERICS section 8: pairs in contact, from the candidate list.
+// NUMERICS section 8: what pairs in contact do.
 //
-// The list holds every pair that can be in contact but those that a spring joins. Where joined pairs
+// The row of a particle has every partner in contact but those that a spring joins to it. Where joined pairs
 // count (the penalty response) they come from the rows of the springs; both are ascending.
 
 // Two particles, seen from the first.
@@ -18,17 +18,6 @@ __device__ __forceinline__ Pair pair_of(const vec3& xi, const vec3& xj) {
 
 __device__ __forceinline__ bool is_in_contact(const Solver& s, real length_squared) {
     return length_squared < s.contact_distance * s.contact_distance;
-}
-
-// Whether any candidate of a particle is in contact.
-__device__ __forceinline__ bool any_candidate_in_contact(const Solver& s, const Motion& motion, uint i, const vec3& xi) {
-    uint count = s.candidate_counts[i];
-    bool any = false;
-    for (uint k = 0; k < count; k++) {
-        uint j = s.candidates[(size_t)k * s.count + i];
-        any |= is_in_contact(s, pair_of(xi, xyz(motion.x[j])).length_squared);
-    }
-    return any;
 }
 
 // Calls `visit` with every partner of particle i, ascending.

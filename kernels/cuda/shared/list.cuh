@@ -1,95 +1,86 @@
-// NUMERICS section 8: the candidate list and the proof that it is complete.
+// NUMERICS section 8: pairs in contact, by groups.
 //
-// When the list is built, particle i is at r_i and is expected to move as p_i(t) = r_i + t (u + q_i), t uses
-// of the list later, u the drift of everything, up to a horizon. The list holds each pair that comes closer than d + 2 a on these
-// straight lines, looked for among all pairs closer than the size c of a cell. No pair in contact is
-// missing as long as, for every particle, |x_i - p_i(t)| <= a and |x_i - r_i - t u| <= (c - d) / 2: a pair that was not looked at had a gap of more than c - d.
+// When the list is built each group is given a region that it is expected to stay in for a while: around its
+// particles and where they get to at their present velocities, and a margin more. The list of a group names the
+// groups whose regions come within the contact distance of its own. As long as all groups are within their
+// regions, no pair in contact is in groups that the list does not name.
 
-#define MOTION_STEPS 127
-// Near particles that a thread keeps until it looks at them closer.
-#define NEAR_MAX 64
+// Members of a group that are compared one by one; of more, all are at once.
+#define MEMBERS_FEW 10
 
-// q as a number of 24 bits; a double precision solver keeps it in the same way.
-__device__ __forceinline__ uint motion_byte(const Solver& s, real q) {
-    real scaled = q * ((real)MOTION_STEPS / s.list_motion_max);
-    scaled = minimum(maximum(scaled, (real)-MOTION_STEPS), (real)MOTION_STEPS);
-    return (uint)((int)scaled + 128);
-}
-
-__device__ __forceinline__ real motion_unpack_axis(const Solver& s, uint packed, uint axis) {
-    int steps = (int)((packed >> (8 * axis)) & 255u) - 128;
-    return (real)steps * (s.list_motion_max / (real)MOTION_STEPS);
-}
-
-// The motion per use relative to the drift.
-__device__ __forceinline__ vec3 motion_unpack(const Solver& s, real word) {
-    uint packed = (uint)word;
-    return {motion_unpack_axis(s, packed, 0), motion_unpack_axis(s, packed, 1), motion_unpack_axis(s, packed, 2)};
-}
-
-// How the present list was built.
-struct ListState {
-    vec3 drift;
-    real horizon;
-    uint tick;
-};
-
-__device__ __forceinline__ ListState list_state(const Solver& s) {
-    const Status* status = s.status;
-    return {
-        {(real)status->drift[0], (real)status->drift[1], (real)status->drift[2]},
-        (real)status->horizon,
-        status->built_tick,
-    };
-}
-
-// Whether the list is complete at this use as far as this particle can tell.
-__device__ __forceinline__ bool list_holds(const Solver& s, const ListState& list, uint i, const vec3& x, uint tick) {
-    real4 reference = s.reference[i];
-    real elapsed = (real)(tick - list.tick);
-    vec3 moved = (x - xyz(reference)) - elapsed * list.drift;
-    vec3 strayed = moved - elapsed * motion_unpack(s, reference.w);
-    // Written so that a NaN counts as too far.
-    return dot(moved, moved) <= s.list_reach * s.list_reach && dot(strayed, strayed) <= s.list_allowance * s.list_allowance
-        && elapsed <= list.horizon;
-}
-
-__device__ __forceinline__ int cell_coordinate(const Solver& s, real x) {
-    real scaled = x * s.cells_per_metre;
-    scaled = minimum(maximum(scaled, (real)-1e9), (real)1e9);
-    int truncated = (int)scaled;
-    return truncated - ((real)truncated > scaled ? 1 : 0);
-}
-
-__device__ __forceinline__ uint cell_index(const Solver& s, int x, int y, int z) {
-    uint cx = (uint)x & (s.cells[0] - 1), cy = (uint)y & (s.cells[1] - 1), cz = (uint)z & (s.cells[2] - 1);
-    return (cz * s.cells[1] + cy) * s.cells[0] + cx;
-}
-
-// Whether two particles come closer than the distance of the list on their expected ways. `dq` is
-// relative motion per use.
-__device__ __forceinline__ bool comes_close(const Solver& s, const vec3& d, const vec3& dq, real distance) {
-    real square = maximum(dot(dq, dq), (real)1e-30);
-    real t = minimum(maximum(-dot(d, dq) / square, (real)0), s.list_horizon);
-    vec3 closest = d + t * dq;
-    return dot(closest, closest) < distance * distance;
-}
-
-// Adds the particle at a place of the sorted ones to the row of particle i if it can come into contact and nothing
-// leaves it out.
-__device__ __forceinline__ void list_add(const Solver& s, uint i, const real4& own, uint place, real distance, uint& found) {
-    uint j = s.sorted_index[place];
-    real4 other = s.sorted[place];
-    vec3 dq = motion_unpack(s, other.w) - motion_unpack(s, own.w);
-    if (j == i || !comes_close(s, xyz(other) - xyz(own), dq, distance)) return;
+__device__ __forceinline__ bool is_joined(const Solver& s, uint i, uint j) {
     SpringRow row = spring_row(s, i);
     bool joined = false;
 #pragma unroll 4
     for (uint k = 0; k < row.count; k++) joined |= i + spring_entry(s, row, k).x == j;
-    if (joined) return;
+    return joined;
+}
+
+// Calls `visit` for every particle in contact with that of the lane, also those that are left out, in no particular
+// order: with its group, its place there, its position and number. All lanes of the warp take part, but `visit` is called
+// by one alone. `stage` is shared memory of the warp, one entry for each lane.
+template <typename Visit>
+__device__ __forceinline__ void group_contacts_visit(const Solver& s, uint side, uint group, uint lane, real4* stage, Visit visit) {
+    const real4* positions = s.group_positions[side];
+    vec3 xi = xyz(positions[group * GROUP + lane]);
+    Box box = box_load(s.group_boxes[side], group);
+    box = box_grown(box, contact_reach(s, box));
+    real square = s.contact_distance * s.contact_distance;
+    uint listed = min(s.group_counts[group], s.group_capacity);
+    for (uint first = 0; first < listed; first += 32) {
+        bool near = false;
+        uint other = group;
+        if (first + lane < listed) {
+            other = s.group_rows[group * s.group_capacity + first + lane];
+            near = boxes_meet(box, box_load(s.group_boxes[side], other));
+        }
+        uint left = __ballot_sync(ALL_LANES, near);
+        uint at = left == 0 ? group : __shfl_sync(ALL_LANES, other, __ffs(left) - 1);
+        real4 next = positions[at * GROUP + lane];
+        while (left != 0) {
+            real4 theirs = next;
+            uint present = at;
+            left &= left - 1;
+            if (left != 0) {
+                at = __shfl_sync(ALL_LANES, other, __ffs(left) - 1);
+                next = positions[at * GROUP + lane];
+            }
+            uint inside = __ballot_sync(ALL_LANES, box_holds(box, xyz(theirs)));
+            if (inside == 0) continue;
+            stage[lane] = theirs;
+            __syncwarp();
+            uint hits = 0;
+            if (__popc(inside) > MEMBERS_FEW) {
+#pragma unroll
+                for (uint k = 0; k < GROUP; k++) {
+                    hits |= pair_of(xi, xyz(stage[k])).length_squared < square ? 1u << k : 0;
+                }
+                hits &= inside;
+            } else {
+                while (inside != 0) {
+                    uint k = __ffs(inside) - 1;
+                    inside &= inside - 1;
+                    hits |= pair_of(xi, xyz(stage[k])).length_squared < square ? 1u << k : 0;
+                }
+            }
+            if (present == group) hits &= ~(1u << lane);
+            while (hits != 0) {
+                uint k = __ffs(hits) - 1;
+                hits &= hits - 1;
+                visit(present, k, stage[k]);
+            }
+            __syncwarp();
+        }
+    }
+}
+
+// Puts particle j into the row of particle i, ascending, unless the pair is left out. Gives how many the row has, which
+// may be more than fit.
+__device__ __noinline__ uint candidate_add(const Solver& s, uint i, uint j, uint found) {
+    if (is_joined(s, i, j)) return found;
     if (s.contact & CONTACT_IMPULSE) {
         vec3 rest = xyz(s.rest[i]) - xyz(s.rest[j]);
-        if (dot(rest, rest) < s.contact_distance * s.contact_distance) return;
+        if (dot(rest, rest) < s.contact_distance * s.contact_distance) return found;
     }
     if (found < s.candidate_capacity) {
         uint k = found;
@@ -101,49 +92,26 @@ __device__ __forceinline__ void list_add(const Solver& s, uint i, const real4& o
         }
         s.candidates[(size_t)k * s.count + i] = j;
     }
-    found++;
+    return found + 1;
 }
 
-// Builds the row of particle i, ascending. Returns the number of candidates, which may be more than fit.
-__device__ __forceinline__ uint list_row(const Solver& s, uint i) {
-    // In registers: the loop below is nearly all of the work.
-    const real4* sorted = s.sorted;
-    const uint* starts = s.cell_starts;
-    uint mask_x = s.cells[0] - 1, mask_y = s.cells[1] - 1, mask_z = s.cells[2] - 1;
-    uint width = s.cells[0], height = s.cells[1];
-    real4 own = s.reference[i];
-    vec3 r = xyz(own);
-    uint packed = (uint)own.w;
-    real extent = maximum(maximum(absolute(r.x), absolute(r.y)), absolute(r.z));
-    real distance = s.list_distance + (real)32 * REAL_EPSILON * extent;
-    real step = (real)1.001 * s.list_horizon * (s.list_motion_max / (real)MOTION_STEPS);
-    int cx = cell_coordinate(s, r.x), cy = cell_coordinate(s, r.y), cz = cell_coordinate(s, r.z);
-    uint left = (uint)(cx - 1) & mask_x, right = (uint)(cx + 1) & mask_x;
-    bool whole = left + 2 == right;
+// Fills the row of the particle of each lane of a group. Gives how many partners the row has.
+__device__ __forceinline__ uint group_contacts(const Solver& s, uint side, uint group, uint lane, real4* stage) {
+    uint i = number_unpack(s.group_positions[side][group * GROUP + lane].w);
     uint found = 0;
-    // What is near is looked at closer in a loop of its own, as threads of a warp come upon it at different times.
-    uint near[NEAR_MAX];
-    uint near_count = 0;
-    for (int k = 0; k < 9; k++) {
-        uint row = (((uint)(cz + k / 3 - 1) & mask_z) * height + ((uint)(cy + k % 3 - 1) & mask_y)) * width;
-        // The three cells of a row lie side by side, unless the period comes between.
-        for (uint part = 0; part < (whole ? 1u : 2u); part++) {
-            uint from = row + (whole || part == 0 ? left : 0);
-            uint to = row + (whole || part == 1 ? right : mask_x);
-            uint end = starts[to + 1];
-#pragma unroll 4
-            for (uint place = starts[from]; place < end; place++) {
-                real4 other = sorted[place];
-                vec3 d = xyz(other) - r;
-                // Most are too far away for any motion between the two: steps of all axes together.
-                real reach = distance + step * (real)__vsadu4(packed, (uint)other.w);
-                if (dot(d, d) < reach * reach) {
-                    if (near_count < NEAR_MAX) near[near_count++] = place;
-                    else list_add(s, i, own, place, distance, found);
-                }
-            }
-        }
-    }
-    for (uint k = 0; k < near_count; k++) list_add(s, i, own, near[k], distance, found);
+    group_contacts_visit(s, side, group, lane, stage, [&](uint, uint, const real4& other) {
+        found = candidate_add(s, i, number_unpack(other.w), found);
+    });
+    if (found > s.candidate_capacity) atomicMax(&s.status->overflow, found);
+    if (i != NONE) s.candidate_counts[i] = min(found, s.candidate_capacity);
     return found;
+}
+
+// The rows of all particles; all warps take part.
+__device__ __forceinline__ void contacts_find(const Solver& s, uint side, real4* stage) {
+    uint lane = threadIdx.x & 31;
+    uint warps = gridDim.x * blockDim.x / 32;
+    for (uint group = (blockIdx.x * blockDim.x + threadIdx.x) / 32; group < s.group_count; group += warps) {
+        group_contacts(s, side, group, lane, stage);
+    }
 }

@@ -43,18 +43,17 @@ struct Status {
     ulong non_finite_step;
     ulong contacts;
     ulong candidates;
-    // Entries per particle that the candidate list would have needed, if it was too short.
+    // Entries per particle that the rows of contacts would have needed, and per group that the list would have, if
+    // they were too short.
     uint overflow;
+    uint group_overflow;
     uint rebuilds;
-    uint built_tick;
     uint built;
     // Entry t mod 4 is t if the list does not hold for use t.
     uint stale[4];
-    // Drift of everything when the list was built [m per use].
-    double drift[3];
-    // Uses that it was built for.
-    double horizon;
-    double padding[2];
+    // The last use that some region was too large for the grid at.
+    uint large;
+    uint padding;
 };
 
 struct Solver {
@@ -89,16 +88,19 @@ struct Solver {
     // Candidate list: entry k of particle i at k n + i, ascending.
     uint* candidates;
     uint* candidate_counts;
-    // Position when the list was built, and its motion per use as a number of 24 bits.
-    real4* reference;
     const real4* rest;
-    uint* cell_counts;
-    uint* cell_starts;
-    uint* cell_sums;
-    uint* cell_of;
-    uint* cell_rank;
-    real4* sorted;
-    uint* sorted_index;
+    // Groups of 32 particles, NONE where one has fewer: the particles; position and number of each, and the boxes
+    // around them, both twice as others read what is there while it is written anew; the regions that the list was
+    // made for; the groups that may come near each, and how many.
+    const uint* group_members;
+    real4* group_positions[2];
+    real4* group_boxes[2];
+    real4* group_regions;
+    uint* group_rows;
+    uint* group_counts;
+    // Chains of regions by cell: use that a chain is of, and first node; next node and cell.
+    ulong* cell_heads;
+    uint2* cell_nodes;
     uint* crowd;
     const uint4* limited_springs;
     const real* longest;
@@ -113,8 +115,9 @@ struct Solver {
     uint present;
     uint can_buckle;
     uint has_air;
-    // Cells along each axis, powers of two.
-    uint cells[3];
+    uint group_count;
+    uint group_capacity;
+    uint cell_mask;
     uint candidate_capacity;
     // Bits: penalty, impulse.
     uint contact;
@@ -132,17 +135,10 @@ struct Solver {
     real contact_damping;
     real contact_restitution;
     real contact_friction;
-    // Allowance a, reach (c - d) / 2, cells per metre, horizon in uses, list distance, largest motion per use.
-    real list_allowance;
-    real list_reach;
-    real cells_per_metre;
+    // Of the list of groups: what is added to regions [m], time that they are made for [s].
+    real list_margin;
     real list_horizon;
-    real list_distance;
-    real list_motion_max;
-    // Mean motion per use [m].
-    real drift[3];
-    // Length of a substep that motion per use is foreseen with [s].
-    real time_step;
+    real cells_per_metre;
 };
 
 // Positions and velocities that a kernel reads.

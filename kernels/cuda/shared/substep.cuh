@@ -10,6 +10,13 @@ __device__ __forceinline__ Moved integrate(real length, real inverse_mass, const
     return moved;
 }
 
+// A tile of a patch and two particles around it.
+#define TILE_COLUMNS 32
+#define TILE_ROWS 8
+#define HALO 2
+#define TILE_STRIDE (TILE_COLUMNS + 2 * HALO)
+#define TILE_ENTRIES (TILE_STRIDE * (TILE_ROWS + 2 * HALO))
+
 // Springs of a particle that are loaded before the first is used.
 #ifdef CLOTH_WIDE
 #define UNROLL _Pragma("unroll 12")
@@ -25,38 +32,83 @@ struct __align__(16) TableEntry {
     real damping;
 };
 
-template <bool PENALTY, bool EXTRAS>
-__device__ __forceinline__ void spring_add(
-    const Solver& s, const SpringKind& kind, const vec3& xi, const vec3& vi, const real4& xj, const real4& vj,
-    vec3& force, vec3& contact, uint& contacts
+// Partners that a thread keeps by itself.
+#define PARTNERS_NEAR 12
+
+// A row of springs and the particles around, in a tile of a patch.
+struct TileRow {
+    const TableEntry* entries;
+    uint count;
+    const real4* x;
+    const real4* v;
+    uint at;
+
+    // Whether a spring reaches as far as this.
+    __device__ __forceinline__ bool joins(int rows, int columns) const {
+        if (max(abs(rows), abs(columns)) > HALO) return false;
+        bool joined = false;
+        for (uint k = 0; k < count; k++) joined |= (int)entries[k].offset == rows * TILE_STRIDE + columns;
+        return joined;
+    }
+};
+
+// Puts a partner, its number last, among `count` ascending ones, as far as there is room.
+__device__ __forceinline__ void partner_add(real4* partners, uint count, const real4& partner) {
+    if (count >= PARTNERS_NEAR) return;
+    uint k = count;
+    while (k > 0 && number_unpack(partners[k - 1].w) > number_unpack(partner.w)) {
+        partners[k] = partners[k - 1];
+        k--;
+    }
+    partners[k] = partner;
+}
+
+// Penalty force on a particle of a tile, its partners in ascending order: those that springs join to it, and others.
+// Both are ordered by row, then column.
+__device__ __forceinline__ void penalty_force_in_tile(
+    const Solver& s, const TileRow& row, const Motion& motion, const real4* partners, uint found, uint i, const vec3& xi, const vec3& vi,
+    vec3& sum, uint& contacts
 ) {
-    Spring spring = spring_at(kind, xi, vi, xyz(xj), xyz(vj));
-    force = force + spring.force();
-    if (PENALTY) {
-        if (is_in_contact(s, spring.length_squared)) {
-            contacts++;
-            if (spring.length_squared > LENGTH_SQUARED_MIN) {
-                vec3 n = make_vec3(-spring.difference.x, -spring.difference.y, -spring.difference.z) * spring.inverse_length;
-                real scale = s.contact_stiffness * (s.contact_distance - spring.length)
-                    - s.contact_damping * dot(vi - xyz(vj), n);
-                contact = contact + scale * n;
-            }
+    sum = make_vec3(0, 0, 0);
+    contacts = found;
+    uint k = 0;
+    real4 next = found > 0 ? motion.v[number_unpack(partners[0].w)] : real4{0, 0, 0, 0};
+    for (uint l = 0; l <= found; l++) {
+        // Where it stands among the offsets of the row, which reach two columns and rows at most.
+        int place = 0x7fffffff;
+        real4 other = {0, 0, 0, 0};
+        real4 rate = next;
+        if (l < found) {
+            if (l + 1 < found) next = motion.v[number_unpack(partners[l + 1].w)];
+            other = partners[l];
+            uint j = number_unpack(other.w);
+            int rows = (int)(j / s.columns) - (int)(i / s.columns), columns = (int)(j % s.columns) - (int)(i % s.columns);
+            place = rows * TILE_STRIDE + max(-HALO - 1, min(HALO + 1, columns));
         }
+        for (; k < row.count && (int)row.entries[k].offset < place; k++) {
+            uint j = row.at + row.entries[k].offset;
+            Pair pair = pair_of(xi, xyz(row.x[j]));
+            if (!is_in_contact(s, pair.length_squared)) continue;
+            contacts++;
+            penalty_add(s, pair, vi - xyz(row.v[j]), sum);
+        }
+        if (l < found) penalty_add(s, pair_of(xi, xyz(other)), vi - xyz(rate), sum);
     }
 }
 
-// Neighbour k is at `at` plus its offset in `x` and `v`: those of all particles, or of a tile of a patch.
+// Neighbour k is at `at` plus its offset in `x` and `v`: those of all particles, or of a tile of a patch. With the penalty
+// response `found` others are in contact with the particle: `partners`, or those of its row in memory if that is null.
 template <bool PENALTY, bool EXTRAS, bool TABLE>
 __device__ __forceinline__ Moved particle_advance(
     const Solver& s, const TableEntry* table, const uint2* headers, const Motion& motion, const SubstepData& substep, const Collider* colliders,
-    const real4* x, const real4* v, uint at, uint i, const real4& own, const real4& rate, uint& contacts
+    const real4* x, const real4* v, uint at, uint i, const real4& own, const real4& rate, const real4* partners, uint found, uint& contacts
 ) {
     vec3 xi = xyz(own), vi = xyz(rate);
     vec3 force = field_force(s, rate.w, vi);
-    vec3 contact = {0, 0, 0};
-    uint joined_contacts = 0;
+    real closest = REAL_MAX;
+    uint2 header = {0, 0};
     if (TABLE) {
-        uint2 header = headers[s.spring_row[i]];
+        header = headers[s.spring_row[i]];
         const TableEntry* entry = table + header.x;
         uint count = header.y & 0xffffffu;
 UNROLL
@@ -68,7 +120,9 @@ UNROLL
                 uint number = s.spring_entries[header.x + k].y;
                 if (s.spring_kinds[number].w != 0) kind.buckling = s.spring_buckling + number;
             }
-            spring_add<PENALTY, EXTRAS>(s, kind, xi, vi, x[j], v[j], force, contact, joined_contacts);
+            Spring spring = spring_at(kind, xi, vi, xyz(x[j]), xyz(v[j]));
+            force = force + spring.force();
+            if (PENALTY) closest = minimum(spring.length_squared, closest);
         }
     } else {
         SpringRow row = spring_row(s, i);
@@ -79,14 +133,19 @@ UNROLL
             real4 numbers = s.spring_kinds[entry.y];
             SpringKind kind = {numbers.x, numbers.y, numbers.z, nullptr};
             if (EXTRAS && s.can_buckle && numbers.w != 0) kind.buckling = s.spring_buckling + entry.y;
-            spring_add<PENALTY, EXTRAS>(s, kind, xi, vi, x[j], v[j], force, contact, joined_contacts);
+            Spring spring = spring_at(kind, xi, vi, xyz(x[j]), xyz(v[j]));
+            force = force + spring.force();
+            if (PENALTY) closest = minimum(spring.length_squared, closest);
         }
     }
     if (EXTRAS && s.has_air) force = force + air_force(s, motion, i, substep.wind);
-    if (PENALTY) {
-        contacts = joined_contacts;
-        if (s.candidate_counts[i] > 0 && any_candidate_in_contact(s, motion, i, xi)) {
-            // Both kinds of partners have to be summed in one order.
+    if (PENALTY && (found > 0 || is_in_contact(s, closest))) {
+        // Both kinds of partners have to be summed in one order.
+        vec3 contact;
+        if (TABLE && partners != nullptr) {
+            TileRow row = {table + header.x, header.y & 0xffffffu, x, v, at};
+            penalty_force_in_tile(s, row, motion, partners, found, i, xi, vi, contact, contacts);
+        } else {
             penalty_force(s, motion, i, xi, vi, contact, contacts);
         }
         if (contacts > 0) force = force + contact;

@@ -17,15 +17,6 @@ impl<T: Real> Bounds<T> {
         Self { low: [T::MAX; 3], high: [-T::MAX; 3] }
     }
 
-    /// Grows to hold a point; a NaN coordinate changes nothing.
-    #[inline(always)]
-    pub(super) fn insert(&mut self, point: [T; 3]) {
-        for axis in 0..3 {
-            self.low[axis] = point[axis].minimum(self.low[axis]);
-            self.high[axis] = point[axis].maximum(self.high[axis]);
-        }
-    }
-
     /// Grows to hold another box.
     #[inline(always)]
     pub(super) fn merge(&mut self, other: &Self) {

@@ -114,7 +114,7 @@ pub(super) struct ClusterBounds<T> {
 
 impl<T: Real> Groups<T> {
     pub(super) fn new(model: &Model, with_rest: bool) -> Self {
-        let order = sorted_order(model);
+        let order = model.particle_groups(GROUP);
         let mut places = vec![0; model.particle_count()];
         for (place, &particle) in order.iter().enumerate().filter(|(_, p)| **p != NONE) {
             places[particle as usize] = place as u32;
@@ -281,38 +281,4 @@ impl<T: Real> NullaryFnOnce for RefitTask<'_, T> {
         self.cluster.position = all;
         self.cluster.step = Step::around(&displacement.reduce());
     }
-}
-
-/// Particles of each cloth sorted by recursive bisection across the longest side of their rest
-/// positions, down to groups; each cloth filled up to whole groups.
-fn sorted_order(model: &Model) -> Vec<u32> {
-    let mut order = Vec::new();
-    for cloth in model.cloths() {
-        let start = order.len();
-        order.extend(cloth.particles.clone());
-        bisect(model.positions(), &mut order[start..]);
-        order.resize(order.len().next_multiple_of(GROUP), NONE);
-    }
-    order
-}
-
-fn bisect(positions: &[[f64; 3]], particles: &mut [u32]) {
-    if particles.len() <= GROUP {
-        return;
-    }
-    let mut bounds = Bounds::<f64>::empty();
-    for &particle in particles.iter() {
-        bounds.insert(positions[particle as usize]);
-    }
-    let side = |axis: usize| bounds.high[axis] - bounds.low[axis];
-    let axis =
-        (1..3).fold(0, |longest, axis| if side(axis) > side(longest) { axis } else { longest });
-    let middle = (particles.len() / 2).next_multiple_of(GROUP);
-    particles.select_nth_unstable_by(middle.min(particles.len() - 1), |&a, &b| {
-        let key = |particle: u32| positions[particle as usize][axis];
-        key(a).total_cmp(&key(b)).then(a.cmp(&b))
-    });
-    let (low, high) = particles.split_at_mut(middle.min(particles.len()));
-    bisect(positions, low);
-    bisect(positions, high);
 }

@@ -4,43 +4,38 @@ use cloth_core::{ContactStatistics, Result};
 
 use super::CudaKernels;
 use crate::{
-    contact::ContactMemory,
     layout::{CudaReal, Status},
     queue::{Launch, argument},
 };
 
 impl<T: CudaReal> CudaKernels<T> {
-    /// Lets the device see whether the list holds for this use, and build it if not.
-    pub(super) fn list_start(&mut self, tick: u32) -> Result<()> {
-        let (_, launch, chunk) = self.memory.list_launch()?;
-        let frame_chunk = std::mem::replace(&mut self.memory.data.chunk, chunk);
-        let name = ("contact_candidates", "contact_candidates");
-        let started = self.start(name, launch, &[argument(&tick)]);
-        self.memory.data.chunk = frame_chunk;
-        started
+    /// Lets the device find the pairs in contact, and build the list of groups before if it does not hold.
+    pub(super) fn contacts_start(&mut self, tick: u32) -> Result<()> {
+        let launch = self.memory.contacts_launch()?;
+        self.start(("contact_candidates", "contact_candidates"), launch, &[argument(&tick)])
     }
 
-    /// Makes sure that the list holds for the present positions.
-    pub(super) fn list_update(&mut self) -> Result<()> {
+    /// Finds the pairs in contact at the present positions.
+    pub(super) fn contacts_find(&mut self) -> Result<()> {
         if self.memory.contact.is_none() {
             return Ok(());
         }
         loop {
             self.tick += 1;
-            self.list_start(self.tick)?;
+            self.contacts_start(self.tick)?;
             let status = self.memory.status_read()?;
             self.status_book(&status);
-            if status.overflow == 0 {
+            if !status.overflowed() {
                 return Ok(());
             }
-            self.list_grow(status.overflow)?;
+            self.contacts_grow(&status)?;
         }
     }
 
-    /// Makes room for `needed` candidates of each particle and forgets the list.
-    pub(super) fn list_grow(&mut self, needed: u32) -> Result<()> {
+    /// Makes room for what did not fit and forgets the list.
+    pub(super) fn contacts_grow(&mut self, status: &Status) -> Result<()> {
         let Some(contact) = &mut self.memory.contact else { return Ok(()) };
-        contact.grow(&self.memory.queue, needed)?;
+        contact.grow(&self.memory.queue, status)?;
         let distance = self.model.self_contact().map_or(0.0, |contact| contact.distance);
         contact.describe(&mut self.memory.data, distance, self.config.time_step);
         self.memory.status_reset()
@@ -48,7 +43,7 @@ impl<T: CudaReal> CudaKernels<T> {
 
     /// Books what the device did with the list.
     pub(super) fn status_book(&mut self, status: &Status) {
-        // Each pair is counted from both ends.
+        // Each pair is counted from both ends, those that the list makes the device look at too.
         self.statistics.contacts = status.contacts / 2;
         self.statistics.candidates = status.candidates / 2;
         self.statistics.rebuilds = status.rebuilds;
@@ -87,21 +82,8 @@ impl<T: CudaReal> CudaKernels<T> {
         }
         let status = self.memory.status_read()?;
         self.status_book(&status);
-        let uses = self.tick - std::mem::replace(&mut self.tick_counted, self.tick);
-        if uses > 0 {
-            let horizon = ContactMemory::<T>::horizon(uses, status.rebuilds);
-            self.memory.data.list_horizon = T::from_f64(horizon);
-        }
         self.start(("contact_impulses", "rebuilds_clear"), Launch::over(1), &[])?;
         Ok(self.statistics)
-    }
-
-    /// The mean motion of a state with this momentum, which the list takes away from all others.
-    pub(super) fn drift_choose(&mut self, momentum: [f64; 3]) {
-        let drift = momentum.map(|component| component / self.mass * self.config.time_step);
-        if drift.iter().all(|component| component.is_finite()) {
-            self.memory.data.drift = drift.map(T::from_f64);
-        }
     }
 
     /// All pairs in contact, from the list and, where joined pairs count, from the springs.

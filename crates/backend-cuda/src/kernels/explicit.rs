@@ -119,10 +119,10 @@ impl<T: CudaReal> CudaKernels<T> {
         while let Some(mut open) = self.frames.open.take() {
             let status = self.memory.status_read()?;
             self.status_book(&status);
-            if status.overflow == 0 {
+            if !status.overflowed() {
                 break;
             }
-            self.list_grow(status.overflow)?;
+            self.contacts_grow(&status)?;
             self.state_saved_restore(open.present)?;
             for (substep, _) in &mut open.substeps {
                 self.tick += 1;
@@ -194,7 +194,7 @@ impl<T: CudaReal> CudaKernels<T> {
         let launch = Launch::over(self.count());
         let is_penalty = self.memory.contact.as_ref().is_some_and(|contact| contact.is_penalty());
         if is_penalty {
-            self.stage("contact_candidates", |kernels| kernels.list_start(data.tick))?;
+            self.stage("contact_candidates", |kernels| kernels.contacts_start(data.tick))?;
             if last {
                 self.contacts_count()?;
             }
@@ -205,7 +205,7 @@ impl<T: CudaReal> CudaKernels<T> {
         })?;
         self.memory.swap();
         if self.memory.contact.is_some() && !is_penalty {
-            self.stage("contact_candidates", |kernels| kernels.list_start(data.tick))?;
+            self.stage("contact_candidates", |kernels| kernels.contacts_start(data.tick))?;
             self.stage("contact_impulses", |kernels| kernels.impulses(length, data.step))?;
         }
         let sweeps = self.config.strain_limit.as_ref().map_or(0, |limit| limit.sweeps);

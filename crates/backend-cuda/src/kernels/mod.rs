@@ -33,13 +33,10 @@ pub(crate) struct CudaKernels<T> {
     pub(crate) memory: Memory<T>,
     timing: Timing,
     frames: FrameQueue<T>,
-    /// Uses of the candidate list so far.
+    /// Uses of the list of groups so far.
     tick: u32,
-    /// Of them, those before the last statistics.
-    tick_counted: u32,
     statistics: ContactStatistics,
     has_force: bool,
-    mass: f64,
     /// Memory of the linear system, once it is needed.
     linear: Option<Box<LinearMemory<T>>>,
 }
@@ -61,12 +58,10 @@ impl<T: CudaReal> CudaKernels<T> {
         }
         let memory = Memory::new(device, &model, config, (options.fast, options.patches))?;
         let mut kernels = Self {
-            mass: model.masses().iter().sum(),
             memory,
             timing: Timing::default(),
             frames: FrameQueue::default(),
             tick: 0,
-            tick_counted: 0,
             statistics: ContactStatistics::default(),
             has_force: false,
             linear: None,
@@ -192,7 +187,7 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
 
     fn contact_candidates(&mut self) -> Result<()> {
         self.settle()?;
-        self.stage("contact_candidates", Self::list_update)
+        self.stage("contact_candidates", Self::contacts_find)
     }
 
     fn contact_forces(&mut self) -> Result<()> {
@@ -254,12 +249,10 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
         })?;
         let mut partials = Vec::new();
         self.memory.partials.read(&self.memory.queue, &mut partials)?;
-        let figures = crate::measure::total(&partials);
-        self.memory.cells_choose_within(figures.low, figures.high);
-        self.drift_choose(figures.measures.momentum);
+        let measures = crate::measure::total(&partials);
         let step = self.memory.status_read()?.non_finite_step;
         let non_finite_step = (step != u64::MAX).then_some(step);
-        Ok(Measures { non_finite_step, ..figures.measures })
+        Ok(Measures { non_finite_step, ..measures })
     }
 
     fn contact_statistics(&mut self) -> Result<ContactStatistics> {

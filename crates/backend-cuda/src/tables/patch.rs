@@ -2,10 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use cloth_core::Model;
+use cloth_core::{Model, NONE};
 
 /// Particles along both sides of a tile of the frame kernel.
 const TILE: [usize; 2] = [32, 8];
+/// Particles along both sides of a group of a warp.
+const GROUP_SIDES: [usize; 2] = [8, 4];
 /// How far springs may reach.
 const HALO: i64 = 2;
 
@@ -38,6 +40,27 @@ impl Patch {
     /// All tiles.
     pub(crate) const fn tiles(&self) -> usize {
         self.tiles_across() * self.rows.div_ceil(TILE[1])
+    }
+
+    /// The particles in groups of a warp: the parts of the tiles, 8 by 4, as the frame kernel takes them; [`NONE`] beyond
+    /// the edges.
+    pub(crate) fn groups(&self) -> Vec<u32> {
+        let [across, down] = [TILE[0] / GROUP_SIDES[0], TILE[1] / GROUP_SIDES[1]];
+        let mut members = Vec::with_capacity(self.tiles() * TILE[0] * TILE[1]);
+        for tile in 0..self.tiles() {
+            let origin =
+                [tile % self.tiles_across() * TILE[0], tile / self.tiles_across() * TILE[1]];
+            for part in 0..across * down {
+                let [left, top] = [part % across * GROUP_SIDES[0], part / across * GROUP_SIDES[1]];
+                for lane in 0..GROUP_SIDES[0] * GROUP_SIDES[1] {
+                    let column = origin[0] + left + lane % GROUP_SIDES[0];
+                    let row = origin[1] + top + lane / GROUP_SIDES[0];
+                    let exists = column < self.columns && row < self.rows;
+                    members.push(if exists { (row * self.columns + column) as u32 } else { NONE });
+                }
+            }
+        }
+        members
     }
 
     /// The tile of a particle.
@@ -84,6 +107,20 @@ mod tests {
             }
         }
         assert_eq!(Patch::of(&model(&[[40, 30], [17, 20]], Stencil::Neighbours12)), None);
+    }
+
+    #[test]
+    fn groups_are_parts_of_tiles() {
+        let patch = Patch { columns: 70, rows: 17 };
+        let groups = patch.groups();
+        assert_eq!(groups.len(), patch.tiles() * 256);
+        let mut present: Vec<u32> = groups.iter().copied().filter(|&p| p != NONE).collect();
+        assert_eq!(groups[32..42], [8, 9, 10, 11, 12, 13, 14, 15, 78, 79]);
+        assert!(groups.iter().enumerate().all(|(place, &particle)| {
+            particle == NONE || patch.tile_of(particle as usize) == place / 256
+        }));
+        present.sort_unstable();
+        assert!(present.into_iter().eq(0..70 * 17));
     }
 
     #[test]

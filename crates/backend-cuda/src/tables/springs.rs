@@ -20,6 +20,8 @@ const SLICE_SHIFT: u32 = SLICE.trailing_zeros();
 const SHARED_MIN: u32 = 4;
 /// Distinct offsets to later particles that shared rows may have together.
 const OFFSETS_MAX: usize = 32;
+/// Kinds of rows that are all shared, whether particles are alike or not.
+const ROWS_MAX: usize = 64;
 /// Set in a slot that belongs to one spring alone.
 const OWN: u32 = 1 << 31;
 
@@ -64,7 +66,9 @@ impl<T: CudaReal> SpringTables<T> {
                 }
             }
         }
-        alike.retain(|_, times| patches && *times >= SHARED_MIN);
+        // A patch has a few kinds of rows, of which those at the corners appear once.
+        let few = alike.len() <= ROWS_MAX && 4 * alike.len() <= count;
+        alike.retain(|_, times| patches && (few || *times >= SHARED_MIN));
         let mut offsets: Vec<u32> = alike.keys().flatten().map(|entry| entry.0).collect();
         offsets.retain(|&offset| (offset as i32) > 0);
         offsets.sort_unstable();
@@ -271,6 +275,7 @@ mod tests {
         let tables =
             |side| SpringTables::<f32>::new(&grid(side, side, Stencil::Neighbours12), true);
         assert_eq!(tables(40).entries.len(), tables(80).entries.len());
+        assert!(tables(40).is_regular && tables(80).is_regular);
         assert!(!SpringTables::<f32>::new(&fan(), true).is_regular);
     }
 }

@@ -9,6 +9,7 @@ mod contact;
 mod environment;
 mod fingerprint;
 mod geometry;
+mod groups;
 mod material;
 mod material_preset;
 mod springs;
