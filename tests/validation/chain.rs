@@ -1,8 +1,8 @@
 //! Hanging chains.
 
-use std::f64::consts::PI;
+use std::{f64::consts::PI, sync::Arc};
 
-use cloth_core::{Field, Integrator, ModelBuilder};
+use cloth_core::{Field, Integrator, Model, ModelBuilder, State};
 use harness::{
     backends::{Candidate, candidates_with, reference},
     feature::Feature,
@@ -82,16 +82,21 @@ fn a_hanging_chain_swings_with_the_frequencies_of_bernoulli() {
     }
 }
 
+/// Links of [`catenary`].
+pub(crate) const CATENARY_LINKS: usize = 60;
+
 /// Leibniz, Huygens and Johann Bernoulli (1691): a chain of length 2 a sinh(b/2a) across a span b
-/// sags by a (cosh(b/2a) - 1): 0.50263 m for one of 1.5 m across 1 m.
-#[test]
-fn a_chain_between_two_points_hangs_in_the_catenary() {
-    let links = 60_usize;
+/// sags by a (cosh(b/2a) - 1): so many metres for one of 1.5 m across 1 m.
+pub(crate) const CATENARY_SAG: f64 = 0.50263;
+
+/// That chain in air with a drag rate \[1/s\], at the start two straight lines; a spring bears `stiffness` times its
+/// weight at a strain of one.
+pub(crate) fn catenary(stiffness: f64, drag_rate: f64) -> Arc<Model> {
+    let links = CATENARY_LINKS;
     let [span, length] = [1.0, 1.5];
     let mass = 1e-3;
     let spacing = length / links as f64;
-    let stiffness = 5000.0 * links as f64 * mass * GRAVITY / spacing;
-    // Start as a triangle.
+    let stiffness = stiffness * links as f64 * mass * GRAVITY / spacing;
     let depth = (length * length - span * span).sqrt() / 2.0;
     let positions: Vec<_> = (0..=links)
         .map(|i| {
@@ -101,8 +106,14 @@ fn a_chain_between_two_points_hangs_in_the_catenary() {
         .collect();
     let mut cloth = chain(positions, &vec![spacing; links], mass, stiffness);
     cloth.pins = vec![0, links as u32];
-    let drag = Field::Drag { rate: [8.0; 3] };
-    let model = build(ModelBuilder::new().field(drag).cloth(cloth));
+    let drag = Field::Drag { rate: [drag_rate; 3] };
+    build(ModelBuilder::new().field(drag).cloth(cloth))
+}
+
+#[test]
+fn a_chain_between_two_points_hangs_in_the_catenary() {
+    let model = catenary(5000.0, 8.0);
+    let sag = |state: &State| -state.positions[CATENARY_LINKS / 2][2];
     for candidate in candidates_with(Feature::Implicit) {
         let explicit = (Integrator::Explicit, 0.8 * model.stable_time_step(), 1000);
         let large_steps = (implicit(candidate, 1e-6), 0.01, 10);
@@ -113,8 +124,7 @@ fn a_chain_between_two_points_hangs_in_the_catenary() {
             while state.time < 2.5 {
                 state = advance(&mut *solver, substeps, time_step);
             }
-            let sag = -state.positions[links / 2][2];
-            assert_close("sag", sag, 0.50263, 0.005);
+            assert_close("sag", sag(&state), CATENARY_SAG, 0.005);
         }
     }
 }

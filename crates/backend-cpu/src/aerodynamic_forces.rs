@@ -31,46 +31,14 @@ impl<T: Real> Aerodynamics<T> {
 
     /// Computes the force on every triangle in a wind \[m/s\].
     pub(crate) fn update(&mut self, model: &Model, motion: &Motion<T>, wind_velocity: [f64; 3]) {
-        let Some(air) = model.air() else { return };
-        let wind = wind_velocity.map(T::from_f64);
-        let half_density = T::from_f64(0.5 * air.density);
-        for cloth in model.cloths() {
-            let pressure = half_density * T::from_f64(cloth.aerodynamics.pressure);
-            let friction = half_density * T::from_f64(cloth.aerodynamics.friction);
-            let range = cloth.triangles.start as usize..cloth.triangles.end as usize;
-            self.shares[range.clone()]
-                .par_iter_mut()
-                .with_min_len(1024)
-                .zip(&model.triangles()[range])
-                .for_each(|(share, corners)| {
-                    let x = corners.map(|vertex| motion.position.get(vertex as usize));
-                    let v = corners.map(|vertex| motion.velocity.get(vertex as usize));
-                    *share = triangle(x, v, wind, pressure, friction);
-                });
-        }
+        for_each_triangle(model, motion, wind_velocity, &mut self.shares, triangle);
     }
 
     /// Computes the derivative of the force on every triangle by its velocity, as `update` does the
     /// force.
     pub(crate) fn linearise(&mut self, model: &Model, motion: &Motion<T>, wind_velocity: [f64; 3]) {
-        let Some(air) = model.air() else { return };
         self.jacobians.resize(model.triangles().len(), [T::ZERO; 6]);
-        let wind = wind_velocity.map(T::from_f64);
-        let half_density = T::from_f64(0.5 * air.density);
-        for cloth in model.cloths() {
-            let pressure = half_density * T::from_f64(cloth.aerodynamics.pressure);
-            let friction = half_density * T::from_f64(cloth.aerodynamics.friction);
-            let range = cloth.triangles.start as usize..cloth.triangles.end as usize;
-            self.jacobians[range.clone()]
-                .par_iter_mut()
-                .with_min_len(1024)
-                .zip(&model.triangles()[range])
-                .for_each(|(jacobian, corners)| {
-                    let x = corners.map(|vertex| motion.position.get(vertex as usize));
-                    let v = corners.map(|vertex| motion.velocity.get(vertex as usize));
-                    *jacobian = triangle_jacobian(x, v, wind, pressure, friction);
-                });
-        }
+        for_each_triangle(model, motion, wind_velocity, &mut self.jacobians, triangle_jacobian);
     }
 
     /// J of NUMERICS §5 for a particle, as xx, yy, zz, xy, xz, yz \[N s/m\].
@@ -95,6 +63,34 @@ impl<T: Real> Aerodynamics<T> {
             }
         }
         sum
+    }
+}
+
+/// Sets an entry for every triangle: from the air around it and half the density times its coefficients of
+/// pressure and friction.
+fn for_each_triangle<T: Real, E: Send>(
+    model: &Model,
+    motion: &Motion<T>,
+    wind_velocity: [f64; 3],
+    entries: &mut [E],
+    entry_of: impl Fn([[T; 3]; 3], [[T; 3]; 3], [T; 3], T, T) -> E + Sync,
+) {
+    let Some(air) = model.air() else { return };
+    let wind = wind_velocity.map(T::from_f64);
+    let half_density = T::from_f64(0.5 * air.density);
+    for cloth in model.cloths() {
+        let pressure = half_density * T::from_f64(cloth.aerodynamics.pressure);
+        let friction = half_density * T::from_f64(cloth.aerodynamics.friction);
+        let range = cloth.triangles.start as usize..cloth.triangles.end as usize;
+        entries[range.clone()]
+            .par_iter_mut()
+            .with_min_len(1024)
+            .zip(&model.triangles()[range])
+            .for_each(|(entry, corners)| {
+                let x = corners.map(|vertex| motion.position.get(vertex as usize));
+                let v = corners.map(|vertex| motion.velocity.get(vertex as usize));
+                *entry = entry_of(x, v, wind, pressure, friction);
+            });
     }
 }
 
