@@ -166,6 +166,12 @@ impl WgpuBackend {
         &self.context.device
     }
 
+    /// Its queue.
+    #[must_use]
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.context.queue
+    }
+
     fn kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<WgpuKernels> {
         Ok(WgpuKernels::new(Stages::new(Arc::clone(&self.context), model, config)?))
     }
