@@ -3,6 +3,8 @@
 mod bench;
 mod command;
 mod kernels;
+mod packages;
+mod screen;
 mod summary;
 mod test;
 mod vulkan;

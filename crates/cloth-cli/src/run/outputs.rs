@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use cloth::{
     State,
     io::{
-        ContainerOptions, Frame, FrameFormat, FrameSequenceWriter, FrameStore, PictureSequence,
-        PictureStyle, Topology, container_write,
+        ContainerOptions, Frame, FrameFormat, FrameSequenceWriter, FrameStore, PictureMaker,
+        PictureSequence, PictureStyle, Topology, container_write,
     },
 };
 
@@ -52,6 +52,7 @@ impl<'a> Outputs<'a> {
         folder: &RunFolder,
         topology: &'a Topology,
         style: PictureStyle,
+        maker: Option<PictureMaker<'a>>,
         arguments: &RunArguments,
     ) -> Result<Self, Failure> {
         // First of all, as it locks out a second run in the same folder.
@@ -59,7 +60,7 @@ impl<'a> Outputs<'a> {
         // It would not fit the frames of the new run.
         file_remove(&folder.checkpoint())?;
         folder.outputs_remove(0)?;
-        Self::new(folder, topology, store, style, arguments)
+        Self::new(folder, topology, store, style, maker, arguments)
     }
 
     /// Outputs of a run that goes on after `frame`; what comes after it is removed.
@@ -67,6 +68,7 @@ impl<'a> Outputs<'a> {
         folder: &RunFolder,
         topology: &'a Topology,
         style: PictureStyle,
+        maker: Option<PictureMaker<'a>>,
         arguments: &RunArguments,
         frame: u64,
     ) -> Result<Self, Failure> {
@@ -78,7 +80,7 @@ impl<'a> Outputs<'a> {
         }
         store.truncate(expected as usize)?;
         folder.outputs_remove(expected)?;
-        Self::new(folder, topology, store, style, arguments)
+        Self::new(folder, topology, store, style, maker, arguments)
     }
 
     fn new(
@@ -86,6 +88,7 @@ impl<'a> Outputs<'a> {
         topology: &'a Topology,
         store: FrameStore,
         style: PictureStyle,
+        mut maker: Option<PictureMaker<'a>>,
         arguments: &RunArguments,
     ) -> Result<Self, Failure> {
         let mut sequences = Vec::new();
@@ -97,7 +100,12 @@ impl<'a> Outputs<'a> {
                 continue;
             }
             let path = folder.sequence(format);
-            let writer = FrameSequenceWriter::new(format, &path, folder.name(), topology)?;
+            let mut writer = FrameSequenceWriter::new(format, &path, folder.name(), topology)?;
+            if format == FrameFormat::Png
+                && let Some(maker) = maker.take()
+            {
+                writer = writer.with_maker(maker);
+            }
             sequences.push(writer.with_style(style.clone()).resume(&store)?);
             sequence_folders.push(path);
         }

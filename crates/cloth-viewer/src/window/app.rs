@@ -311,7 +311,7 @@ impl ViewerApp {
     fn show_picture(&mut self, ui: &mut Ui) -> Result<(), ViewerError> {
         let rect = ui.available_rect_before_wrap();
         self.picture = rect;
-        let response = ui.interact(rect, ui.id().with("picture"), Sense::click_and_drag());
+        let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::click_and_drag());
         let scale = ui.ctx().pixels_per_point();
         let size = [rect.width(), rect.height()].map(|side| (side * scale).round().max(1.0) as u32);
         self.resize(size)?;

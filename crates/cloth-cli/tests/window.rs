@@ -1,0 +1,369 @@
+//! A real window on a virtual screen: keys and the pointer, as a hand would use them, and what they do
+//! to the simulation and to the picture.
+
+#![cfg(all(target_os = "linux", feature = "viewer"))]
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
+use std::{
+    fs,
+    io::{BufRead, BufReader},
+    path::PathBuf,
+    process::{Child, Command, Stdio},
+    time::{Duration, Instant},
+};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+const SCENE: &str = r##"
+    name = "sheet"
+    simulation = { frames = 30, frames_per_second = 30, time_step = 2e-3 }
+    [[cloth]]
+    name = "sheet"
+    colour = "#c43a3e"
+    geometry.grid = { columns = 21, rows = 21, spacing = 0.05, centre = [0, 0, 0.7], row_axis = [0, 0, 1] }
+    material = { thickness = 2e-3, mass.per_particle = 1e-3, stretch = { stiffness = 60, damping = 0.02 }, shear = { stiffness = 30, damping = 0.02 }, bend = { stiffness = 6 } }
+    pins = ["top-left", "top-right"]
+    [[field]]
+    drag.rate = [1, 1, 1]
+    [[collider]]
+    name = "floor"
+    shape.plane = {}
+    [view]
+    eye = [0.6, -3.2, 1.3]
+    target = [0, 0, 0.6]
+    field_of_view = 40
+"##;
+
+/// A screen without a screen, and `cloth view` on it.
+struct Session {
+    screen: Child,
+    display: String,
+    program: Child,
+    window: String,
+    folder: TempDir,
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        // Both may have ended on their own.
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+        let _ = self.screen.kill();
+        let _ = self.screen.wait();
+    }
+}
+
+fn tool(name: &str) -> Command {
+    let found =
+        Command::new(name).arg("-version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+    assert!(found.is_ok(), "no `{name}`; run: sudo apt-get install --yes xvfb xdotool");
+    Command::new(name)
+}
+
+impl Session {
+    fn open(source: Option<&str>, arguments: &[&str]) -> Self {
+        let mut screen = tool("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "1100x700x24", "-nolisten", "tcp"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut number = String::new();
+        BufReader::new(screen.stdout.take().unwrap()).read_line(&mut number).unwrap();
+        let display = format!(":{}", number.trim());
+        let folder = tempfile::tempdir().unwrap();
+        let scene = folder.path().join("sheet.toml");
+        fs::write(&scene, SCENE).unwrap();
+        let program = Command::new(env!("CARGO_BIN_EXE_cloth"))
+            .arg("view")
+            .arg(source.map_or(scene, PathBuf::from))
+            .args(["--backend", "cpu", "--window-size", "900x600", "--log", "log.jsonl"])
+            .args(arguments)
+            .current_dir(folder.path())
+            .env("DISPLAY", &display)
+            .env_remove("WAYLAND_DISPLAY")
+            .spawn()
+            .unwrap();
+        let mut session = Self { screen, display, program, window: String::new(), folder };
+        session.wait("a first frame", |_| true);
+        session.window = session.xdotool(&["search", "--onlyvisible", "--name", "cloth"]);
+        let window = session.window.lines().next().unwrap().to_owned();
+        session.window = window;
+        // No window manager gives it the keyboard.
+        session.xdotool(&["windowfocus", "--sync", &session.window]);
+        session
+    }
+
+    fn xdotool(&self, arguments: &[&str]) -> String {
+        let output =
+            tool("xdotool").args(arguments).env("DISPLAY", &self.display).output().unwrap();
+        assert!(output.status.success(), "xdotool {arguments:?}: {output:?}");
+        String::from_utf8(output.stdout).unwrap().trim().to_owned()
+    }
+
+    fn key(&self, key: &str) {
+        self.xdotool(&["key", key]);
+    }
+
+    fn last(&self) -> Option<Value> {
+        let text = fs::read_to_string(self.folder.path().join("log.jsonl")).ok()?;
+        // The last line may be half written.
+        text.lines().rev().find_map(|line| serde_json::from_str(line).ok())
+    }
+
+    /// Waits until the window shows what is expected.
+    fn wait(&mut self, what: &str, expected: impl Fn(&Value) -> bool) -> Value {
+        let start = Instant::now();
+        loop {
+            match self.last() {
+                Some(line) if expected(&line) => return line,
+                last => {
+                    assert!(start.elapsed() < Duration::from_secs(90), "never: {what}; {last:?}");
+                }
+            }
+            assert_eq!(self.program.try_wait().unwrap(), None, "the window is gone: {what}");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Goes to a place of the picture: 0 to 1 from left to right and from top to bottom.
+    fn pointer_to(&self, x: f64, y: f64) {
+        let line = self.last().unwrap();
+        let edge = |k: usize| line["picture"][k].as_f64().unwrap();
+        let place = [edge(0) + x * (edge(2) - edge(0)), edge(1) + y * (edge(3) - edge(1))];
+        let [x, y] = place.map(|p| format!("{}", p.round()));
+        self.xdotool(&["mousemove", "--window", &self.window, &x, &y]);
+    }
+
+    fn screenshot(&mut self) -> image::RgbImage {
+        let count = |folder: &TempDir| {
+            let files = fs::read_dir(folder.path()).unwrap();
+            files
+                .filter(|file| {
+                    file.as_ref().unwrap().path().extension().is_some_and(|e| e == "png")
+                })
+                .count()
+        };
+        let before = count(&self.folder);
+        self.key("s");
+        let path = self.folder.path().join(format!("sheet-{:03}.png", before + 1));
+        let start = Instant::now();
+        loop {
+            // It may be half written.
+            if let Ok(picture) = image::open(&path) {
+                return picture.into_rgb8();
+            }
+            assert!(start.elapsed() < Duration::from_secs(60), "no screenshot");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+}
+
+fn frame(line: &Value) -> u64 {
+    line["frame"].as_u64().unwrap()
+}
+
+fn held(line: &Value) -> usize {
+    line["held"].as_array().unwrap().len()
+}
+
+fn share(picture: &image::RgbImage, is: impl Fn([u8; 3]) -> bool) -> f64 {
+    let count = picture.pixels().filter(|pixel| is(pixel.0)).count();
+    count as f64 / f64::from(picture.width() * picture.height())
+}
+
+fn is_cloth([red, green, blue]: [u8; 3]) -> bool {
+    red > 50 && f64::from(red) > 1.7 * f64::from(green) && f64::from(red) > 1.7 * f64::from(blue)
+}
+
+#[test]
+fn keys_drive_the_simulation() {
+    let mut session = Session::open(None, &["--paused"]);
+    let start = session.wait("a paused start", |line| line["paused"] == true);
+    assert_eq!((frame(&start), held(&start)), (0, 2));
+    for expected in 1..=3 {
+        session.key("space");
+        session.wait("a single step", |line| frame(line) == expected && line["paused"] == true);
+    }
+    session.key("p");
+    session.wait("it runs", |line| frame(line) > 8 && line["paused"] == false);
+    session.key("p");
+    session.wait("it waits", |line| line["paused"] == true);
+    // All corners: the two at the top are held, the two at the bottom are not.
+    for (key, expected) in [("0", 3), ("1", 4), ("2", 3), ("3", 2), ("0", 1), ("0", 2)] {
+        session.key(key);
+        session.wait("a corner", |line| held(line) == expected);
+    }
+    session.key("r");
+    session.wait("the start", |line| frame(line) == 0 && held(line) == 2);
+    session.key("h");
+    session.wait("help", |line| line["help"] == true);
+    session.key("h");
+    session.wait("no help", |line| line["help"] == false);
+    session.key("x");
+    let start = Instant::now();
+    while session.program.try_wait().unwrap().is_none() {
+        assert!(start.elapsed() < Duration::from_secs(30), "X does not end it");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    assert!(session.program.wait().unwrap().success());
+}
+
+#[test]
+fn the_picture_shows_what_the_keys_do() {
+    let mut session = Session::open(None, &["--paused"]);
+    let plain = session.screenshot();
+    let cloth = share(&plain, is_cloth);
+    assert!((0.03..0.6).contains(&cloth), "{cloth} of the picture is cloth");
+
+    session.key("w");
+    session.wait("wires", |line| line["wires"] == true);
+    let wires = session.screenshot();
+    assert!(share(&wires, is_cloth) < cloth - 0.01, "wires cover the cloth");
+
+    // A recording of ten frames.
+    session.key("v");
+    session.wait("it records", |line| line["recording"] == true);
+    session.key("p");
+    session.wait("ten frames", |line| frame(line) > 10);
+    session.key("v");
+    let recorded = session.wait("a clip", |line| {
+        line["message"].as_str().is_some_and(|text| text.starts_with("recorded"))
+    });
+    assert_eq!(recorded["recording"], false);
+    let bytes = fs::read(session.folder.path().join("sheet-001.gif")).unwrap();
+    let mut reader = gif::DecodeOptions::new().read_info(&bytes[..]).unwrap();
+    let mut frames = 0;
+    while reader.read_next_frame().unwrap().is_some() {
+        frames += 1;
+    }
+    assert!(frames > 3, "{frames} frames in the clip");
+}
+
+#[test]
+fn the_pointer_pulls_pins_and_turns() {
+    let mut session = Session::open(None, &[]);
+    session.wait("it runs", |line| frame(line) > 2);
+    // The sheet is in the middle.
+    session.pointer_to(0.5, 0.5);
+    session.xdotool(&["mousedown", "1"]);
+    for step in 1..=6 {
+        session.pointer_to(0.5 + 0.02 * f64::from(step), 0.5);
+        std::thread::sleep(Duration::from_millis(40));
+    }
+    let pulled = session.wait("it is pulled near the pointer", |line| {
+        let place = |k: usize| -> Option<[f64; 3]> {
+            let values = line["grabbed"][k].as_array()?;
+            Some([0, 1, 2].map(|k| values[k].as_f64().unwrap()))
+        };
+        let (Some(at), Some(target)) = (place(1), place(2)) else { return false };
+        let distance = (0..3).map(|k| (at[k] - target[k]).powi(2)).sum::<f64>().sqrt();
+        target[0] > 0.1 && distance < 0.1
+    });
+    assert!(pulled["grabbed"][0].is_u64());
+    session.xdotool(&["mouseup", "1"]);
+    session.wait("it is let go", |line| line["grabbed"].is_null());
+
+    session.pointer_to(0.5, 0.5);
+    session.xdotool(&["keydown", "ctrl", "click", "1", "keyup", "ctrl"]);
+    session.wait("one more is held", |line| held(line) == 3);
+
+    let eye = session.last().unwrap()["eye"].clone();
+    session.pointer_to(0.2, 0.8);
+    session.xdotool(&["mousedown", "3"]);
+    for step in 1..=5 {
+        session.pointer_to(0.2 + 0.03 * f64::from(step), 0.8);
+        std::thread::sleep(Duration::from_millis(40));
+    }
+    session.xdotool(&["mouseup", "3"]);
+    session.wait("the camera turned", |line| line["eye"] != eye);
+}
+
+#[test]
+fn frames_of_a_run_are_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("sheet.toml");
+    fs::write(&scene, SCENE).unwrap();
+    let ran = Command::new(env!("CARGO_BIN_EXE_cloth"))
+        .arg("run")
+        .arg(&scene)
+        .args(["--frames", "5", "--format", "none", "--out", "run"])
+        .current_dir(folder.path())
+        .stderr(Stdio::null())
+        .stdout(Stdio::null())
+        .status()
+        .unwrap();
+    assert!(ran.success());
+    let run = folder.path().join("run");
+    let mut session = Session::open(run.to_str(), &["--paused"]);
+    session.wait("six frames", |line| line["recorded"] == 6);
+    session.key("space");
+    let line = session.wait("the next one", |line| frame(line) == 1);
+    assert!((line["time"].as_f64().unwrap() - 1.0 / 30.0).abs() < 1e-6);
+    session.key("r");
+    session.wait("the first one", |line| frame(line) == 0);
+}
+
+#[test]
+fn no_display_is_said_in_one_line() {
+    let output = Command::new(env!("CARGO_BIN_EXE_cloth"))
+        .args(["view", "drape"])
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .env_remove("WAYLAND_SOCKET")
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let text = String::from_utf8(output.stderr).unwrap();
+    let said: Vec<&str> =
+        text.lines().filter(|line| line.contains("cannot open a window")).collect();
+    assert_eq!(said.len(), 1, "{text}");
+    assert!(said[0].contains("apt-get install xvfb"), "{text}");
+}
+
+#[test]
+fn no_adapter_is_said_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_cloth"))
+        .args(["render", "drape", "--out", "clip.gif"])
+        .current_dir(folder.path())
+        .env("VK_DRIVER_FILES", "/nonexistent")
+        .env("VK_ICD_FILENAMES", "/nonexistent")
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(text.contains("mesa-vulkan-drivers"), "{text}");
+    assert_eq!(text.lines().filter(|line| line.starts_with("error:")).count(), 1, "{text}");
+}
+
+#[test]
+fn clips_are_rendered_without_a_window() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("sheet.toml"), SCENE).unwrap();
+    let render = |arguments: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_cloth"))
+            .args(["render", "./sheet.toml", "--picture-size", "160x90"])
+            .args(arguments)
+            .current_dir(folder.path())
+            .env_remove("DISPLAY")
+            .output()
+            .unwrap()
+    };
+    for name in ["clip.gif", "clip.png"] {
+        let output = render(&["--frames", "4", "--frame-stride", "2", "--out", name]);
+        assert!(output.status.success(), "{output:?}");
+        let bytes = fs::read(folder.path().join(name)).unwrap();
+        assert!(bytes.len() > 1000, "{name}");
+    }
+    let output = render(&["--frames", "2", "--still", "--out", "still.png"]);
+    assert!(output.status.success(), "{output:?}");
+    let still = image::open(folder.path().join("still.png")).unwrap().into_rgb8();
+    assert_eq!(still.dimensions(), (160, 90));
+    assert!(share(&still, is_cloth) > 0.03);
+    let output = render(&["--out", "clip.mp4"]);
+    assert_eq!(output.status.code(), Some(3));
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(text.contains("no encoder for MP4") && text.contains("ffmpeg"), "{text}");
+}
