@@ -1,21 +1,30 @@
-//! The common workload on the GPU: time of a frame, of its stages, and what that means in bytes.
+//! The common workloads on the GPU: time of a frame, of its stages, and what that means in bytes.
 //!
-//! `cargo bench -p cloth-benches --bench gpu [-- SIDE ...]`. Times are medians of frames 10 to 70. A frame
+//! `cargo bench -p cloth-benches --bench gpu [-- explicit|implicit] [SIDE ...]`. Times are medians of frames 10 to 70. A frame
 //! is timed in two ways: with its report, as an application runs that looks at every frame; and in a row
 //! of frames with one wait at their end, which is what the device itself takes.
 
-use std::{error::Error, time::Instant};
+use std::{error::Error, sync::Arc, time::Instant};
 
 use cloth::{
-    Backend, Frame, StageTime, State,
+    Backend, Frame, ImplicitSettings, Integrator, LinearSettings, Model, Preconditioner,
+    SolverConfig, StageTime, State, StepReport,
     scene::{BenchKind, CompileOptions, bench_scene},
-    wgpu::{WgpuBackend, WgpuOptions},
+    wgpu::{WgpuBackend, WgpuOptions, wgpu},
 };
-use cloth_benches::{FRAMES_BEFORE, FRAMES_MEASURED, Workload};
+use cloth_benches::{FRAMES_BEFORE, FRAMES_MEASURED, HANG_STEP, HangWorkload, Workload};
 
 /// Bytes of the state that a substep must read and write for each particle: position, velocity, inverse
 /// mass and mass.
 const STATE_BYTES: f64 = 64.0;
+
+/// Bytes that an iteration of the conjugate gradient method reads and writes for each particle with 24
+/// neighbours, if every number comes from memory once: the factors of its 12 springs, the vectors, the
+/// diagonal of the matrix, the preconditioner.
+const ITERATION_BYTES: f64 = 496.0;
+
+/// Iterations of each implicit step.
+const ITERATIONS: u32 = 30;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let start = Instant::now();
@@ -26,14 +35,37 @@ fn main() -> Result<(), Box<dyn Error>> {
         stage_times: true,
         ..WgpuOptions::default()
     })?;
-    let sides: Vec<u32> = std::env::args().filter_map(|argument| argument.parse().ok()).collect();
-    let sides = match sides.as_slice() {
-        [] if backend.is_processor() => &[64][..],
-        [] => &[160, 256, 512, 1024],
-        given => given,
+    let copy = copy_rate(&backend)?;
+    println!("copies run at {copy:.0} GB/s, read and write counted");
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let sides: Vec<u32> = words.iter().filter_map(|word| word.parse().ok()).collect();
+    let wants = |table: &str| {
+        let tables = ["explicit", "implicit"];
+        let named = words.iter().any(|word| tables.contains(&word.as_str()));
+        !named || words.iter().any(|word| word == table)
     };
+    let sides_of = |all: &[u32]| match sides.as_slice() {
+        [] if backend.is_processor() => vec![64],
+        [] => all.to_vec(),
+        given => given.to_vec(),
+    };
+    if wants("explicit") {
+        explicit(&backend, &timed, &sides_of(&[160, 256, 512, 1024]), copy)?;
+    }
+    if wants("implicit") {
+        implicit(&backend, &timed, &sides_of(&[60, 160, 1024]), copy)?;
+    }
+    Ok(())
+}
+
+fn explicit(
+    backend: &WgpuBackend,
+    timed: &WgpuBackend,
+    sides: &[u32],
+    copy: f64,
+) -> Result<(), Box<dyn Error>> {
     println!(
-        "{:<8}{:<9}{:>6}{:>12}{:>12}{:>12}{:>12}{:>10}{:>10}{:>9}{:>9}",
+        "{:<8}{:<9}{:>6}{:>12}{:>12}{:>12}{:>12}{:>10}{:>8}{:>10}{:>9}{:>9}",
         "scene",
         "contact",
         "N",
@@ -42,21 +74,133 @@ fn main() -> Result<(), Box<dyn Error>> {
         "in a row",
         "Msteps/s",
         "GB/s",
+        "of copy",
         "contacts",
         "rebuilds",
         "strain"
     );
     for contact in [false, true] {
         for &side in sides {
-            case(&backend, Workload::new(BenchKind::Sphere, side, contact))?;
+            case(backend, Workload::new(BenchKind::Sphere, side, contact), copy)?;
         }
     }
     for contact in [false, true] {
         for &side in sides {
-            stages(&timed, Workload::new(BenchKind::Sphere, side, contact))?;
+            let workload = Workload::new(BenchKind::Sphere, side, contact);
+            let mut running = workload.start(timed)?;
+            let title = format!("N {side:>5} contact {contact:<6}");
+            stages(&title, || Ok(running.step()?))?;
         }
     }
     Ok(())
+}
+
+/// Steps of a sixtieth of a second on the hanging patch with 24 neighbours.
+fn implicit(
+    backend: &WgpuBackend,
+    timed: &WgpuBackend,
+    sides: &[u32],
+    copy: f64,
+) -> Result<(), Box<dyn Error>> {
+    let settings = ImplicitSettings {
+        linear: LinearSettings {
+            preconditioner: Preconditioner::Diagonal,
+            tolerance: 0.0,
+            iterations_max: ITERATIONS,
+            ..LinearSettings::default()
+        },
+        ..ImplicitSettings::default()
+    };
+    println!(
+        "\nimplicit, {ITERATIONS} iterations a step of {HANG_STEP:.4} s\n{:>6}{:>12}{:>12}{:>12}{:>10}{:>8}{:>12}",
+        "N", "first ms", "report ms", "in a row", "GB/s", "of copy", "residual"
+    );
+    for &side in sides {
+        let workload = HangWorkload::new(side);
+        let config = workload.config(Integrator::Implicit(settings));
+        let (times, last) =
+            measured(backend, workload.model()?, &config, Frame { duration: HANG_STEP })?;
+        let bytes = ITERATION_BYTES * f64::from(ITERATIONS) * workload.particles() as f64;
+        let rate = bytes / times.in_a_row / 1e6;
+        println!(
+            "{side:>6}{:>12.1}{:>12.4}{:>12.4}{rate:>10.0}{:>8.2}{:>12.2e}",
+            times.first,
+            times.with_report,
+            times.in_a_row,
+            rate / copy,
+            last.solver.residual
+        );
+    }
+    for &side in sides {
+        let workload = HangWorkload::new(side);
+        let mut running = workload.start(timed, Integrator::Implicit(settings), FRAMES_BEFORE)?;
+        stages(&format!("N {side:>5} implicit"), || Ok(running.step()?))?;
+    }
+    Ok(())
+}
+
+/// A kernel that copies.
+const COPY: &str = "
+@group(0) @binding(0) var<storage, read> source: array<vec4f>;
+@group(0) @binding(1) var<storage, read_write> copied: array<vec4f>;
+
+@compute @workgroup_size(256)
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let at = id.x + id.y * groups.x * 256u;
+    copied[at] = source[at];
+}
+";
+
+/// GB/s that copies within the memory of the device reach, reading and writing counted.
+fn copy_rate(backend: &WgpuBackend) -> Result<f64, Box<dyn Error>> {
+    let (device, queue) = (backend.device(), backend.queue());
+    let rows: u32 = if backend.is_processor() { 1 } else { 32 };
+    let [columns, copies] = [1 << 11, 32];
+    let size = u64::from(columns * rows) * 256 * 16;
+    let descriptor = wgpu::BufferDescriptor {
+        label: None,
+        size,
+        usage: wgpu::BufferUsages::STORAGE,
+        mapped_at_creation: false,
+    };
+    let buffers = [0, 1].map(|_| device.create_buffer(&descriptor));
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: None,
+        source: wgpu::ShaderSource::Wgsl(COPY.into()),
+    });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: None,
+        layout: None,
+        module: &module,
+        entry_point: None,
+        compilation_options: Default::default(),
+        cache: None,
+    });
+    let entries = [0, 1].map(|binding| wgpu::BindGroupEntry {
+        binding,
+        resource: buffers[binding as usize].as_entire_binding(),
+    });
+    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &entries,
+    });
+    let mut rates = Vec::new();
+    for _ in 0..4 {
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        for _ in 0..copies {
+            pass.dispatch_workgroups(columns, rows, 1);
+        }
+        drop(pass);
+        let start = Instant::now();
+        queue.submit([encoder.finish()]);
+        device.poll(wgpu::PollType::wait_indefinitely())?;
+        rates.push(2.0 * f64::from(copies) * size as f64 / start.elapsed().as_secs_f64() / 1e9);
+    }
+    Ok(rates.into_iter().fold(0.0, f64::max))
 }
 
 fn milliseconds(start: Instant) -> f64 {
@@ -68,12 +212,26 @@ fn median(times: &mut [f64]) -> f64 {
     times[times.len() / 2]
 }
 
-fn case(backend: &WgpuBackend, workload: Workload) -> Result<(), Box<dyn Error>> {
-    let compiled = bench_scene(workload.kind, workload.side, workload.contact)
-        .compile(&CompileOptions::default())?;
-    let frame = Frame::per_second(compiled.frames_per_second);
+/// Times of a frame \[ms\].
+struct Times {
+    /// The first one, with all that comes before it.
+    first: f64,
+    /// With a report after each.
+    with_report: f64,
+    /// In a row of frames with one wait at their end.
+    in_a_row: f64,
+    /// Candidate lists built in a frame.
+    rebuilds: f64,
+}
+
+fn measured(
+    backend: &WgpuBackend,
+    model: Arc<Model>,
+    config: &SolverConfig,
+    frame: Frame,
+) -> Result<(Times, StepReport), Box<dyn Error>> {
     let start = Instant::now();
-    let mut solver = backend.create_solver(compiled.model.clone(), &compiled.config)?;
+    let mut solver = backend.create_solver(model, config)?;
     solver.advance(frame)?;
     solver.synchronize()?;
     let first = milliseconds(start);
@@ -84,7 +242,7 @@ fn case(backend: &WgpuBackend, workload: Workload) -> Result<(), Box<dyn Error>>
     let mut state = State::default();
     solver.download(&mut state)?;
     let mut times = Vec::new();
-    let mut last = cloth::StepReport::default();
+    let mut last = StepReport::default();
     let mut rebuilds = 0;
     for _ in 0..FRAMES_MEASURED {
         let start = Instant::now();
@@ -106,27 +264,39 @@ fn case(backend: &WgpuBackend, workload: Workload) -> Result<(), Box<dyn Error>>
         times.push(milliseconds(start) / FRAMES_MEASURED as f64);
     }
     let in_a_row = median(&mut times);
+    let rebuilds = f64::from(rebuilds) / FRAMES_MEASURED as f64;
+    Ok((Times { first, with_report, in_a_row, rebuilds }, last))
+}
+
+fn case(backend: &WgpuBackend, workload: Workload, copy: f64) -> Result<(), Box<dyn Error>> {
+    let compiled = bench_scene(workload.kind, workload.side, workload.contact)
+        .compile(&CompileOptions::default())?;
+    let frame = Frame::per_second(compiled.frames_per_second);
+    let (times, last) = measured(backend, compiled.model, &compiled.config, frame)?;
+    let Times { first, with_report, in_a_row, rebuilds } = times;
     let steps = workload.particles() as f64 * f64::from(last.substeps);
+    let rate = steps * STATE_BYTES / in_a_row / 1e6;
     println!(
-        "{:<8}{:<9}{:>6}{first:>12.1}{with_report:>12.4}{in_a_row:>12.4}{:>12.0}{:>10.0}{:>10}{:>9.2}{:>9.4}",
+        "{:<8}{:<9}{:>6}{first:>12.1}{with_report:>12.4}{in_a_row:>12.4}{:>12.0}{rate:>10.0}{:>8.2}{:>10}{rebuilds:>9.2}{:>9.4}",
         workload.scene(),
         workload.contact,
         workload.side,
         steps / in_a_row / 1e3,
-        steps * STATE_BYTES / in_a_row / 1e6,
+        rate / copy,
         last.contacts,
-        f64::from(rebuilds) / FRAMES_MEASURED as f64,
         last.measures.strain_mean,
     );
     Ok(())
 }
 
 /// Times of single stages, which wait for each other here.
-fn stages(backend: &WgpuBackend, workload: Workload) -> Result<(), Box<dyn Error>> {
-    let mut running = workload.start(backend)?;
+fn stages(
+    title: &str,
+    mut step: impl FnMut() -> Result<StepReport, Box<dyn Error>>,
+) -> Result<(), Box<dyn Error>> {
     let mut sums: Vec<StageTime> = Vec::new();
     for _ in 0..FRAMES_MEASURED {
-        for time in running.step()?.stage_times {
+        for time in step()?.stage_times {
             match sums.iter_mut().find(|sum| sum.stage == time.stage) {
                 Some(sum) => sum.time += time.time,
                 None => sums.push(time),
@@ -135,10 +305,7 @@ fn stages(backend: &WgpuBackend, workload: Workload) -> Result<(), Box<dyn Error
     }
     for sum in sums {
         let time = sum.time.as_secs_f64() * 1e6 / FRAMES_MEASURED as f64;
-        println!(
-            "stage {:<22} N {:>5} contact {:<6}{time:>10.1} us a frame",
-            sum.stage, workload.side, workload.contact
-        );
+        println!("stage {:<22} {title}{time:>10.1} us a frame", sum.stage);
     }
     Ok(())
 }

@@ -3,14 +3,15 @@
 //! A stage has one name everywhere: a method of `cloth_core::Kernels`, a module of the CPU backend,
 //! `wgsl/<stage>.wgsl` and `cuda/<stage>.cu` in this package, an equivalence test. [`STAGES`] is the
 //! list that all of them are held against. [`WGSL_MODULES`] has the sources for wgpu; a stage of several
-//! passes has a module for each, `<stage>_<pass>`.
+//! passes has a module for each, `<stage>_<pass>`. [`CUDA_MODULES`] has those for CUDA, whose passes share a file.
 
+mod cuda;
 mod wgsl;
 
+pub use cuda::{CUDA_MODULES, CudaModule, CudaOptionError, cuda_compiler_options};
 pub use wgsl::{
     ComposeError, WGSL_MODULES, WgslBinding, WgslBindingKind, WgslModule, wgsl_bindings,
 };
-
 /// A stage of the numerics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stage {
@@ -59,30 +60,8 @@ pub const STAGES: &[Stage] = &[
     Stage { name: "measure", section: 10 },
 ];
 
-/// Stages that no WGSL module computes: they are not offered on a GPU yet.
-pub const WGSL_STAGES_MISSING: &[&str] = &[
-    "spring_linearise",
-    "contact_linearise",
-    "implicit_assemble",
-    "collider_constraints",
-    "constraint_release",
-    "constraint_filter",
-    "constraint_project",
-    "matrix_apply",
-    "preconditioner_build",
-    "preconditioner_apply",
-    "conjugate_gradient",
-    "jacobi",
-    "direct_solve",
-    "velocity_add",
-    "position_advance",
-    "position_from_kept",
-    "vector_dot",
-    "vector_combine",
-    "semi_implicit_factorise",
-    "semi_implicit_solve",
-    "torque_correct",
-];
+/// Stages that no WGSL module computes, as no GPU gains from them.
+pub const WGSL_STAGES_MISSING: &[&str] = &["direct_solve"];
 
 /// Stages that are copies of buffers: no kernel computes them.
 pub const COPIED_STAGES: &[&str] = &["state_keep", "state_restore"];

@@ -37,7 +37,13 @@ macro_rules! modules {
 
 modules! {
     "aerodynamic_forces" [],
+    "collider_constraints" [],
     "collider_response" [],
+    "conjugate_gradient_image" ["colliders", "penalty"],
+    "conjugate_gradient_step" ["colliders"],
+    "constraint_filter" ["colliders"],
+    "constraint_project" ["colliders"],
+    "constraint_release" [],
     "contact_candidates_check" [],
     "contact_candidates_count" [],
     "contact_candidates_list" ["exclusions"],
@@ -46,14 +52,38 @@ modules! {
     "contact_forces" [],
     "contact_impulses" [],
     "contact_impulses_count" [],
+    "contact_linearise" [],
     "explicit_substep" ["air", "buckling", "penalty"],
     "field_forces" [],
+    "implicit_assemble" ["air", "buckling", "colliders", "penalty"],
     "integrate_explicit" [],
+    "jacobi" [],
+    "linear_begin" [],
+    "linear_close" [],
+    "linear_end" [],
+    "linear_reference" [],
+    "linear_residual" ["colliders", "penalty"],
+    "linear_start" ["colliders"],
+    "matrix_apply" ["penalty"],
     "measure" ["buckling", "contact"],
     "measure_total" [],
     "pins_write" [],
+    "position_advance" [],
+    "position_from_kept" [],
+    "preconditioner_apply" ["colliders"],
+    "preconditioner_build" ["colliders"],
+    "semi_implicit_factorise" ["buckling"],
+    "semi_implicit_solve" ["buckling"],
     "spring_forces" ["buckling"],
+    "spring_linearise" ["buckling"],
     "strain_limit" [],
+    "torque_correct" [],
+    "torque_correct_sums" [],
+    "torque_correct_turn" [],
+    "vector_combine" [],
+    "vector_dot" [],
+    "vector_dot_total" [],
+    "velocity_add" [],
     "vertex_normals" [],
 }
 
@@ -65,10 +95,12 @@ macro_rules! shared {
 }
 
 shared! {
-    "air" "cells" "collider" "contact_list" "contact_partners" "contact_penalty" "field" "finite"
-    "force" "integrate" "measure_sum" "model" "motion" "motion_out" "spring" "spring_buckling" "spring_linear"
-    "status" "substep"
-    "triangles"
+    "air" "air_jacobian" "air_jacobian_none" "call" "cells" "collider" "constraint"
+    "constraint_change" "constraint_none" "contact_list" "contact_partners" "contact_penalty"
+    "contact_row" "contact_row_none" "field" "filter" "finite" "force" "integrate" "link_kinds"
+    "links" "matrix" "matrix_diagonal" "matrix_row" "measure_sum" "model" "motion" "motion_out"
+    "piece" "preconditioner" "solve" "solve_check" "spring" "spring_buckling" "spring_linear"
+    "status" "substep" "symmetric" "triangles" "vectors"
 }
 
 /// A resource that a module binds.

@@ -1,4 +1,5 @@
-// NUMERICS section 8, building the candidate list, last pass: each particle looks through 27 cells.
+// NUMERICS section 8, building the candidate list, last pass: each particle looks through 27 cells. Several
+// threads share a particle: where cloth is crumpled, cells are full.
 //!include model substep status contact_list cells
 
 @group(0) @binding(26) var<storage, read> cell_ranges: array<vec2<u32>>;
@@ -44,54 +45,73 @@ struct Search {
     distance_squared: f32,
 }
 
-// Looks through the particles of one cell, and writes the candidates from place `first` on if it is
-// not NOWHERE. Says how many there are.
-const NOWHERE: u32 = 0xffffffffu;
-
-fn search_cell(search: Search, cell: vec3<i32>, first: u32) -> u32 {
-    let range = cell_ranges[cell_place(cell)];
-    var count = 0u;
-    for (var place = range.x; place < range.y; place += 1u) {
-        let sorted = sorted_positions[place];
-        let partner = sorted.w;
-        let position = bitcast<vec3f>(sorted.xyz);
-        if partner == search.particle {
-            continue;
-        }
-        let relative = contact_velocity(sorted_velocities[place]) - search.velocity;
-        let difference = position - search.position;
-        if closest_squared(difference, relative) >= search.distance_squared {
-            continue;
-        }
-        // Another cell can have the same place in the table; its particles are found from there.
-        if any(cell_of(position) != cell) {
-            continue;
-        }
-//!if exclusions
-        if is_left_out(search.particle, partner) {
-            continue;
-        }
-//!end
-        if first != NOWHERE {
-            contact_entries[first + count] = partner;
-        }
-        count += 1u;
+fn is_candidate(search: Search, cell: vec3<i32>, sorted: vec4<u32>, packed: u32) -> bool {
+    let partner = sorted.w;
+    let position = bitcast<vec3f>(sorted.xyz);
+    let relative = contact_velocity(packed) - search.velocity;
+    let difference = position - search.position;
+    if partner == search.particle || closest_squared(difference, relative) >= search.distance_squared {
+        return false;
     }
-    return count;
+    // Another cell can have the same place in the table; its particles are found from there.
+    if any(cell_of(position) != cell) {
+        return false;
+    }
+//!if exclusions
+    if is_left_out(search.particle, partner) {
+        return false;
+    }
+//!end
+    return true;
 }
 
-fn search_all(search: Search, first: u32) -> u32 {
+// Threads of a particle, and particles of a workgroup.
+const LANES: u32 = 8u;
+const PARTICLES: u32 = WORKGROUP / LANES;
+// Candidates that are kept while the search goes on; a particle that has more searches again.
+const KEPT: u32 = 64u;
+
+var<workgroup> kept: array<u32, PARTICLES * KEPT>;
+var<workgroup> counts: array<atomic<u32>, PARTICLES>;
+var<workgroup> firsts: array<u32, PARTICLES>;
+
+fn cell_around(centre: vec3<i32>, k: i32) -> vec3<i32> {
+    return centre + vec3<i32>(k % 3 - 1, (k / 3) % 3 - 1, k / 9 - 1);
+}
+
+// Keeps the candidates that one of the threads of a particle finds, in any order.
+fn search_shared(search: Search, local: u32, lane: u32) {
+    let centre = cell_of(search.position);
+    for (var k = 0; k < 27; k += 1) {
+        let cell = cell_around(centre, k);
+        let range = cell_ranges[cell_place(cell)];
+        for (var place = range.x + lane; place < range.y; place += LANES) {
+            let sorted = sorted_positions[place];
+            if is_candidate(search, cell, sorted, sorted_velocities[place]) {
+                let at = atomicAdd(&counts[local], 1u);
+                if at < KEPT {
+                    kept[local * KEPT + at] = sorted.w;
+                }
+            }
+        }
+    }
+}
+
+// Writes all candidates from place `first` on, in any order: one thread alone.
+fn search_alone(search: Search, first: u32) {
     let centre = cell_of(search.position);
     var count = 0u;
     for (var k = 0; k < 27; k += 1) {
-        let cell = centre + vec3<i32>(k % 3 - 1, (k / 3) % 3 - 1, k / 9 - 1);
-        var place = NOWHERE;
-        if first != NOWHERE {
-            place = first + count;
+        let cell = cell_around(centre, k);
+        let range = cell_ranges[cell_place(cell)];
+        for (var place = range.x; place < range.y; place += 1u) {
+            let sorted = sorted_positions[place];
+            if is_candidate(search, cell, sorted, sorted_velocities[place]) {
+                contact_entries[first + count] = sorted.w;
+                count += 1u;
+            }
         }
-        count += search_cell(search, cell, place);
     }
-    return count;
 }
 
 // Lets the entry at `root` of a heap of `count` entries sink to its place.
@@ -129,30 +149,81 @@ fn sort_entries(first: u32, count: u32) {
     }
 }
 
-@compute @workgroup_size(WORKGROUP)
-fn main(
-    @builtin(global_invocation_id) id: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-) {
-    let particle = particle_index(id, groups);
-    if particle >= model.particle_count || !contact_list_is_being_built() {
-        return;
+// Every particle has a row of this many places. Longer ones lie behind all rows, in any order.
+const ROW: u32 = 16u;
+
+// No room for a row.
+const NOWHERE: u32 = 0xffffffffu;
+
+// The place of a row of `count` entries.
+fn row_allocate(particle: u32, count: u32) -> u32 {
+    var first = particle * ROW;
+    if count > ROW {
+        first = model.particle_count * ROW + atomicAdd(&status.contact_spilled, count);
     }
-    let reference = contact_reference[particle];
-    let position = bitcast<vec3f>(reference.xyz);
-    let extent = max(max(abs(position.x), abs(position.y)), abs(position.z));
-    let distance = contact.list_distance + ROUNDING * extent;
-    let velocity = contact_velocity(reference.w);
-    let search = Search(particle, position, velocity, distance * distance);
-    let count = search_all(search, NOWHERE);
-    let first = atomicAdd(&status.contact_entries, count);
     if first + count > contact.list_capacity {
         atomicOr(&status.invalid, INVALID_OVERFLOW);
         atomicMax(&status.contact_needed, first + count);
         contact_rows[particle] = vec2<u32>(0u, 0u);
-        return;
+        return NOWHERE;
     }
-    search_all(search, first);
-    sort_entries(first, count);
     contact_rows[particle] = vec2<u32>(first, count);
+    return first;
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let local = thread / LANES;
+    let lane = thread % LANES;
+    let particle = (workgroup.x + workgroup.y * groups.x) * PARTICLES + local;
+    let is_active = particle < model.particle_count && contact_list_is_being_built();
+    if thread < PARTICLES {
+        atomicStore(&counts[thread], 0u);
+    }
+    workgroupBarrier();
+    var search: Search;
+    if is_active {
+        let reference = contact_reference[particle];
+        let position = bitcast<vec3f>(reference.xyz);
+        let extent = max(max(abs(position.x), abs(position.y)), abs(position.z));
+        let distance = contact.list_distance + ROUNDING * extent;
+        search = Search(particle, position, contact_velocity(reference.w), distance * distance);
+        search_shared(search, local, lane);
+    }
+    workgroupBarrier();
+    let count = atomicLoad(&counts[local]);
+    if is_active && lane == 0u {
+        firsts[local] = row_allocate(particle, count);
+    }
+    workgroupBarrier();
+    let first = firsts[local];
+    if is_active && first != NOWHERE {
+        if count <= KEPT {
+            // The place of a candidate is the number of smaller ones.
+            for (var k = lane; k < count; k += LANES) {
+                let partner = kept[local * KEPT + k];
+                var place = first;
+                for (var other = 0u; other < count; other += 1u) {
+                    place += select(0u, 1u, kept[local * KEPT + other] < partner);
+                }
+                contact_entries[place] = partner;
+            }
+        } else if lane == 0u {
+            search_alone(search, first);
+            sort_entries(first, count);
+        }
+    }
+    if thread == 0u {
+        var listed = 0u;
+        for (var k = 0u; k < PARTICLES; k += 1u) {
+            listed += atomicLoad(&counts[k]);
+        }
+        if listed > 0u {
+            atomicAdd(&status.contact_entries, listed);
+        }
+    }
 }

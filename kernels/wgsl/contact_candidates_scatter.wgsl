@@ -23,6 +23,7 @@ fn main(
         status.contact_built_time = substep.time;
         status.contact_rebuilds += 1u;
         atomicStore(&status.contact_entries, 0u);
+        atomicStore(&status.contact_spilled, 0u);
     }
     let cell = cell_of_particle[particle];
     let place = cell_ranges[cell.x].x + cell.y;

@@ -26,19 +26,17 @@ fn main(
     let position = position_in[particle];
     let velocity = velocity_in[particle];
     // A number that is not finite may be found in this very substep, by another particle: only an
-    // earlier one stops it.
-    if atomicLoad(&status.stopped) < substep.serial {
-        position_out[particle] = position;
-        velocity_out[particle] = velocity;
-        return;
-    }
+    // earlier one stops it. Looked at late, so that nothing waits for it.
+    let is_over = atomicLoad(&status.stopped) < substep.serial;
     var sum = field_force(velocity.w, velocity.xyz);
     sum = spring_force(sum, particle, position.xyz, velocity.xyz);
 //!if air
     sum += air_force(particle);
 //!end
 //!if penalty
-    contact_list_verify(particle, position.xyz);
+    if !is_over {
+        contact_list_verify(particle, position.xyz);
+    }
     sum += contact_force(particle, position.xyz, velocity.xyz);
 //!end
     let step = integrate(position.xyz, position.w, velocity.xyz, sum);
@@ -46,7 +44,9 @@ fn main(
     if model.colliders_in_pass != 0u && substep.collider_count != 0u && position.w > 0.0 {
         moved = collide_all(cloth_offset(particle), moved);
     }
-    if !(is_finite(moved.position) && is_finite(moved.velocity)) {
+    if is_over {
+        moved = Moved(position.xyz, velocity.xyz);
+    } else if !(is_finite(moved.position) && is_finite(moved.velocity)) {
         atomicMin(&status.stopped, substep.serial);
     }
     position_out[particle] = vec4f(moved.position, position.w);

@@ -147,6 +147,11 @@ fn jacobi_is_its_stages() {
 }
 
 #[test]
+fn implicit_substep_is_its_stages() {
+    for_all(CASES, &description(), checks::implicit_frame);
+}
+
+#[test]
 fn every_method_solves_the_system() {
     for &method in LINEAR_METHODS {
         let settings = LinearSettings { method, ..LinearSettings::default() };

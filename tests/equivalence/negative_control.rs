@@ -184,6 +184,7 @@ fn a_fused_linear_solver_that_differs_is_found() {
         checks::conjugate_gradient(candidate, description, Preconditioner::Block)
     });
     control(Defect::FusedDiffers, &busy(), checks::jacobi);
+    control(Defect::FusedDiffers, &busy(), checks::implicit_frame);
 }
 
 #[test]

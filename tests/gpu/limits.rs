@@ -1,19 +1,24 @@
 //! What a device cannot do is known before any work, or done in another way.
 
 use cloth_backend_wgpu::{WgpuBackend, WgpuOptions};
-use cloth_core::{Backend, Error, Precision, SolverConfig};
+use cloth_core::{
+    Backend, Error, ImplicitSettings, Integrator, Precision, Preconditioner, SolverConfig,
+};
 use harness::{backends::gpu, bits::first_difference};
 
-use crate::rig::{IMPULSE, PENALTY, config, lowered, model, run};
+use crate::rig::{IMPULSE, PENALTY, config, implicit_config, lowered, model, run, run_with};
 
 #[test]
 fn few_workgroups_along_one_dimension_give_the_same_bits() {
-    // 5,041 particles need 79 workgroups: nine rows of nine.
-    let narrow = lowered(|limits| limits.max_compute_workgroups_per_dimension = 9);
+    // 5,041 particles need 79 workgroups, four rows of 26; searches for candidates 631, 25 rows.
+    let narrow = lowered(|limits| limits.max_compute_workgroups_per_dimension = 26);
     for response in [IMPULSE, PENALTY] {
         let model = model(71, Some(response));
         let states = [run(gpu(), &model, 2), run(&narrow, &model, 2)];
         assert_eq!(first_difference(&states[0], &states[1]), None);
+        let implicit = implicit_config();
+        let run = |backend: &dyn Backend| run_with(backend, &model, &implicit, 1);
+        assert_eq!(first_difference(&run(gpu()), &run(&narrow)), None);
     }
 }
 
@@ -34,6 +39,32 @@ fn too_large_a_buffer_is_refused_before_any_work() {
     let error = small.create_solver(model(71, None), &config()).map(|_| ()).unwrap_err();
     let Error::LimitExceeded { requested, max, limit } = error else { panic!("{error}") };
     assert!(requested > max && max == 64 << 10, "{limit}");
+}
+
+#[test]
+fn a_linear_system_that_is_too_large_is_refused_before_any_work() {
+    let small = lowered(|limits| {
+        limits.max_storage_buffer_binding_size = 512 << 10;
+        limits.max_buffer_size = 512 << 10;
+    });
+    // 16 bytes for each of 5,041 particles fit, seven vectors of that size do not.
+    assert!(small.create_solver(model(71, None), &config()).is_ok());
+    let error = small.create_solver(model(71, None), &implicit_config()).map(|_| ()).unwrap_err();
+    let Error::LimitExceeded { requested, max, limit } = error else { panic!("{error}") };
+    assert!(requested > max && limit.contains("linear system"), "{limit}");
+}
+
+#[test]
+fn solvers_that_no_gpu_gains_from_are_unsupported_by_name() {
+    let mut settings = ImplicitSettings::default();
+    settings.linear.preconditioner = Preconditioner::IncompleteCholesky;
+    let config = SolverConfig { integrator: Integrator::Implicit(settings), ..implicit_config() };
+    let error = gpu().create_solver(model(5, None), &config).map(|_| ()).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "the wgpu backend does not support the preconditioner incomplete-cholesky (it has diagonal \
+         and block); choose another backend"
+    );
 }
 
 #[test]

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use cloth_backend_wgpu::{WgpuBackend, WgpuOptions, wgpu};
 use cloth_core::{
-    Air, Backend, Collider, ColliderShape, ContactResponse, Frame, GridPatch, Integrator, Model,
-    ModelBuilder, Pose, SelfContact, Solver, SolverConfig, State, StrainLimit,
+    Air, Backend, Collider, ColliderShape, ContactResponse, Frame, GridPatch, ImplicitSettings,
+    Integrator, Model, ModelBuilder, Pose, SelfContact, Solver, SolverConfig, State, StrainLimit,
 };
 use harness::models::{fold, grid_cloth, material};
 
@@ -46,13 +46,36 @@ pub(crate) fn config() -> SolverConfig {
     }
 }
 
+/// Large steps of the implicit integrator.
+pub(crate) fn implicit_config() -> SolverConfig {
+    SolverConfig {
+        time_step: 5e-3,
+        integrator: Integrator::Implicit(ImplicitSettings::default()),
+        strain_limit: None,
+        ..config()
+    }
+}
+
 /// The state after some frames of six substeps, from a folded start.
 pub(crate) fn run(backend: &dyn Backend, model: &Arc<Model>, frames: usize) -> State {
-    let mut solver = backend.create_solver(Arc::clone(model), &config()).unwrap();
+    run_with(backend, model, &config(), frames)
+}
+
+/// The same with other settings.
+pub(crate) fn run_with(
+    backend: &dyn Backend,
+    model: &Arc<Model>,
+    config: &SolverConfig,
+    frames: usize,
+) -> State {
+    let mut solver = backend.create_solver(Arc::clone(model), config).unwrap();
     let mut state = model.initial_state();
     fold(&mut state, 0.01, 0.025);
     solver.upload(&state).unwrap();
-    advance(&mut *solver, frames);
+    for _ in 0..frames {
+        solver.advance(Frame { duration: 6.0 * config.time_step }).unwrap();
+        solver.synchronize().unwrap();
+    }
     solver.download(&mut state).unwrap();
     state
 }

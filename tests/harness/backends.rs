@@ -6,9 +6,11 @@ use std::{
 };
 
 use cloth_backend_cpu::CpuBackend;
+use cloth_backend_cuda::{CudaBackend, CudaOptions};
 use cloth_backend_wgpu::{WgpuBackend, wgpu};
 use cloth_core::{
-    Backend, BackendInfo, Kernels, Model, Precision, Result, Solver, SolverConfig, State,
+    Backend, BackendInfo, Kernels, LinearMethod, LinearSettings, MatrixForm, Model, Precision,
+    Preconditioner, Result, Solver, SolverConfig, State,
 };
 
 use crate::{
@@ -33,6 +35,9 @@ pub struct Candidate {
     pub case_divisor: u32,
     /// What the backend does not offer, and says so when asked for it.
     pub missing: &'static [Feature],
+    /// Whether a fused linear solver keeps its scalars in single precision, while those that the host
+    /// computes from single stages are in double precision: the two then differ by rounding.
+    pub single_scalars: bool,
     /// Held while the candidate is under test, if it can take one test at a time.
     turn: Option<&'static Mutex<()>>,
 }
@@ -57,7 +62,22 @@ impl Candidate {
     #[must_use]
     pub fn new(label: &str, backend: Box<dyn Backend>, precision: Precision) -> Self {
         let label = format!("{label} {precision}");
-        Self { label, backend, precision, rounding: 1.0, case_divisor: 1, missing: &[], turn: None }
+        Self {
+            label,
+            backend,
+            precision,
+            rounding: 1.0,
+            case_divisor: 1,
+            missing: &[],
+            single_scalars: false,
+            turn: None,
+        }
+    }
+
+    /// How many of `count` steps or cases a long test does: all, or a tenth for a slow candidate.
+    #[must_use]
+    pub const fn work(&self, count: u32) -> u32 {
+        if self.case_divisor > 1 { count.div_ceil(10) } else { count }
     }
 
     /// Whether the backend offers a feature; a line says so if it does not.
@@ -68,6 +88,20 @@ impl Candidate {
             is_lacking_printed(&self.label, feature);
         }
         !lacks
+    }
+
+    /// Whether the backend offers a linear solver with these settings; a line says so if it does not.
+    #[must_use]
+    pub fn offers_linear(&self, settings: &LinearSettings) -> bool {
+        let direct = settings.method == LinearMethod::Direct;
+        let gradient = settings.method == LinearMethod::ConjugateGradient;
+        let incomplete = settings.preconditioner == Preconditioner::IncompleteCholesky;
+        let needed = [
+            (direct, Feature::Direct),
+            (gradient && incomplete, Feature::IncompleteCholesky),
+            (settings.matrix == MatrixForm::Assembled, Feature::Assembled),
+        ];
+        needed.into_iter().all(|(is_needed, feature)| !is_needed || self.offers(feature))
     }
 
     /// Whether a failure is the backend's answer that it has no such feature, and the list says the
@@ -135,6 +169,26 @@ pub fn cpu(threads: usize) -> CpuBackend {
     }
 }
 
+/// The first NVIDIA GPU, or `None`, said once, on a machine without one. With `CLOTH_REQUIRE_CUDA=1` that is
+/// a failure.
+///
+/// # Panics
+/// If it is required and cannot be had.
+#[must_use]
+pub fn cuda(options: CudaOptions) -> Option<CudaBackend> {
+    match CudaBackend::new(options) {
+        Ok(backend) => Some(backend),
+        Err(error) if std::env::var_os("CLOTH_REQUIRE_CUDA").is_some_and(|value| value == "1") => {
+            panic!("the CUDA backend cannot be tested: {error}")
+        }
+        Err(error) => {
+            static SAID: std::sync::Once = std::sync::Once::new();
+            SAID.call_once(|| eprintln!("cuda: not run here: {error}"));
+            None
+        }
+    }
+}
+
 /// The GPU of this machine, or the driver that computes on the processor: one device for all tests of
 /// a process.
 ///
@@ -176,10 +230,27 @@ pub fn gpu_candidate(label: &str, backend: Box<dyn Backend>) -> Candidate {
     Candidate {
         rounding: WGSL_ROUNDING,
         case_divisor: if gpu().is_processor() { 3 } else { 1 },
-        missing: &[Feature::Implicit, Feature::SemiImplicit],
+        missing: &[
+            Feature::Direct,
+            Feature::IncompleteCholesky,
+            Feature::Assembled,
+            Feature::Factorisation,
+            Feature::DenseInverse,
+        ],
+        single_scalars: true,
         turn: Some(&TURN),
         ..Candidate::new(label, backend, Precision::F32)
     }
+}
+
+/// What the CUDA backend does not offer.
+const CUDA_MISSING: &[Feature] =
+    &[Feature::SemiImplicit, Feature::Direct, Feature::IncompleteCholesky, Feature::Assembled];
+
+/// Whether `CLOTH_LEAVE_OUT` names a backend: a machine for one kind of GPU may lack what another needs.
+#[must_use]
+pub fn is_left_out(name: &str) -> bool {
+    std::env::var("CLOTH_LEAVE_OUT").is_ok_and(|names| names.split(',').any(|entry| entry == name))
 }
 
 /// The reference that trajectories are compared with: the CPU backend in double precision.
@@ -198,11 +269,23 @@ pub fn candidates_with(feature: Feature) -> impl Iterator<Item = &'static Candid
 #[must_use]
 pub fn candidates() -> &'static [Candidate] {
     static CANDIDATES: LazyLock<Vec<Candidate>> = LazyLock::new(|| {
-        vec![
+        let mut candidates = vec![
             Candidate::new("cpu", Box::new(cpu(2)), Precision::F64),
             Candidate::new("cpu", Box::new(cpu(2)), Precision::F32),
-            gpu_candidate("wgpu", Box::new(SharedGpu)),
-        ]
+        ];
+        for precision in [Precision::F64, Precision::F32] {
+            let backend = cuda(CudaOptions::default());
+            candidates.extend(backend.map(|backend| Candidate {
+                missing: CUDA_MISSING,
+                ..Candidate::new("cuda", Box::new(backend), precision)
+            }));
+        }
+        if is_left_out("wgpu") {
+            eprintln!("wgpu is left out: CLOTH_LEAVE_OUT says so");
+        } else {
+            candidates.push(gpu_candidate("wgpu", Box::new(SharedGpu)));
+        }
+        candidates
     });
     &CANDIDATES
 }

@@ -12,6 +12,16 @@ pub enum Feature {
     Implicit,
     /// The semi-implicit integrator.
     SemiImplicit,
+    /// The direct solver of the implicit integrator.
+    Direct,
+    /// Its preconditioner by incomplete Cholesky factorisation.
+    IncompleteCholesky,
+    /// Its matrix in assembled form.
+    Assembled,
+    /// A factorisation of the constant matrix of the semi-implicit integrator, rather than iterations.
+    Factorisation,
+    /// The dense inverse of that matrix.
+    DenseInverse,
 }
 
 impl Feature {
@@ -21,6 +31,11 @@ impl Feature {
         match self {
             Self::Implicit => "the implicit integrator",
             Self::SemiImplicit => "the semi-implicit integrator",
+            Self::Direct => "the linear solver direct",
+            Self::IncompleteCholesky => "the preconditioner incomplete-cholesky",
+            Self::Assembled => "the matrix form assembled",
+            Self::Factorisation => "a factorisation of the constant matrix",
+            Self::DenseInverse => "the dense-inverse of the semi-implicit integrator",
         }
     }
 }

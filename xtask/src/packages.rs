@@ -4,25 +4,21 @@ use std::process::Command;
 
 use crate::command;
 
-/// Installs `packages` unless `is_there`, where that can be done.
+/// Installs packages, which needs root and a Debian system.
 ///
 /// # Errors
-/// `need`, and the one line that installs them.
-pub(crate) fn ensure(need: &str, packages: &[&str], is_there: fn() -> bool) -> Result<(), String> {
-    if is_there() {
-        return Ok(());
-    }
-    println!("{need}, installing {}", packages.join(" "));
-    let mut apt = apt_get(&["update", "--quiet"]);
-    let installed = command::run(&mut apt).and_then(|()| {
-        let mut arguments = vec!["install", "--quiet", "--yes", "--no-install-recommends"];
-        arguments.extend(packages);
-        command::run(&mut apt_get(&arguments))
-    });
-    match installed {
-        Ok(()) if is_there() => Ok(()),
-        _ => Err(format!("{need}; run: sudo apt-get install --yes {}", packages.join(" "))),
-    }
+/// Why that failed.
+pub(crate) fn install(packages: &[&str]) -> Result<(), String> {
+    println!("installing {}", packages.join(" "));
+    command::run(&mut apt_get(&["update", "--quiet"]))?;
+    let mut arguments = vec!["install", "--quiet", "--yes", "--no-install-recommends"];
+    arguments.extend(packages);
+    command::run(&mut apt_get(&arguments))
+}
+
+/// The line with which the user installs them.
+pub(crate) fn install_line(packages: &[&str]) -> String {
+    format!("sudo apt-get install --yes {}", packages.join(" "))
 }
 
 fn apt_get(arguments: &[&str]) -> Command {

@@ -18,7 +18,13 @@ pub(crate) fn ensure() -> Result<(), String> {
     if !cfg!(target_os = "linux") || is_there() {
         return Ok(());
     }
-    packages::ensure("the wgpu backend needs a Vulkan driver", &PACKAGES, is_there)
+    match packages::install(&PACKAGES) {
+        Ok(()) if is_there() => Ok(()),
+        _ => Err(format!(
+            "the wgpu backend needs a Vulkan driver; run: {}",
+            packages::install_line(&PACKAGES)
+        )),
+    }
 }
 
 /// Whether the loader and a driver are there.

@@ -80,6 +80,15 @@ impl<T: Real> VectorField<T> {
         }
     }
 
+    /// Takes over another field of as many particles.
+    pub(crate) fn copy_from(&mut self, other: FieldView<'_, T>) {
+        let inner = self.margin..self.margin + packets(self.count) * LANES;
+        let from = other.range(0, packets(self.count) * LANES);
+        for (component, from) in self.components.iter_mut().zip(from) {
+            component[inner.clone()].copy_from_slice(from);
+        }
+    }
+
     pub(crate) fn read(&self, out: &mut Vec<[f64; 3]>) {
         out.clear();
         out.extend((0..self.count).map(|i| self.get(i).map(T::to_f64)));

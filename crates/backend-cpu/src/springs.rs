@@ -123,17 +123,6 @@ impl<T: Real> SpringColumns<T> {
         self.packets.len()
     }
 
-    /// Where the columns of a packet are among [`Self::columns`].
-    #[inline(always)]
-    pub(crate) fn packet_range(&self, packet: usize) -> Range<u32> {
-        self.packets[packet].clone()
-    }
-
-    /// All columns; packets that look alike share theirs.
-    pub(crate) fn columns(&self) -> &[Column<T>] {
-        &self.columns
-    }
-
     fn push_offsets(&mut self, kinds: &[Kind<T>], entries: &[Entry]) -> Range<u32> {
         let start = self.columns.len() as u32;
         for group in entries.chunk_by(|a, b| a.offset == b.offset) {

@@ -14,7 +14,7 @@ use crate::{
     tables::Tables,
 };
 
-/// Copies of the motion of all particles. Two take turns; contact needs a third, in which the start
+/// Copies of the motion of all particles. Two take turns; frames that may have to be done again need a third, in which the start
 /// of a frame is kept until the frame is known to be good.
 const MOTIONS: [&str; 3] = ["motion 0", "motion 1", "motion 2"];
 
@@ -103,6 +103,7 @@ impl Buffers {
         model: &Model,
         tables: &Tables,
         contact: Option<&ContactSizes>,
+        motions: usize,
     ) -> Result<Self> {
         let plan = Plan::of(model, tables, contact);
         let motion = VECTOR_SIZE * model.particle_count() as u64;
@@ -123,7 +124,7 @@ impl Buffers {
             uniform_stride(&context.limits, size_of::<Substep>()),
             None,
         )?;
-        for label in &MOTIONS[..if contact.is_some() { 3 } else { 2 }] {
+        for label in &MOTIONS[..motions] {
             let position = buffers.allocate(context, label, motion, None)?;
             let velocity = buffers.allocate(context, label, motion, None)?;
             buffers.positions.push(position);
@@ -162,7 +163,7 @@ impl Buffers {
         size_check(&context.limits, name, size)?;
         // wgpu knows no empty bindings.
         let size = size.max(VECTOR_SIZE);
-        let uniform = ["model", "substep", "colour", "contact"].contains(&name);
+        let uniform = ["model", "substep", "colour", "contact", "call"].contains(&name);
         let kind = if uniform { wgpu::BufferUsages::UNIFORM } else { wgpu::BufferUsages::STORAGE };
         let usage = kind | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         let contents = contents.filter(|contents| !contents.is_empty());
@@ -203,6 +204,11 @@ impl Buffers {
         })
     }
 
+    /// Whether there is a buffer of that name.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.named.contains_key(name)
+    }
+
     pub(crate) fn position(&self, motion: usize) -> &wgpu::Buffer {
         &self.positions[motion]
     }
@@ -234,7 +240,11 @@ fn limit_name(buffer: &'static str) -> &'static str {
         }
         "triangle_rows" | "triangles" => "bytes of a buffer of triangles on this device",
         "colliders" => "bytes of a buffer of colliders on this device",
-        "contact_entries" => "bytes of a buffer of contact candidates on this device",
+        "vectors" | "matrix_base" | "matrix_diagonal" | "inverse" | "factors" | "link_entries"
+        | "constraints" => "bytes of a buffer of the linear system on this device",
+        "contact_entries" | "contact_factors" => {
+            "bytes of a buffer of contact candidates on this device"
+        }
         _ => "bytes of a buffer on this device",
     }
 }

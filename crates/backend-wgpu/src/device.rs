@@ -37,7 +37,7 @@ pub(crate) struct Kernel {
 }
 
 /// Uniform buffers of which one entry is chosen when a kernel is started.
-pub(crate) const DYNAMIC: [&str; 2] = ["substep", "colour"];
+pub(crate) const DYNAMIC: [&str; 3] = ["substep", "colour", "call"];
 
 impl DeviceContext {
     pub(crate) fn new(device: wgpu::Device, queue: wgpu::Queue, stage_times: bool) -> Self {
@@ -94,7 +94,11 @@ impl DeviceContext {
                 layout: Some(&pipeline_layout),
                 module: &shader,
                 entry_point: Some("main"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    // Kernels write what they read there: one thread would set all to zero before.
+                    zero_initialize_workgroup_memory: false,
+                    ..wgpu::PipelineCompilationOptions::default()
+                },
                 cache: None,
             });
             (pipeline, layout)

@@ -9,6 +9,20 @@ pub(crate) const MEASURE_BLOCK: u32 = 1024;
 /// Cells that a workgroup of `contact_candidates_scan` goes through.
 pub(crate) const SCAN_BLOCK: u32 = 1024;
 
+/// Particles that a workgroup of `contact_candidates_list` searches for (`PARTICLES` there).
+pub(crate) const LIST_PARTICLES: u32 = 8;
+/// Threads of a workgroup of the linear solvers (`SOLVE_THREADS` in `shared/solve.wgsl`).
+const SOLVE_THREADS: u32 = 256;
+/// Most partial sums of a linear solver (`PARTIALS_MAX` in `shared/solve.wgsl`).
+pub(crate) const PARTIALS_MAX: u32 = 1024;
+
+/// Workgroups of the linear solvers, and particles of each of their threads.
+pub(crate) const fn solve_blocks(particles: u32) -> [u32; 2] {
+    let repeats = particles.div_ceil(SOLVE_THREADS * PARTIALS_MAX);
+    let repeats = if repeats == 0 { 1 } else { repeats };
+    [particles.div_ceil(SOLVE_THREADS * repeats), repeats]
+}
+
 /// Workgroups along x and y.
 pub(crate) type Groups = [u32; 2];
 
@@ -34,6 +48,15 @@ pub(crate) fn groups(items: u32, per_group: u32, limit: u32) -> Result<Groups> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn partial_sums_fit_for_any_number_of_particles() {
+        for particles in [1, 256, 257, 262_144, 262_145, 1 << 20, 50_000_000] {
+            let [blocks, repeats] = solve_blocks(particles);
+            assert!(blocks <= PARTIALS_MAX);
+            assert!(u64::from(blocks) * u64::from(repeats) * 256 >= u64::from(particles));
+        }
+    }
 
     #[test]
     fn rows_hold_all_items() {

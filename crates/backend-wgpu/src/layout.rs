@@ -35,7 +35,11 @@ shared_struct! {
         contact_friction: f32,
         colliders_in_pass: u32,
         measure_blocks: u32,
-        padding: u32,
+        solve_blocks: u32,
+        solve_repeats: u32,
+        padding_0: u32,
+        padding_1: u32,
+        padding_2: u32,
     }
 }
 
@@ -73,15 +77,91 @@ shared_struct! {
         contact_rebuilds: u32,
         cell_particles: u32,
         contact_needed: u32,
-        padding_0: u32,
-        padding_1: u32,
+        broken: u32,
+        contact_spilled: u32,
     }
 }
 
 /// No substep has left a number that is not finite.
 pub(crate) const STOPPED_NEVER: u32 = u32::MAX;
+/// A candidate list was used too long.
+pub(crate) const INVALID_LIST: u32 = 1;
 /// The candidates did not fit.
 pub(crate) const INVALID_OVERFLOW: u32 = 2;
+/// A linear solver needs more iterations than were recorded.
+pub(crate) const INVALID_ITERATIONS: u32 = 4;
+/// A substep needs more solves than were recorded.
+pub(crate) const INVALID_PASSES: u32 = 8;
+
+shared_struct! {
+    /// `shared/call.wgsl`.
+    Call {
+        vector_from: u32,
+        vector_to: u32,
+        from_scale: f32,
+        to_scale: f32,
+        amount: f32,
+        tolerance: f32,
+        iterations_max: u32,
+        flags: u32,
+        pass_number: u32,
+        pass_count: u32,
+        padding_0: u32,
+        padding_1: u32,
+    }
+}
+
+/// The flags of a [`Call`].
+pub(crate) const CALL_ITERATE: u32 = 1;
+pub(crate) const CALL_BLOCKS: u32 = 2;
+pub(crate) const CALL_FROM_SOLUTION: u32 = 4;
+pub(crate) const CALL_DEFERRED: u32 = 8;
+pub(crate) const CALL_REFERENCE: u32 = 16;
+pub(crate) const CALL_REFINE: u32 = 32;
+
+shared_struct! {
+    /// `shared/solve.wgsl`.
+    SolveState {
+        phase: u32,
+        iteration: u32,
+        gamma: f32,
+        residual: f32,
+        reference: f32,
+        alpha_before: f32,
+        gamma_before: f32,
+        omega: f32,
+        halvings: u32,
+        padding_0: u32,
+        padding_1: u32,
+        padding_2: u32,
+    }
+}
+
+shared_struct! {
+    /// `shared/solve.wgsl`.
+    Solve {
+        current: SolveState,
+        next: SolveState,
+        changed: u32,
+        constrained: u32,
+        released: u32,
+        scalar: f32,
+        outcome_iterations: u32,
+        outcome_phase: u32,
+        outcome_residual: f32,
+        solves: u32,
+        solves_unconverged: u32,
+        iterations: u32,
+        residual_max: f32,
+        padding: u32,
+        iterations_most: [u32; 4],
+    }
+}
+
+/// Phases of a solve.
+pub(crate) const SOLVE_RUNNING: u32 = 1;
+pub(crate) const SOLVE_CONVERGED: u32 = 2;
+pub(crate) const SOLVE_ENDED: u32 = 3;
 
 shared_struct! {
     /// `shared/contact_list.wgsl`.
@@ -177,6 +257,9 @@ mod tests {
         check("Model", Model::FIELDS, size_of::<Model>());
         check("Substep", Substep::FIELDS, size_of::<Substep>());
         check("Status", Status::FIELDS, size_of::<Status>());
+        check("Call", Call::FIELDS, size_of::<Call>());
+        check("SolveState", SolveState::FIELDS, size_of::<SolveState>());
+        check("Solve", Solve::FIELDS, size_of::<Solve>());
         check("Contact", Contact::FIELDS, size_of::<Contact>());
         check("Collider", Collider::FIELDS, size_of::<Collider>());
         check("Colour", Colour::FIELDS, size_of::<Colour>());

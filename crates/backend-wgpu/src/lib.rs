@@ -2,7 +2,8 @@
 //!
 //! Each stage of NUMERICS is a WGSL kernel of its name in the package `cloth-kernels`. The state stays
 //! in device memory; a frame is recorded as a whole and handed over once. A substep of the explicit
-//! integrator is one dispatch, unless contact by impulses or strain limiting come between its parts.
+//! integrator is one dispatch, unless contact by impulses or strain limiting come between its parts. Linear
+//! solvers of the implicit integrators decide on the device when they are done.
 //!
 //! - [`WgpuBackend`] finds an adapter, or takes a device that exists;
 //! - [`adapters()`] lists what there is;
@@ -24,6 +25,7 @@ mod fault;
 mod figures;
 mod kernels;
 mod layout;
+mod linear;
 mod readback;
 mod recorder;
 mod slots;

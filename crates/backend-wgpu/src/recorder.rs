@@ -113,13 +113,14 @@ impl Recorder {
         &mut self,
         context: &DeviceContext,
         source: &wgpu::Buffer,
+        source_offset: u64,
         target: &wgpu::Buffer,
         target_offset: u64,
         size: u64,
     ) {
         self.pass = None;
         let encoder = Self::encoder(&mut self.encoder, context);
-        encoder.copy_buffer_to_buffer(source, 0, target, target_offset, Some(size));
+        encoder.copy_buffer_to_buffer(source, source_offset, target, target_offset, Some(size));
     }
 
     /// Hands everything recorded to the device.

@@ -18,7 +18,12 @@ struct Model {
     colliders_in_pass: u32,
     // Number of workgroups of the stage `measure`.
     measure_blocks: u32,
-    padding: u32,
+    // Workgroups of the linear solvers, and particles of each of their threads.
+    solve_blocks: u32,
+    solve_repeats: u32,
+    padding_0: u32,
+    padding_1: u32,
+    padding_2: u32,
 }
 
 @group(0) @binding(0) var<uniform> model: Model;

@@ -28,7 +28,7 @@ struct Buckling {
 }
 
 fn buckling_at(at: u32) -> Buckling {
-    let numbers = bitcast<vec4f>(spring_entries[at + 1u]);
+    let numbers = bitcast<vec4f>(spring_word(at + 1u));
     return Buckling(numbers.x, numbers.y, numbers.z, numbers.w);
 }
 
@@ -65,7 +65,7 @@ fn elastic_energy_doubled(at: u32, stiffness: f32, stretch: f32) -> f32 {
     }
     var offset = 0.0;
     if compression > buckling.stiff_compression {
-        offset = bitcast<f32>(spring_entries[at + 2u].x);
+        offset = bitcast<f32>(spring_word(at + 2u).x);
     }
     return fma(stiffness * stretch, stretch, 2.0 * offset);
 }

@@ -13,7 +13,7 @@ struct Status {
     contact_built: u32,
     // Time at which the list was built [s].
     contact_built_time: f32,
-    // Entries of the candidate list, even if there is no room for them.
+    // Candidates of all particles, even if there is no room for them.
     contact_entries: atomic<u32>,
     // Times the list was built.
     contact_rebuilds: u32,
@@ -21,8 +21,10 @@ struct Status {
     cell_particles: atomic<u32>,
     // Room that the largest candidate list so far needed [entries], noted if it did not fit.
     contact_needed: atomic<u32>,
-    padding_0: u32,
-    padding_1: u32,
+    // Serial number of the substep whose linear solve broke down; STOPPED_NEVER before.
+    broken: atomic<u32>,
+    // Entries of rows that are longer than others, behind all rows.
+    contact_spilled: atomic<u32>,
 }
 
 @group(0) @binding(2) var<storage, read_write> status: Status;
@@ -32,9 +34,13 @@ const STOPPED_NEVER: u32 = 0xffffffffu;
 const INVALID_LIST: u32 = 1u;
 // The candidates did not fit into their buffer.
 const INVALID_OVERFLOW: u32 = 2u;
+// More iterations of a linear solver are needed than were recorded.
+const INVALID_ITERATIONS: u32 = 4u;
+// More solves of a substep are needed than were recorded.
+const INVALID_PASSES: u32 = 8u;
 
-// Whether an earlier substep, or an earlier stage of this one, met a number that is not finite: all
-// stages then stand still.
+// Whether an earlier substep, or an earlier stage of this one, met a number that is not finite or could not
+// be solved: all stages then stand still.
 fn is_stopped() -> bool {
-    return atomicLoad(&status.stopped) != STOPPED_NEVER;
+    return min(atomicLoad(&status.stopped), atomicLoad(&status.broken)) != STOPPED_NEVER;
 }

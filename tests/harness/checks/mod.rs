@@ -3,6 +3,7 @@
 //! A check answers with a [`Verdict`](crate::Verdict), it does not panic: the tests want `Ok` from
 //! every backend, the negative controls want an `Err` from a wrong one.
 
+mod bits_of_stages;
 mod contact_pairs;
 mod forces;
 mod fused;
@@ -15,6 +16,7 @@ mod scenario;
 mod semi_implicit;
 mod trajectory;
 
+pub use bits_of_stages::{bits_of_explicit_stages, bits_of_implicit_stages};
 pub use contact_pairs::{
     contact_candidates, contact_candidates_after_moves, contact_candidates_of_approaching_sheets,
     contact_candidates_reused,
@@ -23,8 +25,8 @@ pub use forces::{aerodynamic_forces, contact_forces, field_forces, spring_forces
 pub use fused::explicit_substep;
 pub use implicit::{
     collider_constraints, conjugate_gradient, constraint_filter, constraint_project,
-    constraint_release, implicit_assemble, implicit_trajectory, jacobi, linear_solution,
-    matrix_apply, position_advance, position_from_kept, preconditioner_apply,
+    constraint_release, implicit_assemble, implicit_frame, implicit_trajectory, jacobi,
+    linear_solution, matrix_apply, position_advance, position_from_kept, preconditioner_apply,
     preconditioner_is_symmetric, state_keep, state_restore, vector_combine, vector_dot,
     velocity_add,
 };

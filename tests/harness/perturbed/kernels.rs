@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    ContactStatistics, Kernels, Measures, Model, PinWrite, Result, SolverConfig, StageTime, State,
+    ContactStatistics, ImplicitSettings, Kernels, Measures, Model, PinWrite, Result, SolverConfig,
+    SolverReport, StageTime, State,
     stepper::{self, FramePlan, Substep},
 };
 
@@ -68,6 +69,12 @@ impl PerturbedKernels {
             *extra = std::array::from_fn(|k| extra[k] + size * (after[k] - before[k]));
         }
         Ok(())
+    }
+
+    fn velocities_scale(&mut self, factor: f64) -> Result<()> {
+        let mut state = self.state()?;
+        state.velocities.iter_mut().for_each(|v| *v = v.map(|component| component * factor));
+        self.inner.state_write(&state)
     }
 
     /// Whether this stage is the wrong one.
@@ -266,8 +273,19 @@ impl Kernels for PerturbedKernels {
             Defect::RunsDiffer => 1.0 + self.size * self.run as f64,
             Defect::Scaled(_) | Defect::ContactPairDropped => return Ok(()),
         };
-        let mut state = self.state()?;
-        state.velocities.iter_mut().for_each(|v| *v = v.map(|component| component * factor));
-        self.inner.state_write(&state)
+        self.velocities_scale(factor)
+    }
+
+    fn implicit_substep(
+        &mut self,
+        substep: &Substep,
+        settings: &ImplicitSettings,
+        report: &mut SolverReport,
+    ) -> Result<bool> {
+        let done = stepper::implicit::substep(self, substep, settings, report)?;
+        if self.defect == Defect::FusedDiffers {
+            self.velocities_scale(1.0 + self.size)?;
+        }
+        Ok(done)
     }
 }

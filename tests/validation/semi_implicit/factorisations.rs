@@ -29,7 +29,7 @@ fn a_new_length_or_pin_factorises_and_nothing_else() {
     let patch = GridPatch::horizontal(6, 0.05, 0.0);
     let model =
         build(ModelBuilder::new().cloth(grid_cloth("patch", patch, material(1e-3, 5.0, 1e-3))));
-    for candidate in candidates_with(Feature::SemiImplicit) {
+    for candidate in candidates_with(Feature::Factorisation) {
         let mut solver = solver_of(candidate, &model, TIME_STEP, SEMI_IMPLICIT);
         let solver = &mut *solver;
         let report = frame(solver, 2.5);

@@ -4,7 +4,10 @@ use cloth_core::{NewtonStart, Real};
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
-use super::matrix::{BlockField, Matrix};
+use super::{
+    matrix::{BlockField, Matrix},
+    spring_factors::{Factors, SpringFactors},
+};
 use crate::{
     aerodynamic_forces::Aerodynamics,
     memory::{BLOCK, FieldView, LANES, Lanes, Masses, VectorField, lanes, lanes_mut},
@@ -58,11 +61,8 @@ impl<T: Real> Assembly<'_, T> {
                 };
                 arch.dispatch(task);
             });
-        for band in &mut factors.bands {
-            band.e.par_chunks_mut(BLOCK).for_each(clamp);
-        }
-        factors.own.par_chunks_mut(64).for_each(|own| {
-            own.iter_mut().for_each(|factors| clamp(&mut factors.e));
+        factors.entries.par_chunks_mut(BLOCK).for_each(|entries| {
+            entries.iter_mut().for_each(|factors| clamp(&mut factors.e));
         });
     }
 
@@ -103,7 +103,7 @@ fn clamp<T: Real>(values: &mut [T]) {
 /// One block, compiled for each instruction set.
 struct BlockTask<'a, 'b, T> {
     assembly: &'a Assembly<'a, T>,
-    factors: &'a super::spring_factors::SpringFactors<T>,
+    factors: &'a SpringFactors<T>,
     contacts: &'a super::contact_linearise::ContactFactors<T>,
     base: &'a BlockField<T>,
     start: usize,
@@ -145,20 +145,19 @@ impl<T: Real> BlockTask<'_, '_, T> {
         let at = first as isize;
         let own = (assembly.position.packet(at), assembly.velocity.packet(at));
         let mut sums = self.start(first);
-        let places = self.factors.packet(first / LANES)..;
-        for (column, place) in assembly.springs.packet(first / LANES).iter().zip(places) {
-            let (u, e) = self.factors.at(place, first);
+        let columns = assembly.springs.packet(first / LANES).iter();
+        for (column, factors) in columns.zip(self.factors.packet(first / LANES)) {
             match &column.neighbours {
                 Neighbours::Offset(offset) => {
                     let at = at + *offset as isize;
                     let other = (assembly.position.packet(at), assembly.velocity.packet(at));
-                    self.spring(&mut sums, column, (u, e), own, other);
+                    self.spring(&mut sums, column, factors, own, other);
                 }
                 Neighbours::Indices(indices) => {
                     let x = assembly.position.gather(indices);
                     let v = assembly.velocity.gather(indices);
                     let other = (x.each_ref(), v.each_ref());
-                    self.spring(&mut sums, column, (u, e), own, other);
+                    self.spring(&mut sums, column, factors, own, other);
                 }
             }
         }
@@ -201,7 +200,7 @@ impl<T: Real> BlockTask<'_, '_, T> {
         &self,
         sums: &mut Sums<T>,
         column: &Column<T>,
-        ([ux, uy, uz], e): ([&Lanes<T>; 3], &Lanes<T>),
+        Factors { root, e }: &Factors<T>,
         ([xi, yi, zi], [ai, bi, ci]): PacketView<'_, T>,
         ([xj, yj, zj], [aj, bj, cj]): PacketView<'_, T>,
     ) {
@@ -210,7 +209,8 @@ impl<T: Real> BlockTask<'_, '_, T> {
         let iterate = self.assembly.start == NewtonStart::Iterate;
         let smallest = T::LENGTH_MIN * T::LENGTH_MIN;
         for lane in 0..LANES {
-            let (x, y, z) = (ux[lane], uy[lane], uz[lane]);
+            let (dx, dy, dz) = (xj[lane] - xi[lane], yj[lane] - yi[lane], zj[lane] - zi[lane]);
+            let (x, y, z) = (root[lane] * dx, root[lane] * dy, root[lane] * dz);
             let g = e[lane].maximum(T::ZERO);
             let (a, b, c) = (aj[lane] - ai[lane], bj[lane] - bi[lane], cj[lane] - ci[lane]);
             let mut along = x * a + y * b + z * c;
@@ -222,9 +222,9 @@ impl<T: Real> BlockTask<'_, '_, T> {
                 across = T::ZERO;
             }
             let pull = e[lane] * inverse;
-            sums.right_side[0][lane] += pull * (xj[lane] - xi[lane]) + (across * a + x * along);
-            sums.right_side[1][lane] += pull * (yj[lane] - yi[lane]) + (across * b + y * along);
-            sums.right_side[2][lane] += pull * (zj[lane] - zi[lane]) + (across * c + z * along);
+            sums.right_side[0][lane] += pull * dx + (across * a + x * along);
+            sums.right_side[1][lane] += pull * dy + (across * b + y * along);
+            sums.right_side[2][lane] += pull * dz + (across * c + z * along);
             sums.diagonal[0][lane] += g + x * x;
             sums.diagonal[1][lane] += g + y * y;
             sums.diagonal[2][lane] += g + z * z;

@@ -2,9 +2,12 @@
 
 use cloth_core::{MatrixBlock, Real};
 
-use super::{contact_linearise::ContactFactors, spring_factors::SpringFactors};
+use super::{
+    contact_linearise::ContactFactors,
+    spring_factors::{Factors, SpringFactors},
+};
 use crate::{
-    memory::{LANES, Lanes, VectorField},
+    memory::{LANES, VectorField},
     springs::{Neighbours, SpringColumns},
 };
 
@@ -60,7 +63,7 @@ pub(crate) struct Matrix<T> {
 impl<T: Real> Matrix<T> {
     pub(super) fn new(springs: &SpringColumns<T>, count: usize, full: bool) -> Self {
         Self {
-            factors: SpringFactors::new(springs),
+            factors: SpringFactors::new(springs, count),
             contacts: ContactFactors::new(),
             base: BlockField::new(count, full),
             diagonal: BlockField::new(count, true),
@@ -76,9 +79,9 @@ impl<T: Real> Matrix<T> {
         mut visit: impl FnMut(usize, Symmetric<T>),
     ) {
         let (packet, lane) = (particle / LANES, particle % LANES);
-        let start = self.factors.packet(packet);
-        for (number, column) in springs.packet(packet).iter().enumerate() {
-            let (u, e) = self.factors.at(start + number, packet * LANES);
+        let position = &self.factors.position;
+        let columns = springs.packet(packet).iter();
+        for (column, Factors { root, e }) in columns.zip(self.factors.packet(packet)) {
             if column.active[lane] == T::ZERO {
                 continue;
             }
@@ -86,7 +89,9 @@ impl<T: Real> Matrix<T> {
                 Neighbours::Offset(offset) => particle.wrapping_add_signed(*offset as isize),
                 Neighbours::Indices(indices) => indices[lane] as usize,
             };
-            visit(neighbour, block(lane_of(u, lane), e[lane]));
+            let (own, other) = (position.get(particle), position.get(neighbour));
+            let u = std::array::from_fn(|axis| root[lane] * (other[axis] - own[axis]));
+            visit(neighbour, block(u, e[lane]));
         }
         for pair in self.contacts.of(particle) {
             visit(pair.partner, block(pair.u, T::ZERO));
@@ -117,12 +122,6 @@ impl<T: Real> Matrix<T> {
             });
         }
     }
-}
-
-/// The numbers of one lane.
-#[inline(always)]
-pub(super) fn lane_of<T: Real>(vectors: [&Lanes<T>; 3], lane: usize) -> [T; 3] {
-    vectors.map(|component| component[lane])
 }
 
 /// -(g I + u u^T).

@@ -2,7 +2,7 @@
 
 use cloth_core::Real;
 
-use super::{matrix::Matrix, spring_factors::Term};
+use super::{matrix::Matrix, spring_factors::Factors};
 use crate::{
     memory::{FieldView, LANES, Lanes, lanes, lanes_mut},
     springs::{Neighbours, SpringColumns},
@@ -26,9 +26,14 @@ pub(super) fn rows<T: Real>(
     let mut packet_index = first / LANES;
     while packet_index < end {
         let local = packet_index * LANES - first;
-        match matrix.factors.run(packet_index, end) {
-            Some((length, terms)) if length >= GROUP && matrix.contacts.is_empty() => {
-                let sums = group(matrix, terms, vector, first + local);
+        let run = if matrix.contacts.is_empty() && packet_index + GROUP <= end {
+            matrix.factors.run(packet_index, GROUP)
+        } else {
+            None
+        };
+        match run {
+            Some(offsets) => {
+                let sums = group(matrix, offsets, vector, first + local);
                 for (number, sum) in sums.iter().enumerate() {
                     for axis in 0..3 {
                         *lanes_mut(to[axis], local + number * LANES) = sum[axis];
@@ -36,7 +41,7 @@ pub(super) fn rows<T: Real>(
                 }
                 packet_index += GROUP;
             }
-            _ => {
+            None => {
                 let sum = packet(matrix, springs, vector, first + local, count);
                 for axis in 0..3 {
                     *lanes_mut(to[axis], local) = sum[axis];
@@ -51,7 +56,7 @@ pub(super) fn rows<T: Real>(
 #[inline(always)]
 fn group<T: Real>(
     matrix: &Matrix<T>,
-    terms: &[Term],
+    offsets: &[i32],
     vector: FieldView<'_, T>,
     first: usize,
 ) -> [[Lanes<T>; 3]; GROUP] {
@@ -60,16 +65,20 @@ fn group<T: Real>(
         let at = (first + number * LANES) as isize;
         sums[number] = base(matrix, vector.packet(at), at);
     }
+    let position = FieldView::new(&matrix.factors.position);
     let own = vector.range(first as isize, GROUP * LANES);
-    for &term in terms {
-        let (u, g) = matrix.factors.term(term, first, GROUP * LANES);
-        let other = vector.range(first as isize + term.offset as isize, GROUP * LANES);
+    let own_at = position.range(first as isize, GROUP * LANES);
+    let factors: [_; GROUP] =
+        std::array::from_fn(|number| matrix.factors.packet(first / LANES + number));
+    for (term, &offset) in offsets.iter().enumerate() {
+        let neighbour = first as isize + offset as isize;
+        let other = vector.range(neighbour, GROUP * LANES);
+        let other_at = position.range(neighbour, GROUP * LANES);
         for number in 0..GROUP {
             let at = number * LANES;
-            let u = [lanes(u[0], at), lanes(u[1], at), lanes(u[2], at)];
-            let own = [lanes(own[0], at), lanes(own[1], at), lanes(own[2], at)];
-            let other = [lanes(other[0], at), lanes(other[1], at), lanes(other[2], at)];
-            spring(&mut sums[number], (u, lanes(g, at)), own, other);
+            let ends = [packet_of(own_at, at), packet_of(other_at, at)];
+            let vectors = [packet_of(own, at), packet_of(other, at)];
+            spring(&mut sums[number], &factors[number][term], ends, vectors);
         }
     }
     sums
@@ -85,17 +94,21 @@ fn packet<T: Real>(
     count: usize,
 ) -> [Lanes<T>; 3] {
     let at = first as isize;
-    let own = vector.packet(at);
+    let position = FieldView::new(&matrix.factors.position);
+    let (own, own_at) = (vector.packet(at), position.packet(at));
     let mut sum = base(matrix, own, at);
-    let places = matrix.factors.packet(first / LANES)..;
-    for (column, place) in springs.packet(first / LANES).iter().zip(places) {
-        let factors = matrix.factors.at(place, first);
+    let columns = springs.packet(first / LANES).iter();
+    for (column, factors) in columns.zip(matrix.factors.packet(first / LANES)) {
         match &column.neighbours {
             Neighbours::Offset(offset) => {
-                spring(&mut sum, factors, own, vector.packet(at + *offset as isize));
+                let neighbour = at + *offset as isize;
+                let ends = [own_at, position.packet(neighbour)];
+                spring(&mut sum, factors, ends, [own, vector.packet(neighbour)]);
             }
             Neighbours::Indices(indices) => {
-                spring(&mut sum, factors, own, vector.gather(indices).each_ref());
+                let (other, other_at) = (vector.gather(indices), position.gather(indices));
+                let ends = [own_at, other_at.each_ref()];
+                spring(&mut sum, factors, ends, [own, other.each_ref()]);
             }
         }
     }
@@ -130,18 +143,27 @@ fn base<T: Real>(matrix: &Matrix<T>, own: [&Lanes<T>; 3], at: isize) -> [Lanes<T
 }
 
 #[inline(always)]
+fn packet_of<T: Real>([x, y, z]: [&[T]; 3], start: usize) -> [&Lanes<T>; 3] {
+    [lanes(x, start), lanes(y, start), lanes(z, start)]
+}
+
+/// Factors of springs, positions of their ends, vectors of their ends.
+#[inline(always)]
 fn spring<T: Real>(
     sum: &mut [Lanes<T>; 3],
-    ([ux, uy, uz], g): ([&Lanes<T>; 3], &Lanes<T>),
-    [xi, yi, zi]: [&Lanes<T>; 3],
-    [xj, yj, zj]: [&Lanes<T>; 3],
+    Factors { root, e: g }: &Factors<T>,
+    [[xi, yi, zi], [xj, yj, zj]]: [[&Lanes<T>; 3]; 2],
+    [[ai, bi, ci], [aj, bj, cj]]: [[&Lanes<T>; 3]; 2],
 ) {
     for lane in 0..LANES {
-        let (a, b, c) = (xi[lane] - xj[lane], yi[lane] - yj[lane], zi[lane] - zj[lane]);
-        let along = ux[lane] * a + uy[lane] * b + uz[lane] * c;
-        sum[0][lane] += g[lane] * a + ux[lane] * along;
-        sum[1][lane] += g[lane] * b + uy[lane] * along;
-        sum[2][lane] += g[lane] * c + uz[lane] * along;
+        let (a, b, c) = (ai[lane] - aj[lane], bi[lane] - bj[lane], ci[lane] - cj[lane]);
+        let x = root[lane] * (xj[lane] - xi[lane]);
+        let y = root[lane] * (yj[lane] - yi[lane]);
+        let z = root[lane] * (zj[lane] - zi[lane]);
+        let along = x * a + y * b + z * c;
+        sum[0][lane] += g[lane] * a + x * along;
+        sum[1][lane] += g[lane] * b + y * along;
+        sum[2][lane] += g[lane] * c + z * along;
     }
 }
 

@@ -1,15 +1,20 @@
-//! NUMERICS §5, `spring_linearise`: direction and factors of every spring.
+//! NUMERICS §5, `spring_linearise`: the factors of every spring.
+
+use std::ops::Range;
 
 use cloth_core::Real;
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
-use super::spring_factors::{Factors, NONE, SpringFactors};
+use super::spring_factors::{Factors, SpringFactors};
 use crate::{
     elasticity::{Elasticity, Linear},
-    memory::{BLOCK, FieldView, LANES, Lanes, lanes_mut},
+    memory::{BLOCK, FieldView, LANES, Lanes},
     springs::{Column, Neighbours, SpringColumns},
 };
+
+/// Packets in one task.
+const TASK: usize = BLOCK / LANES;
 
 /// Computes all factors at these positions for a substep of `length` \[s\].
 pub(super) fn run<T: Real>(
@@ -19,78 +24,33 @@ pub(super) fn run<T: Real>(
     length: T,
     arch: pulp::Arch,
 ) {
-    let SpringFactors { bands, own, own_keys, .. } = factors;
-    let columns = springs.columns();
-    for band in bands {
-        let margin = band.u.margin();
-        let inner = margin..margin + band.columns.len() * LANES;
-        band.u
-            .chunks_mut(BLOCK)
-            .zip(band.e[inner].par_chunks_mut(BLOCK))
-            .zip(band.columns.par_chunks(BLOCK / LANES))
-            .enumerate()
-            .for_each(|(block, ((u, e), packets))| {
-                let first = band.first + block * BLOCK;
-                arch.dispatch(BandTask { columns, packets, position, length, first, u, e });
-            });
-    }
-    own.par_chunks_mut(64).zip(own_keys.par_chunks(64)).for_each(|(own, keys)| {
-        arch.dispatch(OwnTask { columns, keys, position, length, own });
+    factors.position.copy_from(position);
+    factors.tasks(TASK).enumerate().for_each(|(task, entries)| {
+        let packets = task * TASK..((task + 1) * TASK).min(springs.packet_count());
+        arch.dispatch(Task { springs, packets, position, length, entries });
     });
 }
 
-/// A block of a band.
-struct BandTask<'a, 'b, T> {
-    columns: &'a [Column<T>],
-    packets: &'a [u32],
+/// Some packets.
+struct Task<'a, 'b, T> {
+    springs: &'a SpringColumns<T>,
+    packets: Range<usize>,
     position: FieldView<'a, T>,
     length: T,
-    first: usize,
-    u: [&'b mut [T]; 3],
-    e: &'b mut [T],
+    entries: &'b mut [Factors<T>],
 }
 
-impl<T: Real> NullaryFnOnce for BandTask<'_, '_, T> {
+impl<T: Real> NullaryFnOnce for Task<'_, '_, T> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        for (number, &column) in self.packets.iter().enumerate() {
-            let local = number * LANES;
-            if column == NONE {
-                continue;
+        let mut entries = self.entries.iter_mut();
+        for packet in self.packets {
+            let first = (packet * LANES) as isize;
+            for (column, entry) in self.springs.packet(packet).iter().zip(&mut entries) {
+                *entry = linearise(column, self.position, first, self.length);
             }
-            let factors = linearise(
-                &self.columns[column as usize],
-                self.position,
-                (self.first + local) as isize,
-                self.length,
-            );
-            for axis in 0..3 {
-                *lanes_mut(self.u[axis], local) = factors.u[axis];
-            }
-            *lanes_mut(self.e, local) = factors.e;
-        }
-    }
-}
-
-/// Some columns that packets keep for themselves.
-struct OwnTask<'a, 'b, T> {
-    columns: &'a [Column<T>],
-    keys: &'a [[u32; 2]],
-    position: FieldView<'a, T>,
-    length: T,
-    own: &'b mut [Factors<T>],
-}
-
-impl<T: Real> NullaryFnOnce for OwnTask<'_, '_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        for (own, &[packet, column]) in self.own.iter_mut().zip(self.keys) {
-            let first = packet as isize * LANES as isize;
-            *own = linearise(&self.columns[column as usize], self.position, first, self.length);
         }
     }
 }
@@ -138,7 +98,7 @@ fn factors<T: Real>(
     [xj, yj, zj]: [&Lanes<T>; 3],
     step: T,
 ) -> Factors<T> {
-    let mut factors = Factors { u: [[T::ZERO; LANES]; 3], e: [T::ZERO; LANES] };
+    let mut factors = Factors { root: [T::ZERO; LANES], e: [T::ZERO; LANES] };
     let square = step * step;
     for lane in 0..LANES {
         let dx = xj[lane] - xi[lane];
@@ -151,10 +111,7 @@ fn factors<T: Real>(
         let slope = elasticity.tension_derivative(lane, column.stiffness[lane], stretch);
         let e = square * tension * inverse_length;
         let along = square * slope + step * column.damping[lane];
-        let root = (along - e.maximum(T::ZERO)).maximum(T::ZERO).sqrt() * inverse_length;
-        factors.u[0][lane] = root * dx;
-        factors.u[1][lane] = root * dy;
-        factors.u[2][lane] = root * dz;
+        factors.root[lane] = (along - e.maximum(T::ZERO)).maximum(T::ZERO).sqrt() * inverse_length;
         factors.e[lane] = e;
     }
     factors

@@ -1,6 +1,8 @@
 //! What a frame did, so that it can be done again.
 
-use cloth_core::{PinWrite, stepper::Substep};
+use cloth_core::{NewtonStart, PinWrite, stepper::Substep};
+
+use crate::linear::SolveRequest;
 
 /// Something that changes the state or the forces.
 #[derive(Clone, Debug)]
@@ -18,6 +20,17 @@ pub(crate) enum Command {
     ExplicitPass(Substep),
     StateKeep,
     StateRestore,
+    SpringLinearise(Substep),
+    ContactLinearise(Substep),
+    ImplicitAssemble(Substep, NewtonStart),
+    ColliderConstraints(Substep),
+    ImplicitSolve(Substep, SolveRequest),
+    VelocityAdd(f64),
+    PositionAdvance(f64),
+    PositionFromKept(f64),
+    SemiImplicitFactorise(f64),
+    SemiImplicitSolve(Substep),
+    TorqueCorrect(Substep),
 }
 
 impl Command {

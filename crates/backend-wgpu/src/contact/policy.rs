@@ -16,8 +16,10 @@ pub(crate) struct ContactSizes {
     pub(crate) entries: u32,
 }
 
-/// Entries of the list for each particle at first.
-const ENTRIES_PER_PARTICLE: u32 = 16;
+/// Entries that every particle has in the list (`ROW` in `contact_candidates_list.wgsl`).
+pub(crate) const ROW: u32 = 16;
+/// Further entries at first, for each particle, for those with more candidates.
+const SPILLED_PER_PARTICLE: u32 = 4;
 /// Size of a cell in units of the contact distance. This and the next were chosen for the fewest builds of a
 /// patch of 96 x 96 particles that falls over a ball: four in a frame of 17 substeps, ten candidates a particle.
 const CELL: f64 = 5.0;
@@ -53,7 +55,7 @@ impl ContactPolicy {
         let particles = model.particle_count() as u32;
         let sizes = ContactSizes {
             cells: particles.next_power_of_two().max(SCAN_BLOCK),
-            entries: particles.saturating_mul(ENTRIES_PER_PARTICLE).max(1024),
+            entries: particles.saturating_mul(ROW + SPILLED_PER_PARTICLE).max(1024),
         };
         Self {
             distance: contact.distance,

@@ -1,17 +1,12 @@
-//! The stages of the implicit integrator on a GPU: not offered yet, but for the copies
-//! that an adaptive time step needs.
+//! The stages of the implicit integrator on a GPU.
 
 use cloth_core::{
-    ConstraintStatistics, Error, ImplicitKernels, LinearOutcome, LinearVector, MatrixBlock,
-    MatrixForm, NewtonStart, Preconditioner, Result, stepper::Substep,
+    ConstraintStatistics, Error, ImplicitKernels, LinearOutcome, LinearSettings, LinearStart,
+    LinearVector, MatrixBlock, MatrixForm, NewtonStart, Preconditioner, Result, stepper::Substep,
 };
 
 use super::WgpuKernels;
 use crate::{contact::Command, fault::BACKEND};
-
-fn unsupported() -> Error {
-    Error::Unsupported { backend: BACKEND, feature: "the implicit integrator".into() }
-}
 
 impl ImplicitKernels for WgpuKernels {
     fn state_keep(&mut self) -> Result<()> {
@@ -22,83 +17,103 @@ impl ImplicitKernels for WgpuKernels {
         self.stages.execute(Command::StateRestore)
     }
 
-    fn spring_linearise(&mut self, _: &Substep) -> Result<()> {
-        Err(unsupported())
+    fn spring_linearise(&mut self, substep: &Substep) -> Result<()> {
+        self.stages.execute(Command::SpringLinearise(*substep))
     }
 
-    fn contact_linearise(&mut self, _: &Substep) -> Result<()> {
-        Err(unsupported())
+    fn contact_linearise(&mut self, substep: &Substep) -> Result<()> {
+        self.stages.execute(Command::ContactLinearise(*substep))
     }
 
-    fn implicit_assemble(&mut self, _: &Substep, _: NewtonStart) -> Result<()> {
-        Err(unsupported())
+    fn implicit_assemble(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        self.stages.execute(Command::ImplicitAssemble(*substep, start))
     }
 
-    fn collider_constraints(&mut self, _: &Substep) -> Result<()> {
-        Err(unsupported())
+    fn collider_constraints(&mut self, substep: &Substep) -> Result<()> {
+        self.stages.execute(Command::ColliderConstraints(*substep))
     }
 
     fn constraint_release(&mut self) -> Result<u64> {
-        Err(unsupported())
+        self.stages.constraint_release()
     }
 
     fn constraint_statistics(&mut self) -> Result<ConstraintStatistics> {
-        Ok(ConstraintStatistics::default())
+        self.stages.constraint_statistics()
     }
 
-    fn constraint_filter(&mut self, _: LinearVector) -> Result<()> {
-        Err(unsupported())
+    fn constraint_filter(&mut self, vector: LinearVector) -> Result<()> {
+        self.stages.constraint_filter(vector)
     }
 
-    fn constraint_project(&mut self, _: LinearVector) -> Result<()> {
-        Err(unsupported())
+    fn constraint_project(&mut self, vector: LinearVector) -> Result<()> {
+        self.stages.constraint_project(vector)
     }
 
-    fn matrix_apply(&mut self, _: MatrixForm, _: LinearVector, _: LinearVector) -> Result<()> {
-        Err(unsupported())
+    fn matrix_apply(
+        &mut self,
+        form: MatrixForm,
+        from: LinearVector,
+        to: LinearVector,
+    ) -> Result<()> {
+        self.stages.matrix_apply(form, from, to)
     }
 
-    fn preconditioner_build(&mut self, _: Preconditioner) -> Result<()> {
-        Err(unsupported())
+    fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
+        self.stages.preconditioner_build(preconditioner)
     }
 
-    fn preconditioner_apply(&mut self, _: LinearVector, _: LinearVector) -> Result<()> {
-        Err(unsupported())
+    fn preconditioner_apply(&mut self, from: LinearVector, to: LinearVector) -> Result<()> {
+        self.stages.preconditioner_apply(from, to)
     }
 
-    fn vector_dot(&mut self, _: LinearVector, _: LinearVector) -> Result<f64> {
-        Err(unsupported())
+    fn vector_dot(&mut self, a: LinearVector, b: LinearVector) -> Result<f64> {
+        self.stages.vector_dot(a, b)
     }
 
-    fn vector_combine(&mut self, _: (f64, LinearVector), _: (f64, LinearVector)) -> Result<()> {
-        Err(unsupported())
+    fn vector_combine(&mut self, from: (f64, LinearVector), to: (f64, LinearVector)) -> Result<()> {
+        self.stages.vector_combine(from, to)
     }
 
     fn direct_solve(&mut self) -> Result<LinearOutcome> {
-        Err(unsupported())
+        let feature = "the linear solver direct (it has cg and jacobi)".into();
+        Err(Error::Unsupported { backend: BACKEND, feature })
     }
 
-    fn velocity_add(&mut self, _: f64) -> Result<()> {
-        Err(unsupported())
+    fn velocity_add(&mut self, scale: f64) -> Result<()> {
+        self.stages.execute(Command::VelocityAdd(scale))
     }
 
-    fn position_advance(&mut self, _: f64) -> Result<()> {
-        Err(unsupported())
+    fn position_advance(&mut self, length: f64) -> Result<()> {
+        self.stages.execute(Command::PositionAdvance(length))
     }
 
-    fn position_from_kept(&mut self, _: f64) -> Result<()> {
-        Err(unsupported())
+    fn position_from_kept(&mut self, length: f64) -> Result<()> {
+        self.stages.execute(Command::PositionFromKept(length))
     }
 
-    fn matrix_read(&mut self, _: &mut Vec<MatrixBlock>) -> Result<()> {
-        Err(unsupported())
+    fn matrix_read(&mut self, out: &mut Vec<MatrixBlock>) -> Result<()> {
+        self.stages.matrix_read(out)
     }
 
-    fn vector_read(&mut self, _: LinearVector, _: &mut Vec<[f64; 3]>) -> Result<()> {
-        Err(unsupported())
+    fn vector_read(&mut self, vector: LinearVector, out: &mut Vec<[f64; 3]>) -> Result<()> {
+        self.stages.vector_read(vector, out)
     }
 
-    fn vector_write(&mut self, _: LinearVector, _: &[[f64; 3]]) -> Result<()> {
-        Err(unsupported())
+    fn vector_write(&mut self, vector: LinearVector, values: &[[f64; 3]]) -> Result<()> {
+        self.stages.vector_write(vector, values)
+    }
+
+    fn conjugate_gradient(
+        &mut self,
+        settings: &LinearSettings,
+        start: LinearStart,
+    ) -> Result<LinearOutcome> {
+        let method = cloth_core::LinearMethod::ConjugateGradient;
+        self.stages.solve_now(&LinearSettings { method, ..*settings }, start)
+    }
+
+    fn jacobi(&mut self, settings: &LinearSettings, start: LinearStart) -> Result<LinearOutcome> {
+        let method = cloth_core::LinearMethod::Jacobi;
+        self.stages.solve_now(&LinearSettings { method, ..*settings }, start)
     }
 }

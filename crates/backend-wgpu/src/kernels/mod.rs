@@ -6,11 +6,12 @@ mod semi_implicit;
 use std::sync::Arc;
 
 use cloth_core::{
-    ContactStatistics, Kernels, Measures, Model, PinWrite, Result, SolverConfig, StageTime, State,
+    ContactStatistics, DeferredOutcome, ImplicitKernels, ImplicitSettings, Kernels, LinearStart,
+    Measures, Model, NewtonStart, PinWrite, Result, SolverConfig, SolverReport, StageTime, State,
     stepper::{self, FramePlan, Substep},
 };
 
-use crate::{contact::Command, stages::Stages};
+use crate::{contact::Command, linear::SolveRequest, stages::Stages};
 
 /// The stages on a GPU.
 ///
@@ -129,6 +130,37 @@ impl Kernels for WgpuKernels {
         }
         stepper::explicit::after_integration(self, substep)?;
         if self.model().colliders().is_empty() { Ok(()) } else { self.collider_response(substep) }
+    }
+
+    fn implicit_substep(
+        &mut self,
+        substep: &Substep,
+        settings: &ImplicitSettings,
+        report: &mut SolverReport,
+    ) -> Result<bool> {
+        if !self.stages.defers() {
+            // The host looks at every solve: nothing may be left open meanwhile.
+            let was_batch = self.stages.batch_set(false);
+            let outcome = stepper::implicit::substep(self, substep, settings, report);
+            self.stages.batch_set(was_batch);
+            return outcome;
+        }
+        report.newton_iterations += 1;
+        if !self.model().colliders().is_empty() {
+            self.collider_constraints(substep)?;
+        }
+        stepper::implicit::system(self, substep, NewtonStart::StepStart)?;
+        let is_warm = settings.linear.warm_start && substep.index > 0;
+        let start = if is_warm { LinearStart::Solution } else { LinearStart::Constraints };
+        let request = SolveRequest::new(settings, start);
+        self.stages.execute(Command::ImplicitSolve(*substep, request))?;
+        self.velocity_add(1.0)?;
+        stepper::implicit::advance(self, substep)?;
+        Ok(true)
+    }
+
+    fn deferred_outcome(&mut self) -> Result<DeferredOutcome> {
+        self.stages.deferred_outcome()
     }
 
     fn batch<R: Send>(&mut self, work: impl FnOnce(&mut Self) -> R + Send) -> R {

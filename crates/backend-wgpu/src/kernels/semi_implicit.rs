@@ -1,24 +1,23 @@
-//! The stages of the semi-implicit integrator on a GPU: not offered yet.
+//! The stages of the semi-implicit integrator on a GPU: the constant system is solved by iterations that
+//! start from the substep before.
 
-use cloth_core::{Error, Result, SemiImplicitKernels, SemiImplicitSolve, stepper::Substep};
+use cloth_core::{Result, SemiImplicitKernels, SemiImplicitSolve, stepper::Substep};
 
 use super::WgpuKernels;
-use crate::fault::BACKEND;
-
-fn unsupported() -> Error {
-    Error::Unsupported { backend: BACKEND, feature: "the semi-implicit integrator".into() }
-}
+use crate::contact::Command;
 
 impl SemiImplicitKernels for WgpuKernels {
-    fn semi_implicit_factorise(&mut self, _: f64, _: SemiImplicitSolve) -> Result<bool> {
-        Err(unsupported())
+    fn semi_implicit_factorise(&mut self, length: f64, solve: SemiImplicitSolve) -> Result<bool> {
+        self.stages.semi_implicit_check(solve)?;
+        self.stages.execute(Command::SemiImplicitFactorise(length))?;
+        Ok(false)
     }
 
-    fn semi_implicit_solve(&mut self, _: &Substep) -> Result<()> {
-        Err(unsupported())
+    fn semi_implicit_solve(&mut self, substep: &Substep) -> Result<()> {
+        self.stages.execute(Command::SemiImplicitSolve(*substep))
     }
 
-    fn torque_correct(&mut self, _: &Substep) -> Result<()> {
-        Err(unsupported())
+    fn torque_correct(&mut self, substep: &Substep) -> Result<()> {
+        self.stages.execute(Command::TorqueCorrect(*substep))
     }
 }

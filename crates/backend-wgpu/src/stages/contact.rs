@@ -3,7 +3,7 @@
 use cloth_core::{Result, stepper::FramePlan, stepper::Substep};
 
 use super::Stages;
-use crate::dispatch::{SCAN_BLOCK, WORKGROUP};
+use crate::dispatch::{LIST_PARTICLES, SCAN_BLOCK, WORKGROUP};
 
 impl Stages {
     /// The entry of the parameters for a call of `contact_candidates` that names no substep.
@@ -32,7 +32,7 @@ impl Stages {
             ("contact_candidates_count", particles),
             ("contact_candidates_scan", (cells, SCAN_BLOCK)),
             ("contact_candidates_scatter", particles),
-            ("contact_candidates_list", particles),
+            ("contact_candidates_list", (self.particle_count(), LIST_PARTICLES)),
         ];
         // In a batch every use of the list has checked it, and the next opportunity is not far.
         let skipped = usize::from(self.is_batch);

@@ -9,10 +9,11 @@ use crate::{
 };
 
 impl Stages {
-    /// Runs a command. With contact between cloths it becomes part of an open frame; outside a batch
-    /// that is settled at once.
+    /// Runs a command. Where the device may turn out to have been given too little to do, or too little
+    /// room, it becomes part of an open frame; outside a batch that is settled at once.
     pub(crate) fn execute(&mut self, command: Command) -> Result<()> {
-        if self.contact.is_none() {
+        let repeats = self.contact.is_some() || (self.solve_policy.is_some() && self.is_batch);
+        if !repeats {
             return self.encode(&command);
         }
         let alone = !self.is_batch && self.open.is_none();
@@ -33,9 +34,19 @@ impl Stages {
         if has_contact && !self.is_batch { self.settle() } else { Ok(()) }
     }
 
+    /// Whether the device decides how the solves of an implicit substep go on.
+    pub(crate) const fn defers(&self) -> bool {
+        self.is_batch && self.solve_policy.is_some()
+    }
+
+    /// Whether calls belong to a batch from now on; says what was so before.
+    pub(crate) const fn batch_set(&mut self, is_batch: bool) -> bool {
+        std::mem::replace(&mut self.is_batch, is_batch)
+    }
+
     pub(crate) fn batch_begin(&mut self) {
         self.is_batch = true;
-        if let Err(error) = self.settle() {
+        if let Err(error) = self.settle().and_then(|()| self.constrained_reset()) {
             self.failure = Some(error);
         }
     }
@@ -74,6 +85,17 @@ impl Stages {
             Command::ExplicitPass(substep) => self.explicit_pass(substep),
             Command::StateKeep => self.state_keep(),
             Command::StateRestore => self.state_restore(),
+            Command::SpringLinearise(substep) => self.spring_linearise(substep),
+            Command::ContactLinearise(substep) => self.contact_linearise(substep),
+            Command::ImplicitAssemble(substep, start) => self.implicit_assemble(substep, *start),
+            Command::ColliderConstraints(substep) => self.collider_constraints(substep),
+            Command::ImplicitSolve(substep, request) => self.solve_record(substep, request),
+            Command::VelocityAdd(scale) => self.motion_change("velocity_add", *scale),
+            Command::PositionAdvance(length) => self.motion_change("position_advance", *length),
+            Command::SemiImplicitFactorise(length) => self.semi_implicit_factorise(*length),
+            Command::SemiImplicitSolve(substep) => self.semi_implicit_solve(substep),
+            Command::TorqueCorrect(substep) => self.torque_correct(substep),
+            Command::PositionFromKept(length) => self.motion_change("position_from_kept", *length),
         }
     }
 

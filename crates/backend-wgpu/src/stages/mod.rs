@@ -2,13 +2,16 @@
 
 mod contact;
 mod encode;
+mod linear;
 mod motion;
 mod results;
+mod semi_implicit;
 
 use std::{collections::HashMap, sync::Arc};
 
 use cloth_core::{
-    Error, Integrator, Model, Precision, Result, SolverConfig, StageTime, stepper::FramePlan,
+    DeferredOutcome, Error, Integrator, Model, Precision, Result, SolverConfig, StageTime,
+    stepper::FramePlan,
 };
 use wgpu::BindGroup;
 
@@ -16,15 +19,18 @@ use crate::{
     buffers::{Buffers, uniform_array},
     contact::{OpenFrame, policy::ContactPolicy},
     device::{DYNAMIC, DeviceContext, Kernel},
-    dispatch::{Groups, MEASURE_BLOCK, WORKGROUP, groups},
+    dispatch::{Groups, LIST_PARTICLES, MEASURE_BLOCK, WORKGROUP, groups, solve_blocks},
     fault::BACKEND,
     figures::Figures,
     layout,
+    linear::{SolvePolicy, linear_check},
     readback::Readback,
     recorder::Recorder,
     slots::Slots,
     tables::{Tables, common_offset, springs},
 };
+
+use self::semi_implicit::SemiImplicit;
 
 /// All that a solver has on a device.
 #[derive(Debug)]
@@ -49,10 +55,22 @@ pub(crate) struct Stages {
     /// Work that may have to be done again.
     open: Option<OpenFrame>,
     is_batch: bool,
+    /// Parameters of single kernels that are on the device.
+    calls: Vec<layout::Call>,
+    /// How much of a solve is recorded, if the device decides how solves go on.
+    solve_policy: Option<SolvePolicy>,
+    semi_implicit: SemiImplicit,
+    /// What came of recorded solves, for the next one who asks.
+    deferred: DeferredOutcome,
+    /// Particles that colliders constrain, if the host knows it.
+    constrained: Option<u64>,
+    /// Contacts with colliders that changed since somebody asked.
+    released: u64,
     /// Calls of `contact_candidates` since the open frame began.
     list_uses: u32,
     /// The last results that were read.
     status: layout::Status,
+    solve: layout::Solve,
     figures: Option<Figures>,
     rebuilds_reported: u32,
     /// What went wrong where no result could say so.
@@ -61,8 +79,31 @@ pub(crate) struct Stages {
     large: Option<Readback>,
 }
 
-/// Bytes of the results of `measure` and the status.
-const SMALL_SIZE: u64 = crate::buffers::MEASURE_SIZE + size_of::<layout::Status>() as u64;
+/// Where in the small readback the results of `measure`, the status and the solves are \[byte\].
+const SMALL_STATUS: u64 = crate::buffers::MEASURE_SIZE;
+const SMALL_SOLVE: u64 = SMALL_STATUS + size_of::<layout::Status>() as u64;
+const SMALL_SIZE: u64 = SMALL_SOLVE + size_of::<layout::Solve>() as u64;
+
+/// How solves are recorded; `None` where the host decides how each goes on, as Newton's method does.
+fn solve_policy(model: &Model, config: &SolverConfig) -> Result<Option<SolvePolicy>> {
+    match &config.integrator {
+        Integrator::Explicit => Ok(None),
+        Integrator::Implicit(settings) => {
+            linear_check(&settings.linear)?;
+            let passes = if model.colliders().is_empty() { 1 } else { settings.constraint_passes };
+            let policy = SolvePolicy::new(&settings.linear, passes);
+            Ok((settings.newton.iterations_max == 1).then_some(policy))
+        }
+        Integrator::SemiImplicit(settings) => {
+            semi_implicit::solve_check(settings.solve)?;
+            Ok(Some(SolvePolicy::new(&semi_implicit::LINEAR, semi_implicit::PASSES)))
+        }
+        other => {
+            let feature = format!("the integrator {other:?}");
+            Err(Error::Unsupported { backend: BACKEND, feature })
+        }
+    }
+}
 
 impl Stages {
     pub(crate) fn new(
@@ -77,24 +118,20 @@ impl Stages {
                 feature: format!("precision {}", config.precision),
             });
         }
-        let integrator = match config.integrator {
-            Integrator::Explicit => None,
-            Integrator::Implicit(_) => Some("the implicit integrator"),
-            _ => Some("the semi-implicit integrator"),
-        };
-        if let Some(feature) = integrator {
-            return Err(Error::Unsupported { backend: BACKEND, feature: feature.into() });
-        }
+        let solve_policy = solve_policy(&model, config)?;
         context.faults.check()?;
         // No kernel is started for more: springs of a colour share no particle.
         let limit = context.limits.max_compute_workgroups_per_dimension;
-        groups(model.particle_count() as u32, WORKGROUP, limit)?;
+        let per_group = if model.self_contact().is_some() { LIST_PARTICLES } else { WORKGROUP };
+        groups(model.particle_count() as u32, per_group, limit)?;
         let contact = model
             .self_contact()
             .map(|contact| ContactPolicy::new(&model, contact, config.time_step));
         let tables = Tables::new(&model, config);
         let sizes = contact.as_ref().map(|policy| policy.sizes);
-        let buffers = Buffers::new(&context, &model, &tables, sizes.as_ref())?;
+        let repeats = contact.is_some() || solve_policy.is_some();
+        let motions = if repeats { 3 } else { 2 };
+        let buffers = Buffers::new(&context, &model, &tables, sizes.as_ref(), motions)?;
         let mut stages = Self {
             recorder: Recorder::new(&context),
             small: Readback::new(&context, SMALL_SIZE),
@@ -110,8 +147,15 @@ impl Stages {
             contact,
             open: None,
             is_batch: false,
+            calls: Vec::new(),
+            solve_policy,
+            semi_implicit: SemiImplicit::default(),
+            deferred: DeferredOutcome::default(),
+            constrained: None,
+            released: 0,
             list_uses: 0,
             status: layout::Status::default(),
+            solve: layout::Solve::default(),
             figures: None,
             rebuilds_reported: 0,
             failure: None,
@@ -120,6 +164,9 @@ impl Stages {
             model,
             context,
         };
+        if stages.solve_policy.is_some() {
+            stages.linear_prepare()?;
+        }
         stages.kernels_prepare()?;
         stages.model_write();
         stages.slots.ticks(false);
@@ -175,7 +222,8 @@ impl Stages {
     /// The options of a module for this model.
     fn options(&self, name: &str) -> Vec<&'static str> {
         let contact = self.model.self_contact();
-        let is_penalty = contact.is_some_and(|contact| !contact.excludes_neighbours());
+        let is_penalty = self.is_penalty();
+        let colliders = (!self.model.colliders().is_empty()).then_some("colliders");
         let buckling = springs::may_buckle(&self.model).then_some("buckling");
         match name {
             "explicit_substep" => {
@@ -183,7 +231,25 @@ impl Stages {
                 let penalty = is_penalty.then_some("penalty");
                 air.into_iter().chain(buckling).chain(penalty).collect()
             }
-            "spring_forces" => buckling.into_iter().collect(),
+            "semi_implicit_factorise"
+            | "semi_implicit_solve"
+            | "spring_forces"
+            | "spring_linearise" => buckling.into_iter().collect(),
+            "implicit_assemble" => {
+                let air = self.model.air().is_some().then_some("air");
+                let penalty = is_penalty.then_some("penalty");
+                air.into_iter().chain(buckling).chain(colliders).chain(penalty).collect()
+            }
+            "conjugate_gradient_image" | "linear_residual" => {
+                colliders.into_iter().chain(is_penalty.then_some("penalty")).collect()
+            }
+            "matrix_apply" => is_penalty.then_some("penalty").into_iter().collect(),
+            "conjugate_gradient_step"
+            | "constraint_filter"
+            | "constraint_project"
+            | "linear_start"
+            | "preconditioner_apply"
+            | "preconditioner_build" => colliders.into_iter().collect(),
             "measure" => buckling.into_iter().chain(contact.map(|_| "contact")).collect(),
             "contact_candidates_list" => {
                 let excludes = contact.is_some_and(cloth_core::SelfContact::excludes_neighbours);
@@ -191,6 +257,11 @@ impl Stages {
             }
             _ => Vec::new(),
         }
+    }
+
+    /// Whether contact between cloths acts through forces.
+    fn is_penalty(&self) -> bool {
+        self.model.self_contact().is_some_and(|contact| !contact.excludes_neighbours())
     }
 
     fn kernel(&mut self, name: &'static str) -> Result<Arc<Kernel>> {
@@ -221,6 +292,7 @@ impl Stages {
                 }
                 None => [0.0; 4],
             };
+        let [solve_blocks, solve_repeats] = solve_blocks(self.particle_count());
         let data = layout::Model {
             acceleration: self.model.uniform_acceleration().map(|component| component as f32),
             particle_count: self.particle_count(),
@@ -233,7 +305,9 @@ impl Stages {
             contact_friction: friction as f32,
             colliders_in_pass: u32::from(self.colliders_in_pass()),
             measure_blocks: self.particle_count().div_ceil(MEASURE_BLOCK),
-            padding: 0,
+            solve_blocks,
+            solve_repeats,
+            ..layout::Model::default()
         };
         if let Ok(buffer) = self.buffers.get("model", 0, 0) {
             self.context.queue.write_buffer(buffer, 0, bytemuck::bytes_of(&data));
@@ -321,6 +395,7 @@ impl Stages {
             let (size, index) = match binding.name.as_str() {
                 "substep" => (size_of::<layout::Substep>(), slot),
                 "colour" => (size_of::<layout::Colour>(), colour),
+                "call" => (size_of::<layout::Call>(), colour),
                 _ => continue,
             };
             let stride = crate::buffers::uniform_stride(limits, size);
@@ -338,6 +413,7 @@ impl Stages {
             let size = match binding.name.as_str() {
                 name if !DYNAMIC.contains(&name) => None,
                 "substep" => Some(size_of::<layout::Substep>() as u64),
+                "call" => Some(size_of::<layout::Call>() as u64),
                 _ => Some(size_of::<layout::Colour>() as u64),
             };
             let size = size.and_then(std::num::NonZeroU64::new);

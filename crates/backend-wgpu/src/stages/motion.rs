@@ -38,7 +38,7 @@ pub(super) fn collider(collider: &Collider, at: &ColliderState) -> layout::Colli
 }
 
 /// The copy of positions and velocities that `state_keep` makes.
-const KEPT: [&str; 2] = ["position_kept", "velocity_kept"];
+pub(super) const KEPT: [&str; 2] = ["position_kept", "velocity_kept"];
 
 impl Stages {
     pub(crate) fn state_write(&mut self, state: &State) -> Result<()> {
@@ -64,8 +64,13 @@ impl Stages {
             [x, y, z, mass as f32]
         }));
         queue.write_buffer(self.buffers.velocity(0), 0, bytemuck::cast_slice(&vectors));
+        self.semi_implicit.held_changed();
         self.slots.restart(state.time);
         self.status_reset(STOPPED_NEVER)?;
+        self.solve_log_reset()?;
+        self.deferred = cloth_core::DeferredOutcome::default();
+        self.constrained = Some(0);
+        self.released = 0;
         self.rebuilds_reported = 0;
         self.figures = None;
         if let Some(policy) = &mut self.contact {
@@ -76,7 +81,7 @@ impl Stages {
 
     /// Forgets what the device decided, but for the substep that stopped it.
     pub(super) fn status_reset(&mut self, stopped: u32) -> Result<()> {
-        self.status = Status { stopped, ..Status::default() };
+        self.status = Status { stopped, broken: STOPPED_NEVER, ..Status::default() };
         let status = self.status;
         self.write("status", 0, bytemuck::bytes_of(&status))
     }
@@ -133,15 +138,26 @@ impl Stages {
     ) -> Result<()> {
         // One at a time: both together may be more than a buffer can hold.
         for (part, source) in sources.iter().enumerate() {
-            if self.large.as_ref().is_none_or(|large| large.buffer().size() < size) {
-                self.large = Some(Readback::new(&self.context, size));
-            }
-            let Some(large) = &self.large else { continue };
-            self.recorder.copy(&self.context, source, large.buffer(), 0, size);
-            self.recorder.submit(&self.context)?;
-            large.read(&self.context, size, |bytes| take(part, bytes))?;
+            self.read_part(source, 0, size, |bytes| take(part, bytes))?;
         }
         Ok(())
+    }
+
+    /// Reads `size` bytes of a buffer.
+    pub(super) fn read_part(
+        &mut self,
+        source: &wgpu::Buffer,
+        offset: u64,
+        size: u64,
+        take: impl FnOnce(&[u8]),
+    ) -> Result<()> {
+        if self.large.as_ref().is_none_or(|large| large.buffer().size() < size) {
+            self.large = Some(Readback::new(&self.context, size));
+        }
+        let Some(large) = &self.large else { return Ok(()) };
+        self.recorder.copy(&self.context, source, offset, large.buffer(), 0, size);
+        self.recorder.submit(&self.context)?;
+        large.read(&self.context, size, take)
     }
 
     /// Records changes to single particles.
@@ -157,7 +173,9 @@ impl Stages {
         let mut contents = vec![0; pins_size(0) as usize];
         contents[..4].copy_from_slice(&(last.len() as u32).to_ne_bytes());
         for pin in last.values() {
-            self.held[pin.particle as usize] = pin.held;
+            if std::mem::replace(&mut self.held[pin.particle as usize], pin.held) != pin.held {
+                self.semi_implicit.held_changed();
+            }
             let [x, y, z] = pin.position.unwrap_or_default().map(|component| component as f32);
             let data = layout::Pin {
                 position: [x, y, z, self.inverse_mass(pin.particle as usize)],
@@ -201,7 +219,7 @@ impl Stages {
         for (name, present) in KEPT.into_iter().zip(present) {
             let kept = self.buffers.get(name, 0, 0)?;
             let (from, to) = if keeps { (present, kept) } else { (kept, present) };
-            self.recorder.copy(&self.context, from, to, 0, size);
+            self.recorder.copy(&self.context, from, 0, to, 0, size);
         }
         Ok(())
     }
@@ -225,7 +243,7 @@ impl Stages {
             (buffers.position(self.present), buffers.position(target)),
             (buffers.velocity(self.present), buffers.velocity(target)),
         ] {
-            self.recorder.copy(&self.context, from, to, 0, size);
+            self.recorder.copy(&self.context, from, 0, to, 0, size);
         }
         self.present = target;
         Ok(())
@@ -233,7 +251,7 @@ impl Stages {
 }
 
 /// The first three of each four numbers.
-fn collect(out: &mut Vec<[f64; 3]>, bytes: &[u8]) {
+pub(super) fn collect(out: &mut Vec<[f64; 3]>, bytes: &[u8]) {
     let vectors: &[[f32; 4]] = bytemuck::cast_slice(bytes);
     out.clear();
     out.extend(vectors.iter().map(|&[x, y, z, _]| [x, y, z].map(f64::from)));

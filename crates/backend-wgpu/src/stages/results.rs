@@ -1,13 +1,14 @@
 //! What the device found out, and doing a frame again if that is what it found out.
 
-use cloth_core::{ContactStatistics, Error, Measures, Result, State};
+use cloth_core::{ContactStatistics, DeferredOutcome, Error, Measures, Result, State};
 
-use super::{SMALL_SIZE, Stages};
+use super::{SMALL_SIZE, SMALL_SOLVE, SMALL_STATUS, Stages};
 use crate::{
     buffers::MEASURE_SIZE,
+    contact::{Command, policy::ROW},
     dispatch::MEASURE_BLOCK,
     figures::Figures,
-    layout::{INVALID_OVERFLOW, STOPPED_NEVER, Status},
+    layout::{INVALID_LIST, INVALID_OVERFLOW, STOPPED_NEVER, Solve, Status},
 };
 
 /// Times that a frame is done again before giving up: each time the buffer is larger.
@@ -91,48 +92,103 @@ impl Stages {
             self.dispatch("measure", "measure", items, self.present, (slot, 0))?;
             self.dispatch("measure", "measure_total", (1, 1), self.present, (0, 0))?;
             let result = self.buffers.get("measure_result", 0, 0)?;
-            self.recorder.copy(&self.context, result, self.small.buffer(), 0, MEASURE_SIZE);
+            self.recorder.copy(&self.context, result, 0, self.small.buffer(), 0, MEASURE_SIZE);
         }
         let status = self.buffers.get("status", 0, 0)?;
         let size = size_of::<Status>() as u64;
-        self.recorder.copy(&self.context, status, self.small.buffer(), MEASURE_SIZE, size);
+        self.recorder.copy(&self.context, status, 0, self.small.buffer(), SMALL_STATUS, size);
+        if self.buffers.has("solve") {
+            let solve = self.buffers.get("solve", 0, 0)?;
+            let size = size_of::<Solve>() as u64;
+            self.recorder.copy(&self.context, solve, 0, self.small.buffer(), SMALL_SOLVE, size);
+        }
         self.recorder.submit(&self.context)?;
         let model = &self.model;
-        let (figures, status) = self.small.read(&self.context, SMALL_SIZE, |bytes| {
-            let status = bytemuck::pod_read_unaligned(&bytes[MEASURE_SIZE as usize..]);
-            (Figures::new(model, bytes), status)
+        let (figures, status, solve) = self.small.read(&self.context, SMALL_SIZE, |bytes| {
+            let [status, solve] = [SMALL_STATUS, SMALL_SOLVE].map(|at| &bytes[at as usize..]);
+            let status = bytemuck::pod_read_unaligned(&status[..size_of::<Status>()]);
+            (Figures::new(model, bytes), status, bytemuck::pod_read_unaligned(solve))
         })?;
         self.status = status;
+        self.solve = solve;
         self.figures = if measure { Some(figures) } else { None };
         Ok(())
     }
 
-    /// Does the open frame again if its contacts cannot be trusted; whether it did.
-    fn frame_repeat(&mut self, attempt: u32) -> Result<bool> {
-        let (Some(policy), Some(open)) = (&mut self.contact, &mut self.open) else {
-            return Ok(false);
-        };
-        let limits = &self.context.limits;
-        let max = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        if self.status.invalid & INVALID_OVERFLOW != 0 {
-            let entries = policy.entries_grow(&self.status, max)?;
-            self.buffers.create(&self.context, "contact_entries", 4 * u64::from(entries), None)?;
-            self.bind_groups.clear();
-        } else if self.status.invalid == 0 || policy.interval == 1 {
+    /// Gives the device what it lacked in the open frame; whether it lacked anything.
+    fn shortage_mend(&mut self, attempt: u32) -> Result<bool> {
+        let invalid = self.status.invalid;
+        let mut lacked = self.solve_policy.as_mut().is_some_and(|policy| policy.grow(invalid));
+        if let Some(policy) = &mut self.contact {
+            let limits = &self.context.limits;
+            let max = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
             // With an interval of one only numbers that are not finite count as too far.
-            policy.frame_was_good();
-            return Ok(false);
-        } else {
-            policy.list_was_broken(attempt);
+            let is_broken = invalid & INVALID_LIST != 0 && policy.interval > 1;
+            if invalid & INVALID_OVERFLOW != 0 {
+                let size = 4 * u64::from(policy.entries_grow(&self.status, max)?);
+                self.buffers.create(&self.context, "contact_entries", size, None)?;
+                if self.buffers.has("contact_factors") {
+                    self.contact_factors_create()?;
+                }
+                self.bind_groups.clear();
+                lacked = true;
+            } else if is_broken {
+                policy.list_was_broken(attempt);
+                lacked = true;
+            } else if !lacked {
+                policy.frame_was_good();
+            }
         }
-        let rebuild = policy.interval == 1;
+        Ok(lacked)
+    }
+
+    /// Books what the open frame did, as it stands.
+    fn frame_book(&mut self) -> Result<()> {
+        if !self.buffers.has("solve") {
+            return Ok(());
+        }
+        let solve = self.solve;
+        if let Some(policy) = &mut self.solve_policy {
+            policy.frame_was_good(&solve);
+        }
+        self.solve_log_take(&solve)?;
+        if self.status.broken != STOPPED_NEVER {
+            self.deferred.broken = self.slots.step_of(self.status.broken);
+            self.status.broken = STOPPED_NEVER;
+            let offset = std::mem::offset_of!(Status, broken) as u64;
+            self.write("status", offset, bytemuck::bytes_of(&STOPPED_NEVER))?;
+        }
+        Ok(())
+    }
+
+    /// What came of recorded substeps.
+    pub(crate) fn deferred_outcome(&mut self) -> Result<DeferredOutcome> {
+        if self.open.is_some() {
+            self.settle_measured()?;
+        }
+        Ok(std::mem::take(&mut self.deferred))
+    }
+
+    /// Does the open frame again if it cannot be trusted; whether it did.
+    fn frame_repeat(&mut self, attempt: u32) -> Result<bool> {
+        if !self.shortage_mend(attempt)? {
+            self.frame_book()?;
+            return Ok(false);
+        }
+        let Some(open) = &mut self.open else { return Ok(false) };
+        let rebuild = self.contact.as_ref().is_some_and(|policy| policy.interval == 1);
         let commands = std::mem::take(&mut open.commands);
+        self.semi_implicit.length = None;
         self.present = open.start;
         self.list_uses = 0;
         self.slots.rewind();
         self.slots.ticks(rebuild);
         // A frame that was tried began with a device that had not stopped, or it would have been good.
         self.status_reset(STOPPED_NEVER)?;
+        self.solve_log_reset()?;
+        if commands.iter().any(|command| matches!(command, Command::ColliderConstraints(_))) {
+            self.constrained_reset()?;
+        }
         self.rebuilds_reported = 0;
         self.slots_write()?;
         self.contact_constants_write()?;
@@ -149,13 +205,14 @@ impl Stages {
         out.clear();
         let Some(contact) = self.model.self_contact() else { return Ok(()) };
         let squared = (contact.distance as f32) * (contact.distance as f32);
-        self.execute(crate::contact::Command::ContactCandidates)?;
+        self.execute(Command::ContactCandidates)?;
         let mut state = State::default();
         self.state_read(&mut state)?;
         let count = self.model.particle_count();
         let rows: Vec<[u32; 2]> = self.read_words("contact_rows", 2 * count as u64)?;
+        let spilled = u64::from(self.status.contact_spilled);
         let entries: Vec<u32> =
-            self.read_words("contact_entries", u64::from(self.status.contact_entries))?;
+            self.read_words("contact_entries", count as u64 * u64::from(ROW) + spilled)?;
         let position = |particle: usize| state.positions[particle].map(|c| c as f32);
         for (particle, [first, length]) in rows.into_iter().enumerate() {
             let x = position(particle);
@@ -172,7 +229,11 @@ impl Stages {
     }
 
     /// The first `words` words of a buffer.
-    fn read_words<T: bytemuck::Pod>(&mut self, name: &str, words: u64) -> Result<Vec<T>> {
+    pub(super) fn read_words<T: bytemuck::Pod>(
+        &mut self,
+        name: &str,
+        words: u64,
+    ) -> Result<Vec<T>> {
         let buffer = self.buffers.get(name, 0, 0)?.clone();
         let size = 4 * words;
         let mut contents = Vec::new();

@@ -1,6 +1,9 @@
 //! What a model is made of, as kernels read it: computed once on the host, never changed.
 
 mod exclusions;
+pub(crate) mod links;
+pub(crate) mod pieces;
+mod rows;
 pub(crate) mod springs;
 mod strain_limit;
 mod triangles;
@@ -12,7 +15,7 @@ use crate::layout::Colour;
 /// Contents of the buffers that depend on the model alone. An empty one stays unused.
 #[derive(Debug, Default)]
 pub(crate) struct Tables {
-    pub(crate) spring_rows: Vec<u32>,
+    pub(crate) spring_rows: Vec<[u32; 2]>,
     pub(crate) spring_entries: Vec<[u32; 4]>,
     pub(crate) triangle_rows: Vec<u32>,
     pub(crate) triangles: Vec<[u32; 4]>,
@@ -50,6 +53,11 @@ impl Tables {
             exclusions,
         }
     }
+}
+
+/// All kinds of springs, for the linear system.
+pub(crate) fn spring_kinds(model: &Model) -> Vec<[u32; 4]> {
+    springs::kinds(model)
 }
 
 /// Half the thickness of all cloths \[m\], if it is the same.

@@ -1,24 +1,11 @@
 //! The springs of a model in the form of `shared/spring.wgsl`.
 //!
 //! Particles whose springs are alike, in offset and kind, share one row: a patch of any size needs a
-//! few dozen rows for its inside, edges and corners. All others have a row of their own, laid out in
-//! slices of [`SLICE`] particles with the k-th entries side by side, so that neighbouring threads read
-//! neighbouring memory (Monakov, Lokhmotov and Avetisyan 2010, "Automatically tuning sparse matrix-vector
-//! multiplication for GPU architectures").
+//! few dozen rows for its inside, edges and corners.
 
-use std::collections::HashMap;
+use cloth_core::{Buckling, Model, SpringKind};
 
-use cloth_core::{Buckling, Model, SpringKind, SpringRows, Springs};
-
-/// Particles of a slice.
-const SLICE: usize = 32;
-/// log2 of the distance between the entries of a row in a slice.
-const SLICE_SHIFT: u32 = SLICE.trailing_zeros();
-/// Rows that so many particles have in common are stored once.
-const SHARED_MIN: u32 = 4;
-
-/// Offset to the other particle and index of the kind.
-type Entry = (u32, u32);
+use super::rows::{Rows, rows_of};
 
 /// Words of four numbers that a spring takes where some may buckle (`shared/spring_buckling.wgsl`).
 const BUCKLING_WORDS: usize = 3;
@@ -33,106 +20,42 @@ pub(crate) fn may_buckle(model: &Model) -> bool {
 }
 
 /// Contents of `spring_rows` and `spring_entries`.
-pub(super) fn tables(model: &Model) -> (Vec<u32>, Vec<[u32; 4]>) {
-    let rows = model.springs().gather_rows();
-    let count = model.particle_count();
-    let mut alike: HashMap<Vec<Entry>, u32> = HashMap::new();
-    let mut key = Vec::new();
-    for particle in 0..count {
-        row_of(&rows, particle, &mut key);
-        match alike.get_mut(&key) {
-            Some(times) => *times += 1,
-            None => {
-                alike.insert(key.clone(), 1);
-            }
-        }
+pub(super) fn tables(model: &Model) -> (Vec<[u32; 2]>, Vec<[u32; 4]>) {
+    let gather = model.springs().gather_rows();
+    let Rows { mut rows, entries } = rows_of(model.particle_count(), |particle| {
+        let range = gather.offsets[particle] as usize..gather.offsets[particle + 1] as usize;
+        let entry =
+            |at: usize| [gather.columns[at].wrapping_sub(particle as u32), gather.kinds[at]];
+        range.map(entry).collect::<Vec<[u32; 2]>>()
+    });
+    let words = words(model);
+    for [first, _] in &mut rows {
+        *first *= words as u32;
     }
-    let mut table = Builder {
-        springs: model.springs(),
-        words: if may_buckle(model) { BUCKLING_WORDS } else { 1 },
-        row_numbers: Vec::with_capacity(count),
-        headers: Vec::new(),
-        entries: Vec::new(),
-        shared: HashMap::new(),
-    };
-    let mut alone = Vec::new();
-    for particle in 0..count {
-        row_of(&rows, particle, &mut key);
-        if alike[&key] >= SHARED_MIN {
-            table.push_shared(&key);
-        } else {
-            alone.push((particle, key.clone()));
-            table.row_numbers.push(0);
-        }
-    }
-    for slice in alone.chunks(SLICE) {
-        table.push_slice(slice);
-    }
-    table.finish()
+    let kinds = kinds(model);
+    let entries = entries.into_iter().flat_map(|[offset, kind]| {
+        let mut spring = kinds[kind as usize * words..][..words].to_vec();
+        spring[0][0] = offset;
+        spring
+    });
+    (rows, entries.collect())
 }
 
-fn row_of(rows: &SpringRows, particle: usize, row: &mut Vec<Entry>) {
-    let range = rows.offsets[particle] as usize..rows.offsets[particle + 1] as usize;
-    row.clear();
-    row.extend(range.map(|at| (rows.columns[at].wrapping_sub(particle as u32), rows.kinds[at])));
+/// Words that a spring takes.
+fn words(model: &Model) -> usize {
+    if may_buckle(model) { BUCKLING_WORDS } else { 1 }
 }
 
-struct Builder<'a> {
-    springs: &'a Springs,
-    /// Words of `entries` that a spring takes.
-    words: usize,
-    row_numbers: Vec<u32>,
-    headers: Vec<[u32; 2]>,
-    entries: Vec<[u32; 4]>,
-    shared: HashMap<Vec<Entry>, u32>,
-}
-
-impl Builder<'_> {
-    fn entry(&self, (offset, kind): Entry) -> [[u32; 4]; BUCKLING_WORDS] {
-        let kind = &self.springs.kinds()[kind as usize];
+/// All kinds of springs in the form of `spring_entries`, the offset left out.
+pub(super) fn kinds(model: &Model) -> Vec<[u32; 4]> {
+    let words = words(model);
+    let kind = |kind: &SpringKind| {
         let [rest_length, stiffness, damping] =
             [kind.rest_length, kind.stiffness, kind.damping].map(|value| (value as f32).to_bits());
         let [first, second] = buckling(kind);
-        [[offset, rest_length, stiffness, damping], first, second]
-    }
-
-    fn push_shared(&mut self, row: &[Entry]) {
-        if let Some(&number) = self.shared.get(row) {
-            self.row_numbers.push(number);
-            return;
-        }
-        let number = self.headers.len() as u32;
-        self.headers.push([self.entries.len() as u32, row.len() as u32]);
-        for &entry in row {
-            let entry = self.entry(entry);
-            self.entries.extend(&entry[..self.words]);
-        }
-        self.shared.insert(row.to_vec(), number);
-        self.row_numbers.push(number);
-    }
-
-    fn push_slice(&mut self, slice: &[(usize, Vec<Entry>)]) {
-        let start = self.entries.len();
-        let longest = slice.iter().map(|(_, row)| row.len()).max().unwrap_or(0);
-        let words = self.words;
-        self.entries.resize(start + words * longest * SLICE, [0; 4]);
-        for (lane, (particle, row)) in slice.iter().enumerate() {
-            self.row_numbers[*particle] = self.headers.len() as u32;
-            let shape = row.len() as u32 | SLICE_SHIFT << 24;
-            let first = start + words * lane;
-            self.headers.push([first as u32, shape]);
-            for (k, &entry) in row.iter().enumerate() {
-                let entry = self.entry(entry);
-                let at = first + words * k * SLICE;
-                self.entries[at..at + words].copy_from_slice(&entry[..words]);
-            }
-        }
-    }
-
-    fn finish(mut self) -> (Vec<u32>, Vec<[u32; 4]>) {
-        self.row_numbers.extend(self.headers.iter().flatten());
-        (self.row_numbers, self.entries)
-    }
+        [[0, rest_length, stiffness, damping], first, second].into_iter().take(words)
+    };
+    model.springs().kinds().iter().flat_map(kind).collect()
 }
 
 /// What a spring has beside its stiffness.
@@ -170,8 +93,7 @@ mod tests {
         let (rows, entries) = tables(model);
         let count = model.particle_count();
         let row = |particle: usize| {
-            let header = count + 2 * rows[particle] as usize;
-            let [first, shape] = [rows[header], rows[header + 1]];
+            let [first, shape] = rows[particle];
             let stride = 1_usize << (shape >> 24);
             (0..(shape & 0xff_ffff) as usize)
                 .map(|k| entries[first as usize + k * stride])

@@ -49,6 +49,14 @@ fn what_the_gpu_cannot_do_is_named() {
     let place = Place::with("tiny.toml", TINY);
     let message = place.fails(3, &["run", "tiny.toml", "--backend", "wgpu", "--precision", "f64"]);
     assert_eq!(message, "the wgpu backend does not support precision f64; choose another backend");
+    let direct = ["--solver", "implicit", "--linear", "direct"];
+    let message =
+        place.fails(3, &[&["run", "tiny.toml", "--backend", "wgpu"][..], &direct].concat());
+    assert_eq!(
+        message,
+        "the wgpu backend does not support the linear solver direct (it has cg and jacobi); choose \
+         another backend"
+    );
     let message = place.fails(1, &["run", "tiny.toml", "--backend", "wgpu", "--adapter", "abacus"]);
     assert!(message.contains("there is no adapter `abacus`; there are: 0 ("), "{message}");
     assert!(!place.path("out").exists());

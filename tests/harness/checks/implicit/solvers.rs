@@ -1,20 +1,41 @@
 //! The composite stages, and whole substeps.
 
 use cloth_core::{
-    ImplicitSettings, Kernels, LinearOutcome, LinearSettings, LinearStart, LinearVector,
-    Preconditioner, Result, SolverReport, State, stepper,
+    Frame, ImplicitSettings, Integrator, Kernels, LinearOutcome, LinearSettings, LinearStart,
+    LinearVector, Preconditioner, Result, SolverConfig, SolverReport, State,
+    stepper::{self, FramePlan, FrameSpan},
 };
 
 use super::prepared::Prepared;
 use crate::{
     Verdict,
     backends::{Candidate, SAFETY, reference},
+    bits::first_difference,
     models::Description,
     tracked::TrackedVector,
     verdict::ensure,
 };
 
 type Solve = fn(&mut dyn Kernels, &LinearSettings, LinearStart) -> Result<LinearOutcome>;
+
+/// How far a fused solver whose scalars are in single precision may be from its stages after some
+/// iterations, relative to the largest component: rounding grows in every one of them.
+const SCALARS_ROUNDING: f64 = 3e-4;
+/// Iterations in which it does not grow further.
+const SCALARS_ITERATIONS: u32 = 6;
+
+/// A fused solver and its stages say the same, to rounding.
+fn compare_rounded(candidate: &Candidate, results: &[(LinearOutcome, Vec<[f64; 3]>)]) -> Verdict {
+    let [(fused, fused_y), (staged, staged_y)] = [&results[0], &results[1]];
+    let largest = staged_y.iter().flatten().fold(0.0_f64, |m, y| m.max(y.abs()));
+    let both = fused_y.iter().flatten().zip(staged_y.iter().flatten());
+    let difference = both.fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+    // Written so that NaN fails.
+    let within = difference <= SCALARS_ROUNDING * largest;
+    ensure(within && fused.iterations == staged.iterations, || {
+        format!("{}: {difference:e} of {largest:e}: {fused:?}, {staged:?}", candidate.label)
+    })
+}
 
 /// Two solvers give the same bits and say the same of them, from both starts.
 fn compare_solvers(
@@ -23,6 +44,12 @@ fn compare_solvers(
     settings: &LinearSettings,
     solvers: [Solve; 2],
 ) -> Verdict {
+    let mut settings = *settings;
+    if candidate.single_scalars {
+        settings.tolerance = 0.0;
+        settings.iterations_max = SCALARS_ITERATIONS;
+    }
+    let settings = &settings;
     for start in [LinearStart::Constraints, LinearStart::Solution] {
         let mut results = Vec::new();
         for solve in solvers {
@@ -31,6 +58,10 @@ fn compare_solvers(
             prepared.fill(candidate, LinearVector::Solution)?;
             let outcome = solve(&mut *prepared.kernels, settings, start)?;
             results.push((outcome, prepared.read(LinearVector::Solution)?));
+        }
+        if candidate.single_scalars {
+            compare_rounded(candidate, &results)?;
+            continue;
         }
         let [(fused, fused_y), (staged, staged_y)] = [&results[0], &results[1]];
         ensure(fused == staged, || {
@@ -179,7 +210,7 @@ pub fn implicit_trajectory(
             let mut substep = case.plan.substeps[number % case.plan.substeps.len()];
             substep.length *= 10.0;
             let mut report = SolverReport::default();
-            stepper::implicit::substep(&mut *kernels, &substep, &settings, &mut report)?;
+            kernels.implicit_substep(&substep, &settings, &mut report)?;
         }
         let mut state = State::default();
         kernels.state_read(&mut state)?;
@@ -202,4 +233,61 @@ pub fn implicit_trajectory(
         })?;
     }
     Ok(())
+}
+
+/// A frame of a solver, which may record it without looking at what becomes of its solves, against the same
+/// substeps run stage by stage with a look at each solve: the same bits.
+///
+/// # Errors
+/// What is wrong.
+pub fn implicit_frame(candidate: &Candidate, description: &Description) -> Verdict {
+    let case = description.case(candidate);
+    let mut settings = ImplicitSettings::default();
+    // As many iterations as a backend does not expect.
+    settings.linear.tolerance = 100.0 * candidate.epsilon();
+    settings.linear.iterations_max = 500;
+    settings.linear.warm_start = description.seed.is_multiple_of(2);
+    let config = SolverConfig {
+        time_step: 10.0 * case.config.time_step,
+        integrator: Integrator::Implicit(settings),
+        strain_bound: f64::MAX,
+        ..case.config.clone()
+    };
+    let duration = 2.5 * config.time_step;
+    let mut solver = candidate.backend.create_solver(case.model.clone(), &config)?;
+    solver.upload(&case.state)?;
+    solver.advance(Frame { duration })?;
+    let report = solver.synchronize()?;
+    let mut recorded = State::default();
+    solver.download(&mut recorded)?;
+
+    let mut kernels = candidate.backend.create_kernels(case.model.clone(), &config)?;
+    kernels.state_write(&case.state)?;
+    let colliders = &case.state.colliders;
+    let span = FrameSpan {
+        time: case.state.time,
+        duration,
+        wind_velocity: case.model.air().map_or([0.0; 3], |air| air.wind_velocity),
+        from: colliders,
+        to: colliders,
+    };
+    let mut plan = FramePlan::default();
+    plan.refill(&case.model, &span, (0.0, case.state.step), config.time_step);
+    kernels.frame_begin(&plan)?;
+    let mut expected = SolverReport::default();
+    for substep in &plan.substeps {
+        stepper::implicit::substep(&mut *kernels, substep, &settings, &mut expected)?;
+    }
+    let mut staged = State::default();
+    kernels.state_read(&mut staged)?;
+    let difference = first_difference(&recorded, &staged);
+    ensure(difference.is_none(), || {
+        format!("{}: differs at particle {difference:?}", candidate.label)
+    })?;
+    let counts = |report: &SolverReport| {
+        (report.solves, report.solves_unconverged, report.iterations, report.newton_iterations)
+    };
+    ensure(counts(&report.solver) == counts(&expected), || {
+        format!("{}: {:?}, expected {expected:?}", candidate.label, report.solver)
+    })
 }

@@ -1,0 +1,214 @@
+//! Linear solvers: recording of iterations, and what became of them.
+
+use cloth_core::{
+    Integrator, LinearMethod, LinearOutcome, LinearSettings, LinearStart, LinearVector,
+    Preconditioner, Result, stepper::Substep,
+};
+
+use super::{Stages, vectors_call};
+use crate::{
+    layout::{
+        CALL_DEFERRED, CALL_REFERENCE, Call, SOLVE_CONVERGED, SOLVE_ENDED, SOLVE_RUNNING, Solve,
+    },
+    linear::{SolveRequest, call_of, linear_check, vector_number},
+};
+
+/// Iterations that are recorded before the host looks, where it waits for a solve.
+const CHUNK: u32 = 32;
+
+impl Stages {
+    pub(crate) fn vector_dot(&mut self, a: LinearVector, b: LinearVector) -> Result<f64> {
+        self.solve_kernel("vector_dot", "vector_dot", vectors_call(a, b))?;
+        self.single("vector_dot", "vector_dot_total", 0, Call::default())?;
+        Ok(f64::from(self.solve_read()?.scalar))
+    }
+
+    /// A kernel over blocks of particles.
+    fn solve_kernel(&mut self, stage: &'static str, name: &'static str, call: Call) -> Result<()> {
+        self.linear_prepare()?;
+        let call = self.call(call)?;
+        let [blocks, _] = crate::dispatch::solve_blocks(self.particle_count());
+        self.dispatch(stage, name, (blocks, 1), self.present, (0, call))
+    }
+
+    /// A kernel of one workgroup.
+    fn single(
+        &mut self,
+        stage: &'static str,
+        name: &'static str,
+        slot: usize,
+        call: Call,
+    ) -> Result<()> {
+        self.linear_prepare()?;
+        let call = self.call(call)?;
+        self.dispatch(stage, name, (1, 1), self.present, (slot, call))
+    }
+
+    /// Everything before the first iteration.
+    fn solve_begin(&mut self, stage: &'static str, slot: usize, call: Call) -> Result<()> {
+        let starts_at_solution = call.flags & crate::layout::CALL_FROM_SOLUTION != 0;
+        self.single(stage, "linear_begin", slot, call)?;
+        let items = (self.particle_count(), crate::dispatch::WORKGROUP);
+        let index = self.call(call)?;
+        self.dispatch(stage, "linear_start", items, self.present, (slot, index))?;
+        let residual = |vector, flags| Call {
+            vector_from: vector_number(vector),
+            flags: call.flags | flags,
+            ..call
+        };
+        let reference = residual(LinearVector::Direction, CALL_REFERENCE);
+        self.solve_kernel(stage, "linear_residual", reference)?;
+        if starts_at_solution {
+            self.single(stage, "linear_reference", slot, call)?;
+            let solution = residual(LinearVector::Solution, 0);
+            self.solve_kernel(stage, "linear_residual", solution)?;
+        }
+        Ok(())
+    }
+
+    fn solve_iterate(&mut self, method: LinearMethod, count: u32, call: Call) -> Result<()> {
+        for _ in 0..count {
+            if method == LinearMethod::Jacobi {
+                self.solve_kernel("jacobi", "jacobi", call)?;
+                let vector_from = vector_number(LinearVector::Solution);
+                self.solve_kernel("jacobi", "linear_residual", Call { vector_from, ..call })?;
+            } else {
+                let stage = "conjugate_gradient";
+                self.solve_kernel(stage, "conjugate_gradient_image", call)?;
+                self.solve_kernel(stage, "conjugate_gradient_step", call)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Solves the system with the preconditioner that was built last, and waits for what comes of it.
+    pub(crate) fn solve_now(
+        &mut self,
+        settings: &LinearSettings,
+        start: LinearStart,
+    ) -> Result<LinearOutcome> {
+        linear_check(settings)?;
+        let method = settings.method;
+        let stage = stage_of(method);
+        let call = call_of(settings, start);
+        self.solve_begin(stage, self.slots.current, call)?;
+        let mut left = settings.iterations_max;
+        loop {
+            let count = left.min(CHUNK);
+            left -= count;
+            self.solve_iterate(method, count, call)?;
+            self.single(stage, "linear_end", self.slots.current, call)?;
+            let solve = self.solve_read()?;
+            if solve.outcome_phase != SOLVE_RUNNING {
+                return Ok(outcome(&solve));
+            }
+        }
+    }
+
+    /// Records all solves of a substep.
+    pub(in crate::stages) fn solve_record(
+        &mut self,
+        substep: &Substep,
+        request: &SolveRequest,
+    ) -> Result<()> {
+        let Some(policy) = &self.solve_policy else { return Ok(()) };
+        let constrained = !self.model.colliders().is_empty();
+        let passes = if constrained { policy.passes() } else { 1 };
+        let method = request.linear.method;
+        let slot = self.slot(substep)?;
+        let preconditioner = match method {
+            LinearMethod::Jacobi => Preconditioner::Block,
+            _ => request.linear.preconditioner,
+        };
+        for pass in 0..passes {
+            self.preconditioner_build(preconditioner)?;
+            let start = if pass == 0 { request.start } else { LinearStart::Solution };
+            let call = Call { pass_number: pass, pass_count: request.passes, ..Call::default() };
+            let call = self.pass_record(&request.linear, start, slot, call)?;
+            if constrained {
+                self.constraint_release_record()?;
+                if pass + 1 == passes && passes < request.passes {
+                    self.single("constraint_release", "linear_close", slot, call)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Records one solve of a substep with the preconditioner that is there. `call` has its number and
+    /// flags of its own; returns all that its kernels were told.
+    pub(in crate::stages) fn pass_record(
+        &mut self,
+        linear: &LinearSettings,
+        start: LinearStart,
+        slot: usize,
+        call: Call,
+    ) -> Result<Call> {
+        let pass = call.pass_number;
+        let count = self.solve_policy.as_ref().map_or(0, |policy| policy.iterations(pass));
+        let stage = stage_of(linear.method);
+        let settings = call_of(linear, start);
+        let call = Call {
+            flags: call.flags | settings.flags | CALL_DEFERRED,
+            pass_number: pass,
+            pass_count: call.pass_count,
+            ..settings
+        };
+        self.solve_begin(stage, slot, call)?;
+        self.solve_iterate(linear.method, count, call)?;
+        self.single(stage, "linear_end", slot, call)?;
+        Ok(call)
+    }
+
+    /// Books what the device did since the last time, and lets it count anew.
+    pub(in crate::stages) fn solve_log_take(&mut self, solve: &Solve) -> Result<()> {
+        let report = &mut self.deferred.report;
+        // The semi-implicit integrator counts a substep as one.
+        if !matches!(self.config.integrator, Integrator::SemiImplicit(_)) {
+            report.solves += solve.solves;
+        }
+        report.solves_unconverged += solve.solves_unconverged;
+        report.iterations += u64::from(solve.iterations);
+        report.residual = report.residual.max(f64::from(solve.residual_max));
+        // Known already if nothing was constrained anew.
+        self.constrained.get_or_insert(u64::from(solve.constrained));
+        self.released += u64::from(solve.released);
+        if solve.solves > 0 || solve.released > 0 { self.solve_log_reset() } else { Ok(()) }
+    }
+
+    /// Lets the device count constrained particles anew.
+    pub(in crate::stages) fn constrained_reset(&mut self) -> Result<()> {
+        if !self.buffers.has("solve") {
+            return Ok(());
+        }
+        self.solve_write(std::mem::offset_of!(Solve, constrained), &[0])
+    }
+
+    pub(in crate::stages) fn solve_log_reset(&mut self) -> Result<()> {
+        if !self.buffers.has("solve") {
+            return Ok(());
+        }
+        let first = std::mem::offset_of!(Solve, released);
+        let words = (size_of::<Solve>() - first) / 4;
+        self.solve_write(first, &vec![0; words])
+    }
+}
+
+const fn stage_of(method: LinearMethod) -> &'static str {
+    match method {
+        LinearMethod::Jacobi => "jacobi",
+        _ => "conjugate_gradient",
+    }
+}
+
+fn outcome(solve: &Solve) -> LinearOutcome {
+    let phase = solve.outcome_phase;
+    let breakdown = phase != SOLVE_CONVERGED && phase != SOLVE_ENDED;
+    let residual = f64::from(solve.outcome_residual);
+    LinearOutcome {
+        iterations: solve.outcome_iterations,
+        residual: if breakdown { f64::INFINITY } else { residual },
+        converged: phase == SOLVE_CONVERGED,
+        breakdown,
+    }
+}

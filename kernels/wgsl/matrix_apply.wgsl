@@ -1,0 +1,20 @@
+// NUMERICS section 5: to = A from.
+//!include model status call vectors symmetric links matrix matrix_row
+//!if penalty
+//!include contact_row
+//!end
+//!if not penalty
+//!include contact_row_none
+//!end
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let particle = particle_index(id, groups);
+    if particle >= model.particle_count || is_stopped() {
+        return;
+    }
+    vector_set(call.vector_to, particle, matrix_row(particle, call.vector_from));
+}

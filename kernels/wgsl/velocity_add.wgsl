@@ -1,0 +1,21 @@
+// NUMERICS section 5: v += amount y.
+//!include model status call motion motion_out vectors
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let particle = particle_index(id, groups);
+    if particle >= model.particle_count {
+        return;
+    }
+    var position = position_in[particle];
+    var velocity = velocity_in[particle];
+    if !is_stopped() {
+        let change = vector_get(VECTOR_SOLUTION, particle);
+        velocity = vec4f(add_scaled(velocity.xyz, call.amount, change), velocity.w);
+    }
+    position_out[particle] = position;
+    velocity_out[particle] = velocity;
+}
