@@ -87,9 +87,9 @@ impl Session {
             .unwrap();
         let mut session = Self { screen, display, program, window: String::new(), folder };
         session.wait("a first frame", |_| true);
-        session.window = session.xdotool(&["search", "--onlyvisible", "--name", "cloth"]);
-        let window = session.window.lines().next().unwrap().to_owned();
-        session.window = window;
+        // It waits until the window is there, which may be after the first frame was made.
+        let found = session.xdotool(&["search", "--sync", "--onlyvisible", "--name", "cloth"]);
+        session.window = found.lines().next().unwrap().to_owned();
         // No window manager gives it the keyboard.
         session.xdotool(&["windowfocus", "--sync", &session.window]);
         session

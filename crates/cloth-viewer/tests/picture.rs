@@ -154,8 +154,14 @@ fn overlays_change_the_picture_as_they_should() {
     let dark = |p: [u8; 3]| luminance(p) < 45.0;
     assert!(share(&wires, dark) > share(&plain, dark) + 0.005);
 
-    let strain = picture(Overlays { strain: true, ..Overlays::default() });
-    assert!(share(&strain, is_red) < 0.5 * red, "the heat map takes the place of the colour");
+    // On a long scale nothing is strained, on a short one all is.
+    let is_cold = |[r, g, b]: [u8; 3]| u16::from(b) > u16::from(r) + 30 && b > g;
+    let strain =
+        |strain_scale| picture(Overlays { strain: true, strain_scale, ..Overlays::default() });
+    let (cold, hot) = (strain(100.0), strain(1e-3));
+    assert!(share(&cold, is_cold) > 0.9 * red, "blue takes the place of the colour");
+    assert!(share(&cold, is_red) < 0.02 * red);
+    assert!(share(&hot, is_red) > 0.3 * red, "red where springs are longer than at rest");
 
     let is_blue = |[r, g, b]: [u8; 3]| b > 120 && u16::from(b) > u16::from(r) + 60 && g < 180;
     let springs =

