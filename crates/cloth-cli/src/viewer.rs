@@ -5,7 +5,7 @@ use cloth::{
     scene::CompiledScene,
 };
 use cloth_viewer::{
-    ClipOptions, FramePainter, Gpu, Source, ViewerError, WindowOptions, clip_format, clip_render,
+    ClipFormat, ClipOptions, FramePainter, Gpu, Source, ViewerError, WindowOptions, clip_render,
     window_run,
 };
 use indicatif::ProgressBar;
@@ -17,7 +17,7 @@ use crate::{
 
 pub(crate) fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     // Before any work.
-    clip_format(&arguments.out)?;
+    ClipFormat::of_path(&arguments.out)?;
     let source = source(&arguments.scene, &arguments.source.solver)?;
     let gpu = Gpu::headless(arguments.source.adapter.as_deref())?;
     let size = arguments.picture_size;

@@ -7,7 +7,7 @@
 use std::{
     fs,
     io::{BufRead, BufReader},
-    path::PathBuf,
+    path::{Path, PathBuf},
     process::{Child, Command, Stdio},
     time::{Duration, Instant},
 };
@@ -177,6 +177,17 @@ fn is_cloth([red, green, blue]: [u8; 3]) -> bool {
     red > 50 && f64::from(red) > 1.7 * f64::from(green) && f64::from(red) > 1.7 * f64::from(blue)
 }
 
+/// Number of pictures in a film, which the box of their sizes says.
+fn mp4_frames(path: &Path) -> u32 {
+    let bytes = fs::read(path).unwrap();
+    assert_eq!(&bytes[4..8], b"ftyp");
+    let has = |name: &[u8]| bytes.windows(4).any(|word| word == name);
+    assert!(has(b"moov") && has(b"av01") && has(b"mdat"));
+    let sizes = bytes.windows(4).position(|word| word == b"stsz").unwrap();
+    let count = &bytes[sizes + 12..sizes + 16];
+    u32::from_be_bytes(count.try_into().unwrap())
+}
+
 #[test]
 fn keys_drive_the_simulation() {
     let mut session = Session::open(None, &["--paused"]);
@@ -220,25 +231,29 @@ fn the_picture_shows_what_the_keys_do() {
     session.key("w");
     session.wait("wires", |line| line["wires"] == true);
     let wires = session.screenshot();
-    assert!(share(&wires, is_cloth) < cloth - 0.01, "wires cover the cloth");
+    let brightness = |picture: &image::RgbImage| {
+        let pixels = picture.pixels().filter(|pixel| is_cloth(pixel.0));
+        let (sum, count) =
+            pixels.fold((0.0, 0.0), |(sum, count), p| (sum + f64::from(p[0]), count + 1.0));
+        sum / count
+    };
+    let (before, after) = (brightness(&plain), brightness(&wires));
+    assert!(after < 0.97 * before, "wires cover the cloth: {before}, then {after}");
 
     // A recording of ten frames.
     session.key("v");
     session.wait("it records", |line| line["recording"] == true);
     session.key("p");
     session.wait("ten frames", |line| frame(line) > 10);
+    session.key("p");
+    let last = frame(&session.wait("it waits", |line| line["paused"] == true));
     session.key("v");
     let recorded = session.wait("a clip", |line| {
         line["message"].as_str().is_some_and(|text| text.starts_with("recorded"))
     });
     assert_eq!(recorded["recording"], false);
-    let bytes = fs::read(session.folder.path().join("sheet-001.gif")).unwrap();
-    let mut reader = gif::DecodeOptions::new().read_info(&bytes[..]).unwrap();
-    let mut frames = 0;
-    while reader.read_next_frame().unwrap().is_some() {
-        frames += 1;
-    }
-    assert!(frames > 3, "{frames} frames in the clip");
+    let frames = mp4_frames(&session.folder.path().join("sheet-001.mp4"));
+    assert_eq!(u64::from(frames), last + 1, "every frame is in the clip, however slow the window");
 }
 
 #[test]
@@ -288,7 +303,7 @@ fn frames_of_a_run_are_shown() {
     let ran = Command::new(env!("CARGO_BIN_EXE_cloth"))
         .arg("run")
         .arg(&scene)
-        .args(["--frames", "5", "--format", "none", "--out", "run"])
+        .args(["--frames", "5", "--format", "obj,ply,pc2,mdd", "--out", "run"])
         .current_dir(folder.path())
         .stderr(Stdio::null())
         .stdout(Stdio::null())
@@ -296,6 +311,21 @@ fn frames_of_a_run_are_shown() {
         .unwrap();
     assert!(ran.success());
     let run = folder.path().join("run");
+    // Sequences and caches show the same as the frame store.
+    let still = |source: &str| {
+        let picture = folder.path().join("still.png");
+        let output = Command::new(env!("CARGO_BIN_EXE_cloth"))
+            .args(["render", source, "--still", "--picture-size", "96x54", "--out", "still.png"])
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{source}: {output:?}");
+        share(&image::open(picture).unwrap().into_rgb8(), |p| {
+            p.iter().max().unwrap() - p.iter().min().unwrap() > 60
+        })
+    };
+    let all = ["run/obj", "run/ply/sheet_000002.ply", "run/sheet.pc2", "run/sheet.mdd"].map(still);
+    assert!(all[0] > 0.02 && all.iter().all(|share| (share - all[0]).abs() < 1e-3), "{all:?}");
     let mut session = Session::open(run.to_str(), &["--paused"]);
     session.wait("six frames", |line| line["recorded"] == 6);
     session.key("space");
@@ -303,6 +333,51 @@ fn frames_of_a_run_are_shown() {
     assert!((line["time"].as_f64().unwrap() - 1.0 / 30.0).abs() < 1e-6);
     session.key("r");
     session.wait("the first one", |line| frame(line) == 0);
+}
+
+#[test]
+fn another_scene_is_opened_by_its_name() {
+    let mut session = Session::open(None, &["--paused"]);
+    let open = |session: &mut Session, word: &str| {
+        session.key("o");
+        session.wait("a line to type in", |line| line["typing"] == true);
+        session.xdotool(&["type", word]);
+        session.key("Return");
+    };
+    open(&mut session, "flag");
+    session.wait("the flag", |line| line["scene"] == "flag" && line["typing"] == false);
+    // Letters that are typed are no keys, as X would be.
+    open(&mut session, "xyz");
+    let line = session.wait("a refusal", |line| line["message"].is_string());
+    let message = line["message"].as_str().unwrap();
+    assert!(message.contains("xyz") && !message.contains('\n'), "{message}");
+    assert_eq!(line["scene"], "flag");
+}
+
+#[test]
+fn what_cannot_be_shown_is_said_without_a_window() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("bad.toml"), "name = 3").unwrap();
+    fs::write(folder.path().join("bad.pc2"), "nothing").unwrap();
+    for (arguments, expected) in [
+        (["view", "./bad.toml"], "bad.toml"),
+        (["view", "bad.pc2"], "bad_mesh.obj"),
+        (["view", "."], "frames.bin"),
+        (["view", "nonsense"], "nonsense"),
+        (["view", "--backend=abacus"], "abacus"),
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_cloth"))
+            .args(arguments)
+            .current_dir(folder.path())
+            .env_remove("DISPLAY")
+            .env_remove("WAYLAND_DISPLAY")
+            .output()
+            .unwrap();
+        assert!(matches!(output.status.code(), Some(1..=3)), "{arguments:?}: {output:?}");
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(text.lines().count(), 1, "{text}");
+        assert!(text.starts_with("error: ") && text.contains(expected), "{text}");
+    }
 }
 
 #[test]
@@ -351,19 +426,26 @@ fn clips_are_rendered_without_a_window() {
             .output()
             .unwrap()
     };
-    for name in ["clip.gif", "clip.png"] {
+    for name in ["clip.gif", "clip.png", "clip.mp4"] {
         let output = render(&["--frames", "4", "--frame-stride", "2", "--out", name]);
         assert!(output.status.success(), "{output:?}");
         let bytes = fs::read(folder.path().join(name)).unwrap();
         assert!(bytes.len() > 1000, "{name}");
     }
+    assert_eq!(mp4_frames(&folder.path().join("clip.mp4")), 3);
     let output = render(&["--frames", "2", "--still", "--out", "still.png"]);
     assert!(output.status.success(), "{output:?}");
     let still = image::open(folder.path().join("still.png")).unwrap().into_rgb8();
     assert_eq!(still.dimensions(), (160, 90));
     assert!(share(&still, is_cloth) > 0.03);
-    let output = render(&["--out", "clip.mp4"]);
-    assert_eq!(output.status.code(), Some(3));
-    let text = String::from_utf8(output.stderr).unwrap();
-    assert!(text.contains("no encoder for MP4") && text.contains("ffmpeg"), "{text}");
+    for (arguments, expected) in [
+        (["--out", "clip.avi", "--frames", "1"], "none of mp4, gif, png"),
+        (["--out", "still.gif", "--still", ""], "a still picture is a PNG"),
+        (["--out", "/nonexistent/a.mp4", "--frames", "1"], "cannot write"),
+    ] {
+        let output = render(arguments.strip_suffix(&[""]).unwrap_or(&arguments));
+        assert_eq!(output.status.code(), Some(3), "{arguments:?}");
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert!(text.contains(expected), "{text}");
+    }
 }

@@ -20,9 +20,9 @@ pub enum ViewerError {
     /// Frames that cannot be read or written.
     #[error(transparent)]
     Frames(#[from] FrameError),
-    /// A folder that no run wrote.
-    #[error("`{}` is neither a scene nor the output folder of a run ({problem}); give a .toml file, \
-             a built-in scene, or the folder that `cloth run` wrote", path.display())]
+    /// Neither a scene nor frames.
+    #[error("cannot open `{}` ({problem}); give a .toml file, a built-in scene, the folder that \
+             `cloth run` wrote, or frames as .obj, .ply, .pc2 or .mdd", path.display())]
     Source {
         /// What was given.
         path: PathBuf,

@@ -5,16 +5,12 @@ use std::{
     time::{Duration, Instant},
 };
 
-use cloth::{
-    io::{ClipWriter, FrameFormat, PictureStyle},
-    scene::CompiledScene,
-    wgpu::wgpu,
-};
+use cloth::{io::PictureStyle, scene::CompiledScene, wgpu::wgpu};
 use image::RgbImage;
 
 use crate::{
-    ClothMesh, Engine, FrameBuffers, FrameContents, Gpu, OrbitCamera, Overlays, Playback,
-    RenderTarget, Renderer, Snapshot, Source, ViewerError,
+    ClipFormat, ClothMesh, Engine, FrameBuffers, FrameContents, Gpu, OrbitCamera, Overlays,
+    Playback, RenderTarget, Renderer, Snapshot, Source, ViewerError, clip::Clip,
 };
 
 /// What to draw, and how.
@@ -62,15 +58,16 @@ impl Studio {
                 Subject::Live(Box::new(engine))
             }
             Source::Run { scene, options, store } => {
-                Subject::Recorded(Box::new(Playback::new(gpu, &scene, &options, &store)?))
+                Subject::Recorded(Box::new(Playback::of_store(gpu, &scene, &options, &store)?))
             }
+            Source::Files(files) => Subject::Recorded(Box::new(Playback::of_files(gpu, files)?)),
         };
-        let (scene, style) = match &subject {
-            Subject::Live(engine) => (engine.scene(), engine.style()),
-            Subject::Recorded(playback) => (playback.scene(), playback.style()),
+        let (model, style) = match &subject {
+            Subject::Live(engine) => (&engine.scene().model, engine.style()),
+            Subject::Recorded(playback) => (playback.model(), playback.style()),
         };
         Ok(Self {
-            mesh: ClothMesh::new(gpu, &scene.model, style),
+            mesh: ClothMesh::new(gpu, model, style),
             camera: camera(style),
             target: RenderTarget::new(gpu, options.size)?,
             renderer: Renderer::new(gpu),
@@ -106,7 +103,7 @@ impl Studio {
     pub fn frames_per_second(&self) -> f64 {
         match &self.subject {
             Subject::Live(engine) => engine.scene().frames_per_second,
-            Subject::Recorded(playback) => playback.scene().frames_per_second,
+            Subject::Recorded(playback) => playback.frames_per_second(),
         }
     }
 
@@ -230,27 +227,6 @@ pub(crate) fn camera(style: &PictureStyle) -> OrbitCamera {
     OrbitCamera::from_camera(&style.camera.unwrap_or_else(fallback))
 }
 
-/// The format that the extension of a file asks for.
-///
-/// # Errors
-/// [`ViewerError::Output`] with what can be written.
-pub fn clip_format(path: &Path) -> Result<FrameFormat, ViewerError> {
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
-    let fail = |problem: &str, mend| {
-        let problem = problem.to_owned();
-        Err(ViewerError::Output { path: path.to_owned(), problem, mend })
-    };
-    match extension.to_ascii_lowercase().as_str() {
-        "gif" => Ok(FrameFormat::Gif),
-        "png" | "apng" => Ok(FrameFormat::Apng),
-        "mp4" => fail(
-            "this build has no encoder for MP4",
-            "write a .png and convert it: ffmpeg -i clip.png -pix_fmt yuv420p clip.mp4",
-        ),
-        _ => fail("its extension is none of gif, png", "name it clip.gif or clip.png"),
-    }
-}
-
 /// Draws all frames of `source` into the file `path`, whose extension says the format.
 /// `progress` is told each frame that is done, and how many there are.
 ///
@@ -264,10 +240,17 @@ pub fn clip_render(
     options: &ClipOptions,
     mut progress: impl FnMut(u64, u64),
 ) -> Result<PathBuf, ViewerError> {
-    let format = clip_format(path)?;
+    let format = ClipFormat::of_path(path)?;
     let mut studio = Studio::new(gpu, source, options)?;
     let frames = options.frames.unwrap_or_else(|| studio.frames());
     if options.still {
+        if format != ClipFormat::Apng {
+            return Err(ViewerError::Output {
+                path: path.to_owned(),
+                problem: "a still picture is a PNG".into(),
+                mend: "name it still.png",
+            });
+        }
         for frame in 0..frames {
             studio.step()?;
             progress(frame + 1, frames);
@@ -282,7 +265,7 @@ pub fn clip_render(
     }
     let stride = options.stride.max(1);
     let rate = studio.frames_per_second() / stride as f64;
-    let mut clip = ClipWriter::new(format, path, rate)?;
+    let mut clip = Clip::new(format, path, rate)?;
     for frame in 0..=frames {
         if frame > 0 {
             studio.step()?;
@@ -292,5 +275,5 @@ pub fn clip_render(
         }
         progress(frame, frames);
     }
-    Ok(clip.finish()?)
+    clip.finish()
 }

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod clip;
 mod error;
 mod gpu;
 mod headless;
@@ -7,15 +8,16 @@ mod renderer;
 mod simulation;
 mod window;
 
+pub use clip::ClipFormat;
 pub use error::ViewerError;
 pub use gpu::Gpu;
-pub use headless::{ClipOptions, FramePainter, Studio, clip_format, clip_render};
+pub use headless::{ClipOptions, FramePainter, Studio, clip_render};
 pub use renderer::{
     ClothMesh, Disc, FrameBuffers, FrameContents, OrbitCamera, Overlays, PlaceLine, Ray,
     RenderTarget, Renderer,
 };
 pub use simulation::{
-    Command, Engine, GrabView, Playback, Settings, SettingsChange, Shown, SimulationThread,
-    Snapshot, Source, Subject, corner_particles,
+    Command, Engine, FrameFiles, GrabView, Playback, Settings, SettingsChange, Shown,
+    SimulationThread, Snapshot, Source, Subject, corner_particles,
 };
 pub use window::{WindowOptions, window_run};

@@ -37,7 +37,8 @@ pub(crate) struct RenderArguments {
     pub(crate) scene: String,
     #[command(flatten)]
     pub(crate) source: SourceArguments,
-    /// The file to write; its extension says the format: gif, or png for an animated PNG.
+    /// The file to write; its extension says the format: mp4 (AV1), gif, or png for an
+    /// animated PNG.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
     /// Number of frames, in place of the scene's.

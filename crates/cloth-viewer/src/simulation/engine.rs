@@ -17,7 +17,7 @@ use super::{
     Settings, SettingsChange, Snapshot, contacts, corner_particles,
     grab::{Grab, SLICE},
     pick::pick,
-    snapshot::{FramePool, GrabView},
+    snapshot::{FramePool, GrabView, cell_side},
 };
 
 /// Part of the distance by which a ray may miss the cloth and still take hold of it.
@@ -326,6 +326,7 @@ impl Engine {
         if change == SettingsChange::Rebuilt {
             let scene = settings.apply(&self.scene, &self.original.model);
             let compiled = scene.compile(&self.options)?;
+            self.gpu.backend().stage_times_set(settings.stage_times);
             let mut solver = EngineSolver::new(&self.gpu, &settings.backend, &compiled)?;
             self.state()?;
             // Halvings count from the time step of the old settings.
@@ -361,15 +362,10 @@ impl Engine {
                 found = contacts::contact_particles(model, &self.state);
             }
             if overlays.bins {
-                let side = model.self_contact().map_or_else(|| rest_length(model), |c| c.distance);
-                bins = contacts::bin_lines(&self.state.positions, side);
+                bins = contacts::bin_lines(&self.state.positions, cell_side(model));
             }
         }
-        let grab = match &self.grab {
-            Some(grab) => Some((grab.particle, grab.target)),
-            None => None,
-        };
-        let grab = match grab {
+        let grab = match self.grab.as_ref().map(|grab| (grab.particle, grab.target)) {
             Some((particle, target)) => {
                 let position = self.state()?.positions[particle as usize];
                 Some(GrabView { particle, position, target })
@@ -393,10 +389,6 @@ impl Engine {
             recorded: None,
         })
     }
-}
-
-fn rest_length(model: &cloth::Model) -> f64 {
-    model.springs().kinds().iter().map(|kind| kind.rest_length).fold(1e-3, f64::max)
 }
 
 /// The control of one of the slices of a frame, of which `left` are to come, itself included:

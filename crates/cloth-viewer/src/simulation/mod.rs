@@ -5,6 +5,7 @@
 
 mod contacts;
 mod engine;
+mod frame_files;
 mod grab;
 mod pick;
 mod pins;
@@ -15,6 +16,7 @@ mod source;
 mod thread;
 
 pub use engine::Engine;
+pub use frame_files::FrameFiles;
 pub use pins::corner_particles;
 pub use playback::Playback;
 pub use settings::{Settings, SettingsChange};

@@ -30,6 +30,9 @@ pub struct Settings {
     pub wind: [f64; 3],
     /// Distance of self-contact \[m\]; `None` for off.
     pub contact: Option<f64>,
+    /// Whether the backend `wgpu` takes the time of every stage, which costs speed; others take it
+    /// always.
+    pub stage_times: bool,
 }
 
 /// How a change of settings was carried out.
@@ -59,6 +62,7 @@ impl Settings {
             damping: 1.0,
             wind: scene.wind.map_or([0.0; 3], |wind| wind.velocity),
             contact: scene.contact.map(|contact| contact.distance),
+            stage_times: false,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::{sync::Arc, time::Duration};
 
-use cloth::{StepReport, io::PictureShape};
+use cloth::{Model, StepReport, io::PictureShape};
 
 use crate::{
     FrameBuffers, FrameContents, Gpu, Overlays,
@@ -102,4 +102,11 @@ impl FramePool {
         self.buffers.push(Arc::clone(&buffers));
         buffers
     }
+}
+
+/// Side of the cells in which near particles are looked for \[m\].
+pub(super) fn cell_side(model: &Model) -> f64 {
+    let rest_length =
+        || model.springs().kinds().iter().map(|kind| kind.rest_length).fold(1e-3, f64::max);
+    model.self_contact().map_or_else(rest_length, |contact| contact.distance)
 }

@@ -2,8 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use cloth::scene::{CompileOptions, Scene, builtin_scenes};
+use cloth::{
+    io::FrameStore,
+    scene::{CompileOptions, Scene, builtin_scenes},
+    topology,
+};
 
+use super::FrameFiles;
 use crate::ViewerError;
 
 /// Something to look at.
@@ -20,11 +25,13 @@ pub enum Source {
         /// The frame store.
         store: PathBuf,
     },
+    /// Frames of which nothing else is known.
+    Files(FrameFiles),
 }
 
 impl Source {
-    /// What a word means: the name of a built-in scene, the path of a scene, or the output folder of
-    /// a run (or its frame store).
+    /// What a word means: the name of a built-in scene, the path of a scene, the output folder of a
+    /// run or its frame store, a point cache, one mesh of a sequence or a folder of them.
     ///
     /// # Errors
     /// [`ViewerError::Scene`] or [`ViewerError::Source`].
@@ -44,12 +51,39 @@ impl Source {
     /// [`ViewerError::Scene`] or [`ViewerError::Source`].
     pub fn open_path(path: &Path) -> Result<Self, ViewerError> {
         if path.is_dir() {
-            return Self::run(path);
+            // A folder that a run wrote says so by its scene, and then is to blame for what is wrong.
+            let is_run = path.join("frames.bin").exists() || path.join("scene.toml").exists();
+            return match FrameFiles::of_folder(path)? {
+                Some(files) if !is_run => Ok(Self::Files(files)),
+                _ => Self::run(path),
+            };
         }
         if path.extension().is_some_and(|extension| extension == "bin") {
             return Self::run(path.parent().unwrap_or(Path::new(".")));
         }
+        if FrameFiles::knows(path) {
+            return Ok(Self::Files(FrameFiles::of_file(path)?));
+        }
         Ok(Self::Scene(Box::new(Scene::read(path)?), CompileOptions::default()))
+    }
+
+    /// Whether it can be shown, as far as that can be told without a device.
+    ///
+    /// # Errors
+    /// [`ViewerError::Scene`], [`ViewerError::Frames`] or [`ViewerError::Source`].
+    pub fn check(&self) -> Result<(), ViewerError> {
+        match self {
+            Self::Scene(scene, options) => {
+                scene.compile(options)?;
+            }
+            Self::Run { scene, options, store } => {
+                FrameStore::open_read_only(store, &topology(&scene.compile(options)?))?;
+            }
+            Self::Files(files) => {
+                files.frame(0, files.mesh()?.positions.len())?;
+            }
+        }
+        Ok(())
     }
 
     /// Name of the scene.
@@ -57,6 +91,7 @@ impl Source {
     pub fn name(&self) -> &str {
         match self {
             Self::Scene(scene, _) | Self::Run { scene, .. } => &scene.name,
+            Self::Files(files) => files.name(),
         }
     }
 
@@ -73,7 +108,12 @@ impl Source {
         let meshes: Meshes = serde_json::from_str(&text)
             .map_err(|error| fail(format!("`meshes.json` is damaged: {error}")))?;
         scene.origin.directory = meshes.directory;
-        let options = CompileOptions { mesh_roots: meshes.roots, ..CompileOptions::default() };
+        // It was run before, so it is not too large.
+        let options = CompileOptions {
+            mesh_roots: meshes.roots,
+            memory_limit: u64::MAX,
+            ..CompileOptions::default()
+        };
         Ok(Self::Run { scene: Box::new(scene), options, store })
     }
 }

@@ -42,6 +42,10 @@ pub enum Command {
     Open(Source, String),
     /// Goes to a recorded frame.
     Seek(usize),
+    /// Whether every frame is wanted: then each waits until the one before was taken.
+    Record(bool),
+    /// The newest frame was taken.
+    Taken,
 }
 
 /// What the window sees of the simulation.
@@ -101,6 +105,8 @@ impl SimulationThread {
                 session: None,
                 shown: worker_shown,
                 paused,
+                recording: false,
+                wanted: false,
                 overlays: Overlays::default(),
                 subjects: 0,
                 due: Instant::now(),
@@ -157,6 +163,9 @@ struct Worker {
     session: Option<Session>,
     shown: Arc<Mutex<Shown>>,
     paused: bool,
+    /// Whether every frame is wanted, and whether the newest one still is.
+    recording: bool,
+    wanted: bool,
     overlays: Overlays,
     subjects: u64,
     /// When the next frame is to be shown.
@@ -171,7 +180,8 @@ impl Worker {
     fn run(&mut self, commands: &Receiver<Command>) {
         loop {
             let wait = self.due.saturating_duration_since(Instant::now());
-            let received = if self.paused || self.session.is_none() {
+            let waits = self.paused || self.recording && self.wanted;
+            let received = if waits || self.session.is_none() {
                 commands.recv().map_err(|_| TryRecvError::Disconnected)
             } else if wait.is_zero() {
                 commands.try_recv()
@@ -205,6 +215,7 @@ impl Worker {
             let factor = length.as_secs_f64() / (now - last).as_secs_f64().max(1e-9);
             self.real_time_factor += 0.2 * (factor - self.real_time_factor);
         }
+        self.wanted = true;
         // What was missed is not caught up with.
         self.due = (self.due + length).max(now);
         if let Err(error) = outcome {
@@ -216,8 +227,8 @@ impl Worker {
 
     fn frame_time(&self) -> Duration {
         match &self.session {
-            Some(Session::Live(engine)) => frame_time(engine.scene()),
-            Some(Session::Recorded(playback)) => frame_time(playback.scene()),
+            Some(Session::Live(engine)) => frame_time(engine.scene().frames_per_second),
+            Some(Session::Recorded(playback)) => frame_time(playback.frames_per_second()),
             None => Duration::from_millis(100),
         }
     }
@@ -241,6 +252,14 @@ impl Worker {
                 return Ok(());
             }
             Command::Overlays(overlays) => self.overlays = overlays,
+            Command::Record(on) => {
+                self.recording = on;
+                self.wanted = on;
+            }
+            Command::Taken => {
+                self.wanted = false;
+                return Ok(());
+            }
             Command::Open(source, backend) => {
                 self.open(source, &backend);
                 return Ok(());
@@ -271,23 +290,31 @@ impl Worker {
             Source::Scene(scene, options) => Engine::new(&self.gpu, *scene, options, backend)
                 .map(|engine| Session::Live(Box::new(engine))),
             Source::Run { scene, options, store } => {
-                Playback::new(&self.gpu, &scene, &options, &store)
+                Playback::of_store(&self.gpu, &scene, &options, &store)
                     .map(|playback| Session::Recorded(Box::new(playback)))
             }
+            Source::Files(files) => Playback::of_files(&self.gpu, files)
+                .map(|playback| Session::Recorded(Box::new(playback))),
         };
         match opened {
             Ok(session) => {
-                let (scene, style) = match &session {
-                    Session::Live(engine) => (engine.scene(), engine.style()),
-                    Session::Recorded(playback) => (playback.scene(), playback.style()),
-                };
                 self.subjects += 1;
-                let subject = Subject {
-                    number: self.subjects,
-                    name: scene.name.clone(),
-                    model: Arc::clone(&scene.model),
-                    style: style.clone(),
-                    frames_per_second: scene.frames_per_second,
+                let number = self.subjects;
+                let subject = match &session {
+                    Session::Live(engine) => Subject {
+                        number,
+                        name: engine.scene().name.clone(),
+                        model: Arc::clone(&engine.scene().model),
+                        style: engine.style().clone(),
+                        frames_per_second: engine.scene().frames_per_second,
+                    },
+                    Session::Recorded(playback) => Subject {
+                        number,
+                        name: playback.name().to_owned(),
+                        model: Arc::clone(playback.model()),
+                        style: playback.style().clone(),
+                        frames_per_second: playback.frames_per_second(),
+                    },
                 };
                 self.session = Some(session);
                 self.due = Instant::now();

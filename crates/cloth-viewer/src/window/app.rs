@@ -3,21 +3,22 @@
 use std::{
     path::PathBuf,
     sync::mpsc::{Receiver, Sender, channel},
+    thread::JoinHandle,
 };
 
-use cloth::{scene::CompileOptions, wgpu::wgpu};
+use cloth::wgpu::wgpu;
 use eframe::{
     CreationContext, Frame,
     egui::{
-        self, CentralPanel, Color32, Context, Panel, Rect, ScrollArea, Sense, TextureId, Ui,
+        self, CentralPanel, Color32, Context, Panel, Pos2, Rect, ScrollArea, Sense, TextureId, Ui,
         ViewportCommand, pos2,
     },
     egui_wgpu::RenderState,
 };
 
 use crate::{
-    ClothMesh, Command, Gpu, OrbitCamera, Overlays, RenderTarget, Renderer, Settings, Shown,
-    SimulationThread, Source, ViewerError, headless::camera,
+    ClipFormat, ClothMesh, Command, Gpu, OrbitCamera, Overlays, RenderTarget, Renderer, Settings,
+    Shown, SimulationThread, Source, ViewerError, headless::camera,
 };
 
 use super::{
@@ -36,6 +37,8 @@ enum Notice {
     Chosen(PathBuf),
     /// Something to say.
     Say(String),
+    /// A clip that could not be made.
+    RecordingFailed(String),
 }
 
 pub(super) struct ViewerApp {
@@ -55,8 +58,14 @@ pub(super) struct ViewerApp {
     backends: Vec<&'static str>,
     graphs: Graphs,
     help: bool,
-    pulling: bool,
+    pulled_to: Option<Pos2>,
     recording: Option<Recording>,
+    clip_format: ClipFormat,
+    /// What is being typed to be opened.
+    word: String,
+    word_focus: bool,
+    /// What is still being written.
+    writers: Vec<JoinHandle<()>>,
     message: Option<String>,
     message_seen: u64,
     notices: (Sender<Notice>, Receiver<Notice>),
@@ -72,7 +81,19 @@ struct Drawn {
     mesh: ClothMesh,
     start_camera: OrbitCamera,
     camera: OrbitCamera,
+    /// Width over height of the pictures that the camera was made for, until it fits the window.
+    aspect: Option<f64>,
     frames_per_second: f64,
+}
+
+impl Drawn {
+    /// Steps back as far as is needed to see in a narrow window what a wide picture shows.
+    fn fit(&mut self, aspect: f64) {
+        if let Some(wanted) = self.aspect.take() {
+            self.start_camera.distance *= (wanted / aspect.max(0.1)).max(1.0);
+            self.camera = self.start_camera;
+        }
+    }
 }
 
 impl ViewerApp {
@@ -111,8 +132,12 @@ impl ViewerApp {
             backends: cloth::backends().into_iter().map(|info| info.name).collect(),
             graphs: Graphs::default(),
             help: false,
-            pulling: false,
+            pulled_to: None,
             recording: None,
+            clip_format: ClipFormat::default(),
+            word: String::new(),
+            word_focus: false,
+            writers: Vec::new(),
             message: None,
             message_seen: 0,
             notices: channel(),
@@ -129,6 +154,7 @@ impl ViewerApp {
             Action::Reset => self.simulation.send(Command::Reset),
             Action::Corner(corner) => self.simulation.send(Command::CornerToggle(corner)),
             Action::Wires => self.overlays.wires ^= true,
+            Action::Open => self.word_focus = true,
             Action::Help => self.help ^= true,
             Action::Exit => context.send_viewport_cmd(ViewportCommand::Close),
             Action::Fullscreen => {
@@ -159,27 +185,33 @@ impl ViewerApp {
 
     fn record_toggle(&mut self, context: &Context) {
         if let Some(recording) = self.recording.take() {
+            self.simulation.send(Command::Record(false));
             self.message = Some(format!("writing {} frames", recording.len()));
-            let (sender, context) = (self.notices.0.clone(), context.clone());
-            recording.finish(move |outcome| {
-                let text = match outcome {
-                    Ok(path) => format!("recorded `{}`", path.display()),
-                    Err(error) => error.to_string(),
-                };
-                // Nobody listens once the window is closed.
-                let _ = sender.send(Notice::Say(text));
-                context.request_repaint();
-            });
+            self.writers.retain(|writer| !writer.is_finished());
+            self.writers.push(recording.end());
         } else if let Some(subject) = &self.subject {
-            match Recording::begin(&self.folder, &subject.name, subject.frames_per_second) {
-                Ok(recording) => self.recording = Some(recording),
+            let (sender, context) = (self.notices.0.clone(), context.clone());
+            let done = move |outcome: Result<PathBuf, ViewerError>| {
+                // Nobody listens once the window is closed.
+                let _ = sender.send(match outcome {
+                    Ok(path) => Notice::Say(format!("recorded `{}`", path.display())),
+                    Err(error) => Notice::RecordingFailed(error.to_string()),
+                });
+                context.request_repaint();
+            };
+            let (name, rate) = (&subject.name, subject.frames_per_second);
+            match Recording::begin(&self.folder, name, self.clip_format, rate, done) {
+                Ok(recording) => {
+                    self.recording = Some(recording);
+                    self.simulation.send(Command::Record(true));
+                }
                 Err(error) => self.message = Some(error.to_string()),
             }
         }
     }
 
-    fn open(&mut self, path: &std::path::Path) {
-        match Source::open_path(path) {
+    fn open(&mut self, source: Result<Source, ViewerError>) {
+        match source {
             Ok(source) => self.simulation.send(Command::Open(source, self.backend.clone())),
             Err(error) => self.message = Some(error.to_string()),
         }
@@ -193,7 +225,8 @@ impl ViewerApp {
             if folder {
                 dialog.pick_folder().await
             } else {
-                dialog.add_filter("scenes", &["toml"]).pick_file().await
+                let kinds = ["toml", "bin", "obj", "ply", "pc2", "mdd"];
+                dialog.add_filter("scenes and frames", &kinds).pick_file().await
             }
         };
         std::thread::spawn(move || {
@@ -208,17 +241,13 @@ impl ViewerApp {
     fn request(&mut self, context: &Context, request: PanelRequest) {
         match request {
             PanelRequest::Command(command) => self.simulation.send(command),
-            PanelRequest::Builtin(name) => match cloth::scene::Scene::builtin(name) {
-                Ok(scene) => {
-                    let source = Source::Scene(Box::new(scene), CompileOptions::default());
-                    self.simulation.send(Command::Open(source, self.backend.clone()));
-                }
-                Err(error) => self.message = Some(error.to_string()),
-            },
+            PanelRequest::Builtin(name) => self.open(Source::open(name)),
+            PanelRequest::Word(word) => self.open(Source::open(&word)),
             PanelRequest::FileDialog => self.dialog(context, false),
             PanelRequest::FolderDialog => self.dialog(context, true),
             PanelRequest::Screenshot => self.act(context, Action::Screenshot),
             PanelRequest::Record => self.act(context, Action::Record),
+            PanelRequest::Help => self.act(context, Action::Help),
             PanelRequest::View => {
                 if let Some(subject) = &mut self.subject {
                     subject.camera = subject.start_camera;
@@ -247,6 +276,7 @@ impl ViewerApp {
                 mesh: ClothMesh::new(&self.gpu, &subject.model, &subject.style),
                 start_camera,
                 camera: start_camera,
+                aspect: Some(subject.style.aspect()),
                 frames_per_second: subject.frames_per_second,
             });
             self.graphs.clear();
@@ -264,8 +294,13 @@ impl ViewerApp {
         self.shown = shown;
         while let Ok(notice) = self.notices.1.try_recv() {
             match notice {
-                Notice::Chosen(path) => self.open(&path),
+                Notice::Chosen(path) => self.open(Source::open_path(&path)),
                 Notice::Say(text) => self.message = Some(text),
+                Notice::RecordingFailed(text) => {
+                    self.recording = None;
+                    self.simulation.send(Command::Record(false));
+                    self.message = Some(text);
+                }
             }
         }
     }
@@ -273,8 +308,10 @@ impl ViewerApp {
     fn panel(&mut self, ui: &mut Ui) {
         let mut requests = Vec::new();
         ScrollArea::vertical().show(ui, |ui| {
-            if let (Some(subject), Some(snapshot)) = (&self.subject, &self.shown.snapshot) {
-                requests = panel::head(ui, &subject.name, snapshot);
+            let name = self.subject.as_ref().map_or("", |subject| &subject.name);
+            requests = panel::open(ui, name, &mut self.word, &mut self.word_focus);
+            if let Some(snapshot) = &self.shown.snapshot {
+                requests.extend(panel::head(ui, snapshot, &mut self.clip_format));
             }
             if let Some(recording) = &self.recording {
                 ui.colored_label(Color32::RED, format!("recording, {} frames", recording.len()));
@@ -316,7 +353,8 @@ impl ViewerApp {
         let size = [rect.width(), rect.height()].map(|side| (side * scale).round().max(1.0) as u32);
         self.resize(size)?;
         let Some(subject) = &mut self.subject else { return Ok(()) };
-        for command in pointer(ui, &response, &mut subject.camera, &mut self.pulling) {
+        subject.fit(rect.aspect_ratio().into());
+        for command in pointer(ui, &response, &mut subject.camera, &mut self.pulled_to) {
             self.simulation.send(command);
         }
         let (Some((target, texture)), Some(snapshot)) = (&self.target, &self.shown.snapshot) else {
@@ -335,7 +373,8 @@ impl ViewerApp {
         if let Some(recording) = &mut self.recording
             && recording.wants(snapshot.frame)
         {
-            recording.push(snapshot.frame, &target.read(&self.gpu)?)?;
+            recording.push(snapshot.frame, target.read(&self.gpu)?);
+            self.simulation.send(Command::Taken);
         }
         Ok(())
     }
@@ -377,15 +416,17 @@ impl ViewerApp {
         });
     }
 
-    fn write_log(&mut self) {
+    fn write_log(&mut self, typing: bool) {
         if let (Some(log), Some(subject), Some(snapshot)) =
             (&mut self.log, &self.subject, &self.shown.snapshot)
         {
             log.write(
                 snapshot,
                 &Surroundings {
+                    scene: &subject.name,
                     overlays: self.overlays,
                     camera: &subject.camera,
+                    typing,
                     help: self.help,
                     recording: self.recording.is_some(),
                     picture: self.picture,
@@ -400,14 +441,17 @@ impl eframe::App for ViewerApp {
     fn ui(&mut self, ui: &mut Ui, _frame: &mut Frame) {
         let context = ui.ctx().clone();
         self.update();
-        if !context.egui_wants_keyboard_input() {
-            for action in context.input(keys::actions) {
+        let typing = context.text_edit_focused();
+        for action in context.input(keys::actions) {
+            // Letters belong to the line that is typed in, and space to the button that was chosen.
+            let is_taken = action == Action::Step && context.egui_wants_keyboard_input();
+            if !typing && !is_taken {
                 self.act(&context, action);
             }
         }
         let dropped = context.input(|input| input.raw.dropped_files.first().cloned());
         if let Some(file) = dropped {
-            self.open(file.path());
+            self.open(Source::open_path(file.path()));
         }
         Panel::right("panel").default_size(300.0).show(ui, |ui| self.panel(ui));
         CentralPanel::no_frame().show(ui, |ui| {
@@ -416,6 +460,16 @@ impl eframe::App for ViewerApp {
             }
         });
         self.help_window(&context);
-        self.write_log();
+        self.write_log(typing);
+    }
+
+    /// Clips are finished before the program ends.
+    fn on_exit(&mut self) {
+        let recording = self.recording.take().map(Recording::end);
+        for writer in self.writers.drain(..).chain(recording) {
+            if writer.join().is_err() {
+                eprintln!("error: a recording ended unexpectedly");
+            }
+        }
     }
 }

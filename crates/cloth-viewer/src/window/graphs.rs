@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use eframe::egui::Ui;
-use egui_plot::{Legend, Line, Plot};
+use eframe::egui::{Color32, Ui};
+use egui_plot::{Line, Plot};
 
 use crate::Snapshot;
 
@@ -11,6 +11,16 @@ use crate::Snapshot;
 const LENGTH: usize = 300;
 /// Stages that get a curve of their own.
 const STAGES: usize = 5;
+
+/// Colours of curves; no plot has more.
+const COLOURS: [Color32; STAGES + 1] = [
+    Color32::from_rgb(235, 235, 235),
+    Color32::from_rgb(240, 120, 70),
+    Color32::from_rgb(90, 170, 250),
+    Color32::from_rgb(110, 210, 110),
+    Color32::from_rgb(240, 200, 70),
+    Color32::from_rgb(200, 130, 230),
+];
 
 /// Figures of one frame.
 struct Point {
@@ -38,6 +48,13 @@ impl Graphs {
     /// Adds a frame, unless it is there.
     pub(super) fn push(&mut self, snapshot: &Snapshot) {
         let frame = snapshot.frame as f64;
+        if snapshot.report.substeps == 0 {
+            // Nothing was computed and nothing measured.
+            if self.points.back().is_some_and(|last| last.frame > frame) {
+                self.points.clear();
+            }
+            return;
+        }
         match self.points.back() {
             Some(last) if last.frame == frame => return,
             // After a reset the curves begin anew.
@@ -62,6 +79,9 @@ impl Graphs {
     }
 
     pub(super) fn show(&self, ui: &mut Ui) {
+        if self.points.is_empty() {
+            return;
+        }
         let stages = self.largest_stages();
         let mut times: Vec<(&str, Vec<[f64; 2]>)> = vec![("frame", self.curve(|p| p.total))];
         times.extend(stages.into_iter().map(|name| {
@@ -72,9 +92,9 @@ impl Graphs {
         }));
         plot(ui, "time [ms]", times);
         if self.points.iter().any(|point| point.iterations > 0.0) {
-            plot(ui, "iterations", vec![("iterations", self.curve(|p| p.iterations))]);
+            plot(ui, "linear solver", vec![("iterations", self.curve(|p| p.iterations))]);
             let residual = self.curve(|p| p.residual.max(1e-16).log10());
-            plot(ui, "log10 of the residual", vec![("residual", residual)]);
+            plot(ui, "residual", vec![("log10", residual)]);
         }
         plot(
             ui,
@@ -85,7 +105,7 @@ impl Graphs {
                 ("potential", self.curve(|p| p.energies[2])),
             ],
         );
-        plot(ui, "largest strain [%]", vec![("strain", self.curve(|p| 100.0 * p.strain))]);
+        plot(ui, "strain [%]", vec![("largest", self.curve(|p| 100.0 * p.strain))]);
     }
 
     fn curve(&self, value: impl Fn(&Point) -> f64) -> Vec<[f64; 2]> {
@@ -100,17 +120,48 @@ impl Graphs {
     }
 }
 
+/// Curves below a line that says which is which, and the last value of each.
 fn plot(ui: &mut Ui, title: &str, curves: Vec<(&str, Vec<[f64; 2]>)>) {
-    ui.label(title);
-    Plot::new(title)
-        .height(90.0)
-        .allow_drag(false)
-        .allow_zoom(false)
-        .allow_scroll(false)
-        .legend(Legend::default())
-        .show(ui, |plot| {
-            for (name, points) in curves {
-                plot.line(Line::new(name, points));
+    ui.horizontal_wrapped(|ui| {
+        ui.strong(title);
+        for ((name, points), colour) in curves.iter().zip(COLOURS) {
+            let value = points.last().map_or(0.0, |point| point[1]);
+            // A stage is written as people write.
+            let text = format!("{} {}", name.replace('_', " "), short(value));
+            ui.colored_label(colour, text);
+        }
+    });
+    Plot::new(title).height(80.0).allow_drag(false).allow_zoom(false).allow_scroll(false).show(
+        ui,
+        |plot| {
+            for ((name, points), colour) in curves.into_iter().zip(COLOURS) {
+                plot.line(Line::new(name, points).color(colour));
             }
-        });
+        },
+    );
+}
+
+/// Three figures or so.
+fn short(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".into(),
+        size if !(1e-3..1e5).contains(&size) => format!("{value:.1e}"),
+        size if size < 1.0 => format!("{value:.3}"),
+        size if size < 100.0 => format!("{value:.1}"),
+        _ => format!("{value:.0}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_short() {
+        for (value, text) in
+            [(0.0, "0"), (3.0e-5, "3.0e-5"), (0.1234, "0.123"), (12.34, "12.3"), (-1234.5, "-1234")]
+        {
+            assert_eq!(short(value), text);
+        }
+    }
 }

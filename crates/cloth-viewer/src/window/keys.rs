@@ -11,6 +11,7 @@ pub(super) enum Action {
     Wires,
     Fullscreen,
     Help,
+    Open,
     Exit,
     Screenshot,
     Record,
@@ -18,7 +19,7 @@ pub(super) enum Action {
 }
 
 /// Key, its name, what it does in words, and what it asks for.
-const KEYS: [(Key, &str, &str, Action); 13] = [
+const KEYS: [(Key, &str, &str, Action); 14] = [
     (Key::P, "P", "pause or go on", Action::Pause),
     (Key::Space, "space", "one frame, then wait", Action::Step),
     (Key::R, "R", "back to the start", Action::Reset),
@@ -30,6 +31,7 @@ const KEYS: [(Key, &str, &str, Action); 13] = [
     (Key::S, "S", "screenshot", Action::Screenshot),
     (Key::V, "V", "begin or end a recording", Action::Record),
     (Key::F, "F", "full screen", Action::Fullscreen),
+    (Key::O, "O", "type what to open", Action::Open),
     (Key::H, "H", "this help", Action::Help),
     (Key::X, "X", "exit", Action::Exit),
 ];

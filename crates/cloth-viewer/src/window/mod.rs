@@ -11,6 +11,8 @@ mod setup;
 
 use std::path::PathBuf;
 
+use cloth::{AUTO, backend_create};
+
 use crate::{Source, ViewerError};
 
 /// What a window is opened with.
@@ -35,9 +37,14 @@ pub struct WindowOptions {
 /// Opens the window; returns when it is closed.
 ///
 /// # Errors
-/// [`ViewerError::Window`] in one line with the package that is missing, if there is no display or no
+/// What is wrong with the source or the backend; [`ViewerError::Window`] in one line with the package that is missing, if there is no display or no
 /// adapter.
 pub fn window_run(options: WindowOptions) -> Result<(), ViewerError> {
+    // What cannot be shown is said where the program was started, not in an empty window.
+    options.source.check()?;
+    if ![AUTO, "wgpu"].contains(&&*options.backend) {
+        backend_create(&options.backend, None)?;
+    }
     let native = setup::native_options(&options);
     let ran = eframe::run_native(
         "cloth",

@@ -4,27 +4,35 @@ use cloth::{
     LinearMethod, Preconditioner,
     scene::{SceneSolver, builtin_scenes},
 };
-use eframe::egui::{self, ComboBox, DragValue, Slider, Ui};
+use eframe::egui::{self, ComboBox, DragValue, Key, Slider, TextEdit, Ui};
 
-use crate::{Command, Overlays, Settings, Snapshot};
+use crate::{ClipFormat, Command, Overlays, Settings, Snapshot};
 
 /// What the panel asks for.
 pub(super) enum PanelRequest {
     Command(Command),
     /// A built-in scene by its name.
     Builtin(&'static str),
+    /// What was typed, as in [`Source::open`](crate::Source::open).
+    Word(String),
     FileDialog,
     FolderDialog,
     Screenshot,
     Record,
+    Help,
     View,
 }
 
-/// The buttons, and the state of the scene in words.
-pub(super) fn head(ui: &mut Ui, name: &str, snapshot: &Snapshot) -> Vec<PanelRequest> {
+/// What to open.
+pub(super) fn open(
+    ui: &mut Ui,
+    name: &str,
+    word: &mut String,
+    focus: &mut bool,
+) -> Vec<PanelRequest> {
     let mut requests = Vec::new();
+    ui.heading(name);
     ui.horizontal(|ui| {
-        ui.heading(name);
         ui.menu_button("open", |ui| {
             for builtin in builtin_scenes() {
                 if ui.button(builtin.name).on_hover_text(builtin.summary).clicked() {
@@ -33,7 +41,7 @@ pub(super) fn head(ui: &mut Ui, name: &str, snapshot: &Snapshot) -> Vec<PanelReq
                 }
             }
             ui.separator();
-            if ui.button("scene file...").clicked() {
+            if ui.button("file...").clicked() {
                 requests.push(PanelRequest::FileDialog);
                 ui.close();
             }
@@ -42,7 +50,23 @@ pub(super) fn head(ui: &mut Ui, name: &str, snapshot: &Snapshot) -> Vec<PanelReq
                 ui.close();
             }
         });
+        // Some systems have no dialog.
+        let line = TextEdit::singleline(word).hint_text("scene, run, frames (O)");
+        let response = ui.add(line.desired_width(f32::INFINITY));
+        // From the next picture on, so that the key that asked for it is no letter.
+        if std::mem::take(focus) {
+            response.request_focus();
+        }
+        if response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter)) {
+            requests.push(PanelRequest::Word(std::mem::take(word)));
+        }
     });
+    requests
+}
+
+/// The buttons, and the state of the scene in words.
+pub(super) fn head(ui: &mut Ui, snapshot: &Snapshot, format: &mut ClipFormat) -> Vec<PanelRequest> {
+    let mut requests = Vec::new();
     ui.horizontal(|ui| {
         let label = if snapshot.paused { "go on (P)" } else { "pause (P)" };
         for (text, request) in [
@@ -50,6 +74,7 @@ pub(super) fn head(ui: &mut Ui, name: &str, snapshot: &Snapshot) -> Vec<PanelReq
             ("step", PanelRequest::Command(Command::Step)),
             ("reset (R)", PanelRequest::Command(Command::Reset)),
             ("view", PanelRequest::View),
+            ("keys (H)", PanelRequest::Help),
         ] {
             if ui.button(text).clicked() {
                 requests.push(request);
@@ -62,6 +87,9 @@ pub(super) fn head(ui: &mut Ui, name: &str, snapshot: &Snapshot) -> Vec<PanelReq
         }
         if ui.button("record (V)").clicked() {
             requests.push(PanelRequest::Record);
+        }
+        for choice in ClipFormat::ALL {
+            ui.selectable_value(format, choice, choice.extension());
         }
     });
     match snapshot.recorded {
@@ -110,6 +138,10 @@ pub(super) fn overlays(ui: &mut Ui, overlays: &mut Overlays) {
 /// The settings of the simulation.
 pub(super) fn settings(ui: &mut Ui, settings: &mut Settings, backends: &[&'static str]) {
     choice(ui, "backend", &mut settings.backend, backends.iter().map(|&name| (name.into(), name)));
+    if settings.backend == "wgpu" {
+        ui.checkbox(&mut settings.stage_times, "time of every stage")
+            .on_hover_text("each stage then waits for the one before, which costs speed");
+    }
     let solver = settings.solver;
     let solvers = SceneSolver::ALL.iter().map(|&solver| (solver, solver.name()));
     choice(ui, "integrator", &mut settings.solver, solvers);

@@ -1,15 +1,16 @@
 //! What the pointer does over the picture.
 
-use eframe::egui::{self, PointerButton, Response};
+use eframe::egui::{self, Event, PointerButton, Response};
 
 use crate::{Command, OrbitCamera, Ray};
 
-/// What the pointer asks of the simulation; the camera is turned at once.
+/// What the pointer asks of the simulation; the camera is turned at once. `pulled_to` is where the cloth
+/// was last pulled, while it is.
 pub(super) fn pointer(
     ui: &egui::Ui,
     response: &Response,
     camera: &mut OrbitCamera,
-    pulling: &mut bool,
+    pulled_to: &mut Option<egui::Pos2>,
 ) -> Vec<Command> {
     let mut commands = Vec::new();
     let rect = response.rect;
@@ -35,7 +36,7 @@ pub(super) fn pointer(
         camera.zoom(f64::from(wheel) / 50.0);
     }
 
-    if response.clicked() && modifiers.command {
+    if response.clicked() && command_clicked(ui) {
         if let Some(position) = response.interact_pointer_pos() {
             commands.push(Command::PinToggle(ray(position, camera)));
         }
@@ -47,21 +48,35 @@ pub(super) fn pointer(
         let start = ui.input(|input| input.pointer.press_origin());
         if let Some(start) = start {
             commands.push(Command::GrabBegin(ray(start, camera)));
-            *pulling = true;
+            *pulled_to = Some(start);
         }
     }
-    if *pulling {
+    if let Some(told) = *pulled_to {
         match response.interact_pointer_pos() {
             Some(position) if response.dragged_by(PointerButton::Primary) => {
-                if response.drag_delta() != egui::Vec2::ZERO {
+                if position != told {
                     commands.push(Command::GrabMove(ray(position, camera)));
+                    *pulled_to = Some(position);
                 }
             }
             _ => {
                 commands.push(Command::GrabEnd);
-                *pulling = false;
+                *pulled_to = None;
             }
         }
     }
     commands
+}
+
+/// Whether the control key was down when the button went up; on a slow machine it may be up again when the
+/// picture is drawn.
+fn command_clicked(ui: &egui::Ui) -> bool {
+    ui.input(|input| {
+        input.events.iter().any(|event| {
+            let Event::PointerButton { button, pressed, modifiers, .. } = event else {
+                return false;
+            };
+            *button == PointerButton::Primary && !pressed && modifiers.command
+        })
+    })
 }

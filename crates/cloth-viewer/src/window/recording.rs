@@ -1,28 +1,47 @@
 //! Screenshots and clips of what is seen.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::mpsc::{SyncSender, sync_channel},
+    thread::JoinHandle,
+};
 
-use cloth::io::{ClipWriter, FrameFormat};
 use image::RgbImage;
 
-use crate::ViewerError;
+use crate::{ClipFormat, ViewerError, clip::Clip};
 
-/// A clip in the making.
+/// Pictures that may wait for their encoder. When more come the window waits, too: better slow than
+/// out of memory.
+const WAITING: usize = 30;
+
+/// A clip in the making, which is encoded beside the window.
 pub(super) struct Recording {
-    clip: ClipWriter,
+    /// Without it the clip ends.
+    pictures: SyncSender<RgbImage>,
+    writer: JoinHandle<()>,
     /// The last frame that is in it.
     frame: Option<u64>,
+    count: usize,
 }
 
 impl Recording {
-    /// Begins a clip in `folder`.
+    /// Begins a clip in `folder`; `done` is told how it went, after [`Self::end`] or when
+    /// something goes wrong.
     pub(super) fn begin(
         folder: &Path,
         name: &str,
+        format: ClipFormat,
         frames_per_second: f64,
+        done: impl FnOnce(Result<PathBuf, ViewerError>) + Send + 'static,
     ) -> Result<Self, ViewerError> {
-        let path = free_path(folder, name, "gif");
-        Ok(Self { clip: ClipWriter::new(FrameFormat::Gif, &path, frames_per_second)?, frame: None })
+        let path = free_path(folder, name, format.extension());
+        let mut clip = Clip::new(format, &path, frames_per_second)?;
+        let (pictures, receiver) = sync_channel::<RgbImage>(WAITING);
+        let writer = std::thread::spawn(move || {
+            let pushed = receiver.iter().try_for_each(|picture| clip.push(&picture));
+            done(pushed.and_then(|()| clip.finish()));
+        });
+        Ok(Self { pictures, writer, frame: None, count: 0 })
     }
 
     /// Whether this frame is still to be added.
@@ -31,19 +50,22 @@ impl Recording {
     }
 
     /// Adds a frame.
-    pub(super) fn push(&mut self, frame: u64, picture: &RgbImage) -> Result<(), ViewerError> {
+    pub(super) fn push(&mut self, frame: u64, picture: RgbImage) {
         self.frame = Some(frame);
-        Ok(self.clip.push(picture)?)
+        self.count += 1;
+        // Whoever takes them ends early by an error, which it reports.
+        let _ = self.pictures.send(picture);
+    }
+
+    /// No more pictures; gives back the thread that writes the rest of the clip.
+    pub(super) fn end(self) -> JoinHandle<()> {
+        drop(self.pictures);
+        self.writer
     }
 
     /// Number of pictures.
     pub(super) const fn len(&self) -> usize {
-        self.clip.len()
-    }
-
-    /// Writes the clip beside the window, which would stand still meanwhile; `done` is told how it went.
-    pub(super) fn finish(self, done: impl FnOnce(Result<PathBuf, ViewerError>) + Send + 'static) {
-        std::thread::spawn(move || done(self.clip.finish().map_err(ViewerError::from)));
+        self.count
     }
 }
 
@@ -82,5 +104,37 @@ mod tests {
         let second = screenshot(folder.path(), "../a b", &picture).unwrap();
         assert_ne!(first, second);
         assert_eq!(second.parent(), Some(folder.path()));
+    }
+
+    #[test]
+    fn a_recording_is_written_when_it_ends() {
+        let folder = tempfile::tempdir().unwrap();
+        for format in ClipFormat::ALL {
+            let (sender, receiver) = std::sync::mpsc::channel();
+            let done = move |outcome| sender.send(outcome).unwrap();
+            let mut recording =
+                Recording::begin(folder.path(), "sheet", format, 30.0, done).unwrap();
+            for frame in 0..3 {
+                assert!(recording.wants(frame));
+                recording.push(frame, RgbImage::from_pixel(32, 20, image::Rgb([90; 3])));
+                assert!(!recording.wants(frame));
+            }
+            assert_eq!(recording.len(), 3);
+            recording.end().join().unwrap();
+            let path = receiver.recv().unwrap().unwrap();
+            assert_eq!(path.extension().unwrap(), format.extension());
+            assert!(std::fs::metadata(path).unwrap().len() > 60);
+        }
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_written_is_an_error() {
+        let (sender, receiver) = std::sync::mpsc::channel();
+        let done = move |outcome| sender.send(outcome).unwrap();
+        let folder = Path::new("/nonexistent/folder");
+        let mut recording = Recording::begin(folder, "sheet", ClipFormat::Mp4, 30.0, done).unwrap();
+        recording.push(0, RgbImage::new(32, 32));
+        recording.end().join().unwrap();
+        assert!(receiver.recv().unwrap().is_err());
     }
 }

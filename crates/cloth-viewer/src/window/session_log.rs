@@ -13,6 +13,7 @@ use crate::{OrbitCamera, Overlays, Snapshot, ViewerError};
 /// What is told of a frame.
 #[derive(Serialize)]
 struct Line<'a> {
+    scene: &'a str,
     frame: u64,
     /// Simulated time \[s\].
     time: f64,
@@ -22,6 +23,8 @@ struct Line<'a> {
     /// The particle under the pointer's pull, where it is and where it is pulled \[m\].
     grabbed: Option<(u32, [f64; 3], [f64; 3])>,
     wires: bool,
+    /// Whether keys are letters.
+    typing: bool,
     help: bool,
     recording: bool,
     /// Number of recorded frames, for the frames of a run.
@@ -37,8 +40,10 @@ struct Line<'a> {
 
 /// What the window adds to a frame.
 pub(super) struct Surroundings<'a> {
+    pub(super) scene: &'a str,
     pub(super) overlays: Overlays,
     pub(super) camera: &'a OrbitCamera,
+    pub(super) typing: bool,
     pub(super) help: bool,
     pub(super) recording: bool,
     pub(super) picture: eframe::egui::Rect,
@@ -64,12 +69,14 @@ impl SessionLog {
     /// Writes a line, unless it says what the last one said.
     pub(super) fn write(&mut self, snapshot: &Snapshot, around: &Surroundings<'_>) {
         let line = Line {
+            scene: around.scene,
             frame: snapshot.frame,
             time: snapshot.time,
             paused: snapshot.paused,
             held: &snapshot.held,
             grabbed: snapshot.grab.map(|grab| (grab.particle, grab.position, grab.target)),
             wires: around.overlays.wires,
+            typing: around.typing,
             help: around.help,
             recording: around.recording,
             recorded: snapshot.recorded,

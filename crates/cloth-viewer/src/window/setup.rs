@@ -26,6 +26,8 @@ pub(super) fn native_options(options: &WindowOptions) -> eframe::NativeOptions {
     }));
     create.device_descriptor = Arc::new(|adapter| wgpu::DeviceDescriptor {
         label: Some("cloth"),
+        // For the times of stages.
+        required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
         // All that it has, as the simulation shares it.
         required_limits: adapter.limits(),
         ..Default::default()
