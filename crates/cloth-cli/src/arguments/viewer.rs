@@ -9,8 +9,8 @@ use super::{PictureSize, SolverArguments};
 
 #[derive(Debug, Args)]
 pub(crate) struct ViewArguments {
-    /// Name of a built-in scene (see `cloth scenes`), path of a TOML file, or the output folder of
-    /// `cloth run`.
+    /// Name of a built-in scene (see `cloth scenes`), path of a TOML file, the output folder of
+    /// `cloth run`, or frames as .obj, .ply, .pc2 or .mdd.
     #[arg(default_value = "drape")]
     pub(crate) scene: String,
     #[command(flatten)]
@@ -32,8 +32,8 @@ pub(crate) struct ViewArguments {
 
 #[derive(Debug, Args)]
 pub(crate) struct RenderArguments {
-    /// Name of a built-in scene (see `cloth scenes`), path of a TOML file, or the output folder of
-    /// `cloth run`.
+    /// Name of a built-in scene (see `cloth scenes`), path of a TOML file, the output folder of
+    /// `cloth run`, or frames as .obj, .ply, .pc2 or .mdd.
     pub(crate) scene: String,
     #[command(flatten)]
     pub(crate) source: SourceArguments,
@@ -61,7 +61,8 @@ pub(crate) struct RenderArguments {
 
 #[derive(Debug, Args)]
 pub(crate) struct SourceArguments {
-    /// What computes, see `cloth backends`; `auto` takes the GPU that draws if it can run the scene.
+    /// What computes, see `cloth backends`; `auto` takes the GPU that draws if it is one and
+    /// can run the scene, else the CPU.
     #[arg(long, default_value = "auto")]
     pub(crate) backend: String,
     /// GPU that draws, by its number or a part of its name, see `cloth backends`.

@@ -27,8 +27,8 @@ use shiguredo_mp4::{
 
 use crate::ViewerError;
 
-/// Speed of the encoder, up to 10: pictures of cloth are easy, and nobody wants to wait.
-const SPEED: u8 = 9;
+/// Speed of the encoder, the highest: pictures of cloth are easy, and nobody wants to wait.
+const SPEED: u8 = 10;
 /// Base quantizer, 0 (without loss) to 255.
 const QUANTIZER: usize = 70;
 /// A film can be entered at every so many pictures.

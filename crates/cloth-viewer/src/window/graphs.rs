@@ -126,12 +126,12 @@ fn plot(ui: &mut Ui, title: &str, curves: Vec<(&str, Vec<[f64; 2]>)>) {
         ui.strong(title);
         for ((name, points), colour) in curves.iter().zip(COLOURS) {
             let value = points.last().map_or(0.0, |point| point[1]);
-            // A stage is written as people write.
-            let text = format!("{} {}", name.replace('_', " "), short(value));
+            // A stage is written as people write, in one piece.
+            let text = format!("{name} {}", short(value)).replace(['_', ' '], "\u{a0}");
             ui.colored_label(colour, text);
         }
     });
-    Plot::new(title).height(80.0).allow_drag(false).allow_zoom(false).allow_scroll(false).show(
+    Plot::new(title).height(64.0).allow_drag(false).allow_zoom(false).allow_scroll(false).show(
         ui,
         |plot| {
             for ((name, points), colour) in curves.into_iter().zip(COLOURS) {
