@@ -1,5 +1,7 @@
 //! What pictures show, measured on the pixels.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
 use cloth::{
     io::{Camera, Picture, PictureCloth, PictureScene},
     scene::{CompileOptions, Scene, SceneGeometry},
@@ -121,6 +123,34 @@ fn buffers_of_the_solver_and_uploads_give_the_same_picture() {
     }
     let found = difference(&later.picture().unwrap(), &uploaded);
     assert!(found > 2.0, "{found}");
+}
+
+/// Pictures that were looked at, made by `cloth render flag --still --frames 10 --picture-size 320x180
+/// --backend cpu --overlay strain` and the like; to be made and looked at again when a scene or the
+/// look changes.
+#[test]
+fn pictures_are_as_they_were() {
+    let gpu = Gpu::headless(None).unwrap();
+    let picture = |name: &str, overlays: Overlays| {
+        let source = Source::open(name).unwrap();
+        let mut studio = Studio::new(&gpu, source, &options("cpu", overlays)).unwrap();
+        for _ in 0..10 {
+            studio.step().unwrap();
+        }
+        studio.picture().unwrap()
+    };
+    let none = Overlays::default();
+    let pins = Overlays { pins: true, ..none };
+    let wires = Overlays { wires: true, ..pins };
+    let strain = Overlays { strain: true, ..none };
+    for (name, overlays, others) in [("flag", strain, none), ("curtain", pins, wires)] {
+        let golden = format!("{}/tests/golden/{name}.png", env!("CARGO_MANIFEST_DIR"));
+        let golden = image::open(golden).unwrap().into_rgb8();
+        let found = difference(&picture(name, overlays), &golden);
+        let other = difference(&picture(name, others), &golden);
+        assert!(found < 1.5, "{name}: {found}");
+        assert!(other > 2.5, "{name}: the measure must tell pictures apart, {other}");
+    }
 }
 
 #[test]

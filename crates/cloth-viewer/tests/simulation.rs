@@ -1,5 +1,7 @@
 //! Everything that the window asks of the simulation, without a window, on every backend.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
 use std::time::{Duration, Instant};
 
 use cloth::scene::{CompileOptions, Scene, SceneSolver};

@@ -34,9 +34,12 @@ pub(super) fn contact_particles(model: &Model, state: &State) -> Vec<u32> {
         for cloth in model.cloths() {
             // A little more than the distance at which particles are stopped.
             let reach = 0.5 * cloth.thickness * 1.1 + 1e-5;
-            for particle in cloth.particles.start as usize..cloth.particles.end as usize {
-                let offset = DVec3::from(state.positions[particle]) - DVec3::from(pose.translation);
-                touching[particle] |= signed_distance(&collider.shape, inverse * offset) < reach;
+            let range = cloth.particles.start as usize..cloth.particles.end as usize;
+            for (&position, touches) in
+                state.positions[range.clone()].iter().zip(&mut touching[range])
+            {
+                let offset = DVec3::from(position) - DVec3::from(pose.translation);
+                *touches |= signed_distance(&collider.shape, inverse * offset) < reach;
             }
         }
     }
