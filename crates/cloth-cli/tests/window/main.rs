@@ -4,6 +4,8 @@
 #![cfg(all(target_os = "linux", feature = "viewer"))]
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
+mod drop_source;
+
 use std::{
     fs,
     io::{BufRead, BufReader},
@@ -352,6 +354,15 @@ fn another_scene_is_opened_by_its_name() {
     let message = line["message"].as_str().unwrap();
     assert!(message.contains("xyz") && !message.contains('\n'), "{message}");
     assert_eq!(line["scene"], "flag");
+}
+
+#[test]
+fn what_is_dropped_is_opened() {
+    let mut session = Session::open(Some("flag"), &["--paused"]);
+    assert_eq!(session.last().unwrap()["scene"], "flag");
+    let scene = session.folder.path().join("sheet.toml");
+    drop_source::drop_file(&session.display, session.window.parse().unwrap(), &scene).unwrap();
+    session.wait("the sheet", |line| line["scene"] == "sheet");
 }
 
 #[test]
