@@ -6,6 +6,7 @@ mod command;
 mod dist;
 mod kernels;
 mod packages;
+mod screen;
 mod summary;
 mod test;
 mod vulkan;

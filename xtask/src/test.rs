@@ -4,7 +4,7 @@ use std::{fs, time::Instant};
 
 use crate::{
     command::{self, cargo},
-    kernels,
+    kernels, screen,
     summary::{StepOutcome, Summary},
     vulkan,
 };
@@ -12,10 +12,11 @@ use crate::{
 /// A check by name.
 type Step = (&'static str, fn() -> Result<(), String>);
 
-const STEPS: [Step; 7] = [
+const STEPS: [Step; 8] = [
     ("format", format),
     ("kernels", kernels::check),
     ("vulkan driver", vulkan::ensure),
+    ("virtual screen", screen::ensure),
     ("lints", lints),
     ("documentation", documentation),
     ("tests", tests),

@@ -2,7 +2,10 @@
 
 use std::{
     collections::HashMap,
-    sync::{Arc, Mutex, PoisonError},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 use cloth_core::{Error, Result};
@@ -17,8 +20,8 @@ pub(crate) struct DeviceContext {
     pub(crate) queue: wgpu::Queue,
     pub(crate) limits: wgpu::Limits,
     pub(crate) faults: Faults,
-    /// Whether the time of every stage is to be taken.
-    pub(crate) stage_times: bool,
+    /// Whether solvers that are made are to take the time of every stage.
+    stage_times: AtomicBool,
     kernels: Mutex<HashMap<KernelKey, Arc<Kernel>>>,
 }
 
@@ -43,9 +46,27 @@ impl DeviceContext {
     pub(crate) fn new(device: wgpu::Device, queue: wgpu::Queue, stage_times: bool) -> Self {
         let faults = Faults::listen(&device);
         let limits = device.limits();
-        let stage_times =
-            stage_times && device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
-        Self { device, queue, limits, faults, stage_times, kernels: Mutex::default() }
+        let context = Self {
+            device,
+            queue,
+            limits,
+            faults,
+            stage_times: AtomicBool::new(false),
+            kernels: Mutex::default(),
+        };
+        context.stage_times_set(stage_times);
+        context
+    }
+
+    /// Whether solvers that are made are to take the time of every stage.
+    pub(crate) fn stage_times(&self) -> bool {
+        self.stage_times.load(Ordering::Relaxed)
+    }
+
+    /// Asks for the times of stages, of which there are none on a device without time stamps.
+    pub(crate) fn stage_times_set(&self, on: bool) {
+        let can = self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+        self.stage_times.store(on && can, Ordering::Relaxed);
     }
 
     /// The kernel of a module with some of its options, compiled now if it is the first time.

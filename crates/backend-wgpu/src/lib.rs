@@ -131,6 +131,12 @@ impl WgpuBackend {
         Self::with_context(DeviceContext::new(device, queue, false))
     }
 
+    /// Whether solvers that are made from now on take the time of every stage, as
+    /// [`WgpuOptions::stage_times`] does; the device must have been opened with time stamps.
+    pub fn stage_times_set(&self, on: bool) {
+        self.context.stage_times_set(on);
+    }
+
     fn with_context(context: DeviceContext) -> Self {
         let info = context.device.adapter_info();
         let limits = &context.limits;

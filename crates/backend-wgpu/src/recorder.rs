@@ -35,7 +35,7 @@ const CLOCK_SIZE: u64 = 2 * CLOCK_PASSES as u64 * wgpu::QUERY_SIZE as u64;
 
 impl Recorder {
     pub(crate) fn new(context: &DeviceContext) -> Self {
-        let clock = context.stage_times.then(|| Clock {
+        let clock = context.stage_times().then(|| Clock {
             queries: context.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("stage times"),
                 ty: wgpu::QueryType::Timestamp,

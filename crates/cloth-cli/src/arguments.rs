@@ -1,6 +1,8 @@
 //! What can be said on the command line.
 
 mod solver;
+#[cfg(feature = "viewer")]
+mod viewer;
 
 use std::{num::NonZeroUsize, path::PathBuf, str::FromStr};
 
@@ -11,6 +13,8 @@ use cloth::{
 };
 
 pub(crate) use solver::SolverArguments;
+#[cfg(feature = "viewer")]
+pub(crate) use viewer::{RenderArguments, ViewArguments};
 
 /// Simulates cloth.
 #[derive(Debug, Parser)]
@@ -39,6 +43,12 @@ pub(crate) enum Command {
     Check(CheckArguments),
     /// Turn a mesh, the frames of a run, or a scene into another format.
     Convert(ConvertArguments),
+    /// Show a scene, or the frames of a run, in a window.
+    #[cfg(feature = "viewer")]
+    View(ViewArguments),
+    /// Draw a scene, or the frames of a run, through the GPU into a clip.
+    #[cfg(feature = "viewer")]
+    Render(RenderArguments),
 }
 
 #[derive(Debug, Args)]
@@ -87,6 +97,10 @@ pub(crate) struct RunArguments {
     /// Size of pictures in pixels; animated ones are scaled down to 640 pixels at most.
     #[arg(long, value_name = "WxH", default_value = "800x450")]
     pub(crate) picture_size: PictureSize,
+    /// Draw pictures through the GPU where there is one, in the look of `cloth view`.
+    #[cfg(feature = "viewer")]
+    #[arg(long)]
+    pub(crate) render: bool,
     /// Print the report of each frame to stdout as a line of JSON, and nothing else.
     #[arg(long)]
     pub(crate) json: bool,

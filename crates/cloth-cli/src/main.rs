@@ -11,6 +11,8 @@ mod run_folder;
 mod scene_source;
 mod scenes;
 mod units;
+#[cfg(feature = "viewer")]
+mod viewer;
 
 use std::process::ExitCode;
 
@@ -25,6 +27,10 @@ fn main() -> ExitCode {
         Command::Backends => backends::backends(),
         Command::Check(arguments) => check::check(&arguments),
         Command::Convert(arguments) => convert::convert(&arguments),
+        #[cfg(feature = "viewer")]
+        Command::Render(arguments) => viewer::render(&arguments),
+        #[cfg(feature = "viewer")]
+        Command::View(arguments) => viewer::view(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -4,6 +4,7 @@
 //!   PLY.
 //! - [`FrameStore`] keeps all frames of a run; [`FrameSequenceWriter`] and [`container_write`] turn
 //!   frames into [formats](FrameFormat) of other programs.
+//! - [`ClipWriter`] makes one animated file of pictures of any renderer.
 //! - [`Picture`] renders cloth and colliders without a graphics card.
 //! - [`file_replace`] writes any file so that it is either complete or as it was.
 
@@ -14,9 +15,9 @@ mod picture;
 
 pub use file::file_replace;
 pub use frame::{
-    ContainerOptions, ContainerReport, Frame, FrameError, FrameFormat, FrameFormatError,
-    FrameSequenceWriter, FrameStore, PictureSequence, StoredFrame, Topology, TopologyCloth,
-    container_write, vertex_normals,
+    ClipWriter, ContainerOptions, ContainerReport, Frame, FrameError, FrameFormat,
+    FrameFormatError, FrameSequenceWriter, FrameStore, PictureMaker, PictureSequence, StoredFrame,
+    Topology, TopologyCloth, container_write, vertex_normals,
 };
 pub use mesh::{
     MESH_EXTENSIONS, MESH_WRITE_EXTENSIONS, MeshError, MeshPlace, mesh_read, mesh_read_gltf,

@@ -35,14 +35,18 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let folder = RunFolder::new(arguments.out.as_deref(), &scene.name);
     let topology = topology(&scene);
     let style = style(&scene, arguments);
+    #[cfg(feature = "viewer")]
+    let maker = crate::viewer::picture_maker(arguments, &scene, &style)?;
+    #[cfg(not(feature = "viewer"))]
+    let maker = None;
 
     // Nothing is written before everything is known to be good.
     let mut simulation = simulation(scene, backend.as_ref(), &folder, arguments.resume)?;
     std::fs::create_dir_all(&folder.root).map_err(WriteError::of(&folder.root))?;
     let mut outputs = if arguments.resume {
-        Outputs::resume(&folder, &topology, style, arguments, simulation.frame())?
+        Outputs::resume(&folder, &topology, style, maker, arguments, simulation.frame())?
     } else {
-        Outputs::create(&folder, &topology, style, arguments)?
+        Outputs::create(&folder, &topology, style, maker, arguments)?
     };
     folder.scene_write(&source.scene, &source.options)?;
     let mut reports = ReportWriter::open(&folder.report(), simulation.frame(), arguments.json)?;

@@ -1,18 +1,19 @@
 //! The frames of a run on their way into files.
 
-use std::path::PathBuf;
+use std::{cell::RefCell, path::PathBuf, rc::Rc};
 
 use cloth::{
     State,
     io::{
-        ContainerOptions, Frame, FrameFormat, FrameSequenceWriter, FrameStore, PictureSequence,
-        PictureStyle, Topology, container_write,
+        ContainerOptions, Frame, FrameFormat, FrameSequenceWriter, FrameStore, PictureMaker,
+        PictureSequence, PictureStyle, Topology, container_write,
     },
 };
+use tempfile::TempDir;
 
 use crate::{
     arguments::RunArguments,
-    failure::Failure,
+    failure::{Failure, WriteError},
     run_folder::{RunFolder, file_remove},
 };
 
@@ -32,6 +33,8 @@ pub(super) struct Outputs<'a> {
     style: PictureStyle,
     /// Pictures that animations can be made from.
     picture_sequence: Option<PictureSequence>,
+    /// What draws pictures in place of the renderer of `cloth::io`.
+    maker: Option<Rc<RefCell<PictureMaker<'a>>>>,
 }
 
 /// The frames in the folder end before the checkpoint.
@@ -52,6 +55,7 @@ impl<'a> Outputs<'a> {
         folder: &RunFolder,
         topology: &'a Topology,
         style: PictureStyle,
+        maker: Option<PictureMaker<'a>>,
         arguments: &RunArguments,
     ) -> Result<Self, Failure> {
         // First of all, as it locks out a second run in the same folder.
@@ -59,7 +63,7 @@ impl<'a> Outputs<'a> {
         // It would not fit the frames of the new run.
         file_remove(&folder.checkpoint())?;
         folder.outputs_remove(0)?;
-        Self::new(folder, topology, store, style, arguments)
+        Self::new(folder, topology, store, style, maker, arguments)
     }
 
     /// Outputs of a run that goes on after `frame`; what comes after it is removed.
@@ -67,6 +71,7 @@ impl<'a> Outputs<'a> {
         folder: &RunFolder,
         topology: &'a Topology,
         style: PictureStyle,
+        maker: Option<PictureMaker<'a>>,
         arguments: &RunArguments,
         frame: u64,
     ) -> Result<Self, Failure> {
@@ -78,7 +83,7 @@ impl<'a> Outputs<'a> {
         }
         store.truncate(expected as usize)?;
         folder.outputs_remove(expected)?;
-        Self::new(folder, topology, store, style, arguments)
+        Self::new(folder, topology, store, style, maker, arguments)
     }
 
     fn new(
@@ -86,8 +91,10 @@ impl<'a> Outputs<'a> {
         topology: &'a Topology,
         store: FrameStore,
         style: PictureStyle,
+        maker: Option<PictureMaker<'a>>,
         arguments: &RunArguments,
     ) -> Result<Self, Failure> {
+        let maker = maker.map(|maker| Rc::new(RefCell::new(maker)));
         let mut sequences = Vec::new();
         let mut sequence_folders = Vec::new();
         let mut containers = Vec::new();
@@ -97,7 +104,12 @@ impl<'a> Outputs<'a> {
                 continue;
             }
             let path = folder.sequence(format);
-            let writer = FrameSequenceWriter::new(format, &path, folder.name(), topology)?;
+            let mut writer = FrameSequenceWriter::new(format, &path, folder.name(), topology)?;
+            if format == FrameFormat::Png
+                && let Some(maker) = &maker
+            {
+                writer = writer.with_maker(shared(maker));
+            }
             sequences.push(writer.with_style(style.clone()).resume(&store)?);
             sequence_folders.push(path);
         }
@@ -116,6 +128,7 @@ impl<'a> Outputs<'a> {
             frame_stride: arguments.frame_stride.get(),
             style,
             picture_sequence,
+            maker,
         })
     }
 
@@ -146,12 +159,36 @@ impl<'a> Outputs<'a> {
         Ok(self.store.sync()?)
     }
 
+    /// Draws all frames with the maker of pictures into a folder, if there is one and clips need it.
+    fn drawn(&self, folder: &RunFolder) -> Result<Option<TempDir>, Failure> {
+        let is_clip = self.containers.iter().any(|format| format.is_picture());
+        let Some(maker) = self.maker.as_ref().filter(|_| is_clip) else { return Ok(None) };
+        if self.picture_sequence.is_some() {
+            return Ok(None);
+        }
+        let drawn = TempDir::new_in(&folder.root).map_err(WriteError::of(&folder.root))?;
+        let (format, name) = (FrameFormat::Png, folder.name());
+        let mut writer = FrameSequenceWriter::new(format, drawn.path(), name, self.topology)?
+            .with_style(self.style.clone())
+            .with_maker(shared(maker));
+        for index in (0..self.store.len()).filter(|index| index.is_multiple_of(self.frame_stride)) {
+            let frame = self.store.frame(index)?;
+            writer.write(&Frame::new(index as u64, frame.time, &frame.positions_f64()))?;
+        }
+        Ok(Some(drawn))
+    }
+
     /// Makes the formats with all frames in one file, and says where to look.
     pub(super) fn finish(&self, folder: &RunFolder) -> Result<String, Failure> {
+        let drawn = self.drawn(folder)?;
+        let drawn_sequence = drawn.as_ref().map(|drawn| PictureSequence {
+            folder: drawn.path().to_owned(),
+            name: folder.name().to_owned(),
+        });
         let options = ContainerOptions {
             frame_stride: (self.frame_stride > 1).then_some(self.frame_stride),
             style: animation_style(&self.style),
-            picture_sequence: self.picture_sequence.clone(),
+            picture_sequence: drawn_sequence.or_else(|| self.picture_sequence.clone()),
             ..ContainerOptions::default()
         };
         let mut files = Vec::new();
@@ -172,6 +209,12 @@ impl<'a> Outputs<'a> {
         }
         Ok(format!("look at {}", files.join(", ")))
     }
+}
+
+/// A maker of pictures that others use, too.
+fn shared<'a>(maker: &Rc<RefCell<PictureMaker<'a>>>) -> PictureMaker<'a> {
+    let maker = Rc::clone(maker);
+    Box::new(move |frame| (maker.borrow_mut())(frame))
 }
 
 /// `style` with sides of at most [`ANIMATION_SIDE_LIMIT`].

@@ -1,5 +1,7 @@
 //! Writes an animated PNG.
 
+use std::path::Path;
+
 use image::RgbImage;
 use png::{BitDepth, ColorType, Compression, Encoder};
 
@@ -12,21 +14,50 @@ pub(super) fn write(source: &ContainerSource<'_>) -> Result<(), FrameError> {
     let style = &source.options.style;
     let pictures =
         PictureAnimation::of_store(source.topology, style, source.store, &source.frames)?;
-    let frame_count = source.count_i32("frames", source.frames.len())?.unsigned_abs();
-    let (numerator, denominator) = delay(source.rate);
-    output_write(source.path, |writer| {
-        let error = || FrameError::write(source.path);
-        let mut encoder = Encoder::new(writer, style.width, style.height);
+    let count = source.frames.len();
+    encode(source.path, [style.width, style.height], source.rate, count, |take| {
+        pictures.each(source, |image| image, |_, image| take(&image))
+    })
+}
+
+/// Writes pictures that were made before; each is asked for by its number.
+pub(super) fn write_pictures(
+    path: &Path,
+    size: [u32; 2],
+    rate: f64,
+    count: usize,
+    picture: impl Fn(usize) -> Result<RgbImage, FrameError>,
+) -> Result<(), FrameError> {
+    encode(path, size, rate, count, |take| {
+        (0..count).try_for_each(|number| take(&picture(number)?))
+    })
+}
+
+/// Writes the frames that `each` hands over in their order.
+fn encode(
+    path: &Path,
+    [width, height]: [u32; 2],
+    rate: f64,
+    count: usize,
+    each: impl FnOnce(&mut dyn FnMut(&RgbImage) -> Result<(), FrameError>) -> Result<(), FrameError>,
+) -> Result<(), FrameError> {
+    let frame_count = i32::try_from(count).map_err(|_| FrameError::Size {
+        file: path.to_owned(),
+        unit: "frames",
+        needed: count as u64,
+        limit: i32::MAX as u64,
+    })?;
+    let (numerator, denominator) = delay(rate);
+    output_write(path, |writer| {
+        let error = || FrameError::write(path);
+        let mut encoder = Encoder::new(writer, width, height);
         encoder.set_color(ColorType::Rgb);
         encoder.set_depth(BitDepth::Eight);
         encoder.set_compression(Compression::Balanced);
-        encoder.set_animated(frame_count, 0).map_err(error())?;
+        encoder.set_animated(frame_count.unsigned_abs(), 0).map_err(error())?;
         encoder.set_frame_delay(numerator, denominator).map_err(error())?;
         let mut png = encoder.write_header().map_err(error())?;
-        let take = |_, image: RgbImage| {
-            png.write_image_data(&image).map_err(FrameError::write(source.path))
-        };
-        pictures.each(source, |image| image, take)?;
+        each(&mut |image| png.write_image_data(image).map_err(FrameError::write(path)))?;
         png.finish().map_err(error())
     })
 }

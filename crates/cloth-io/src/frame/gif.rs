@@ -2,7 +2,7 @@
 //! change. A fixed palette and a fixed dither pattern keep still parts of the picture still, which
 //! the eye prefers and the compression too.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, path::Path};
 
 use ::gif::{DisposalMethod, Encoder, Frame, Repeat};
 use color_quant::NeuQuant;
@@ -26,34 +26,71 @@ pub(super) fn automatic_stride(frames_per_second: f64) -> usize {
 
 pub(super) fn write(source: &ContainerSource<'_>) -> Result<(), FrameError> {
     let style = &source.options.style;
+    let pictures =
+        PictureAnimation::of_store(source.topology, style, source.store, &source.frames)?;
+    let step = palette_step(source.frames.len());
+    let samples = source.frames.iter().step_by(step);
+    let palette = Palette::of(samples.map(|&index| pictures.stored(source, index)))?;
+    encode(source.path, [style.width, style.height], source.rate, &palette, |take| {
+        pictures.each(source, |image| palette.indices(&image), take)
+    })
+}
+
+/// Writes pictures that were made before; each is asked for by its number.
+pub(super) fn write_pictures(
+    path: &Path,
+    size: [u32; 2],
+    rate: f64,
+    count: usize,
+    picture: impl Fn(usize) -> Result<RgbImage, FrameError>,
+) -> Result<(), FrameError> {
+    let palette = Palette::of((0..count).step_by(palette_step(count)).map(&picture))?;
+    encode(path, size, rate, &palette, |take| {
+        (0..count).try_for_each(|number| take(number, palette.indices(&picture(number)?)))
+    })
+}
+
+/// Takes the palette entries of the pixels of a frame.
+type FrameTaker<'a> = &'a mut dyn FnMut(usize, Vec<u8>) -> Result<(), FrameError>;
+
+/// Writes the frames that `each` hands over in their order.
+fn encode(
+    path: &Path,
+    size: [u32; 2],
+    rate: f64,
+    palette: &Palette,
+    each: impl FnOnce(FrameTaker<'_>) -> Result<(), FrameError>,
+) -> Result<(), FrameError> {
     let side = |side: u32| {
         u16::try_from(side).map_err(|_| FrameError::Size {
-            file: source.path.to_owned(),
+            file: path.to_owned(),
             unit: "pixels in a row or column",
             needed: side.into(),
             limit: u16::MAX.into(),
         })
     };
-    let (width, height) = (side(style.width)?, side(style.height)?);
-    let pictures =
-        PictureAnimation::of_store(source.topology, style, source.store, &source.frames)?;
-    let palette = Palette::of(source, &pictures)?;
-    output_write(source.path, |writer| {
-        let error = || FrameError::write(source.path);
+    let (width, height) = (side(size[0])?, side(size[1])?);
+    output_write(path, |writer| {
+        let error = || FrameError::write(path);
         let mut encoder = Encoder::new(writer, width, height, &palette.colors).map_err(error())?;
         encoder.set_repeat(Repeat::Infinite).map_err(error())?;
         let mut shown = None;
-        let take = |number, indices: Vec<u8>| {
+        let mut take = |number, indices: Vec<u8>| {
             let frame = Frame {
-                delay: delay(number, source.rate),
+                delay: delay(number, rate),
                 ..difference(shown.as_deref(), &indices, width, height)
             };
             encoder.write_frame(&frame).map_err(error())?;
             shown = Some(indices);
             Ok(())
         };
-        pictures.each(source, |image| palette.indices(&image), take)
+        each(&mut take)
     })
+}
+
+/// Every so many frames the palette is made from one.
+fn palette_step(count: usize) -> usize {
+    count.div_ceil(PALETTE_FRAMES).max(1)
 }
 
 /// How long frame `number` is shown \[1/100 s\], rounded so that errors do not add up.
@@ -109,15 +146,10 @@ struct Palette {
 }
 
 impl Palette {
-    fn of(
-        source: &ContainerSource<'_>,
-        pictures: &PictureAnimation<'_>,
-    ) -> Result<Self, FrameError> {
-        let step = source.frames.len().div_ceil(PALETTE_FRAMES).max(1);
+    fn of(samples: impl Iterator<Item = Result<RgbImage, FrameError>>) -> Result<Self, FrameError> {
         let mut pixels = Vec::new();
-        for &index in source.frames.iter().step_by(step) {
-            let image = pictures.stored(source, index)?;
-            pixels.extend(image.pixels().step_by(3).flat_map(|p| [p[0], p[1], p[2], 255]));
+        for image in samples {
+            pixels.extend(image?.pixels().step_by(3).flat_map(|p| [p[0], p[1], p[2], 255]));
         }
         let network = NeuQuant::new(3, usize::from(UNCHANGED), &pixels);
         let mut colors = network.color_map_rgb();

@@ -6,6 +6,7 @@
 
 mod animation;
 mod apng;
+mod clip;
 mod container;
 mod error;
 mod format;
@@ -24,13 +25,14 @@ mod store;
 mod topology;
 mod vtu;
 
+pub use clip::ClipWriter;
 pub use container::{ContainerOptions, ContainerReport, PictureSequence, container_write};
 pub use error::FrameError;
 pub use format::{FrameFormat, FrameFormatError};
 pub use normals::vertex_normals;
 pub(crate) use obj::obj_write;
 pub(crate) use ply::ply_write;
-pub use sequence::FrameSequenceWriter;
+pub use sequence::{FrameSequenceWriter, PictureMaker};
 pub use store::{FrameStore, StoredFrame};
 pub use topology::{Topology, TopologyCloth};
 

@@ -1,10 +1,11 @@
 //! Writes formats with one file per frame.
 
 use std::collections::BTreeMap;
+use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use image::ImageEncoder;
 use image::codecs::png::PngEncoder;
+use image::{ImageEncoder, RgbImage};
 
 use super::animation::PictureAnimation;
 use super::obj::obj_write;
@@ -13,6 +14,10 @@ use super::ply::ply_write;
 use super::vtu::{pvd_write, vtu_write};
 use super::{Frame, FrameError, FrameFormat, FrameStore, Topology};
 use crate::picture::PictureStyle;
+
+/// Makes the picture of a frame, or says why not.
+pub type PictureMaker<'a> =
+    Box<dyn FnMut(&Frame<'_>) -> Result<RgbImage, Box<dyn Error + Send + Sync>> + 'a>;
 
 /// Writes each frame of a run into a file of its own, `name_000000.obj` and so on; [`FrameFormat::Vtu`]
 /// also keeps a collection `name.pvd` of all frames up to date.
@@ -25,6 +30,7 @@ pub struct FrameSequenceWriter<'a> {
     times: BTreeMap<u64, f64>,
     style: PictureStyle,
     pictures: Option<PictureAnimation<'a>>,
+    maker: Option<PictureMaker<'a>>,
 }
 
 impl<'a> FrameSequenceWriter<'a> {
@@ -58,6 +64,7 @@ impl<'a> FrameSequenceWriter<'a> {
             times: BTreeMap::new(),
             style: PictureStyle::default(),
             pictures: None,
+            maker: None,
         })
     }
 
@@ -66,6 +73,13 @@ impl<'a> FrameSequenceWriter<'a> {
     #[must_use]
     pub fn with_style(mut self, style: PictureStyle) -> Self {
         self.style = style;
+        self
+    }
+
+    /// Sets what makes pictures in place of the renderer of this crate.
+    #[must_use]
+    pub fn with_maker(mut self, maker: PictureMaker<'a>) -> Self {
+        self.maker = Some(maker);
         self
     }
 
@@ -127,15 +141,17 @@ impl<'a> FrameSequenceWriter<'a> {
     }
 
     fn picture(&mut self, path: &Path, frame: &Frame<'_>) -> Result<(), FrameError> {
-        let pictures = match &mut self.pictures {
-            Some(pictures) => pictures,
-            empty => {
+        let image = match (&mut self.maker, &mut self.pictures) {
+            (Some(maker), _) => maker(frame).map_err(FrameError::write(path))?,
+            (None, Some(pictures)) => pictures.render(frame.time, frame.positions)?,
+            (None, empty) => {
                 let first = [(frame.time, frame.positions)];
                 let style = self.style.clone();
-                empty.insert(PictureAnimation::new(self.topology, style, first)?)
+                empty
+                    .insert(PictureAnimation::new(self.topology, style, first)?)
+                    .render(frame.time, frame.positions)?
             }
         };
-        let image = pictures.render(frame.time, frame.positions)?;
         output_write(path, |writer| {
             let (width, height) = image.dimensions();
             PngEncoder::new(writer)

@@ -1,0 +1,23 @@
+#![doc = include_str!("../README.md")]
+
+mod clip;
+mod error;
+mod gpu;
+mod headless;
+mod renderer;
+mod simulation;
+mod window;
+
+pub use clip::ClipFormat;
+pub use error::ViewerError;
+pub use gpu::Gpu;
+pub use headless::{ClipOptions, FramePainter, Studio, clip_render};
+pub use renderer::{
+    ClothMesh, Disc, FrameBuffers, FrameContents, OrbitCamera, Overlays, PlaceLine, Ray,
+    RenderTarget, Renderer,
+};
+pub use simulation::{
+    Command, Engine, FrameFiles, GrabView, Playback, Settings, SettingsChange, Shown,
+    SimulationThread, Snapshot, Source, Subject, corner_particles,
+};
+pub use window::{WindowOptions, window_run};

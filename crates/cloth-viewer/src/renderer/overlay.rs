@@ -1,0 +1,156 @@
+//! What is drawn on top of the cloth: discs and lines.
+
+use cloth::wgpu::wgpu;
+
+use super::FrameContents;
+use crate::Gpu;
+
+/// Which parts of the picture are on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overlays {
+    /// The shaded surface of the cloths.
+    pub surface: bool,
+    /// The edges of all triangles.
+    pub wires: bool,
+    /// Springs by class: stretch, shear, bend.
+    pub springs: [bool; 3],
+    /// Colours of the surface by the strain of the springs.
+    pub strain: bool,
+    /// Relative elongation shown in red.
+    pub strain_scale: f64,
+    /// Particles that are held.
+    pub pins: bool,
+    /// Particles in contact with a collider or another particle.
+    pub contacts: bool,
+    /// Cells of the grid in which near particles are looked for.
+    pub bins: bool,
+}
+
+impl Default for Overlays {
+    fn default() -> Self {
+        Self {
+            surface: true,
+            wires: false,
+            springs: [false; 3],
+            strain: false,
+            strain_scale: 0.1,
+            pins: false,
+            contacts: false,
+            bins: false,
+        }
+    }
+}
+
+/// A disc that faces the eye.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct Disc {
+    place: [f32; 3],
+    particle: u32,
+    colour: [u8; 4],
+    radius: f32,
+}
+
+impl Disc {
+    /// A disc at a particle, with a radius in pixels.
+    #[must_use]
+    pub const fn at_particle(particle: u32, colour: [u8; 4], radius: f32) -> Self {
+        Self { place: [0.0; 3], particle, colour, radius }
+    }
+
+    /// A disc at a place \[m\], with a radius in pixels.
+    #[must_use]
+    pub fn at_place(place: [f64; 3], colour: [u8; 4], radius: f32) -> Self {
+        Self { place: place.map(|x| x as f32), particle: u32::MAX, colour, radius }
+    }
+}
+
+/// A line in space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaceLine {
+    /// Both ends \[m\].
+    pub ends: [[f64; 3]; 2],
+    /// sRGB and opacity.
+    pub colour: [u8; 4],
+}
+
+/// End of a line in space.
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+struct PlaceEnd {
+    place: [f32; 3],
+    colour: [u8; 4],
+}
+
+/// The overlays of one picture on the device.
+#[derive(Default)]
+pub(super) struct OverlayBuffers {
+    discs: Option<wgpu::Buffer>,
+    disc_count: u32,
+    lines: Option<wgpu::Buffer>,
+    end_count: u32,
+}
+
+impl OverlayBuffers {
+    pub(super) fn update(&mut self, gpu: &Gpu, contents: &FrameContents) {
+        let ends: Vec<PlaceEnd> = contents
+            .lines
+            .iter()
+            .flat_map(|line| {
+                let colour = line.colour;
+                line.ends.map(|end| PlaceEnd { place: end.map(|x| x as f32), colour })
+            })
+            .collect();
+        self.disc_count = fill(gpu, &mut self.discs, "discs", &contents.discs);
+        self.end_count = fill(gpu, &mut self.lines, "lines", &ends);
+    }
+
+    pub(super) fn draw_lines(&self, pass: &mut wgpu::RenderPass<'_>) {
+        if let Some(lines) = self.lines.as_ref().filter(|_| self.end_count > 0) {
+            pass.set_vertex_buffer(0, lines.slice(..));
+            pass.draw(0..self.end_count, 0..1);
+        }
+    }
+
+    pub(super) fn draw_discs(&self, pass: &mut wgpu::RenderPass<'_>) {
+        if let Some(discs) = self.discs.as_ref().filter(|_| self.disc_count > 0) {
+            pass.set_vertex_buffer(0, discs.slice(..));
+            pass.draw(0..4, 0..self.disc_count);
+        }
+    }
+}
+
+/// Puts `values` into a buffer that grows as needed; their number.
+pub(super) fn fill<T: bytemuck::NoUninit>(
+    gpu: &Gpu,
+    buffer: &mut Option<wgpu::Buffer>,
+    label: &str,
+    values: &[T],
+) -> u32 {
+    let bytes: &[u8] = bytemuck::cast_slice(values);
+    if bytes.is_empty() {
+        return 0;
+    }
+    match buffer {
+        Some(buffer) if buffer.size() >= bytes.len() as u64 => {
+            gpu.queue.write_buffer(buffer, 0, bytes);
+        }
+        _ => *buffer = Some(gpu.buffer(label, values, wgpu::BufferUsages::VERTEX)),
+    }
+    values.len() as u32
+}
+
+/// An opaque colour.
+pub(crate) const fn colour_bytes([red, green, blue]: [u8; 3]) -> [u8; 4] {
+    [red, green, blue, 255]
+}
+
+/// sRGB to linear light.
+pub(super) fn colour_linear(srgb: [u8; 3]) -> [u8; 4] {
+    let linear = srgb.map(|channel| {
+        let c = f64::from(channel) / 255.0;
+        let light = if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
+        (light * 255.0).round() as u8
+    });
+    colour_bytes(linear)
+}

@@ -1,0 +1,428 @@
+//! A scene in progress under the hand of a user.
+
+use std::{sync::Arc, time::Instant};
+
+use cloth::{
+    AUTO, Backend, Control, Error, Frame, PinAction, PinControl, Solver, State, StepReport,
+    backend_create,
+    io::PictureStyle,
+    picture_style,
+    scene::{CompileOptions, CompiledScene, Scene},
+    wgpu::WgpuSolver,
+};
+
+use crate::{Gpu, Overlays, Ray, ViewerError};
+
+use super::{
+    Settings, SettingsChange, Snapshot, contacts, corner_particles,
+    grab::{Grab, SLICE},
+    pick::pick,
+    snapshot::{FramePool, GrabView, cell_side},
+};
+
+/// Part of the distance by which a ray may miss the cloth and still take hold of it.
+const PICK_REACH: f64 = 0.02;
+
+/// A scene in progress: everything that the window can do to it, and the frames that it gives back.
+pub struct Engine {
+    gpu: Gpu,
+    scene: Scene,
+    options: CompileOptions,
+    /// What the scene compiles to without changed settings.
+    original: CompiledScene,
+    compiled: CompiledScene,
+    style: PictureStyle,
+    settings: Settings,
+    solver: EngineSolver,
+    frame: u64,
+    time: f64,
+    /// The state on the host, as of the frame `state_frame`.
+    state: State,
+    state_is_current: bool,
+    normals: Vec<[f64; 3]>,
+    held: Vec<u8>,
+    pins: Vec<PinControl>,
+    grab: Option<Grab>,
+    report: StepReport,
+    duration: std::time::Duration,
+    pool: FramePool,
+}
+
+/// A solver, which may lend its buffers.
+enum EngineSolver {
+    /// On the device that draws.
+    Shared(Box<WgpuSolver>),
+    /// Anywhere else.
+    Other(Box<dyn Solver>),
+}
+
+impl EngineSolver {
+    /// A solver of the backend with this name, and the name. `auto` is `wgpu` if that is a GPU and can
+    /// run the scene.
+    fn choose(
+        gpu: &Gpu,
+        backend: &str,
+        scene: &CompiledScene,
+    ) -> Result<(Self, String), ViewerError> {
+        if backend == AUTO {
+            if !gpu.is_processor() {
+                match Self::new(gpu, "wgpu", scene) {
+                    Err(ViewerError::Simulation(
+                        Error::Unsupported { .. }
+                        | Error::LimitExceeded { .. }
+                        | Error::OutOfMemory { .. },
+                    )) => {}
+                    outcome => return Ok((outcome?, "wgpu".into())),
+                }
+            }
+            return Ok((Self::new(gpu, "cpu", scene)?, "cpu".into()));
+        }
+        Ok((Self::new(gpu, backend, scene)?, backend.to_owned()))
+    }
+
+    fn new(gpu: &Gpu, backend: &str, scene: &CompiledScene) -> Result<Self, ViewerError> {
+        let model = Arc::clone(&scene.model);
+        if backend == "wgpu" {
+            let solver = gpu.backend().create_wgpu_solver(model, &scene.config)?;
+            return Ok(Self::Shared(Box::new(solver)));
+        }
+        let backend: Box<dyn Backend> = backend_create(backend, None)?;
+        Ok(Self::Other(backend.create_solver(model, &scene.config)?))
+    }
+
+    fn get(&mut self) -> &mut dyn Solver {
+        match self {
+            Self::Shared(solver) => solver.as_mut(),
+            Self::Other(solver) => solver.as_mut(),
+        }
+    }
+}
+
+impl Engine {
+    /// Makes ready to run `scene` from its start. With the backend `wgpu` it runs on the device that
+    /// draws, and positions stay there; `auto` chooses.
+    ///
+    /// # Errors
+    /// What is wrong with the scene, or what the backend cannot do.
+    pub fn new(
+        gpu: &Gpu,
+        scene: Scene,
+        options: CompileOptions,
+        backend: &str,
+    ) -> Result<Self, ViewerError> {
+        let compiled = scene.compile(&options)?;
+        let (solver, backend) = EngineSolver::choose(gpu, backend, &compiled)?;
+        let state = compiled.model.initial_state();
+        Ok(Self {
+            gpu: gpu.clone(),
+            settings: Settings::of_scene(&scene, &backend),
+            style: picture_style(&compiled),
+            original: compiled.clone(),
+            compiled,
+            scene,
+            options,
+            solver,
+            frame: 0,
+            time: 0.0,
+            held: state.held.clone(),
+            state,
+            state_is_current: true,
+            normals: Vec::new(),
+            pins: Vec::new(),
+            grab: None,
+            report: StepReport::default(),
+            duration: std::time::Duration::ZERO,
+            pool: FramePool::default(),
+        })
+    }
+
+    /// The scene as it is compiled at present.
+    #[must_use]
+    pub const fn scene(&self) -> &CompiledScene {
+        &self.compiled
+    }
+
+    /// How pictures of it look.
+    #[must_use]
+    pub const fn style(&self) -> &PictureStyle {
+        &self.style
+    }
+
+    /// The settings in force.
+    #[must_use]
+    pub const fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Number of the present frame.
+    #[must_use]
+    pub const fn frame(&self) -> u64 {
+        self.frame
+    }
+
+    /// What the solver did in the last frame.
+    #[must_use]
+    pub const fn report(&self) -> &StepReport {
+        &self.report
+    }
+
+    /// The present state, fetched from the device if it is there.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn state(&mut self) -> Result<&State, ViewerError> {
+        if !self.state_is_current {
+            self.solver.get().download(&mut self.state)?;
+            self.state_is_current = true;
+        }
+        Ok(&self.state)
+    }
+
+    /// Advances by one frame. After an error the scene is back at its start.
+    ///
+    /// # Errors
+    /// What the solver reports, such as a divergence.
+    pub fn step(&mut self) -> Result<(), ViewerError> {
+        let start = Instant::now();
+        let stepped = if self.grab.is_some() { self.step_grabbed() } else { self.step_plain() };
+        if let Err(error) = stepped {
+            self.reset()?;
+            return Err(error);
+        }
+        self.state_is_current = false;
+        self.frame += 1;
+        self.time = self.report.time;
+        self.duration = start.elapsed();
+        Ok(())
+    }
+
+    fn control(&mut self) -> Control {
+        let mut control = self.compiled.timeline.control(self.frame);
+        control.pins.append(&mut self.pins);
+        for pin in &control.pins {
+            let held = !matches!(pin.action, PinAction::Release);
+            self.held[pin.particle as usize] = u8::from(held);
+        }
+        if self.compiled.model.air().is_some() {
+            control.wind_velocity = Some(self.settings.wind);
+        }
+        control
+    }
+
+    fn step_plain(&mut self) -> Result<(), ViewerError> {
+        let control = self.control();
+        let frame = Frame::per_second(self.compiled.frames_per_second);
+        let solver = self.solver.get();
+        solver.set_control(&control)?;
+        solver.advance(frame)?;
+        self.report = solver.synchronize()?;
+        Ok(())
+    }
+
+    /// A frame in slices, with a pull of the pointer before each.
+    fn step_grabbed(&mut self) -> Result<(), ViewerError> {
+        let Some(grab) = self.grab.clone() else { return Ok(()) };
+        let control = self.control();
+        let length = 1.0 / self.compiled.frames_per_second;
+        let slices = (length / SLICE).ceil().max(1.0) as u32;
+        let duration = length / f64::from(slices);
+        let mut total = StepReport::default();
+        for slice in 0..slices {
+            self.state_is_current &= slice == 0;
+            self.state()?;
+            let part = part_of(&control, &self.state, slices - slice, slice == 0);
+            grab.pull(&mut self.state, duration);
+            let solver = self.solver.get();
+            solver.upload(&self.state)?;
+            solver.set_control(&part)?;
+            solver.advance(Frame { duration })?;
+            let report = solver.synchronize()?;
+            add(&mut total, report);
+        }
+        self.report = total;
+        Ok(())
+    }
+
+    /// Back to the start of the scene, with its pins; settings stay.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn reset(&mut self) -> Result<(), ViewerError> {
+        self.state = self.compiled.model.initial_state();
+        self.solver.get().upload(&self.state)?;
+        self.held.clone_from(&self.state.held);
+        self.state_is_current = true;
+        self.frame = 0;
+        self.time = 0.0;
+        self.pins.clear();
+        self.grab = None;
+        self.report = StepReport::default();
+        Ok(())
+    }
+
+    /// Holds a particle where it is, or lets it go, from the next frame on; whether it is held then.
+    pub fn pin_toggle(&mut self, particle: u32) -> bool {
+        let Some(held) = self.held.get_mut(particle as usize) else { return false };
+        *held ^= 1;
+        let action = if *held == 1 { PinAction::Hold } else { PinAction::Release };
+        self.pins.push(PinControl { particle, action });
+        *held == 1
+    }
+
+    /// [`Self::pin_toggle`] for one of the corners 0 to 3.
+    pub fn corner_toggle(&mut self, corner: usize) -> bool {
+        match corner_particles(&self.compiled).get(corner) {
+            Some(&particle) => self.pin_toggle(particle),
+            None => false,
+        }
+    }
+
+    /// Whether a particle is held, or will be from the next frame on.
+    #[must_use]
+    pub fn is_held(&self, particle: u32) -> bool {
+        self.held.get(particle as usize) == Some(&1)
+    }
+
+    /// The particle that a ray meets.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn pick(&mut self, ray: &Ray) -> Result<Option<u32>, ViewerError> {
+        self.state()?;
+        let pick = pick(&self.compiled.model, &self.state.positions, ray, PICK_REACH);
+        Ok(pick.map(|pick| pick.particle))
+    }
+
+    /// Takes hold of the cloth where a ray meets it; the particle, if it meets one.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn grab_begin(&mut self, ray: &Ray) -> Result<Option<u32>, ViewerError> {
+        self.state()?;
+        let (model, positions) = (&self.compiled.model, &self.state.positions);
+        let pick = pick(model, positions, ray, PICK_REACH);
+        self.grab = pick.map(|pick| Grab::new(model, positions, ray, pick));
+        Ok(pick.map(|pick| pick.particle))
+    }
+
+    /// Pulls what is held to where a ray points, at the distance at which it was taken.
+    pub fn grab_move(&mut self, ray: &Ray) {
+        self.grab = self.grab.take().map(|grab| grab.moved(ray));
+    }
+
+    /// Lets go.
+    pub fn grab_end(&mut self) {
+        self.grab = None;
+    }
+
+    /// Changes the settings: those that the model allows from the next frame on, others by a new
+    /// solver that takes over the state. After an error nothing has changed.
+    ///
+    /// # Errors
+    /// What the scene or the backend cannot do.
+    pub fn apply(&mut self, settings: &Settings) -> Result<SettingsChange, ViewerError> {
+        let has_air = self.compiled.model.air().is_some();
+        let change = self.settings.change_to(settings, has_air);
+        if change == SettingsChange::Rebuilt {
+            let scene = settings.apply(&self.scene, &self.original.model);
+            let compiled = scene.compile(&self.options)?;
+            self.gpu.backend().stage_times_set(settings.stage_times);
+            let mut solver = EngineSolver::new(&self.gpu, &settings.backend, &compiled)?;
+            self.state()?;
+            // Halvings count from the time step of the old settings.
+            let state = State { time_step_halvings: 0, time_step_good: 0, ..self.state.clone() };
+            solver.get().upload(&state)?;
+            self.state = state;
+            self.compiled = compiled;
+            self.solver = solver;
+        }
+        self.settings = settings.clone();
+        Ok(change)
+    }
+
+    /// The present frame for the window. With the backend `wgpu` it is copied on the device.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub fn snapshot(&mut self, overlays: Overlays) -> Result<Snapshot, ViewerError> {
+        let buffers = self.pool.take(&self.gpu, self.compiled.model.particle_count());
+        match &mut self.solver {
+            EngineSolver::Shared(solver) => buffers.copy(&solver.device_buffers()?),
+            EngineSolver::Other(solver) => {
+                solver.normals(&mut self.normals)?;
+                self.state()?;
+                buffers.upload(&self.gpu, &self.state.positions, &self.normals);
+            }
+        }
+        let (mut found, mut bins) = (Vec::new(), Vec::new());
+        if overlays.contacts || overlays.bins {
+            self.state()?;
+            let model = &self.compiled.model;
+            if overlays.contacts {
+                found = contacts::contact_particles(model, &self.state);
+            }
+            if overlays.bins {
+                bins = contacts::bin_lines(&self.state.positions, cell_side(model));
+            }
+        }
+        let grab = match self.grab.as_ref().map(|grab| (grab.particle, grab.target)) {
+            Some((particle, target)) => {
+                let position = self.state()?.positions[particle as usize];
+                Some(GrabView { particle, position, target })
+            }
+            None => None,
+        };
+        let held = (0..).zip(&self.held).filter_map(|(particle, &h)| (h == 1).then_some(particle));
+        Ok(Snapshot {
+            frame: self.frame,
+            time: self.time,
+            buffers,
+            shapes: self.style.shapes.at(self.time),
+            held: held.collect(),
+            contacts: found,
+            bins,
+            grab,
+            report: self.report.clone(),
+            duration: self.duration,
+            real_time_factor: 0.0,
+            paused: false,
+            recorded: None,
+        })
+    }
+}
+
+/// The control of one of the slices of a frame, of which `left` are to come, itself included:
+/// what moves goes that part of the way that is left.
+fn part_of(control: &Control, state: &State, left: u32, first: bool) -> Control {
+    let share = 1.0 / f64::from(left);
+    let mut part = control.clone();
+    // The state that is uploaded already has what was done once.
+    part.pins.retain(|pin| first || matches!(pin.action, PinAction::MoveTo(_)));
+    for pin in &mut part.pins {
+        if let PinAction::MoveTo(target) = &mut pin.action {
+            let place = state.positions[pin.particle as usize];
+            *target = std::array::from_fn(|k| place[k] + share * (target[k] - place[k]));
+        }
+    }
+    for collider in &mut part.colliders {
+        let present = state.colliders[collider.collider as usize];
+        collider.pose = present.interpolate(&collider.pose, share);
+    }
+    part
+}
+
+/// Adds the report of a slice: work adds up, figures are those of the end.
+fn add(total: &mut StepReport, slice: StepReport) {
+    let mut sum = slice;
+    sum.substeps += total.substeps;
+    sum.contact_rebuilds += total.contact_rebuilds;
+    sum.wall_time += total.wall_time;
+    sum.solver.solves += total.solver.solves;
+    sum.solver.iterations += total.solver.iterations;
+    sum.solver.residual = sum.solver.residual.max(total.solver.residual);
+    for stage in &mut sum.stage_times {
+        let before = total.stage_times.iter().find(|other| other.stage == stage.stage);
+        stage.time += before.map_or(std::time::Duration::ZERO, |stage| stage.time);
+    }
+    *total = sum;
+}

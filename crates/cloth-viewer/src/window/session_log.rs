@@ -1,0 +1,101 @@
+//! A line of JSON about every frame that is shown, for scripts that drive the window.
+
+use std::{
+    fs::File,
+    io::{BufWriter, Write},
+    path::Path,
+};
+
+use serde::Serialize;
+
+use crate::{OrbitCamera, Overlays, Snapshot, ViewerError};
+
+/// What is told of a frame.
+#[derive(Serialize)]
+struct Line<'a> {
+    scene: &'a str,
+    frame: u64,
+    /// Simulated time \[s\].
+    time: f64,
+    paused: bool,
+    /// Particles that are held.
+    held: &'a [u32],
+    /// The particle under the pointer's pull, where it is and where it is pulled \[m\].
+    grabbed: Option<(u32, [f64; 3], [f64; 3])>,
+    wires: bool,
+    /// Whether keys are letters.
+    typing: bool,
+    help: bool,
+    recording: bool,
+    /// Number of recorded frames, for the frames of a run.
+    recorded: Option<usize>,
+    /// Energy \[J\] and largest strain.
+    energy: f64,
+    strain_max: f64,
+    /// Left, top, right and lower edge of the picture in the window \[point\].
+    picture: [f32; 4],
+    eye: [f64; 3],
+    message: Option<&'a str>,
+}
+
+/// What the window adds to a frame.
+pub(super) struct Surroundings<'a> {
+    pub(super) scene: &'a str,
+    pub(super) overlays: Overlays,
+    pub(super) camera: &'a OrbitCamera,
+    pub(super) typing: bool,
+    pub(super) help: bool,
+    pub(super) recording: bool,
+    pub(super) picture: eframe::egui::Rect,
+    pub(super) message: Option<&'a str>,
+}
+
+/// The file.
+pub(super) struct SessionLog {
+    file: BufWriter<File>,
+    last: String,
+}
+
+impl SessionLog {
+    pub(super) fn create(path: &Path) -> Result<Self, ViewerError> {
+        let file = File::create(path).map_err(|error| ViewerError::Output {
+            path: path.to_owned(),
+            problem: error.to_string(),
+            mend: "check the folder and the permissions",
+        })?;
+        Ok(Self { file: BufWriter::new(file), last: String::new() })
+    }
+
+    /// Writes a line, unless it says what the last one said.
+    pub(super) fn write(&mut self, snapshot: &Snapshot, around: &Surroundings<'_>) {
+        let line = Line {
+            scene: around.scene,
+            frame: snapshot.frame,
+            time: snapshot.time,
+            paused: snapshot.paused,
+            held: &snapshot.held,
+            grabbed: snapshot.grab.map(|grab| (grab.particle, grab.position, grab.target)),
+            wires: around.overlays.wires,
+            typing: around.typing,
+            help: around.help,
+            recording: around.recording,
+            recorded: snapshot.recorded,
+            energy: snapshot.report.measures.energy(),
+            strain_max: snapshot.report.measures.strain_max,
+            picture: [
+                around.picture.min.x,
+                around.picture.min.y,
+                around.picture.max.x,
+                around.picture.max.y,
+            ],
+            eye: around.camera.eye(),
+            message: around.message,
+        };
+        let Ok(text) = serde_json::to_string(&line) else { return };
+        if text != self.last {
+            // A log that cannot be written is no reason to end a session.
+            let _ = writeln!(self.file, "{text}").and_then(|()| self.file.flush());
+            self.last = text;
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! What pictures show, measured on the pixels.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
+use cloth::{
+    io::{Camera, Picture, PictureCloth, PictureScene},
+    scene::{CompileOptions, Scene, SceneGeometry},
+};
+use cloth_viewer::{ClipOptions, Gpu, Overlays, Source, Studio};
+use image::RgbImage;
+
+const SIZE: [u32; 2] = [320, 180];
+
+fn options(backend: &str, overlays: Overlays) -> ClipOptions {
+    ClipOptions {
+        size: SIZE,
+        overlays,
+        backend: backend.into(),
+        frames: None,
+        stride: 1,
+        still: false,
+    }
+}
+
+fn drape() -> Scene {
+    let mut scene = Scene::builtin("drape").unwrap();
+    if let SceneGeometry::Grid(grid) = &mut scene.cloths[0].geometry {
+        let coarser = f64::from(grid.columns - 1) / 30.0;
+        (grid.columns, grid.rows) = (31, 31);
+        grid.spacing = grid.spacing.map(|spacing| spacing * coarser);
+    }
+    scene
+}
+
+fn studio(gpu: &Gpu, backend: &str, overlays: Overlays) -> Studio {
+    let source = Source::Scene(Box::new(drape()), CompileOptions::default());
+    Studio::new(gpu, source, &options(backend, overlays)).unwrap()
+}
+
+/// Share of pixels with this property.
+fn share(picture: &RgbImage, is: impl Fn([u8; 3]) -> bool) -> f64 {
+    let count = picture.pixels().filter(|pixel| is(pixel.0)).count();
+    count as f64 / f64::from(picture.width() * picture.height())
+}
+
+fn is_red([red, green, blue]: [u8; 3]) -> bool {
+    red > 60 && f64::from(red) > 1.8 * f64::from(green) && f64::from(red) > 1.8 * f64::from(blue)
+}
+
+fn luminance([red, green, blue]: [u8; 3]) -> f64 {
+    0.21 * f64::from(red) + 0.72 * f64::from(green) + 0.07 * f64::from(blue)
+}
+
+/// Root of the mean square difference of pixels, after both pictures are blurred: what an eye sees.
+fn difference(a: &RgbImage, b: &RgbImage) -> f64 {
+    let (a, b) = (image::imageops::blur(a, 1.5), image::imageops::blur(b, 1.5));
+    let squares = a.as_raw().iter().zip(b.as_raw());
+    let sum: f64 = squares.map(|(&x, &y)| (f64::from(x) - f64::from(y)).powi(2)).sum();
+    (sum / a.as_raw().len() as f64).sqrt()
+}
+
+#[test]
+fn the_cloth_is_where_the_software_renderer_sees_it() {
+    let gpu = Gpu::headless(None).unwrap();
+    let mut studio = studio(&gpu, "cpu", Overlays::default());
+    for _ in 0..12 {
+        studio.step().unwrap();
+    }
+    let seen = studio.picture().unwrap();
+    let camera = *studio.camera_mut();
+    let engine = studio.engine_mut().unwrap();
+    let positions = engine.state().unwrap().positions.clone();
+    let mut style = engine.style().clone();
+    [style.width, style.height] = SIZE;
+    let model = &engine.scene().model;
+    let expected = Picture::render(
+        &PictureScene {
+            positions: &positions,
+            triangles: model.triangles(),
+            texture: None,
+            cloths: vec![PictureCloth {
+                triangles: 0..model.triangles().len(),
+                color: style.cloth_colors[0],
+            }],
+            shapes: &style.shapes.at(0.4),
+        },
+        &Camera {
+            eye: camera.eye(),
+            target: camera.target,
+            up: [0.0, 0.0, 1.0],
+            vertical_field_of_view: camera.vertical_field_of_view,
+        },
+        &style,
+    )
+    .unwrap();
+    let (mut both, mut either) = (0, 0);
+    for (a, b) in seen.pixels().zip(expected.pixels()) {
+        both += u32::from(is_red(a.0) && is_red(b.0));
+        either += u32::from(is_red(a.0) || is_red(b.0));
+    }
+    assert!(either > 2000, "{either} pixels of cloth");
+    let overlap = f64::from(both) / f64::from(either);
+    assert!(overlap > 0.9, "{overlap}");
+}
+
+#[test]
+fn buffers_of_the_solver_and_uploads_give_the_same_picture() {
+    let gpu = Gpu::headless(None).unwrap();
+    let picture = |backend| {
+        let mut studio = studio(&gpu, backend, Overlays::default());
+        for _ in 0..3 {
+            studio.step().unwrap();
+        }
+        studio.picture().unwrap()
+    };
+    let (shared, uploaded) = (picture("wgpu"), picture("cpu"));
+    let found = difference(&shared, &uploaded);
+    assert!(found < 1.0, "{found}");
+    // The measure tells pictures apart.
+    let mut later = studio(&gpu, "cpu", Overlays::default());
+    for _ in 0..9 {
+        later.step().unwrap();
+    }
+    let found = difference(&later.picture().unwrap(), &uploaded);
+    assert!(found > 2.0, "{found}");
+}
+
+/// Pictures that were looked at, made by `cloth render flag --still --frames 10 --picture-size 320x180
+/// --backend cpu --overlay strain` and the like; to be made and looked at again when a scene or the
+/// look changes.
+#[test]
+fn pictures_are_as_they_were() {
+    let gpu = Gpu::headless(None).unwrap();
+    let picture = |name: &str, overlays: Overlays| {
+        let source = Source::open(name).unwrap();
+        let mut studio = Studio::new(&gpu, source, &options("cpu", overlays)).unwrap();
+        for _ in 0..10 {
+            studio.step().unwrap();
+        }
+        studio.picture().unwrap()
+    };
+    let none = Overlays::default();
+    let pins = Overlays { pins: true, ..none };
+    let wires = Overlays { wires: true, ..pins };
+    let strain = Overlays { strain: true, ..none };
+    for (name, overlays, others) in [("flag", strain, none), ("curtain", pins, wires)] {
+        let golden = format!("{}/tests/golden/{name}.png", env!("CARGO_MANIFEST_DIR"));
+        let golden = image::open(golden).unwrap().into_rgb8();
+        let found = difference(&picture(name, overlays), &golden);
+        let other = difference(&picture(name, others), &golden);
+        assert!(found < 1.5, "{name}: {found}");
+        assert!(other > 2.5, "{name}: the measure must tell pictures apart, {other}");
+    }
+}
+
+#[test]
+fn the_cloth_throws_a_shadow_on_the_floor() {
+    let gpu = Gpu::headless(None).unwrap();
+    let mut studio = studio(&gpu, "cpu", Overlays::default());
+    for _ in 0..20 {
+        studio.step().unwrap();
+    }
+    let with = studio.picture().unwrap();
+    let is_grey = |p: [u8; 3]| p.iter().max().unwrap() - p.iter().min().unwrap() < 30;
+    let dark = share(&with, |p| is_grey(p) && luminance(p) < 140.0);
+    assert!((0.005..0.3).contains(&dark), "{dark}");
+}
+
+#[test]
+fn overlays_change_the_picture_as_they_should() {
+    let gpu = Gpu::headless(None).unwrap();
+    let picture = |overlays| {
+        let mut studio = studio(&gpu, "cpu", overlays);
+        for _ in 0..12 {
+            studio.step().unwrap();
+        }
+        studio.picture().unwrap()
+    };
+    let plain = picture(Overlays::default());
+    let red = share(&plain, is_red);
+    assert!(red > 0.04, "{red}");
+
+    let wires = picture(Overlays { wires: true, ..Overlays::default() });
+    let dark = |p: [u8; 3]| luminance(p) < 45.0;
+    assert!(share(&wires, dark) > share(&plain, dark) + 0.005);
+
+    // On a long scale nothing is strained, on a short one all is.
+    let is_cold = |[r, g, b]: [u8; 3]| u16::from(b) > u16::from(r) + 30 && b > g;
+    let strain =
+        |strain_scale| picture(Overlays { strain: true, strain_scale, ..Overlays::default() });
+    let (cold, hot) = (strain(100.0), strain(1e-3));
+    assert!(share(&cold, is_cold) > 0.9 * red, "blue takes the place of the colour");
+    assert!(share(&cold, is_red) < 0.02 * red);
+    assert!(share(&hot, is_red) > 0.3 * red, "red where springs are longer than at rest");
+
+    let is_blue = |[r, g, b]: [u8; 3]| b > 120 && u16::from(b) > u16::from(r) + 60 && g < 180;
+    let springs =
+        picture(Overlays { surface: false, springs: [false, true, false], ..Overlays::default() });
+    assert!(share(&springs, is_blue) > 0.005, "shear springs are blue");
+    assert!(share(&springs, is_red) < 0.1 * red, "the surface is off");
+
+    for overlays in [
+        Overlays { contacts: true, ..Overlays::default() },
+        Overlays { bins: true, ..Overlays::default() },
+    ] {
+        assert!(difference(&picture(overlays), &plain) > 0.5, "{overlays:?}");
+    }
+}
+
+#[test]
+fn sizes_that_cannot_be_are_refused() {
+    let gpu = Gpu::headless(None).unwrap();
+    for size in [[0, 9], [9, 0], [100_000, 9]] {
+        let source = Source::Scene(Box::new(drape()), CompileOptions::default());
+        let options = ClipOptions { size, ..options("cpu", Overlays::default()) };
+        let message = Studio::new(&gpu, source, &options).err().unwrap().to_string();
+        assert!(message.contains("cannot be drawn"), "{message}");
+    }
+}

@@ -1,0 +1,277 @@
+//! Everything that the window asks of the simulation, without a window, on every backend.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
+use std::time::{Duration, Instant};
+
+use cloth::scene::{CompileOptions, Scene, SceneSolver};
+use cloth_viewer::{
+    Command, Engine, Gpu, OrbitCamera, Overlays, Ray, Settings, SettingsChange, SimulationThread,
+    Source, ViewerError, corner_particles,
+};
+
+const SCENE: &str = r#"
+    name = "sheet"
+    simulation = { frames = 30, frames_per_second = 30, time_step = 2e-3 }
+    wind.velocity = [0, 0, 0]
+    [[cloth]]
+    name = "sheet"
+    geometry.grid = { columns = 15, rows = 15, spacing = 0.05, centre = [0, 0, 0.36], row_axis = [0, 0, 1] }
+    material = { thickness = 2e-3, mass.per_particle = 1e-3, stretch = { stiffness = 40, damping = 0.01 }, shear = { stiffness = 20, damping = 0.01 }, bend = { stiffness = 4 } }
+    pins = ["top-left", "top-right"]
+"#;
+
+fn scene() -> Scene {
+    Scene::from_toml(SCENE, "sheet.toml").unwrap()
+}
+
+fn gpu() -> Gpu {
+    let gpu = Gpu::headless(None).unwrap();
+    let backend = gpu.device.adapter_info().backend;
+    assert_eq!(backend, cloth::wgpu::wgpu::Backend::Vulkan, "{}", gpu.description());
+    gpu
+}
+
+fn engines() -> impl Iterator<Item = (&'static str, Engine)> {
+    let gpu = gpu();
+    ["cpu", "wgpu"].into_iter().map(move |backend| {
+        let engine = Engine::new(&gpu, scene(), CompileOptions::default(), backend).unwrap();
+        (backend, engine)
+    })
+}
+
+fn height(engine: &mut Engine, particle: u32) -> f64 {
+    engine.state().unwrap().positions[particle as usize][2]
+}
+
+/// A ray that meets this point from the front.
+fn ray_to(point: [f64; 3]) -> Ray {
+    Ray { origin: [point[0], point[1] - 2.0, point[2]], direction: [0.0, 1.0, 0.0] }
+}
+
+#[test]
+fn corners_are_let_go_and_held_again() {
+    for (backend, mut engine) in engines() {
+        let [_, _, left, right] = corner_particles(engine.scene());
+        assert!(engine.is_held(left) && engine.is_held(right), "{backend}");
+        let start = height(&mut engine, left);
+        engine.step().unwrap();
+        // The GPU has single precision.
+        assert!((height(&mut engine, left) - start).abs() < 1e-6, "{backend}: it is held");
+        assert!(!engine.corner_toggle(2), "{backend}");
+        for _ in 0..4 {
+            engine.step().unwrap();
+        }
+        let fallen = height(&mut engine, left);
+        assert!(fallen < start - 0.01, "{backend}: {fallen}");
+        assert_eq!(engine.state().unwrap().held[left as usize], 0, "{backend}");
+        assert!(engine.corner_toggle(2), "{backend}");
+        engine.step().unwrap();
+        let caught = height(&mut engine, left);
+        engine.step().unwrap();
+        assert_eq!(height(&mut engine, left), caught, "{backend}: held where it was");
+    }
+}
+
+#[test]
+fn a_reset_gives_the_first_frames_again() {
+    for (backend, mut engine) in engines() {
+        let start = engine.state().unwrap().clone();
+        for _ in 0..3 {
+            engine.step().unwrap();
+        }
+        let third = engine.state().unwrap().clone();
+        assert_ne!(third.positions, start.positions, "{backend}");
+        engine.corner_toggle(2);
+        engine.step().unwrap();
+        engine.reset().unwrap();
+        assert_eq!(engine.state().unwrap(), &start, "{backend}");
+        assert_eq!(engine.frame(), 0);
+        for _ in 0..3 {
+            engine.step().unwrap();
+        }
+        assert_eq!(engine.state().unwrap(), &third, "{backend}: the same bits");
+    }
+}
+
+#[test]
+fn a_pull_brings_the_cloth_to_the_pointer_and_ends() {
+    for (backend, mut engine) in engines() {
+        engine.step().unwrap();
+        // In the middle of the sheet.
+        let middle = 7 * 15 + 7;
+        let place = engine.state().unwrap().positions[middle];
+        let particle = engine.grab_begin(&ray_to(place)).unwrap().unwrap();
+        let start = engine.state().unwrap().positions[particle as usize];
+        // Forward and sideways, at the distance at which it was taken.
+        let target = [start[0] + 0.2, start[1], start[2] + 0.1];
+        engine.grab_move(&ray_to(target));
+        for _ in 0..15 {
+            engine.step().unwrap();
+        }
+        let pulled = engine.state().unwrap().positions[particle as usize];
+        let distance =
+            |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
+        let (before, after) = (distance(start, target), distance(pulled, target));
+        assert!(after < 0.5 * before, "{backend}: {before} m, then {after} m");
+        assert!(engine.report().measures.strain_max < 1.0, "{backend}: nothing is torn");
+        let view = engine.snapshot(Overlays::default()).unwrap().grab.unwrap();
+        assert_eq!(view.particle, particle);
+
+        engine.grab_end();
+        for _ in 0..15 {
+            engine.step().unwrap();
+        }
+        let released = engine.state().unwrap().positions[particle as usize];
+        assert!(distance(released, target) > after + 0.02, "{backend}: it falls back");
+        assert_eq!(engine.snapshot(Overlays::default()).unwrap().grab, None);
+    }
+}
+
+#[test]
+fn a_ray_beside_the_cloth_takes_nothing() {
+    for (_, mut engine) in engines() {
+        let away = Ray { origin: [9.0, -2.0, 0.0], direction: [0.0, 1.0, 0.0] };
+        assert_eq!(engine.pick(&away).unwrap(), None);
+        assert_eq!(engine.grab_begin(&away).unwrap(), None);
+    }
+}
+
+#[test]
+fn wind_is_live_and_stiffness_rebuilds_with_the_state_kept() {
+    for (backend, mut engine) in engines() {
+        for _ in 0..3 {
+            engine.step().unwrap();
+        }
+        let state = engine.state().unwrap().clone();
+        let old = engine.settings().clone();
+        assert_eq!(engine.apply(&old).unwrap(), SettingsChange::None);
+        let windy = Settings { wind: [0.0, 8.0, 0.0], ..old.clone() };
+        assert_eq!(engine.apply(&windy).unwrap(), SettingsChange::Live, "{backend}");
+        assert_eq!(engine.state().unwrap(), &state, "{backend}");
+        let stiff = Settings { stiffness: [3.0, 2.0, 1.5], time_step: 1e-3, ..windy };
+        assert_eq!(engine.apply(&stiff).unwrap(), SettingsChange::Rebuilt, "{backend}");
+        assert_eq!(engine.state().unwrap().positions, state.positions, "{backend}: kept");
+        assert_eq!(engine.state().unwrap().velocities, state.velocities, "{backend}: kept");
+        let kinds = engine.scene().model.springs().kinds();
+        assert!(kinds.iter().any(|kind| (kind.stiffness - 120.0).abs() < 1e-9), "{kinds:?}");
+        for _ in 0..6 {
+            engine.step().unwrap();
+        }
+        let middle = engine.state().unwrap().positions[7 * 15 + 7];
+        assert!(middle[1] > state.positions[7 * 15 + 7][1] + 0.02, "{backend}: it is blown away");
+    }
+}
+
+#[test]
+fn a_change_that_cannot_be_had_changes_nothing() {
+    for (backend, mut engine) in engines() {
+        engine.step().unwrap();
+        let state = engine.state().unwrap().clone();
+        let old = engine.settings().clone();
+        let error = engine.apply(&Settings { backend: "abacus".into(), ..old.clone() });
+        assert!(matches!(error, Err(ViewerError::Backend(_))), "{backend}");
+        let error = engine.apply(&Settings { time_step: -1.0, ..old.clone() });
+        assert!(matches!(error, Err(ViewerError::Scene(_))), "{backend}");
+        assert_eq!(engine.settings(), &old);
+        assert_eq!(engine.state().unwrap(), &state);
+        engine.step().unwrap();
+    }
+}
+
+#[test]
+fn a_running_scene_moves_to_another_backend_and_integrator() {
+    let (_, mut engine) = engines().nth(1).unwrap();
+    for _ in 0..3 {
+        engine.step().unwrap();
+    }
+    let state = engine.state().unwrap().clone();
+    let settings = Settings {
+        backend: "cpu".into(),
+        solver: SceneSolver::Implicit,
+        time_step: 1.0 / 60.0,
+        ..engine.settings().clone()
+    };
+    assert_eq!(engine.apply(&settings).unwrap(), SettingsChange::Rebuilt);
+    assert_eq!(engine.state().unwrap().positions, state.positions);
+    engine.step().unwrap();
+    assert!(engine.report().solver.iterations > 0);
+}
+
+/// Waits until what is shown is as expected.
+fn wait(thread: &SimulationThread, what: &str, expected: impl Fn(&cloth_viewer::Shown) -> bool) {
+    let start = Instant::now();
+    while !expected(&thread.shown()) {
+        assert!(start.elapsed() < Duration::from_secs(60), "never: {what}");
+        assert!(thread.is_alive());
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn the_thread_obeys_and_never_keeps_the_caller_waiting() {
+    let gpu = gpu();
+    let source = || Source::Scene(Box::new(scene()), CompileOptions::default());
+    let thread = SimulationThread::start(&gpu, source(), "cpu", true, || {});
+    let frame = |shown: &cloth_viewer::Shown| shown.snapshot.as_ref().map(|s| s.frame);
+    wait(&thread, "a first picture", |shown| frame(shown) == Some(0));
+    thread.send(Command::Step);
+    wait(&thread, "one step", |shown| frame(shown) == Some(1));
+    assert!(thread.shown().snapshot.unwrap().paused);
+    thread.send(Command::PauseToggle);
+    wait(&thread, "it runs", |shown| frame(shown) > Some(3));
+    thread.send(Command::PauseToggle);
+    wait(&thread, "it waits", |shown| shown.snapshot.as_ref().unwrap().paused);
+    thread.send(Command::CornerToggle(2));
+    wait(&thread, "a pin less", |shown| shown.snapshot.as_ref().unwrap().held.len() == 1);
+    thread.send(Command::Reset);
+    wait(&thread, "the start", |shown| {
+        frame(shown) == Some(0) && shown.snapshot.as_ref().unwrap().held.len() == 2
+    });
+    let wrong = Settings { time_step: -1.0, ..thread.shown().settings.unwrap() };
+    thread.send(Command::Settings(wrong));
+    wait(&thread, "a refusal", |shown| shown.message.is_some());
+    thread.send(Command::Open(source(), "abacus".into()));
+    wait(&thread, "another refusal", |shown| shown.message_number == 2);
+    thread.send(Command::Step);
+    wait(&thread, "it still works", |shown| frame(shown) == Some(1));
+}
+
+#[test]
+fn overlays_find_contacts_and_bins() {
+    let text = SCENE.replace("pins = [\"top-left\", \"top-right\"]", "").replace(
+        "wind.velocity",
+        "contact = { distance = 0.03, response.impulse = {} }\nwind.velocity",
+    ) + "
+        [[collider]]
+        name = \"floor\"
+        shape.plane = {}
+    ";
+    let scene = Scene::from_toml(&text, "sheet.toml").unwrap();
+    let gpu = gpu();
+    let mut engine = Engine::new(&gpu, scene, CompileOptions::default(), "cpu").unwrap();
+    let overlays = Overlays { contacts: true, bins: true, ..Overlays::default() };
+    let lowest = engine.state().unwrap().positions.iter().map(|x| x[2]).fold(1e9, f64::min);
+    let before = engine.snapshot(overlays).unwrap();
+    assert!(lowest > 5e-3, "it begins above the floor");
+    assert!(before.contacts.is_empty());
+    assert_eq!(before.bins.len() % 12, 0);
+    assert!(before.bins.len() >= 12 * 15);
+    for _ in 0..20 {
+        engine.step().unwrap();
+    }
+    assert!(!engine.snapshot(overlays).unwrap().contacts.is_empty());
+}
+
+#[test]
+fn what_is_under_the_pointer_is_where_it_is_seen() {
+    let (_, mut engine) = engines().next().unwrap();
+    let mut style = engine.style().clone();
+    let camera = OrbitCamera::from_camera(&style.camera.take().unwrap());
+    for particle in [0_u32, 50, 112, 200] {
+        let place = engine.state().unwrap().positions[particle as usize];
+        let seen = camera.place(place, 1.5).unwrap();
+        let ray = camera.ray(seen, 1.5);
+        assert_eq!(engine.pick(&ray).unwrap(), Some(particle));
+    }
+}
