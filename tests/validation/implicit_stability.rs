@@ -72,6 +72,7 @@ fn jacobi(candidate: &Candidate, side: u32, iterations: u32, steps: u32) {
         time_step: 0.01,
         integrator: Integrator::Implicit(settings),
         strain_bound: 1e3,
+        threads: std::thread::available_parallelism().ok(),
         ..SolverConfig::default()
     };
     let mut solver = candidate.backend.create_solver(model, &config).unwrap();
