@@ -17,6 +17,7 @@ use crate::{
     field_forces::{self, FieldSum},
     integrate_explicit,
     memory::{BLOCK, LANES, Lanes, Masses, Motion, MotionChunk, PacketMotion, lanes},
+    procedural_forces::{Programs, Registers},
     spring_forces::{self, MotionView},
     springs::SpringColumns,
 };
@@ -26,6 +27,7 @@ pub(crate) struct ExplicitPass<'a, T> {
     pub(crate) count: usize,
     pub(crate) springs: &'a SpringColumns<T>,
     pub(crate) fields: &'a FieldSum<T>,
+    pub(crate) programs: Programs<'a, T>,
     pub(crate) masses: &'a Masses<T>,
     pub(crate) aerodynamics: Option<&'a Aerodynamics<T>>,
     pub(crate) contact: Option<(&'a Contact<T>, Penalty<T>)>,
@@ -52,9 +54,10 @@ impl<T: Real> ExplicitPass<'_, T> {
     #[inline(always)]
     fn block(&self, start: usize, chunk: &mut MotionChunk<'_, T>) -> bool {
         let mut finite = true;
+        let mut registers = self.programs.registers();
         for local in (0..chunk.position[0].len()).step_by(LANES) {
             let first = start + local;
-            let force = self.forces(first);
+            let force = self.forces(first, registers.as_mut());
             let inverse_mass = lanes(&self.masses.inverse, first);
             let mut moved = integrate_explicit::packet(
                 self.length,
@@ -72,9 +75,12 @@ impl<T: Real> ExplicitPass<'_, T> {
     }
 
     #[inline(always)]
-    fn forces(&self, first: usize) -> [Lanes<T>; 3] {
+    fn forces(&self, first: usize, registers: Option<&mut Registers<T>>) -> [Lanes<T>; 3] {
         let mass = lanes(&self.masses.mass, first);
         let mut force = field_forces::packet(self.fields, mass, self.motion.velocity(first));
+        if let Some(registers) = registers {
+            self.programs.packet(registers, first, mass, self.motion, &mut force);
+        }
         spring_forces::packet(self.springs, self.motion, first, &mut force);
         let used = LANES.min(self.count - first);
         if let Some(aerodynamics) = self.aerodynamics {

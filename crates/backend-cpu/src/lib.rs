@@ -23,6 +23,7 @@ mod integrate_implicit;
 mod kernels;
 mod measure;
 mod memory;
+mod procedural_forces;
 mod semi_implicit;
 mod sparse_cholesky;
 mod spring_forces;

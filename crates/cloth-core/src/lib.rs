@@ -15,6 +15,7 @@ mod backend;
 mod config;
 mod control;
 mod error;
+mod field;
 /// Which integrator suits what.
 pub mod integrators {
     #![doc = include_str!("../INTEGRATORS.md")]
@@ -35,6 +36,7 @@ pub use config::{
 };
 pub use control::{ColliderControl, Control, PinAction, PinControl};
 pub use error::{Divergence, DivergenceCause, Error, ModelError, Result};
+pub use field::{FieldAxes, FieldError, FieldInputs, FieldProgram, FieldRegisters};
 pub use kernels::{
     ConstraintStatistics, ContactStatistics, ImplicitKernels, Kernels, LinearOutcome, LinearStart,
     LinearVector, MatrixBlock, NewtonStart, PinWrite, SemiImplicitKernels,

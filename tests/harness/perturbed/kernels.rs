@@ -186,6 +186,10 @@ impl Kernels for PerturbedKernels {
         self.force_stage(Stage::FieldForces, |inner| inner.field_forces())
     }
 
+    fn procedural_forces(&mut self, substep: &Substep) -> Result<()> {
+        self.force_stage(Stage::ProceduralForces, |inner| inner.procedural_forces(substep))
+    }
+
     fn spring_forces(&mut self) -> Result<()> {
         self.force_stage(Stage::SpringForces, |inner| inner.spring_forces())
     }

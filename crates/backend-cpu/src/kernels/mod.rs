@@ -9,8 +9,8 @@ use std::{
 };
 
 use cloth_core::{
-    ContactResponse, ContactStatistics, Kernels, Measures, Model, PinWrite, Real, Result,
-    SelfContact, SolverConfig, StageTime, State,
+    ContactResponse, ContactStatistics, FieldProgram, Kernels, Measures, Model, PinWrite, Real,
+    Result, SelfContact, SolverConfig, StageTime, State,
     stepper::{self, FramePlan, Substep},
 };
 use rayon::{ThreadPool, prelude::*};
@@ -31,6 +31,7 @@ use crate::{
     memory::{
         BLOCK, LANES, Lanes, Masses, Motion, PacketMotion, VectorField, lanes, lanes_mut, packets,
     },
+    procedural_forces::{self, Programs},
     spring_forces::{self, MotionView},
     springs::SpringColumns,
     strain_limit::StrainLimiter,
@@ -46,6 +47,7 @@ pub(crate) struct CpuKernels<T> {
     arch: pulp::Arch,
     springs: SpringColumns<T>,
     fields: FieldSum<T>,
+    programs: Vec<Arc<FieldProgram>>,
     masses: Masses<T>,
     /// Half the thickness of the cloth at each particle \[m\].
     offsets: Vec<T>,
@@ -84,6 +86,7 @@ impl<T: Real> CpuKernels<T> {
         }
         let mut kernels = Self {
             fields: FieldSum::new(&model),
+            programs: procedural_forces::programs(&model),
             masses: Masses::new(model.masses()),
             offsets,
             present: Motion::new(count, margin),
@@ -278,6 +281,24 @@ impl<T: Real> Kernels for CpuKernels<T> {
             let mass = lanes(&kernels.masses.mass, first);
             *force = field_forces::packet(&kernels.fields, mass, motion.velocity(first));
         });
+        Ok(())
+    }
+
+    fn procedural_forces(&mut self, substep: &Substep) -> Result<()> {
+        let Some(mut force) = self.force.take() else { return Ok(()) };
+        self.stage("procedural_forces", |kernels| {
+            let (kernels, arch) = (&*kernels, kernels.arch);
+            force.chunks_mut(BLOCK).enumerate().for_each(|(block, chunk)| {
+                arch.dispatch(procedural_forces::BlockTask {
+                    programs: Programs::new(&kernels.programs, substep),
+                    masses: &kernels.masses,
+                    motion: MotionView::new(&kernels.present),
+                    start: block * BLOCK,
+                    force: chunk,
+                });
+            });
+        });
+        self.force = Some(force);
         Ok(())
     }
 
@@ -478,6 +499,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
                 count: kernels.model.particle_count(),
                 springs: &kernels.springs,
                 fields: &kernels.fields,
+                programs: Programs::new(&kernels.programs, substep),
                 masses: &kernels.masses,
                 aerodynamics: kernels.aerodynamics.as_ref(),
                 contact: kernels.penalty().filter(|(contact, _)| contact.any()),

@@ -72,6 +72,12 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     /// What the device reports.
     fn field_forces(&mut self) -> Result<()>;
 
+    /// NUMERICS §3: adds the forces of procedural fields to f.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn procedural_forces(&mut self, substep: &Substep) -> Result<()>;
+
     /// NUMERICS §2: adds the forces of springs and their dampers to f.
     ///
     /// # Errors

@@ -15,7 +15,7 @@ mod springs;
 mod stability;
 mod winged_edge;
 
-use std::ops::Range;
+use std::{ops::Range, sync::Arc};
 
 pub use buckling::{BUCKLING_COEFFICIENTS, Buckling};
 pub use builder::ModelBuilder;
@@ -29,7 +29,7 @@ pub use material_preset::MaterialPreset;
 pub use springs::{Spring, SpringClass, SpringKind, SpringRows, Springs};
 pub use winged_edge::{NONE, WingedEdge, WingedEdges};
 
-use crate::{State, TextureMap};
+use crate::{FieldProgram, State, TextureMap};
 
 /// One cloth, before it becomes part of a model.
 #[derive(Clone, Debug, PartialEq)]
@@ -201,8 +201,22 @@ impl Model {
     pub fn uniform_acceleration(&self) -> [f64; 3] {
         self.fields.iter().fold(self.gravity, |sum, field| match field {
             Field::Uniform { acceleration } => std::array::from_fn(|k| sum[k] + acceleration[k]),
-            Field::Drag { .. } => sum,
+            Field::Drag { .. } | Field::Procedural { .. } => sum,
         })
+    }
+
+    /// The programs of all procedural fields, in their order.
+    pub fn field_programs(&self) -> impl Iterator<Item = &Arc<FieldProgram>> {
+        self.fields.iter().filter_map(|field| match field {
+            Field::Procedural { program } => Some(program),
+            Field::Uniform { .. } | Field::Drag { .. } => None,
+        })
+    }
+
+    /// Whether there is a procedural field.
+    #[must_use]
+    pub fn has_procedural_fields(&self) -> bool {
+        self.field_programs().next().is_some()
     }
 
     /// Sum over all drag fields of the rate per axis \[1/s\].
@@ -210,7 +224,7 @@ impl Model {
     pub fn drag_rate(&self) -> [f64; 3] {
         self.fields.iter().fold([0.0; 3], |sum, field| match field {
             Field::Drag { rate } => std::array::from_fn(|k| sum[k] + rate[k]),
-            Field::Uniform { .. } => sum,
+            Field::Uniform { .. } | Field::Procedural { .. } => sum,
         })
     }
 }
