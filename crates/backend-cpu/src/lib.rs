@@ -12,8 +12,10 @@
 )]
 
 mod aerodynamic_forces;
+mod block_impulses;
 mod collider_response;
 mod contact;
+mod distance_grid;
 mod elasticity;
 mod explicit_substep;
 mod field_forces;

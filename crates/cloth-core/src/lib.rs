@@ -38,13 +38,14 @@ pub use control::{ColliderControl, Control, PinAction, PinControl};
 pub use error::{Divergence, DivergenceCause, Error, ModelError, Result};
 pub use field::{FieldAxes, FieldError, FieldInputs, FieldProgram, FieldRegisters};
 pub use kernels::{
-    ConstraintStatistics, ContactStatistics, ImplicitKernels, Kernels, LinearOutcome, LinearStart,
-    LinearVector, MatrixBlock, NewtonStart, PinWrite, SemiImplicitKernels,
+    ColliderImpulse, ConstraintStatistics, ContactStatistics, ImplicitKernels, Kernels,
+    LinearOutcome, LinearStart, LinearVector, MatrixBlock, NewtonStart, PinWrite,
+    SemiImplicitKernels,
 };
 pub use mesh::{TextureMap, TriangleMesh, VertexGroup};
 pub use model::{
     Aerodynamics, Air, BUCKLING_COEFFICIENTS, BendModel, Buckling, Cloth, ClothRange, Collider,
-    ColliderShape, ContactResponse, Field, Geometry, GridPatch, Gust, Mass, Material,
+    ColliderShape, ContactResponse, DistanceGrid, Field, Geometry, GridPatch, Gust, Mass, Material,
     MaterialPreset, Model, ModelBuilder, NONE, NetworkSpring, Pose, SelfContact, Spring,
     SpringClass, SpringCoefficients, SpringColouring, SpringKind, SpringNetwork, SpringRows,
     Springs, Stencil, WingedEdge, WingedEdges,

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    ContactStatistics, Kernels, Measures, Model, PinWrite, Result, SolverConfig, StageTime, State,
+    ColliderImpulse, ContactStatistics, Kernels, Measures, Model, PinWrite, Result, SolverConfig,
+    StageTime, State,
     stepper::{self, FramePlan, Substep},
 };
 
@@ -229,6 +230,10 @@ impl Kernels for PerturbedKernels {
 
     fn collider_response(&mut self, substep: &Substep) -> Result<()> {
         self.state_stage(Stage::ColliderResponse, |inner| inner.collider_response(substep))
+    }
+
+    fn collider_impulses(&mut self, out: &mut Vec<ColliderImpulse>) -> Result<()> {
+        self.inner.collider_impulses(out)
     }
 
     fn vertex_normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {

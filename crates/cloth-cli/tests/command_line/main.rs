@@ -4,6 +4,7 @@
 
 mod bad_input;
 mod commands;
+mod fysl;
 mod place;
 mod run;
 mod solvers;

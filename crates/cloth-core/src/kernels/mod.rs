@@ -129,6 +129,13 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     /// What the device reports.
     fn collider_response(&mut self, substep: &Substep) -> Result<()>;
 
+    /// NUMERICS §7: the impulses of `collider_response` on all particles since the last call, one
+    /// for each collider, if the model asks for them. `out` is resized.
+    ///
+    /// # Errors
+    /// What the device reports; `Unsupported` by a backend that does not sum them.
+    fn collider_impulses(&mut self, out: &mut Vec<ColliderImpulse>) -> Result<()>;
+
     /// NUMERICS §9: vertex normals; `out` is resized to length n.
     ///
     /// # Errors
@@ -179,6 +186,24 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
         self.model()
             .self_contact()
             .is_some_and(|contact| matches!(contact.response, ContactResponse::Penalty { .. }))
+    }
+}
+
+/// What a collider did to all particles.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ColliderImpulse {
+    /// Sum of the impulses \[kg m/s\].
+    pub linear: [f64; 3],
+    /// Sum of their moments about the origin of the world \[kg m^2/s\].
+    pub angular: [f64; 3],
+}
+
+impl std::ops::AddAssign for ColliderImpulse {
+    fn add_assign(&mut self, other: Self) {
+        for axis in 0..3 {
+            self.linear[axis] += other.linear[axis];
+            self.angular[axis] += other.angular[axis];
+        }
     }
 }
 

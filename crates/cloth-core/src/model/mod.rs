@@ -6,6 +6,7 @@ mod builder;
 mod collider;
 mod colouring;
 mod contact;
+mod distance_grid;
 mod environment;
 mod fingerprint;
 mod geometry;
@@ -22,6 +23,7 @@ pub use builder::ModelBuilder;
 pub use collider::{Collider, ColliderShape, Pose};
 pub use colouring::SpringColouring;
 pub use contact::{ContactResponse, SelfContact};
+pub use distance_grid::DistanceGrid;
 pub use environment::{Air, Field, Gust};
 pub use geometry::{Geometry, GridPatch, NetworkSpring, SpringNetwork, Stencil};
 pub use material::{Aerodynamics, BendModel, Mass, Material, SpringCoefficients};
@@ -82,6 +84,7 @@ pub struct Model {
     fields: Vec<Field>,
     air: Option<Air>,
     self_contact: Option<SelfContact>,
+    collider_impulses: bool,
 }
 
 impl Model {
@@ -173,6 +176,12 @@ impl Model {
     #[must_use]
     pub fn self_contact(&self) -> Option<&SelfContact> {
         self.self_contact.as_ref()
+    }
+
+    /// Whether a solver sums up what colliders do to the cloths.
+    #[must_use]
+    pub const fn collider_impulses(&self) -> bool {
+        self.collider_impulses
     }
 
     /// The state at time zero.

@@ -60,6 +60,16 @@ impl Scene {
                     };
                     (u64::from(grid.columns) * u64::from(grid.rows), springs, 0)
                 }
+                SceneGeometry::Triangles(triangles) => {
+                    (triangles.vertices.len() as u64, MESH_SPRINGS, MESH_BYTES)
+                }
+                SceneGeometry::Network(network) => {
+                    // A prototype has at most six springs to later particles.
+                    let joints = network.joints.len() as u64;
+                    let particles = network.positions.len() as u64;
+                    let each = 6 * network.prototypes.len() as u64;
+                    (particles, each + joints.div_ceil(particles.max(1)), MESH_BYTES)
+                }
                 SceneGeometry::Mesh(mesh) => {
                     (self.mesh_vertices(mesh, options), MESH_SPRINGS, MESH_BYTES)
                 }
