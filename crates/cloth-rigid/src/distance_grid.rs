@@ -15,9 +15,11 @@ use crate::{
 const CELLS_MIN: u32 = 4;
 /// Most of them.
 const CELLS_MAX: u32 = 400;
+/// Largest margin in units of the longest side.
+const MARGIN_MAX: f64 = 0.25;
 
 /// Samples the signed distance of a closed mesh, with `cells` cells (4 to 400) along its longest side, out to
-/// `margin` \[m\] beyond it. Distances are exact at the samples, to single precision; NUMERICS §7 says
+/// `margin` \[m\] beyond it, at most a quarter of that side. Distances are exact at the samples, to single precision; NUMERICS §7 says
 /// what interpolation makes of them.
 ///
 /// # Errors
@@ -41,7 +43,7 @@ pub fn distance_grid(
         return Err(RigidError::Flat { name: name.into() });
     }
     // Gradients need a cell beyond the margin.
-    let border = margin.clamp(0.0, longest) + 2.0 * spacing;
+    let border = margin.clamp(0.0, MARGIN_MAX * longest) + 2.0 * spacing;
     let origin: [f64; 3] = low.map(|value| value - border);
     let size: [u32; 3] = std::array::from_fn(|axis| {
         ((high[axis] + border - origin[axis]) / spacing).ceil() as u32 + 1

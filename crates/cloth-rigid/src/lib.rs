@@ -4,10 +4,10 @@
 //! (through the library rapier). [`distance_grid`] samples the signed distance of a closed mesh
 //! (through parry), the form in which every backend knows such a solid.
 //!
-//! Cloth and bodies meet in each frame: the bodies move first, the cloth then feels them as
+//! Cloth and bodies meet in short parts of each frame: the bodies move first, the cloth then feels them as
 //! colliders on their way, and [`RigidWorld::apply`] gives them the impulses that the cloth took, reversed.
-//! What one side gains the other loses, so that momentum is conserved to rounding. A body must not be
-//! much lighter than the cloth that rests on it, as it feels that cloth a frame late.
+//! What one side gains the other loses, so that momentum is conserved to rounding. A body feels the cloth
+//! one part of a frame late, so that it must not be much lighter than the cloth that rests on it.
 
 mod distance_grid;
 mod error;

@@ -3,8 +3,11 @@
 use cloth_core::{Pose, TriangleMesh};
 use rapier3d_f64::{
     math::{Pose as RapierPose, Rotation},
-    parry::mass_properties::MassProperties,
-    prelude::ColliderBuilder,
+    parry::{
+        mass_properties::MassProperties,
+        transformation::vhacd::{VHACD, VHACDParameters},
+    },
+    prelude::{ColliderBuilder, SharedShape},
 };
 
 use crate::{
@@ -134,12 +137,22 @@ pub(crate) fn solid(
     triangles: &[[u32; 3]],
 ) -> Result<ColliderBuilder, RigidError> {
     let vertices: Vec<_> = mesh.positions.iter().copied().map(vector).collect();
+    let error = |problem: &str| RigidError::Shape { name: name.into(), problem: problem.into() };
     if is_convex(&mesh.positions, triangles) {
-        ColliderBuilder::convex_hull(&vertices).ok_or_else(|| RigidError::Shape {
-            name: name.into(),
-            problem: "it has no convex hull".into(),
-        })
-    } else {
-        Ok(ColliderBuilder::convex_decomposition(&vertices, triangles))
+        return ColliderBuilder::convex_hull(&vertices)
+            .ok_or_else(|| error("it has no convex hull"));
+    }
+    // The library gives up on parts that are all but flat by a panic.
+    let parts = std::panic::catch_unwind(|| {
+        let division = VHACD::decompose(&VHACDParameters::default(), &vertices, triangles, true);
+        let hulls = division.compute_exact_convex_hulls(&vertices, triangles).into_iter();
+        hulls
+            .filter_map(|(vertices, triangles)| SharedShape::convex_mesh(vertices, &triangles))
+            .map(|part| (RapierPose::IDENTITY, part))
+            .collect::<Vec<_>>()
+    });
+    match parts {
+        Ok(parts) if !parts.is_empty() => Ok(ColliderBuilder::compound(parts)),
+        _ => Err(error("it cannot be divided into convex parts")),
     }
 }

@@ -15,7 +15,8 @@ fn cuboid([x, y, z]: [f64; 3]) -> TriangleMesh {
         let sign = |bit: usize| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
         [x * sign(0), y * sign(1), z * sign(2)]
     };
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let quads =
+        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     TriangleMesh {
         positions: (0..8).map(corner).collect(),
         triangles: quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
@@ -92,10 +93,15 @@ fn solids_must_be_closed() {
     let mut inside_out = cuboid([1.0; 3]);
     inside_out.triangles.iter_mut().for_each(|face| face.swap(0, 1));
     let grid = distance_grid("box", &inside_out, 16, 0.1).unwrap();
-    assert_eq!(grid, distance_grid("box", &cuboid([1.0; 3]), 16, 0.1).map(|mut other| {
-        other.surface.triangles.clone_from(&grid.surface.triangles);
-        other
-    }).unwrap());
+    assert_eq!(
+        grid,
+        distance_grid("box", &cuboid([1.0; 3]), 16, 0.1)
+            .map(|mut other| {
+                other.surface.triangles.clone_from(&grid.surface.triangles);
+                other
+            })
+            .unwrap()
+    );
 }
 
 fn patch(height: f64) -> Cloth {

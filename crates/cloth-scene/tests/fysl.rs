@@ -445,7 +445,7 @@ proptest! {
         match Scene::from_fysl(&text, "bad.fysl") {
             Ok(scene) => {
                 let _ = scene.to_fysl();
-                let options = CompileOptions { memory_limit: 8 << 20, ..CompileOptions::default() };
+                let options = CompileOptions { memory_limit: 64 << 20, ..CompileOptions::default() };
                 let _ = scene.compile(&options);
             }
             Err(error) => {

@@ -3,13 +3,17 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Backend, ColliderControl, ColliderImpulse, Control, Error, Frame, Model, Pose, Result, Solver,
-    State, StepReport,
+    Backend, ColliderControl, ColliderImpulse, Control, Error, Frame, Integrator, Model, PinAction,
+    Pose, Result, Solver, State, StepReport,
 };
 use cloth_rigid::RigidWorld;
 use cloth_scene::CompiledScene;
 
 use crate::{Checkpoint, PoseLog};
+
+/// Longest time that a body waits for the reaction of the cloth \[s\]. A body on a cloth is a mass on a
+/// spring, and a force that comes late feeds its swing: this is a small part of its period.
+const EXCHANGE_INTERVAL: f64 = 2e-3;
 
 /// A scene in progress. Frame 0 is the start; frame k is the state after k frames, at the time
 /// k / frames per second.
@@ -117,11 +121,13 @@ impl Simulation {
         let mut control = self.scene.timeline.control(self.frame);
         change(&mut control);
         let frame = Frame::per_second(self.scene.frames_per_second);
-        self.rigid_advance(frame, &mut control);
-        self.solver.set_control(&control)?;
-        self.solver.advance(frame)?;
-        self.report = self.solver.synchronize()?;
-        self.rigid_react()?;
+        if self.rigid.is_some() {
+            self.step_rigid(frame, &control)?;
+        } else {
+            self.solver.set_control(&control)?;
+            self.solver.advance(frame)?;
+            self.report = self.solver.synchronize()?;
+        }
         self.solver.download(&mut self.state)?;
         self.solver.normals(&mut self.normals)?;
         self.poses.push(&self.state.colliders);
@@ -132,6 +138,50 @@ impl Simulation {
             state: &self.state,
             normals: &self.normals,
         })
+    }
+
+    /// Advances cloth and bodies together, in parts short enough that each feels the other in time.
+    fn step_rigid(&mut self, frame: Frame, control: &Control) -> Result<()> {
+        // The implicit integrator does not say what colliders do, so that there is nothing to wait for.
+        let parts = match self.scene.config.integrator {
+            Integrator::Implicit(_) => 1.0,
+            _ => (frame.duration / EXCHANGE_INTERVAL).ceil().clamp(1.0, 1e4),
+        };
+        let part = Frame { duration: frame.duration / parts };
+        let (mut substeps, mut wall_time) = (0, std::time::Duration::ZERO);
+        for number in 1..=parts as u32 {
+            let mut control = self.control_part(control, number, f64::from(number) / parts);
+            self.rigid_advance(part, &mut control);
+            self.solver.set_control(&control)?;
+            self.solver.advance(part)?;
+            self.report = self.solver.synchronize()?;
+            self.rigid_react()?;
+            substeps += self.report.substeps;
+            wall_time += self.report.wall_time;
+        }
+        self.report.substeps = substeps;
+        self.report.wall_time = wall_time;
+        Ok(())
+    }
+
+    /// What holds for a part of a frame that ends at `fraction` of it: whatever moves is then that far
+    /// on its way from where it was when the frame began.
+    fn control_part(&self, control: &Control, number: u32, fraction: f64) -> Control {
+        let mut part = control.clone();
+        // Pins are held and released once.
+        part.pins.retain(|pin| number == 1 || matches!(pin.action, PinAction::MoveTo(_)));
+        for pin in &mut part.pins {
+            let start = self.state.positions.get(pin.particle as usize);
+            if let (PinAction::MoveTo(target), Some(start)) = (&mut pin.action, start) {
+                *target = std::array::from_fn(|k| start[k] + fraction * (target[k] - start[k]));
+            }
+        }
+        for collider in &mut part.colliders {
+            if let Some(start) = self.state.colliders.get(collider.collider as usize) {
+                collider.pose = start.interpolate(&collider.pose, fraction);
+            }
+        }
+        part
     }
 
     /// Moves the rigid bodies, and lets the cloth feel them on their way.

@@ -1,8 +1,10 @@
 //! How much memory a scene needs, before any of it is taken.
 
-use crate::{Scene, SceneError, SceneGeometry, SceneMesh, ScenePrecision, SceneStencil};
+use crate::{
+    Scene, SceneError, SceneGeometry, SceneMesh, ScenePrecision, SceneShape, SceneStencil,
+};
 
-use super::{CompileOptions, memory_solver, mesh, mesh_vertices::vertex_count};
+use super::{CompileOptions, memory_solver, mesh, mesh_vertices::vertex_count, solid};
 
 /// Estimate of the memory for model and solver together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -79,6 +81,12 @@ impl Scene {
             estimate.bytes = estimate.bytes.saturating_add(bytes);
             springs = springs.saturating_add(particles.saturating_mul(springs_each));
         }
+        let is_sampled = |shape: &SceneShape| {
+            matches!(shape, SceneShape::Mesh(_) | SceneShape::Tetrahedron { .. })
+        };
+        let sampled = self.colliders.iter().filter(|collider| is_sampled(&collider.shape)).count();
+        let solids = (sampled + self.rigids.len()) as u64;
+        estimate.bytes = estimate.bytes.saturating_add(solids.saturating_mul(solid::BYTES));
         let solver = memory_solver::bytes(&self.simulation, estimate.particles, springs, number);
         estimate.bytes = estimate.bytes.saturating_add(solver);
         estimate

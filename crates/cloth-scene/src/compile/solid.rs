@@ -11,9 +11,10 @@ use super::Check;
 
 /// Samples along the longest side of a solid.
 const CELLS: u32 = 64;
-/// How far beyond a solid distances are sampled \[m\]: thicker cloth has no use for such colliders. Of a
-/// small solid it is the longest side.
+/// How far beyond a solid distances are sampled \[m\]; farther than half the thickness of any cloth.
 const MARGIN: f64 = 0.02;
+/// Bytes of the samples of one solid at most.
+pub(super) const BYTES: u64 = 4 << 20;
 
 pub(super) fn mesh(triangles: &SceneTriangles) -> TriangleMesh {
     TriangleMesh {
