@@ -92,6 +92,7 @@ fn control_in(
 #[test]
 fn every_perturbed_stage_is_found_by_its_check() {
     control(Defect::Scaled(Stage::FieldForces), &busy(), checks::field_forces);
+    control(Defect::Scaled(Stage::ProceduralForces), &busy(), checks::procedural_forces);
     control(Defect::Scaled(Stage::SpringForces), &busy(), checks::spring_forces);
     control(Defect::Scaled(Stage::SpringForces), &buckled(), checks::spring_forces);
     control(Defect::Scaled(Stage::Measure), &buckled(), checks::measure);

@@ -27,6 +27,17 @@ fn field_forces() {
 }
 
 #[test]
+fn procedural_forces() {
+    for_all(CASES, &description(), checks::procedural_forces);
+}
+
+/// Two expressions: a pass over the particles then has more than one program in its registers.
+#[test]
+fn procedural_forces_in_the_fused_substep() {
+    for_all(24, &with(|case| case.fields = 5), checks::explicit_substep);
+}
+
+#[test]
 fn spring_forces() {
     for_all(CASES, &description(), checks::spring_forces);
 }

@@ -1,18 +1,19 @@
 //! NUMERICS §7: colliders as signed distances.
 
 use cloth_core::{
-    ColliderShape, Model, Real,
+    ColliderImpulse, ColliderShape, Model, Real,
     stepper::{ColliderState, FramePlan},
 };
 use pulp::NullaryFnOnce;
 
 use crate::{
+    distance_grid::GridSolid,
     memory::{LANES, Lanes, MotionChunk, PacketMotion, lanes},
-    vector::{dot, sub},
+    vector::{cross, dot, sub},
 };
 
 /// A collider at one time, in the precision of the solver.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct ColliderAt<T> {
     shape: Shape<T>,
     translation: [T; 3],
@@ -22,12 +23,13 @@ pub(crate) struct ColliderAt<T> {
     restitution: T,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 enum Shape<T> {
     Plane(Plane<T>),
     Sphere(Sphere<T>),
     Capsule(Capsule<T>),
     Box(OrientedBox<T>),
+    Grid(GridSolid<T>),
 }
 
 /// Signed distance and normal (in the world) at a point relative to the origin of the collider.
@@ -69,7 +71,7 @@ impl<T: Real> ColliderAt<T> {
         out.clear();
         for states in plan.colliders.chunks(plan.collider_count.max(1)) {
             out.extend(model.colliders().iter().zip(states).map(|(collider, state)| Self {
-                shape: Shape::new(collider.shape, state),
+                shape: Shape::new(&collider.shape, state),
                 translation: state.translation.map(T::from_f64),
                 linear_velocity: state.linear_velocity.map(T::from_f64),
                 angular_velocity: state.angular_velocity.map(T::from_f64),
@@ -96,6 +98,7 @@ impl<T: Real> ColliderAt<T> {
             Shape::Sphere(shape) => depths.fill(shape, at, offsets, inverse_mass, position),
             Shape::Capsule(shape) => depths.fill(shape, at, offsets, inverse_mass, position),
             Shape::Box(shape) => depths.fill(shape, at, offsets, inverse_mass, position),
+            Shape::Grid(shape) => depths.fill(shape, at, offsets, inverse_mass, position),
         }
         depths
     }
@@ -124,11 +127,11 @@ impl<T: Real> ColliderAt<T> {
 }
 
 impl<T: Real> Shape<T> {
-    fn new(shape: ColliderShape, state: &ColliderState) -> Self {
+    fn new(shape: &ColliderShape, state: &ColliderState) -> Self {
         let rotation = state.rotation.map(|row| row.map(T::from_f64));
         let [x_axis, _, z_axis] =
             [0, 1, 2].map(|axis| [rotation[0][axis], rotation[1][axis], rotation[2][axis]]);
-        match shape {
+        match *shape {
             ColliderShape::Plane => Self::Plane(Plane { normal: z_axis }),
             ColliderShape::Sphere { radius } => {
                 Self::Sphere(Sphere { radius: T::from_f64(radius), fallback: z_axis })
@@ -142,6 +145,7 @@ impl<T: Real> Shape<T> {
             ColliderShape::Box { half_extents } => {
                 Self::Box(OrientedBox { half_extents: half_extents.map(T::from_f64), rotation })
             }
+            ColliderShape::Grid(ref grid) => Self::Grid(GridSolid::new(grid, rotation)),
         }
     }
 }
@@ -206,6 +210,22 @@ impl<T: Real> SignedDistance<T> for OrientedBox<T> {
     }
 }
 
+impl<T: Real> SignedDistance<T> for GridSolid<T> {
+    #[inline(always)]
+    fn distance(&self, point: [T; 3]) -> (T, [T; 3]) {
+        let rotation = &self.rotation;
+        let mut local = [T::ZERO; 3];
+        for k in 0..3 {
+            local[k] =
+                rotation[0][k] * point[0] + rotation[1][k] * point[1] + rotation[2][k] * point[2];
+        }
+        let (distance, gradient) = self.sample(local);
+        let (_, normal) = normalise(gradient, [T::ZERO, T::ZERO, T::ONE]);
+        let world = [dot(rotation[0], normal), dot(rotation[1], normal), dot(rotation[2], normal)];
+        (distance, world)
+    }
+}
+
 /// Length and direction of a vector, `fallback` if it has none.
 #[inline(always)]
 fn normalise<T: Real>(vector: [T; 3], fallback: [T; 3]) -> (T, [T; 3]) {
@@ -226,13 +246,16 @@ pub(crate) fn packet<T: Real>(
     offsets: &Lanes<T>,
     inverse_mass: &Lanes<T>,
     motion: &mut PacketMotion<T>,
+    mut impulses: Option<&mut [ColliderImpulse]>,
 ) {
-    for collider in colliders {
+    for (index, collider) in colliders.iter().enumerate() {
+        let sum = impulses.as_mut().and_then(|impulses| impulses.get_mut(index));
         match &collider.shape {
-            Shape::Plane(shape) => collide(collider, shape, offsets, inverse_mass, motion),
-            Shape::Sphere(shape) => collide(collider, shape, offsets, inverse_mass, motion),
-            Shape::Capsule(shape) => collide(collider, shape, offsets, inverse_mass, motion),
-            Shape::Box(shape) => collide(collider, shape, offsets, inverse_mass, motion),
+            Shape::Plane(shape) => collide(collider, shape, offsets, inverse_mass, motion, sum),
+            Shape::Sphere(shape) => collide(collider, shape, offsets, inverse_mass, motion, sum),
+            Shape::Capsule(shape) => collide(collider, shape, offsets, inverse_mass, motion, sum),
+            Shape::Box(shape) => collide(collider, shape, offsets, inverse_mass, motion, sum),
+            Shape::Grid(shape) => collide(collider, shape, offsets, inverse_mass, motion, sum),
         }
     }
 }
@@ -244,6 +267,7 @@ fn collide<T: Real>(
     offsets: &Lanes<T>,
     inverse_mass: &Lanes<T>,
     motion: &mut PacketMotion<T>,
+    impulse: Option<&mut ColliderImpulse>,
 ) {
     let [x, y, z] = &motion.position;
     let mut contact = Depths::zero();
@@ -253,7 +277,33 @@ fn collide<T: Real>(
         touches |= contact.depth[lane] > T::ZERO;
     }
     if touches {
+        let before = motion.velocity;
         respond(collider, &contact, motion);
+        if let Some(impulse) = impulse {
+            add_impulses(impulse, inverse_mass, &before, motion);
+        }
+    }
+}
+
+/// Adds the change of momentum of a packet, and its moment about the origin.
+fn add_impulses<T: Real>(
+    sum: &mut ColliderImpulse,
+    inverse_mass: &Lanes<T>,
+    before: &[Lanes<T>; 3],
+    motion: &PacketMotion<T>,
+) {
+    for lane in 0..LANES {
+        if inverse_mass[lane] > T::ZERO {
+            let mass = 1.0 / inverse_mass[lane].to_f64();
+            let mut linear = [0.0; 3];
+            let mut at = [0.0; 3];
+            for axis in 0..3 {
+                let change = motion.velocity[axis][lane].to_f64() - before[axis][lane].to_f64();
+                linear[axis] = mass * change;
+                at[axis] = motion.position[axis][lane].to_f64();
+            }
+            *sum += ColliderImpulse { linear, angular: cross(at, linear) };
+        }
     }
 }
 
@@ -316,17 +366,21 @@ pub(crate) struct BlockTask<'a, 'b, T> {
     pub(crate) offsets: &'a [T],
     pub(crate) inverse_mass: &'a [T],
     pub(crate) chunk: &'a mut MotionChunk<'b, T>,
+    /// Sums of the block, one for each collider.
+    pub(crate) impulses: Option<&'a mut [ColliderImpulse]>,
 }
 
 impl<T: Real> NullaryFnOnce for BlockTask<'_, '_, T> {
     type Output = ();
 
     #[inline(always)]
-    fn call(self) {
+    fn call(mut self) {
         for local in (0..self.chunk.position[0].len()).step_by(LANES) {
             let mut motion = self.chunk.load(local);
             let offsets = lanes(self.offsets, local);
-            packet(self.colliders, offsets, lanes(self.inverse_mass, local), &mut motion);
+            let inverse_mass = lanes(self.inverse_mass, local);
+            let impulses = self.impulses.as_deref_mut();
+            packet(self.colliders, offsets, inverse_mass, &mut motion, impulses);
             self.chunk.store(local, &motion);
         }
     }

@@ -19,7 +19,9 @@ pub use contact_pairs::{
     contact_candidates, contact_candidates_after_moves, contact_candidates_of_approaching_sheets,
     contact_candidates_reused,
 };
-pub use forces::{aerodynamic_forces, contact_forces, field_forces, spring_forces};
+pub use forces::{
+    aerodynamic_forces, contact_forces, field_forces, procedural_forces, spring_forces,
+};
 pub use fused::explicit_substep;
 pub use implicit::{
     collider_constraints, conjugate_gradient, constraint_filter, constraint_project,

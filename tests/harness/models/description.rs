@@ -16,7 +16,7 @@ pub struct Description {
     pub deformation: Deformation,
     /// Whether some particles are held.
     pub pins: bool,
-    /// Number of fields beside gravity.
+    /// Number of fields beside gravity: the first three uniform or drag, all others expressions.
     pub fields: usize,
     /// Whether there is air.
     pub air: bool,

@@ -1,10 +1,14 @@
 //! Colliders, fields, air and contact.
 
-use cloth_core::{Air, Collider, ColliderShape, ContactResponse, Field, Gust, Pose, SelfContact};
+use std::sync::Arc;
+
+use cloth_core::{
+    Air, Collider, ColliderShape, ContactResponse, Field, FieldProgram, Gust, Pose, SelfContact,
+};
 use glam::DQuat;
 
 use super::description::Contact;
-use crate::random::Random;
+use crate::{random::Random, stages::procedural_source};
 
 /// A rotation and a place within `size` \[m\] of `centre` \[m\].
 pub(super) fn random_pose(centre: [f64; 3], size: f64, random: &mut Random) -> Pose {
@@ -46,9 +50,18 @@ pub(super) fn collider(number: usize, centre: [f64; 3], random: &mut Random) -> 
     }
 }
 
-/// A field: uniform and drag in turns.
+/// Fields before the first procedural one.
+pub(super) const FIELDS_SUMMED: usize = 3;
+
+/// A field: uniform and drag in turns, then the expressions.
 pub(super) fn field(number: usize, random: &mut Random) -> Field {
-    if number.is_multiple_of(2) {
+    if let Some(expression) = number.checked_sub(FIELDS_SUMMED) {
+        let source = procedural_source(expression);
+        match FieldProgram::compile(source) {
+            Ok(program) => Field::Procedural { program: Arc::new(program) },
+            Err(error) => panic!("{source}: {error}"),
+        }
+    } else if number.is_multiple_of(2) {
         Field::Drag { rate: [0, 1, 2].map(|_| random.between(0.0, 2.0)) }
     } else {
         Field::Uniform { acceleration: random.vector(5.0) }

@@ -34,6 +34,8 @@ pub enum Defect {
 pub enum Stage {
     /// `field_forces`
     FieldForces,
+    /// `procedural_forces`
+    ProceduralForces,
     /// `spring_forces`
     SpringForces,
     /// `aerodynamic_forces`

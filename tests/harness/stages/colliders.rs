@@ -1,6 +1,6 @@
 //! NUMERICS §7: contact with solid shapes.
 
-use cloth_core::{ColliderShape, Model, stepper::ColliderState};
+use cloth_core::{ColliderShape, DistanceGrid, Model, stepper::ColliderState};
 
 use super::{ONE, Particles, ZERO};
 use crate::tracked::{Tracked, TrackedVector};
@@ -28,6 +28,49 @@ fn ball(offset: TrackedVector, radius: f64, fallback: TrackedVector, epsilon: f6
     }
 }
 
+/// Trilinear interpolation, as a sum over the eight samples with a weight for each.
+fn sampled(grid: &DistanceGrid, local: TrackedVector) -> Surface {
+    let mut cell = [0; 3];
+    let mut share = [ZERO; 3];
+    let mut beyond = TrackedVector::ZERO;
+    let spacing = Tracked::rounded(grid.spacing);
+    for axis in 0..3 {
+        let place = (local.0[axis] - Tracked::rounded(grid.origin[axis])) / spacing;
+        let last = f64::from(grid.size[axis] - 1);
+        let inside = place.max(ZERO).min(Tracked::exact(last));
+        beyond.0[axis] = spacing * (place - inside);
+        cell[axis] = inside.value.floor().min(last - 1.0) as usize;
+        share[axis] = inside - Tracked::exact(cell[axis] as f64);
+    }
+    let mut distance = beyond.length();
+    let mut gradient = TrackedVector::ZERO;
+    for corner in 0..8_usize {
+        let bit = |axis: usize| corner >> axis & 1;
+        let [i, j, k] = [0, 1, 2].map(|axis| cell[axis] + bit(axis));
+        let [width, height] = [grid.size[0] as usize, grid.size[1] as usize];
+        let sample = f64::from(grid.distances[(k * height + j) * width + i]);
+        let weights = [0, 1, 2].map(|a| if bit(a) == 1 { share[a] } else { ONE - share[a] });
+        let [x, y, z] = weights;
+        let sample = Tracked::exact(sample);
+        distance += sample * (x * y * z);
+        for (axis, others) in [y * z, x * z, x * y].into_iter().enumerate() {
+            let signed = if bit(axis) == 1 { sample } else { -sample };
+            gradient.0[axis] += signed * others;
+        }
+    }
+    let length = gradient.length();
+    let near_face = |axis: usize| {
+        let [low, high] = [share[axis].value, 1.0 - share[axis].value];
+        low.min(high) < 1e-3
+    };
+    Surface {
+        distance,
+        normal: gradient.divided(length),
+        // The gradient jumps from cell to cell.
+        uncertain: length.value < 1e-3 || (0..3).any(near_face),
+    }
+}
+
 fn surface(shape: &ColliderShape, local: TrackedVector, epsilon: f64) -> Surface {
     match *shape {
         ColliderShape::Plane => {
@@ -40,6 +83,7 @@ fn surface(shape: &ColliderShape, local: TrackedVector, epsilon: f64) -> Surface
             let nearest = z.max(-end).min(end);
             ball(TrackedVector([x, y, z - nearest]), radius, axis(0, 1.0), epsilon)
         }
+        ColliderShape::Grid(ref grid) => sampled(grid, local),
         ColliderShape::Box { half_extents } => {
             let extents = TrackedVector::rounded(half_extents);
             let outside = local.each(extents, |p, h| p.abs() - h);

@@ -11,6 +11,7 @@ mod fields;
 mod implicit;
 mod measure;
 mod normals;
+mod procedural;
 mod semi_implicit;
 mod springs;
 
@@ -32,6 +33,7 @@ pub use implicit::{
 };
 pub use measure::{TrackedMeasures, measure};
 pub use normals::vertex_normals;
+pub use procedural::{PROCEDURAL_COUNT, procedural_forces, procedural_source};
 pub use semi_implicit::{Surplus, angular_surplus, pieces, semi_implicit_residual};
 pub use springs::{
     spring_energy_doubled, spring_force_on, spring_forces, spring_tension,

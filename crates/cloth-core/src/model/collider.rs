@@ -1,7 +1,10 @@
 //! Solid things that cloth collides with, as signed distances (NUMERICS §7).
 
+use std::sync::Arc;
+
 use glam::{DMat3, DQuat, DVec3};
 
+use super::DistanceGrid;
 use crate::{
     ModelError,
     error::{finite_all, in_range, not_negative, positive},
@@ -23,7 +26,7 @@ pub struct Collider {
 }
 
 /// Shape of a collider in its local frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum ColliderShape {
     /// The half space below the local plane z = 0.
     Plane,
@@ -45,6 +48,8 @@ pub enum ColliderShape {
         /// Half the side lengths \[m\].
         half_extents: [f64; 3],
     },
+    /// Any solid, as signed distances on a grid.
+    Grid(Arc<DistanceGrid>),
 }
 
 /// A rigid placement: rotation, then translation.
@@ -133,16 +138,17 @@ impl Collider {
         self.pose.validate(|| format!("collider {name:?}"))?;
         not_negative(|| format!("friction of collider {name:?}"), self.friction)?;
         in_range(|| format!("restitution of collider {name:?}"), self.restitution, [0.0, 1.0])?;
-        match self.shape {
+        match &self.shape {
             ColliderShape::Plane => {}
-            ColliderShape::Sphere { radius } => {
+            ColliderShape::Grid(grid) => grid.validate(name)?,
+            &ColliderShape::Sphere { radius } => {
                 positive(|| format!("radius of collider {name:?}"), radius)?;
             }
-            ColliderShape::Capsule { half_length, radius } => {
+            &ColliderShape::Capsule { half_length, radius } => {
                 positive(|| format!("radius of collider {name:?}"), radius)?;
                 not_negative(|| format!("half length of collider {name:?}"), half_length)?;
             }
-            ColliderShape::Box { half_extents } => {
+            &ColliderShape::Box { half_extents } => {
                 for extent in half_extents {
                     positive(|| format!("half extent of collider {name:?}"), extent)?;
                 }

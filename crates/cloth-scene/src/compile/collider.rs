@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 
 use crate::{SceneCollider, SceneError, SceneRotation, SceneShape};
 
-use super::Check;
+use super::{Check, solid};
 
 pub(super) fn compile(
     check: &Check<'_>,
@@ -13,22 +13,30 @@ pub(super) fn compile(
     collider: &SceneCollider,
 ) -> Result<Collider, SceneError> {
     let key = format!("collider[{index}]");
+    let name = &collider.name;
     if let Some(rotation) = &collider.rotation {
         rotation_check(check, &format!("{key}.rotation"), rotation)?;
     }
-    if let SceneShape::Plane { normal } = collider.shape {
+    if let &SceneShape::Plane { normal } = &collider.shape {
         check.direction(&format!("{key}.shape.plane.normal"), normal)?;
     }
     let rotation = collider.rotation.unwrap_or(SceneRotation::NONE).quaternion();
     Ok(Collider {
         name: collider.name.clone(),
-        shape: match collider.shape {
+        shape: match &collider.shape {
             SceneShape::Plane { .. } => ColliderShape::Plane,
-            SceneShape::Sphere { radius } => ColliderShape::Sphere { radius },
-            SceneShape::Capsule { half_length, radius } => {
+            &SceneShape::Sphere { radius } => ColliderShape::Sphere { radius },
+            &SceneShape::Capsule { half_length, radius } => {
                 ColliderShape::Capsule { half_length, radius }
             }
-            SceneShape::Box { half_extents } => ColliderShape::Box { half_extents },
+            &SceneShape::Box { half_extents } => ColliderShape::Box { half_extents },
+            SceneShape::Mesh(triangles) => {
+                solid::distances(check, &format!("{key}.shape"), name, &solid::mesh(triangles))?
+            }
+            SceneShape::Tetrahedron { vertices } => {
+                let mesh = solid::tetrahedron(vertices);
+                solid::distances(check, &format!("{key}.shape"), name, &mesh)?
+            }
         },
         pose: Pose {
             translation: collider.translation,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::SceneRotation;
+use super::{SceneRotation, SceneTriangles};
 
 /// A rigid obstacle, at rest or moved by keyframes.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -31,7 +31,7 @@ pub struct SceneCollider {
 }
 
 /// Shape of a collider in its local frame.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 pub enum SceneShape {
     /// The half space on the side of the local origin that the normal points away from.
@@ -56,6 +56,14 @@ pub enum SceneShape {
     Box {
         /// Half the side lengths \[m\].
         half_extents: [f64; 3],
+    },
+    /// A closed triangle mesh, known to the cloth as signed distances with 64 samples along its longest
+    /// side.
+    Mesh(SceneTriangles),
+    /// A tetrahedron, known in the same way; either order of its vertices.
+    Tetrahedron {
+        /// Its corners \[m\].
+        vertices: [[f64; 3]; 4],
     },
 }
 

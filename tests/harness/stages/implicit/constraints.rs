@@ -236,9 +236,10 @@ fn fields(model: &Model) -> (TrackedVector, TrackedVector) {
     let mut acceleration = TrackedVector::rounded(model.gravity());
     let mut rate = TrackedVector::ZERO;
     for field in model.fields() {
-        match *field {
-            Field::Uniform { acceleration: more } => acceleration += TrackedVector::rounded(more),
-            Field::Drag { rate: more } => rate += TrackedVector::rounded(more),
+        match field {
+            Field::Uniform { acceleration: more } => acceleration += TrackedVector::rounded(*more),
+            Field::Drag { rate: more } => rate += TrackedVector::rounded(*more),
+            Field::Procedural { .. } => {}
         }
     }
     (acceleration, rate)
