@@ -1,5 +1,7 @@
 //! Distances of solids, bodies among themselves, and bodies with cloth.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
 use std::sync::Arc;
 
 use cloth_backend_cpu::CpuBackend;

@@ -1,5 +1,7 @@
 //! FYSL: what it means, that it survives being written and read, and what is wrong with bad files.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
 use std::fmt::Write;
 
 use cloth_scene::{

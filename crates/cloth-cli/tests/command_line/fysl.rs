@@ -50,9 +50,9 @@ fn feedback_read_back_is_the_final_state() {
         }
     }
     let ball = last.rigids[0].translation;
-    assert!(ball[2] < 0.55, "it fell: {ball:?}");
+    assert!((0.5..0.57).contains(&ball[2]), "it fell, and not through: {ball:?}");
     let lowest = last.groups[0].vertices.iter().map(|x| x[2]).fold(f64::INFINITY, f64::min);
-    assert!(lowest < 0.47 && ball[2] > lowest, "the sheet holds the ball: {lowest} {ball:?}");
+    assert!(lowest < 0.49 && ball[2] > lowest, "the sheet holds the ball: {lowest} {ball:?}");
     assert_eq!(
         Scene::from_fysl(&text, "back.fysl").unwrap(),
         Scene::from_fysl(FALL, "fall.fysl").unwrap(),
@@ -79,8 +79,8 @@ fn scenes_are_converted_both_ways() {
 
 #[test]
 fn errors_name_file_line_and_column() {
-    let place = Place::with("bad.fysl", &FALL.replace("<sphere", "<sfere"));
+    let place = Place::with("bad.fysl", FALL.replace("<sphere", "<sfere"));
     let text = place.fails(3, &["run", "bad.fysl"]);
-    assert!(text.contains("bad.fysl`, line 17, column 7"), "{text}");
+    assert!(text.contains("bad.fysl`, line 15, column 7"), "{text}");
     assert!(text.contains("did you mean `sphere`?"), "{text}");
 }

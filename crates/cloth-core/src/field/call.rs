@@ -171,9 +171,10 @@ impl Parser<'_> {
         };
         let mut nodes = [0; 3];
         let is_vector = matches!(left, Value::Vector(_)) || matches!(right, Value::Vector(_));
-        for axis in 0..if is_vector { 3 } else { 1 } {
+        let count = if is_vector { 3 } else { 1 };
+        for (axis, node) in nodes.iter_mut().enumerate().take(count) {
             let operands = [component(left, axis), component(right, axis)];
-            nodes[axis] = self.node(offset, Node::Binary(function, operands))?;
+            *node = self.node(offset, Node::Binary(function, operands))?;
         }
         Ok(if is_vector { Value::Vector(nodes) } else { Value::Scalar(nodes[0]) })
     }

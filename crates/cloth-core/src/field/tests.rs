@@ -258,12 +258,13 @@ proptest! {
             first: 8,
         };
         let packet = program.run(&mut registers, &inputs);
-        for lane in 0..4 {
+        for (lane, number) in (8..12).enumerate() {
             let at = |first: usize| [0, 1, 2].map(|axis| lanes(first + axis)[lane]);
             let single =
-                program.evaluate_in(at(0), at(3), 0.3, lanes(6)[lane], 8 + lane, 0.01);
+                program.evaluate_in(at(0), at(3), 0.3, lanes(6)[lane], number, 0.01);
             for axis in 0..3 {
-                prop_assert_eq!(packet[axis][lane].to_bits(), single[axis].to_bits());
+                let [found, wanted] = [packet[axis][lane], single[axis]];
+                prop_assert_eq!(found.to_bits(), wanted.to_bits());
             }
         }
     }
