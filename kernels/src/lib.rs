@@ -3,14 +3,15 @@
 //! A stage has one name everywhere: a method of `cloth_core::Kernels`, a module of the CPU backend,
 //! `wgsl/<stage>.wgsl` and `cuda/<stage>.cu` in this package, an equivalence test. [`STAGES`] is the
 //! list that all of them are held against. [`WGSL_MODULES`] has the sources for wgpu; a stage of several
-//! passes has a module for each, `<stage>_<pass>`.
+//! passes has a module for each, `<stage>_<pass>`. [`CUDA_MODULES`] has those for CUDA, whose passes share a file.
 
+mod cuda;
 mod wgsl;
 
+pub use cuda::{CUDA_MODULES, CudaModule, CudaOptionError, cuda_compiler_options};
 pub use wgsl::{
     ComposeError, WGSL_MODULES, WgslBinding, WgslBindingKind, WgslModule, wgsl_bindings,
 };
-
 /// A stage of the numerics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stage {

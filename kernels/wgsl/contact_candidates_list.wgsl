@@ -181,6 +181,10 @@ fn main(
     let lane = thread % LANES;
     let particle = (workgroup.x + workgroup.y * groups.x) * PARTICLES + local;
     let is_active = particle < model.particle_count && contact_list_is_being_built();
+    if thread < PARTICLES {
+        atomicStore(&counts[thread], 0u);
+    }
+    workgroupBarrier();
     var search: Search;
     if is_active {
         let reference = contact_reference[particle];

@@ -1,5 +1,6 @@
 //! Every backend computes what NUMERICS.md says, stage by stage and as a whole.
 
+mod cuda_bits;
 mod implicit_stages;
 mod invariants;
 mod negative_control;

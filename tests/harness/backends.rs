@@ -6,6 +6,7 @@ use std::{
 };
 
 use cloth_backend_cpu::CpuBackend;
+use cloth_backend_cuda::{CudaBackend, CudaOptions};
 use cloth_backend_wgpu::{WgpuBackend, wgpu};
 use cloth_core::{
     Backend, BackendInfo, Kernels, LinearMethod, LinearSettings, MatrixForm, Model, Precision,
@@ -71,6 +72,12 @@ impl Candidate {
             single_scalars: false,
             turn: None,
         }
+    }
+
+    /// How many of `count` steps or cases a long test does: all, or a tenth for a slow candidate.
+    #[must_use]
+    pub const fn work(&self, count: u32) -> u32 {
+        if self.case_divisor > 1 { count.div_ceil(10) } else { count }
     }
 
     /// Whether the backend offers a feature; a line says so if it does not.
@@ -162,6 +169,26 @@ pub fn cpu(threads: usize) -> CpuBackend {
     }
 }
 
+/// The first NVIDIA GPU, or `None`, said once, on a machine without one. With `CLOTH_REQUIRE_CUDA=1` that is
+/// a failure.
+///
+/// # Panics
+/// If it is required and cannot be had.
+#[must_use]
+pub fn cuda(options: CudaOptions) -> Option<CudaBackend> {
+    match CudaBackend::new(options) {
+        Ok(backend) => Some(backend),
+        Err(error) if std::env::var_os("CLOTH_REQUIRE_CUDA").is_some_and(|value| value == "1") => {
+            panic!("the CUDA backend cannot be tested: {error}")
+        }
+        Err(error) => {
+            static SAID: std::sync::Once = std::sync::Once::new();
+            SAID.call_once(|| eprintln!("cuda: not run here: {error}"));
+            None
+        }
+    }
+}
+
 /// The GPU of this machine, or the driver that computes on the processor: one device for all tests of
 /// a process.
 ///
@@ -216,6 +243,16 @@ pub fn gpu_candidate(label: &str, backend: Box<dyn Backend>) -> Candidate {
     }
 }
 
+/// What the CUDA backend does not offer.
+const CUDA_MISSING: &[Feature] =
+    &[Feature::SemiImplicit, Feature::Direct, Feature::IncompleteCholesky, Feature::Assembled];
+
+/// Whether `CLOTH_LEAVE_OUT` names a backend: a machine for one kind of GPU may lack what another needs.
+#[must_use]
+pub fn is_left_out(name: &str) -> bool {
+    std::env::var("CLOTH_LEAVE_OUT").is_ok_and(|names| names.split(',').any(|entry| entry == name))
+}
+
 /// The reference that trajectories are compared with: the CPU backend in double precision.
 #[must_use]
 pub fn reference() -> &'static Candidate {
@@ -232,11 +269,23 @@ pub fn candidates_with(feature: Feature) -> impl Iterator<Item = &'static Candid
 #[must_use]
 pub fn candidates() -> &'static [Candidate] {
     static CANDIDATES: LazyLock<Vec<Candidate>> = LazyLock::new(|| {
-        vec![
+        let mut candidates = vec![
             Candidate::new("cpu", Box::new(cpu(2)), Precision::F64),
             Candidate::new("cpu", Box::new(cpu(2)), Precision::F32),
-            gpu_candidate("wgpu", Box::new(SharedGpu)),
-        ]
+        ];
+        for precision in [Precision::F64, Precision::F32] {
+            let backend = cuda(CudaOptions::default());
+            candidates.extend(backend.map(|backend| Candidate {
+                missing: CUDA_MISSING,
+                ..Candidate::new("cuda", Box::new(backend), precision)
+            }));
+        }
+        if is_left_out("wgpu") {
+            eprintln!("wgpu is left out: CLOTH_LEAVE_OUT says so");
+        } else {
+            candidates.push(gpu_candidate("wgpu", Box::new(SharedGpu)));
+        }
+        candidates
     });
     &CANDIDATES
 }

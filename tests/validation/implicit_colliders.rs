@@ -67,10 +67,10 @@ fn a_particle_above_the_angle_of_friction_slides_as_galilei_and_coulomb_say() {
                 let speed = acceleration * n * TIME_STEP;
                 let relative = 1e-9_f64.max(100.0 * n * candidate.epsilon());
                 let found = DVec3::from(end.velocities[0]).length();
-                assert_close("speed", found, speed, relative);
+                assert_close(&format!("{}: speed", candidate.label), found, speed, relative);
                 let way = acceleration * TIME_STEP * TIME_STEP * n * (n + 1.0) / 2.0;
                 let found = DVec3::from(end.positions[0]).distance(start);
-                assert_close("way", found, way, relative);
+                assert_close(&format!("{}: way", candidate.label), found, way, relative);
             }
         }
     }

@@ -45,7 +45,7 @@ fn a_stiffness_raised_by_a_million_stays_bounded() {
         for candidate in candidates_with(Feature::Implicit) {
             let integrator = Integrator::Implicit(ImplicitSettings::default());
             let mut solver = solver_of(candidate, &model, 0.02, integrator);
-            for step in 0..200 {
+            for step in 0..candidate.work(200) {
                 solver.advance(Frame { duration: 0.02 }).unwrap();
                 let report = solver.synchronize();
                 let what = format!("{} 1e{exponent} step {step}", candidate.label);
@@ -89,7 +89,7 @@ fn steps(full: u32, usual: u32) -> u32 {
 fn jacobi_loses_no_particle_of_3600() {
     for iterations in [10, 30, 70] {
         for candidate in candidates_with(Feature::Implicit) {
-            jacobi(candidate, 60, iterations, steps(3000, 80));
+            jacobi(candidate, 60, iterations, candidate.work(steps(3000, 80)));
         }
     }
 }

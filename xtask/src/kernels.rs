@@ -1,5 +1,7 @@
 //! `cargo xtask kernels`.
 
+use std::{fs, path::Path, process::Command};
+
 use crate::command::{self, cargo};
 
 /// Checks the sources of all GPU kernels.
@@ -8,8 +10,54 @@ use crate::command::{self, cargo};
 /// Why it failed.
 pub(crate) fn check() -> Result<(), String> {
     // A test of the package that holds them: it composes each module and gives it to naga.
-    command::run(&mut cargo(&["test", "--quiet", "--package", "cloth-kernels"]))
+    command::run(&mut cargo(&["test", "--quiet", "--package", "cloth-kernels"]))?;
+    cuda()
 }
+
+/// Compiles every CUDA kernel with NVIDIA's run-time compiler, which needs no GPU.
+fn cuda() -> Result<(), String> {
+    let mut check =
+        cargo(&["run", "--quiet", "--package", "cloth-backend-cuda", "--example", "kernels"]);
+    if cfg!(target_os = "linux") && std::env::var_os("CLOTH_NVRTC").is_none_or(|v| v != "system") {
+        let folder = nvrtc()?;
+        let mut path = folder.into_os_string();
+        if let Some(before) = std::env::var_os("LD_LIBRARY_PATH") {
+            path.push(":");
+            path.push(before);
+        }
+        check.env("LD_LIBRARY_PATH", path);
+    }
+    command::run(&mut check)
+}
+
+/// The folder of the compiler's library, from the package on PyPI, fetched once into the build folder. With
+/// `CLOTH_NVRTC=system` the one of this machine is used instead.
+fn nvrtc() -> Result<std::path::PathBuf, String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."));
+    let target =
+        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), Into::into);
+    let folder = target.join("nvrtc");
+    let library = folder.join("nvidia/cu13/lib");
+    if library.join("libnvrtc.so.13").is_file() {
+        return Ok(library);
+    }
+    fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
+    let mut install = Command::new("python3");
+    install.args(["-m", "pip", "install", "--quiet", "--no-deps", "--target"]).arg(&folder);
+    install.arg(NVRTC_PACKAGE);
+    command::run(&mut install).map_err(|error| {
+        format!(
+            "NVRTC, NVIDIA's compiler for kernels, could not be fetched ({error}): run `python3 -m pip \
+             install --no-deps --target {} {NVRTC_PACKAGE}`, or set CLOTH_NVRTC=system to use one that is \
+             installed",
+            folder.display()
+        )
+    })?;
+    Ok(library)
+}
+
+/// The package on PyPI that holds the compiler.
+const NVRTC_PACKAGE: &str = "nvidia-cuda-nvrtc==13.0.*";
 
 /// Checks them; whether they are valid.
 pub(crate) fn run() -> bool {

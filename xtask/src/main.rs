@@ -1,7 +1,9 @@
-//! Tasks of the repository: `cargo xtask test`, `cargo xtask kernels`, `cargo xtask bench`, `cargo xtask ci`.
+//! Tasks of the repository: `cargo xtask test`, `cargo xtask kernels`, `cargo xtask bench`,
+//! `cargo xtask dist`, `cargo xtask ci`.
 
 mod bench;
 mod command;
+mod dist;
 mod kernels;
 mod summary;
 mod test;
@@ -31,6 +33,8 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },
+    /// Gather prebuilt tests, benchmark and program for a GPU machine without Rust, with a script that runs them.
+    Dist,
     /// What continuous integration runs: the same as `test`.
     Ci,
 }
@@ -39,6 +43,7 @@ fn main() -> ExitCode {
     let success = match Arguments::parse().task {
         Task::Test | Task::Ci => test::run(),
         Task::Kernels => kernels::run(),
+        Task::Dist => dist::run(),
         // As they were typed: clap drops a leading `--`, which means something to cargo.
         Task::Bench { .. } => bench::run(std::env::args_os().skip(2)),
     };

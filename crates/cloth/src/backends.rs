@@ -15,6 +15,15 @@ type BackendCreate = fn(&BackendOptions) -> Result<Box<dyn Backend>, Error>;
 
 /// In the order in which an automatic choice tries them, the fastest first.
 const BACKENDS: &[BackendEntry] = &[
+    #[cfg(feature = "cuda")]
+    BackendEntry {
+        name: "cuda",
+        create: |options| {
+            let adapter = options.adapter.as_deref().unwrap_or_default();
+            let options = cloth_backend_cuda::CudaOptions::parse(adapter)?;
+            Ok(Box::new(cloth_backend_cuda::CudaBackend::new(options)?))
+        },
+    },
     #[cfg(feature = "wgpu")]
     BackendEntry { name: "wgpu", create: wgpu_create },
     #[cfg(feature = "cpu")]
@@ -94,8 +103,8 @@ fn backends_all() -> Vec<BackendOutcome> {
     BACKENDS.iter().map(|entry| (entry.name, outcome(entry))).collect()
 }
 
-/// The backend called `name`. One that computes on the processor uses that many `threads`, or as
-/// many as the machine has; others ignore them.
+/// The backend called `name`, as for [`backend_open`]. One that computes on the processor uses that many
+/// `threads`, or as many as the machine has; others ignore them.
 ///
 /// # Errors
 /// [`BackendError::Unknown`] with the names there are; [`BackendError::Unusable`] if this machine
@@ -107,7 +116,8 @@ pub fn backend_create(
     backend_open(name, &BackendOptions { threads, ..BackendOptions::default() })
 }
 
-/// The backend called `name`, with options.
+/// The backend called `name`, with options. After the name there may be a colon and the adapter: `cuda:1` is
+/// the second GPU, `cuda:fast` the first one, with arithmetic that does not repeat the bits of the CPU.
 ///
 /// # Errors
 /// Those of [`backend_create`].
@@ -115,8 +125,11 @@ pub fn backend_open(
     name: &str,
     options: &BackendOptions,
 ) -> Result<Box<dyn Backend>, BackendError> {
-    match BACKENDS.iter().find(|entry| entry.name == name) {
-        Some(entry) => Ok((entry.create)(options)?),
+    let (known, adapter) = name.split_once(':').map_or((name, None), |(a, b)| (a, Some(b)));
+    let mut options = options.clone();
+    options.adapter = adapter.map(str::to_owned).or(options.adapter);
+    match BACKENDS.iter().find(|entry| entry.name == known) {
+        Some(entry) => Ok((entry.create)(&options)?),
         None => Err(BackendError::Unknown {
             name: name.to_owned(),
             available: BACKENDS.iter().map(|entry| entry.name).collect(),
@@ -172,7 +185,7 @@ fn try_entry(
     if is_gpu && particles < GPU_PARTICLES && options.adapter.is_none() && has_cpu() {
         return Ok(Err(format!("a model of {particles} particles is too small to gain from it")));
     }
-    if is_gpu && config.precision == Precision::F64 {
+    if entry.name == "wgpu" && config.precision == Precision::F64 {
         return Ok(Err("it does not support precision f64".into()));
     }
     let backend = (entry.create)(options)?;
@@ -238,5 +251,12 @@ mod tests {
         let choice = backend_choose(&compiled.model, &config, &options).unwrap();
         assert_eq!(choice.backend.info().name, "cpu");
         assert_eq!(choice.reason.contains("precision f64"), cfg!(feature = "wgpu"));
+        let mut settings = cloth_core::ImplicitSettings::default();
+        settings.linear.method = cloth_core::LinearMethod::Direct;
+        let integrator = cloth_core::Integrator::Implicit(settings);
+        let config = SolverConfig { integrator, ..compiled.config };
+        let choice = backend_choose(&compiled.model, &config, &options).unwrap();
+        assert_eq!(choice.backend.info().name, "cpu");
+        assert_eq!(choice.reason.contains("the linear solver direct"), cfg!(feature = "wgpu"));
     }
 }

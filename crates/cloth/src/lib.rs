@@ -35,7 +35,7 @@
 //!
 //! # Features
 //!
-//! One for each backend: `cpu` (default), `wgpu`.
+//! One for each backend: `cpu` (default), `cuda`, `wgpu`.
 
 mod backends;
 mod checkpoint;

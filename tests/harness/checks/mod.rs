@@ -3,6 +3,7 @@
 //! A check answers with a [`Verdict`](crate::Verdict), it does not panic: the tests want `Ok` from
 //! every backend, the negative controls want an `Err` from a wrong one.
 
+mod bits_of_stages;
 mod contact_pairs;
 mod forces;
 mod fused;
@@ -15,6 +16,7 @@ mod scenario;
 mod semi_implicit;
 mod trajectory;
 
+pub use bits_of_stages::{bits_of_explicit_stages, bits_of_implicit_stages};
 pub use contact_pairs::{
     contact_candidates, contact_candidates_after_moves, contact_candidates_of_approaching_sheets,
     contact_candidates_reused,

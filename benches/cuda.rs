@@ -1,0 +1,131 @@
+//! The CUDA backend on the common workload, timed by events on the device: medians of frames 10 to 70.
+//!
+//! `cargo bench --bench cuda -- [--quick] [--reference PROGRAM]`. A reference program is run as `PROGRAM 160,1024` and
+//! prints its own rows.
+
+use std::{process::Command, time::Instant};
+
+use cloth::{
+    Backend, ImplicitSettings, Integrator, LinearMethod, Preconditioner, Result, StepReport,
+    scene::BenchKind,
+};
+use cloth_backend_cuda::{CudaBackend, CudaOptions};
+use cloth_benches::{FRAMES_MEASURED, HangWorkload, RunningWorkload, Workload};
+
+/// Bytes that a device of this kind copies in a second, read and written: the floor is made of it.
+const BANDWIDTH: f64 = 4.28e12;
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Iterations of the linear solvers.
+const ITERATIONS: u32 = 30;
+/// Implicit steps that are measured, and those before.
+const STEPS: [usize; 2] = [20, 5];
+
+/// Microseconds of all stages but the measurement.
+fn device_time(report: &StepReport) -> f64 {
+    let stages = report.stage_times.iter().filter(|stage| stage.stage != "measure");
+    stages.map(|stage| stage.time.as_secs_f64()).sum::<f64>() * 1e6
+}
+
+fn implicit(backend: &dyn Backend, label: &str, side: u32, method: LinearMethod) -> Result<()> {
+    let mut settings = ImplicitSettings::default();
+    settings.linear.method = method;
+    settings.linear.preconditioner = Preconditioner::Diagonal;
+    settings.linear.tolerance = 0.0;
+    settings.linear.iterations_max = ITERATIONS;
+    let workload = HangWorkload::new(side);
+    let mut running: RunningWorkload =
+        workload.start(backend, Integrator::Implicit(settings), STEPS[1])?;
+    let mut device = Vec::new();
+    for _ in 0..STEPS[0] {
+        device.push(device_time(&running.step()?));
+    }
+    // In each iteration twelve factors, six vectors read, five written, two blocks.
+    let particles = workload.particles() as f64;
+    let floor = f64::from(ITERATIONS) * particles * 16.0 * 25.0 / BANDWIDTH * 1e6;
+    let time = median(device);
+    println!("{label:<12} {side:>5} {method:<7} {time:>9.1} us/step   floor {floor:>7.1}");
+    Ok(())
+}
+
+fn explicit(backend: &dyn Backend, label: &str, side: u32, contact: bool) -> Result<()> {
+    let workload = Workload::new(BenchKind::Sphere, side, contact);
+    let started = Instant::now();
+    let mut running = workload.start(backend)?;
+    let (mut device, mut wall, mut rebuilds) = (Vec::new(), Vec::new(), 0);
+    let mut last = None;
+    for _ in 0..FRAMES_MEASURED {
+        let report = running.step()?;
+        device.push(device_time(&report));
+        wall.push(report.wall_time.as_secs_f64() * 1e6);
+        rebuilds += report.contact_rebuilds;
+        last = Some(report);
+    }
+    let Some(report) = last else { return Ok(()) };
+    let particles = f64::from(side) * f64::from(side);
+    let floor = 17.0 * particles * 64.0 / BANDWIDTH * 1e6;
+    println!(
+        "{label:<12} {side:>5} {:<7} {:>9.1} us/frame  wall {:>9.1}  floor {floor:>7.1}  strain mean {:.4}  rebuilds/frame {:.1}  contacts {}  ({:.1} s)",
+        if contact { "contact" } else { "free" },
+        median(device),
+        median(wall),
+        report.measures.strain_mean,
+        f64::from(rebuilds) / FRAMES_MEASURED as f64,
+        report.contacts,
+        started.elapsed().as_secs_f64(),
+    );
+    Ok(())
+}
+
+fn main() -> Result<()> {
+    let arguments: Vec<String> = std::env::args().collect();
+    let has = |name: &str| arguments.iter().any(|argument| argument == name);
+    if has("--list") || has("--test") {
+        return Ok(());
+    }
+    let sides: &[u32] = if has("--quick") { &[160, 512] } else { &[160, 512, 1024, 2048] };
+    for (label, fast, patches) in [
+        ("reproducible", false, true),
+        ("fast", true, true),
+        ("rep. no grid", false, false),
+        ("fast no grid", true, false),
+    ] {
+        let options = CudaOptions { fast, patches, ..CudaOptions::default() };
+        let backend = match CudaBackend::new(options) {
+            Ok(backend) => backend,
+            Err(error) => {
+                println!("cuda: not run here: {error}");
+                return Ok(());
+            }
+        };
+        for contact in [false, true] {
+            for &side in sides {
+                if !patches && (contact || side == 2048) {
+                    continue;
+                }
+                explicit(&backend, label, side, contact)?;
+            }
+        }
+        for method in [LinearMethod::ConjugateGradient, LinearMethod::Jacobi] {
+            for side in [60, 160, 512, 1024] {
+                if patches && (side < 1024 || !has("--quick")) {
+                    implicit(&backend, label, side, method)?;
+                }
+            }
+        }
+    }
+    if let Some(at) = arguments.iter().position(|argument| argument == "--reference")
+        && let Some(program) = arguments.get(at + 1)
+    {
+        match Command::new(program).arg("160,1024").status() {
+            Ok(status) if status.success() => {}
+            Ok(status) => println!("{program}: {status}"),
+            Err(error) => println!("{program}: {error}"),
+        }
+    }
+    Ok(())
+}

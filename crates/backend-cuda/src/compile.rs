@@ -1,0 +1,172 @@
+//! CUDA C++ to machine code, through NVRTC, kept on disk.
+
+use std::{
+    ffi::CString,
+    fs,
+    hash::Hash,
+    path::PathBuf,
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicUsize, Ordering},
+    },
+    thread,
+};
+
+use cloth_core::{Error, Result};
+use cudarc::nvrtc::{result as nvrtc, sys};
+use siphasher::sip128::{Hasher128, SipHasher13};
+
+use crate::{device::Device, fault::BACKEND};
+
+/// What a module is compiled for, apart from the device.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Target<'a> {
+    /// In double precision.
+    pub(crate) double: bool,
+    /// Without the promise of the same bits as the CPU.
+    pub(crate) fast: bool,
+    /// Options of the module.
+    pub(crate) options: &'a [&'static str],
+}
+
+impl Target<'_> {
+    /// The options of the source that stand for this.
+    pub(crate) fn defines(&self) -> Vec<&'static str> {
+        let mut defines = Vec::new();
+        defines.extend(self.double.then_some("f64"));
+        defines.extend(self.fast.then_some("fast"));
+        defines.extend(self.options);
+        defines
+    }
+}
+
+/// The machine code of a module for a device: from the disk, or compiled now.
+///
+/// # Errors
+/// `KernelCompile` with the compiler's messages; `NoDevice` if the compiler is missing.
+pub(crate) fn image(
+    device: &Device,
+    name: &'static str,
+    source: &str,
+    target: &Target<'_>,
+) -> Result<Vec<u8>> {
+    let architecture = format!("sm_{}{}", device.capability.0, device.capability.1);
+    let options = cloth_kernels::cuda_compiler_options(&architecture, target.fast);
+    let mut hasher = SipHasher13::new();
+    (source, &options, device.driver).hash(&mut hasher);
+    let key = hasher.finish128().as_u128();
+    let path = cache_folder().map(|folder| folder.join(format!("{name}-{key:032x}.cubin")));
+    if let Some(image) = path.as_ref().and_then(|path| fs::read(path).ok())
+        && !image.is_empty()
+    {
+        return Ok(image);
+    }
+    let image = compile(name, source, &options)?;
+    if let Some(path) = path {
+        store(&path, &image);
+    }
+    Ok(image)
+}
+
+/// Where compiled kernels are kept: `CLOTH_CACHE_DIR`, or a folder of the user's cache.
+fn cache_folder() -> Option<PathBuf> {
+    let given = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    given("CLOTH_CACHE_DIR")
+        .or_else(|| given("XDG_CACHE_HOME").map(|folder| folder.join("cloth")))
+        .or_else(|| given("HOME").map(|folder| folder.join(".cache/cloth")))
+        .or_else(|| given("LOCALAPPDATA").map(|folder| folder.join("cloth")))
+}
+
+/// Keeps an image. A cache that cannot be written costs time, nothing else.
+fn store(path: &std::path::Path, image: &[u8]) {
+    let Some(folder) = path.parent() else { return };
+    let partial = path.with_extension(format!("{}.part", std::process::id()));
+    let stored = fs::create_dir_all(folder)
+        .and_then(|()| fs::write(&partial, image))
+        // Renaming is atomic: no other process sees half an image.
+        .and_then(|()| fs::rename(&partial, path));
+    if stored.is_err() {
+        let _ = fs::remove_file(&partial);
+    }
+}
+
+/// Compiles every kernel with every set of its options for an architecture, such as `sm_90`, as a check: needs
+/// NVRTC, but no GPU. Returns how many modules that were.
+///
+/// # Errors
+/// [`Error::KernelCompile`] for the first that fails; [`Error::NoDevice`] if the compiler is missing.
+pub fn kernels_compile(architecture: &str) -> Result<usize> {
+    let work: Vec<_> = cloth_kernels::CUDA_MODULES
+        .iter()
+        .flat_map(|module| module.option_sets().into_iter().map(move |set| (module, set)))
+        .collect();
+    let next = AtomicUsize::new(0);
+    let failure = Mutex::new(None);
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                while let Some((module, set)) = work.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let options =
+                        cloth_kernels::cuda_compiler_options(architecture, set.contains(&"fast"));
+                    let fail = |log: String| Error::KernelCompile { kernel: module.name, log };
+                    let compiled = module
+                        .compose(set.clone())
+                        .map_err(|error| fail(error.to_string()))
+                        .and_then(|source| compile(module.name, &source, &options));
+                    if let Err(error) = compiled {
+                        next.store(work.len(), Ordering::Relaxed);
+                        failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+                    }
+                }
+            });
+        }
+    });
+    match failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        Some(error) => Err(error),
+        None => Ok(work.len()),
+    }
+}
+
+/// Compiles a source text to a cubin.
+///
+/// # Errors
+/// Those of [`image`].
+pub(crate) fn compile(name: &'static str, source: &str, options: &[String]) -> Result<Vec<u8>> {
+    // SAFETY: it only tries to open the library. All other calls panic without it.
+    if !unsafe { sys::is_culib_present() } {
+        let reason = "NVRTC, NVIDIA's compiler for kernels, is missing: install the package \
+                      cuda-nvrtc-13-0 (or `pip install nvidia-cuda-nvrtc`) and let LD_LIBRARY_PATH name the \
+                      folder of libnvrtc.so.13";
+        return Err(Error::NoDevice { backend: BACKEND, reason: reason.into() });
+    }
+    let fail = |log: String| Error::KernelCompile { kernel: name, log };
+    let failed = |error: nvrtc::NvrtcError| fail(error.to_string());
+    let text = CString::new(source).map_err(|error| fail(error.to_string()))?;
+    let file = CString::new(format!("{name}.cu")).map_err(|error| fail(error.to_string()))?;
+    let program = nvrtc::create_program(&text, Some(&file)).map_err(failed)?;
+    // SAFETY: the program was just created, and is destroyed below, once.
+    let compiled = unsafe { nvrtc::compile_program(program, options) };
+    let image = match compiled {
+        Ok(()) => cubin(program).map_err(failed),
+        Err(error) => {
+            // SAFETY: as above.
+            let log = unsafe { nvrtc::get_program_log(program) }.unwrap_or_default();
+            let log: Vec<u8> = log.iter().map(|&c| c as u8).take_while(|&c| c != 0).collect();
+            Err(fail(format!("{error}\n{}", String::from_utf8_lossy(&log))))
+        }
+    };
+    // SAFETY: as above.
+    unsafe { nvrtc::destroy_program(program) }.map_err(failed)?;
+    image
+}
+
+fn cubin(program: sys::nvrtcProgram) -> std::result::Result<Vec<u8>, nvrtc::NvrtcError> {
+    let mut size = 0;
+    // SAFETY: writes one number.
+    unsafe { sys::nvrtcGetCUBINSize(program, &raw mut size) }.result()?;
+    let mut image = vec![0_u8; size];
+    // SAFETY: the buffer has the size that was asked for.
+    unsafe { sys::nvrtcGetCUBIN(program, image.as_mut_ptr().cast()) }.result()?;
+    Ok(image)
+}

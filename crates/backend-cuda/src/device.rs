@@ -1,0 +1,190 @@
+//! One GPU: its context, and the modules loaded into it.
+
+use std::{
+    collections::HashMap,
+    ffi::CString,
+    sync::{Arc, Mutex, PoisonError},
+};
+
+use cloth_core::{Error, Result};
+use cloth_kernels::CudaModule;
+use cudarc::driver::{
+    result,
+    sys::{self, CUcontext, CUdevice_attribute as Attribute, CUfunction, CUmodule},
+};
+
+use crate::{
+    compile::{self, Target},
+    fault::{BACKEND, DriverResult, words},
+};
+
+/// A GPU.
+pub(crate) struct Device {
+    handle: sys::CUdevice,
+    context: CUcontext,
+    pub(crate) name: String,
+    pub(crate) memory: usize,
+    /// Compute capability.
+    pub(crate) capability: (u32, u32),
+    pub(crate) multiprocessors: u32,
+    pub(crate) driver: i32,
+    modules: Mutex<HashMap<String, Module>>,
+}
+
+#[derive(Clone, Copy)]
+struct Module(CUmodule);
+
+/// A kernel of a loaded module.
+#[derive(Clone, Copy)]
+pub(crate) struct Kernel(pub(crate) CUfunction);
+
+// SAFETY: handles of the driver may be used from any thread that has made the context current, which
+// every use does.
+unsafe impl Send for Module {}
+// SAFETY: as above.
+unsafe impl Send for Kernel {}
+// SAFETY: as above; the modules are behind a lock.
+unsafe impl Send for Device {}
+// SAFETY: as above.
+unsafe impl Sync for Device {}
+
+fn no_device(reason: impl Into<String>) -> Error {
+    Error::NoDevice { backend: BACKEND, reason: reason.into() }
+}
+
+/// Number of GPUs that the driver shows.
+///
+/// # Errors
+/// `NoDevice` without a driver.
+pub(crate) fn device_count() -> Result<usize> {
+    // SAFETY: it only tries to open the library. All other calls panic without it.
+    if !unsafe { sys::is_culib_present() } {
+        return Err(no_device(
+            "the NVIDIA driver (libcuda) is not installed; install it, or choose another backend",
+        ));
+    }
+    result::init().map_err(|error| no_device(words(error)))?;
+    let count = result::device::get_count().map_err(|error| no_device(words(error)))?;
+    Ok(count.max(0) as usize)
+}
+
+impl Device {
+    /// GPU number `ordinal`.
+    ///
+    /// # Errors
+    /// `NoDevice` if there is none of that number.
+    pub(crate) fn open(ordinal: usize) -> Result<Arc<Self>> {
+        let count = device_count()?;
+        if ordinal >= count {
+            let reason = format!("there is no GPU number {ordinal}: the driver shows {count}");
+            return Err(no_device(reason));
+        }
+        let failed = |error| no_device(words(error));
+        let handle = result::device::get(ordinal as i32).map_err(failed)?;
+        let name = result::device::get_name(handle).map_err(failed)?;
+        // SAFETY: the handle is of a device that exists; the context is released when this is dropped.
+        let context = unsafe { result::primary_ctx::retain(handle) }.map_err(failed)?;
+        let attribute = |attribute| {
+            // SAFETY: as above.
+            unsafe { result::device::get_attribute(handle, attribute) }.map_err(failed)
+        };
+        let major = attribute(Attribute::CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR)? as u32;
+        let minor = attribute(Attribute::CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR)? as u32;
+        if major < 7 {
+            let reason = format!(
+                "{name} has compute capability {major}.{minor}; the kernels need 7.0 or later"
+            );
+            return Err(no_device(reason));
+        }
+        let mut driver = 0;
+        // SAFETY: writes one integer.
+        unsafe { sys::cuDriverGetVersion(&raw mut driver) }.result().map_err(failed)?;
+        Ok(Arc::new(Self {
+            name,
+            // SAFETY: as above.
+            memory: unsafe { result::device::total_mem(handle) }.map_err(failed)?,
+            capability: (major, minor),
+            multiprocessors: attribute(Attribute::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT)? as u32,
+            driver,
+            handle,
+            context,
+            modules: Mutex::new(HashMap::new()),
+        }))
+    }
+
+    /// Makes the context current in this thread: what every call of the driver needs.
+    ///
+    /// # Errors
+    /// `DeviceLost`.
+    pub(crate) fn bind(&self) -> Result<()> {
+        // SAFETY: the context lives as long as this.
+        unsafe { result::ctx::set_current(self.context) }.engine()
+    }
+
+    /// The kernel `name` of a module, compiled if that was never done on this machine.
+    ///
+    /// # Errors
+    /// `KernelCompile`, `NoDevice` without a compiler.
+    pub(crate) fn kernel(
+        &self,
+        module: &'static CudaModule,
+        target: &Target<'_>,
+        name: &'static str,
+    ) -> Result<Kernel> {
+        self.bind()?;
+        let fail = |log: String| Error::KernelCompile { kernel: module.name, log };
+        let source = module.compose(target.defines()).map_err(|error| fail(error.to_string()))?;
+        let key = format!("{} {target:?}", module.name);
+        let mut modules = self.modules.lock().unwrap_or_else(PoisonError::into_inner);
+        let loaded = match modules.get(&key) {
+            Some(loaded) => *loaded,
+            None => {
+                let image = compile::image(self, module.name, &source, target)?;
+                // SAFETY: the image is a whole cubin, and outlives the call.
+                let loaded = unsafe { result::module::load_data(image.as_ptr().cast()) }
+                    .map_err(|error| fail(words(error)))?;
+                modules.insert(key, Module(loaded));
+                Module(loaded)
+            }
+        };
+        let name = CString::new(name).map_err(|error| fail(error.to_string()))?;
+        // SAFETY: the module is loaded and stays so until the device is dropped.
+        let function = unsafe { result::module::get_function(loaded.0, name) }
+            .map_err(|error| fail(words(error)))?;
+        Ok(Kernel(function))
+    }
+
+    /// Blocks of a kernel that fit on the device at once.
+    ///
+    /// # Errors
+    /// `DeviceLost`.
+    pub(crate) fn resident_blocks(
+        &self,
+        kernel: Kernel,
+        threads: u32,
+        shared: usize,
+    ) -> Result<u32> {
+        self.bind()?;
+        // SAFETY: the kernel belongs to a loaded module.
+        let blocks = unsafe {
+            result::occupancy::max_active_block_per_multiprocessor(kernel.0, threads as i32, shared)
+        }
+        .engine()?;
+        Ok(blocks.max(1) as u32 * self.multiprocessors)
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        if self.bind().is_err() {
+            return;
+        }
+        let modules = self.modules.get_mut().unwrap_or_else(PoisonError::into_inner);
+        for module in modules.values() {
+            // SAFETY: all solvers that launch its kernels hold the device, and are gone.
+            let _ = unsafe { result::module::unload(module.0) };
+        }
+        // SAFETY: it was retained once.
+        let _ = unsafe { result::primary_ctx::release(self.handle) };
+    }
+}

@@ -1,0 +1,237 @@
+//! The composite stage `explicit_substep`: substeps are collected, and done together.
+
+use cloth_core::{
+    ColliderShape, Real, Result,
+    stepper::{ColliderState, FramePlan, Substep},
+};
+
+use super::CudaKernels;
+use crate::{
+    layout::{ColliderData, CudaReal, SubstepData},
+    memory::Memory,
+    queue::{Buffer, Launch, argument},
+};
+
+/// Substeps that are done in one launch at most.
+const BATCH_MAX: usize = 1024;
+
+/// What is to be done, and what may have to be done again.
+pub(super) struct FrameQueue<T> {
+    /// Not yet handed over.
+    pending: Vec<(SubstepData<T>, f64)>,
+    /// Handed over, but the candidate list may have been too short.
+    open: Option<OpenFrame<T>>,
+    saved: Option<[Buffer<[T; 4]>; 2]>,
+    collider_sets: usize,
+}
+
+/// A frame from its start.
+struct OpenFrame<T> {
+    present: u32,
+    substeps: Vec<(SubstepData<T>, f64)>,
+}
+
+impl<T> Default for FrameQueue<T> {
+    fn default() -> Self {
+        Self { pending: Vec::new(), open: None, saved: None, collider_sets: 1 }
+    }
+}
+
+impl<T> FrameQueue<T> {
+    /// Where the colliders at the end of a substep begin.
+    pub(super) fn collider_first(&self, index: usize, count: usize) -> u32 {
+        (index.min(self.collider_sets.saturating_sub(1)) * count) as u32
+    }
+}
+
+/// A collider as kernels read it.
+fn collider<T: Real>(collider: &cloth_core::Collider, state: &ColliderState) -> ColliderData<T> {
+    let [a, b, c] = state.rotation.map(|row| row.map(T::from_f64));
+    let (shape, size) = match collider.shape {
+        ColliderShape::Plane => (0, [0.0; 3]),
+        ColliderShape::Sphere { radius } => (1, [radius, 0.0, 0.0]),
+        ColliderShape::Capsule { half_length, radius } => (2, [half_length, radius, 0.0]),
+        ColliderShape::Box { half_extents } => (3, half_extents),
+    };
+    ColliderData {
+        shape,
+        translation: state.translation.map(T::from_f64),
+        linear_velocity: state.linear_velocity.map(T::from_f64),
+        angular_velocity: state.angular_velocity.map(T::from_f64),
+        rotation: [a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2]],
+        size: size.map(T::from_f64),
+        friction: T::from_f64(collider.friction),
+        restitution: T::from_f64(collider.restitution),
+        padding: T::ZERO,
+    }
+}
+
+impl<T: CudaReal> CudaKernels<T> {
+    pub(super) fn colliders_upload(&mut self, plan: &FramePlan) -> Result<()> {
+        if plan.collider_count == 0 {
+            return Ok(());
+        }
+        let data: Vec<ColliderData<T>> = self
+            .model
+            .colliders()
+            .iter()
+            .cycle()
+            .zip(&plan.colliders)
+            .map(|(shape, state)| collider(shape, state))
+            .collect();
+        self.frames.collider_sets = plan.colliders.len() / plan.collider_count;
+        Memory::<T>::grow_write(&self.memory.queue, &mut self.memory.colliders, &data)?;
+        self.memory.data.colliders = self.memory.colliders.address();
+        Ok(())
+    }
+
+    /// Collects a substep.
+    pub(super) fn frame_push(&mut self, substep: &Substep) -> Result<()> {
+        self.tick += 1;
+        let data = self.substep_data(substep, self.tick);
+        self.frames.pending.push((data, substep.length));
+        if self.frames.pending.len() == BATCH_MAX { self.frame_start() } else { Ok(()) }
+    }
+
+    /// Hands over what is collected.
+    pub(crate) fn frame_start(&mut self) -> Result<()> {
+        if self.frames.pending.is_empty() {
+            return Ok(());
+        }
+        let substeps = std::mem::take(&mut self.frames.pending);
+        if self.memory.contact.is_some() {
+            match &mut self.frames.open {
+                Some(open) => open.substeps.extend(&substeps),
+                None => {
+                    self.state_save()?;
+                    let present = self.memory.data.present;
+                    let substeps = substeps.clone();
+                    self.frames.open = Some(OpenFrame { present, substeps });
+                }
+            }
+        }
+        self.substeps_run(&substeps)
+    }
+
+    /// Hands over what is collected and waits until it is known to be good.
+    pub(crate) fn settle(&mut self) -> Result<()> {
+        self.frame_start()?;
+        while let Some(mut open) = self.frames.open.take() {
+            let status = self.memory.status_read()?;
+            self.status_book(&status);
+            if status.overflow == 0 {
+                break;
+            }
+            self.list_grow(status.overflow)?;
+            self.state_saved_restore(open.present)?;
+            for (substep, _) in &mut open.substeps {
+                self.tick += 1;
+                substep.tick = self.tick;
+            }
+            let substeps = open.substeps.clone();
+            self.frames.open = Some(open);
+            self.substeps_run(&substeps)?;
+        }
+        Ok(())
+    }
+
+    /// Keeps the state at the start of a frame.
+    fn state_save(&mut self) -> Result<()> {
+        let queue = &self.memory.queue;
+        let n = self.model.particle_count();
+        let present = self.memory.data.present as usize;
+        if self.frames.saved.is_none() {
+            self.frames.saved = Some([Buffer::zeros(queue, n)?, Buffer::zeros(queue, n)?]);
+        }
+        if let Some([position, velocity]) = &mut self.frames.saved {
+            position.copy_from(queue, &self.memory.position[present])?;
+            velocity.copy_from(queue, &self.memory.velocity[present])?;
+        }
+        Ok(())
+    }
+
+    fn state_saved_restore(&mut self, present: u32) -> Result<()> {
+        self.memory.data.present = present;
+        if let Some([position, velocity]) = &self.frames.saved {
+            let queue = &self.memory.queue;
+            self.memory.position[present as usize].copy_from(queue, position)?;
+            self.memory.velocity[present as usize].copy_from(queue, velocity)?;
+        }
+        Ok(())
+    }
+
+    /// All substeps, in one launch if nothing comes between the parts of one.
+    fn substeps_run(&mut self, substeps: &[(SubstepData<T>, f64)]) -> Result<()> {
+        let data: Vec<SubstepData<T>> = substeps.iter().map(|(data, _)| *data).collect();
+        Memory::<T>::grow_write(&self.memory.queue, &mut self.memory.substeps, &data)?;
+        self.memory.data.substeps = self.memory.substeps.address();
+        let impulses = self.memory.contact.as_ref().is_some_and(|contact| !contact.is_penalty());
+        if impulses || self.memory.colours.len() > 1 {
+            for (number, (data, length)) in substeps.iter().enumerate() {
+                let last = number + 1 == substeps.len();
+                self.substep_in_parts((number as u32, last), data, *length)?;
+            }
+            return Ok(());
+        }
+        let count = substeps.len() as u32;
+        let launch = self.memory.frame;
+        self.contacts_clear()?;
+        self.stage("explicit_substep", |kernels| {
+            kernels.start(("explicit_substep", "explicit_frame"), launch, &[argument(&count)])
+        })?;
+        self.memory.data.epoch += u64::from(count);
+        self.memory.data.present ^= count & 1;
+        Ok(())
+    }
+
+    /// One substep as a fused pass and the stages that come after it.
+    fn substep_in_parts(
+        &mut self,
+        (number, last): (u32, bool),
+        data: &SubstepData<T>,
+        length: f64,
+    ) -> Result<()> {
+        let launch = Launch::over(self.count());
+        let is_penalty = self.memory.contact.as_ref().is_some_and(|contact| contact.is_penalty());
+        if is_penalty {
+            self.stage("contact_candidates", |kernels| kernels.list_start(data.tick))?;
+            if last {
+                self.contacts_count()?;
+            }
+        }
+        self.stage("explicit_substep", |kernels| {
+            let name = ("explicit_substep", "explicit_pass");
+            kernels.start(name, launch, &[argument(&number)])
+        })?;
+        self.memory.swap();
+        if self.memory.contact.is_some() && !is_penalty {
+            self.stage("contact_candidates", |kernels| kernels.list_start(data.tick))?;
+            self.stage("contact_impulses", |kernels| kernels.impulses(length, data.step))?;
+        }
+        let sweeps = self.config.strain_limit.as_ref().map_or(0, |limit| limit.sweeps);
+        self.stage("strain_limit", |kernels| {
+            for _ in 0..sweeps {
+                for colour in 0..kernels.memory.colours.len() - 1 {
+                    kernels.colour_limit(length, data.step, colour)?;
+                }
+            }
+            Ok(())
+        })?;
+        if !self.model.colliders().is_empty() {
+            let launch = Launch::over(self.count());
+            let name = ("collider_response", "collider_response");
+            self.stage("collider_response", |kernels| {
+                kernels.start(name, launch, &[argument(&number)])
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Shortens the springs of a colour.
+    pub(super) fn colour_limit(&mut self, length: f64, step: u64, colour: usize) -> Result<()> {
+        let [first, end] = [self.memory.colours[colour], self.memory.colours[colour + 1]];
+        let (count, length) = (end - first, T::from_f64(length));
+        let arguments = [argument(&first), argument(&count), argument(&length), argument(&step)];
+        self.start(("strain_limit", "strain_limit"), Launch::over(count as usize), &arguments)
+    }
+}

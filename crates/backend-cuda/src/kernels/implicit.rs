@@ -1,0 +1,455 @@
+//! The stages of the implicit integrator.
+
+use std::ffi::c_void;
+
+use cloth_core::{
+    ConstraintStatistics, ContactResponse, Error, ImplicitKernels, LinearOutcome, LinearSettings,
+    LinearStart, LinearVector, MatrixBlock, MatrixForm, NewtonStart, Preconditioner, Result,
+    stepper::Substep,
+};
+
+use super::CudaKernels;
+use crate::{
+    fault::BACKEND,
+    layout::{CudaReal, Real4},
+    linear::{LinearMemory, Outcome},
+    memory::BLOCK,
+    queue::{Buffer, Launch, argument},
+};
+
+pub(super) fn unsupported<R>(feature: impl Into<String>) -> Result<R> {
+    Err(Error::Unsupported { backend: BACKEND, feature: feature.into() })
+}
+
+impl<T: CudaReal> CudaKernels<T> {
+    /// The memory of the linear system, taken when it is first needed.
+    fn linear(&mut self) -> Result<&mut LinearMemory<T>> {
+        if self.linear.is_none() {
+            self.linear = Some(Box::new(LinearMemory::new(&self.memory, &self.model)?));
+        }
+        match &mut self.linear {
+            Some(linear) => Ok(linear),
+            None => unreachable!("it was just made"),
+        }
+    }
+
+    /// Starts a kernel of the linear system.
+    fn linear_start(
+        &mut self,
+        name: (&'static str, &'static str),
+        launch: Launch,
+        more: &[*mut c_void],
+    ) -> Result<()> {
+        let data = self.linear()?.data;
+        let mut arguments = vec![argument(&data)];
+        arguments.extend_from_slice(more);
+        self.start(name, launch, &arguments)
+    }
+
+    /// A stage that is one kernel over all particles.
+    fn linear_stage(
+        &mut self,
+        (module, name): (&'static str, &'static str),
+        more: &[*mut c_void],
+    ) -> Result<()> {
+        self.settle()?;
+        let launch = Launch::over(self.count());
+        self.stage(name, |kernels| kernels.linear_start((module, name), launch, more))
+    }
+
+    /// Positions and velocities of the last `state_keep`.
+    fn kept_prepare(&mut self) -> Result<()> {
+        if self.memory.kept.is_none() {
+            let (queue, n) = (&self.memory.queue, self.model.particle_count());
+            let kept = [Buffer::zeros(queue, n)?, Buffer::zeros(queue, n)?];
+            self.memory.data.kept_position = kept[0].address();
+            self.memory.data.kept_velocity = kept[1].address();
+            self.memory.kept = Some(kept);
+        }
+        Ok(())
+    }
+
+    /// A whole solve in one launch.
+    fn solve(
+        &mut self,
+        name: &'static str,
+        settings: &LinearSettings,
+        start: LinearStart,
+    ) -> Result<LinearOutcome> {
+        self.settle()?;
+        let kernel = self.memory.kernel("conjugate_gradient", name)?;
+        let threads = BLOCK as u32;
+        let resident = self.memory.queue.device.resident_blocks(kernel, threads, 0)?;
+        let blocks = resident.min(self.count().div_ceil(BLOCK) as u32);
+        let launch = Launch { blocks, threads, shared: 0, cooperative: true };
+        let from_solution = u32::from(start == LinearStart::Solution);
+        let arguments = [
+            argument(&settings.tolerance),
+            argument(&settings.iterations_max),
+            argument(&from_solution),
+        ];
+        self.stage(name, |kernels| {
+            kernels.linear_start(("conjugate_gradient", name), launch, &arguments)
+        })?;
+        let outcome = self.outcome()?;
+        Ok(LinearOutcome {
+            iterations: outcome.iterations,
+            residual: outcome.residual,
+            converged: outcome.converged != 0,
+            breakdown: outcome.breakdown != 0,
+        })
+    }
+
+    fn outcome(&mut self) -> Result<Outcome> {
+        let mut read = Vec::new();
+        self.linear()?;
+        if let Some(linear) = &self.linear {
+            linear.outcome.read(&self.memory.queue, &mut read)?;
+        }
+        Ok(read[0])
+    }
+
+    fn length_set(&mut self, substep: &Substep) -> Result<()> {
+        self.linear()?.data.length = T::from_f64(substep.length);
+        Ok(())
+    }
+
+    /// The matrix times a vector, whatever the form.
+    fn row_apply(&mut self, from: LinearVector, to: LinearVector) -> Result<()> {
+        let (from, to) = (from as u32, to as u32);
+        self.linear_stage(("matrix_apply", "matrix_apply"), &[argument(&from), argument(&to)])
+    }
+}
+
+fn check_matrix(form: MatrixForm) -> Result<()> {
+    match form {
+        MatrixForm::MatrixFree => Ok(()),
+        other => unsupported(format!("the matrix form {other}")),
+    }
+}
+
+fn check_preconditioner(preconditioner: Preconditioner) -> Result<bool> {
+    match preconditioner {
+        Preconditioner::Diagonal => Ok(false),
+        Preconditioner::Block => Ok(true),
+        other => unsupported(format!("the preconditioner {other}")),
+    }
+}
+
+/// Whether the settings ask for something that this backend has.
+///
+/// # Errors
+/// `Unsupported` with what it has not.
+pub(super) fn check_settings(settings: &LinearSettings) -> Result<()> {
+    use cloth_core::LinearMethod::{ConjugateGradient, Jacobi};
+    match settings.method {
+        ConjugateGradient => check_preconditioner(settings.preconditioner).map(drop)?,
+        Jacobi => {}
+        other => return unsupported(format!("the linear solver {other}")),
+    }
+    check_matrix(settings.matrix)
+}
+
+impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
+    fn state_keep(&mut self) -> Result<()> {
+        self.settle()?;
+        self.kept_prepare()?;
+        let present = self.memory.present();
+        if let Some([position, velocity]) = &mut self.memory.kept {
+            position.copy_from(&self.memory.queue, &self.memory.position[present])?;
+            velocity.copy_from(&self.memory.queue, &self.memory.velocity[present])?;
+        }
+        Ok(())
+    }
+
+    fn state_restore(&mut self) -> Result<()> {
+        self.settle()?;
+        self.kept_prepare()?;
+        let launch = Launch::over(self.count());
+        self.start(("implicit_motion", "state_restore"), launch, &[])
+    }
+
+    fn spring_linearise(&mut self, substep: &Substep) -> Result<()> {
+        self.length_set(substep)?;
+        self.linear()?.data.has_pairs = 0;
+        self.linear_stage(("spring_linearise", "spring_linearise"), &[])
+    }
+
+    fn contact_linearise(&mut self, substep: &Substep) -> Result<()> {
+        let Some(ContactResponse::Penalty { stiffness, damping }) =
+            self.model.self_contact().map(|contact| contact.response)
+        else {
+            return Ok(());
+        };
+        self.settle()?;
+        self.length_set(substep)?;
+        let rows = self.memory.springs.headers.iter().map(|header| header[1] & 0xff_ffff);
+        let joined = rows.max().unwrap_or(0);
+        let capacity = (self.memory.data.candidate_capacity + joined) as usize;
+        self.linear()?;
+        if let Some(linear) = &mut self.linear {
+            linear.pairs_prepare(&self.memory, capacity)?;
+            let length = T::from_f64(substep.length);
+            let (stiffness, damping) = (T::from_f64(stiffness), T::from_f64(damping));
+            let stiffness = length * stiffness;
+            linear.data.pair_share = stiffness / (stiffness + damping);
+            linear.data.has_pairs = 1;
+            let weight = (length * (stiffness + damping)).sqrt();
+            self.linear_stage(("contact_linearise", "contact_linearise"), &[argument(&weight)])?;
+        }
+        Ok(())
+    }
+
+    fn implicit_assemble(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        if !self.has_force {
+            return Ok(());
+        }
+        self.settle()?;
+        if self.memory.kept.is_none() {
+            self.state_keep()?;
+        }
+        self.length_set(substep)?;
+        self.substep_write(substep)?;
+        let is_iterate = u32::from(start == NewtonStart::Iterate);
+        self.linear_stage(("implicit_assemble", "implicit_assemble"), &[argument(&is_iterate)])
+    }
+
+    fn collider_constraints(&mut self, substep: &Substep) -> Result<()> {
+        self.length_set(substep)?;
+        if self.model.colliders().is_empty() {
+            return Ok(());
+        }
+        self.linear()?;
+        if let Some(linear) = &mut self.linear {
+            let zero: Outcome = bytemuck::Zeroable::zeroed();
+            linear.outcome.write(&self.memory.queue, 0, &[zero])?;
+        }
+        let first = self.frames.collider_first(substep.index, self.model.colliders().len());
+        let name = ("collider_constraints", "collider_constraints");
+        self.linear_stage(name, &[argument(&first)])
+    }
+
+    fn constraint_release(&mut self) -> Result<u64> {
+        if self.model.colliders().is_empty() {
+            return Ok(0);
+        }
+        let before = self.outcome()?;
+        if before.constrained == 0 {
+            return Ok(0);
+        }
+        self.row_apply(LinearVector::Solution, LinearVector::Image)?;
+        self.linear_stage(("constraint_release", "constraint_release"), &[])?;
+        let changed = u64::from(self.outcome()?.changed - before.changed);
+        self.linear()?.released += changed;
+        Ok(changed)
+    }
+
+    fn constraint_statistics(&mut self) -> Result<ConstraintStatistics> {
+        if self.linear.is_none() || self.model.colliders().is_empty() {
+            return Ok(ConstraintStatistics::default());
+        }
+        let constrained = u64::from(self.outcome()?.constrained);
+        let released = std::mem::take(&mut self.linear()?.released);
+        Ok(ConstraintStatistics { constrained, released })
+    }
+
+    fn constraint_filter(&mut self, vector: LinearVector) -> Result<()> {
+        let vector = vector as u32;
+        self.linear_stage(("constraint_filter", "constraint_filter"), &[argument(&vector)])
+    }
+
+    fn constraint_project(&mut self, vector: LinearVector) -> Result<()> {
+        let vector = vector as u32;
+        self.linear_stage(("constraint_project", "constraint_project"), &[argument(&vector)])
+    }
+
+    fn matrix_apply(
+        &mut self,
+        form: MatrixForm,
+        from: LinearVector,
+        to: LinearVector,
+    ) -> Result<()> {
+        check_matrix(form)?;
+        self.row_apply(from, to)
+    }
+
+    fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
+        let blocks = check_preconditioner(preconditioner)?;
+        self.linear()?.data.has_blocks = u32::from(blocks);
+        self.linear_stage(("preconditioner_build", "preconditioner_build"), &[])
+    }
+
+    fn preconditioner_apply(&mut self, from: LinearVector, to: LinearVector) -> Result<()> {
+        let (from, to) = (from as u32, to as u32);
+        let name = ("preconditioner_apply", "preconditioner_apply");
+        self.linear_stage(name, &[argument(&from), argument(&to)])
+    }
+
+    fn vector_dot(&mut self, a: LinearVector, b: LinearVector) -> Result<f64> {
+        self.settle()?;
+        let (a, b) = (a as u32, b as u32);
+        let blocks = self.count().div_ceil(BLOCK);
+        let launch =
+            Launch { blocks: blocks as u32, threads: BLOCK as u32, shared: 0, cooperative: false };
+        self.stage("vector_dot", |kernels| {
+            let arguments = [argument(&a), argument(&b)];
+            kernels.linear_start(("vector_dot", "vector_dot"), launch, &arguments)
+        })?;
+        let mut partials = Vec::new();
+        if let Some(linear) = &self.linear {
+            linear.partials.read(&self.memory.queue, &mut partials)?;
+        }
+        Ok(partials.iter().take(blocks).sum())
+    }
+
+    fn vector_combine(
+        &mut self,
+        (from_scale, from): (f64, LinearVector),
+        (to_scale, to): (f64, LinearVector),
+    ) -> Result<()> {
+        let has_from = from != to && from_scale != 0.0;
+        let to_scale = if from == to { from_scale + to_scale } else { to_scale };
+        let (from_scale, to_scale) = (T::from_f64(from_scale), T::from_f64(to_scale));
+        let (from, to, has_from) = (from as u32, to as u32, u32::from(has_from));
+        let arguments = [
+            argument(&from),
+            argument(&to),
+            argument(&from_scale),
+            argument(&to_scale),
+            argument(&has_from),
+        ];
+        self.linear_stage(("vector_combine", "vector_combine"), &arguments)
+    }
+
+    fn direct_solve(&mut self) -> Result<LinearOutcome> {
+        unsupported("the linear solver direct")
+    }
+
+    fn velocity_add(&mut self, scale: f64) -> Result<()> {
+        let scale = T::from_f64(scale);
+        self.linear_stage(("implicit_motion", "velocity_add"), &[argument(&scale)])
+    }
+
+    fn position_advance(&mut self, length: f64) -> Result<()> {
+        self.position_move(length, 0)
+    }
+
+    fn position_from_kept(&mut self, length: f64) -> Result<()> {
+        self.kept_prepare()?;
+        self.position_move(length, 1)
+    }
+
+    fn matrix_read(&mut self, out: &mut Vec<MatrixBlock>) -> Result<()> {
+        self.matrix_download(out)
+    }
+
+    fn vector_read(&mut self, vector: LinearVector, out: &mut Vec<[f64; 3]>) -> Result<()> {
+        self.settle()?;
+        self.linear()?;
+        let mut read = Vec::new();
+        if let Some(linear) = &self.linear {
+            linear.vectors[vector as usize].read(&self.memory.queue, &mut read)?;
+        }
+        out.clear();
+        out.extend(read.iter().map(|&[x, y, z, _]: &Real4<T>| [x, y, z].map(T::to_f64)));
+        Ok(())
+    }
+
+    fn vector_write(&mut self, vector: LinearVector, values: &[[f64; 3]]) -> Result<()> {
+        self.settle()?;
+        self.linear()?;
+        let entries: Vec<Real4<T>> =
+            values.iter().map(|v| [v[0], v[1], v[2], 0.0].map(T::from_f64)).collect();
+        if let Some(linear) = &mut self.linear {
+            linear.vectors[vector as usize].write(&self.memory.queue, 0, &entries)?;
+        }
+        Ok(())
+    }
+
+    fn conjugate_gradient(
+        &mut self,
+        settings: &LinearSettings,
+        start: LinearStart,
+    ) -> Result<LinearOutcome> {
+        check_matrix(settings.matrix)?;
+        self.solve("conjugate_gradient", settings, start)
+    }
+
+    fn jacobi(&mut self, settings: &LinearSettings, start: LinearStart) -> Result<LinearOutcome> {
+        check_matrix(settings.matrix)?;
+        self.solve("jacobi", settings, start)
+    }
+}
+
+impl<T: CudaReal> CudaKernels<T> {
+    fn position_move(&mut self, length: f64, from_kept: u32) -> Result<()> {
+        self.settle()?;
+        let length = T::from_f64(length);
+        let launch = Launch::over(self.count());
+        self.stage("position_advance", |kernels| {
+            let arguments = [argument(&length), argument(&from_kept)];
+            kernels.start(("implicit_motion", "position_advance"), launch, &arguments)
+        })
+    }
+
+    /// All blocks of the matrix, by rows, columns ascending.
+    fn matrix_download(&mut self, out: &mut Vec<MatrixBlock>) -> Result<()> {
+        self.settle()?;
+        out.clear();
+        let Some(linear) = &self.linear else { return Ok(()) };
+        let queue = &self.memory.queue;
+        let (mut factors, mut on, mut off) = (Vec::new(), Vec::new(), Vec::new());
+        linear.factors.read(queue, &mut factors)?;
+        linear.diagonal[0].read(queue, &mut on)?;
+        linear.diagonal[1].read(queue, &mut off)?;
+        let (mut partners, mut pair_factors, mut counts) = (Vec::new(), Vec::new(), Vec::new());
+        if let Some(pairs) = linear.pairs.as_ref().filter(|_| linear.data.has_pairs != 0) {
+            pairs.partners.read(queue, &mut partners)?;
+            pairs.factors.read(queue, &mut pair_factors)?;
+            pairs.counts.read(queue, &mut counts)?;
+        }
+        let (n, tables) = (self.count(), &self.memory.springs);
+        let dense = |row: usize, column: usize, on: [T; 3], off: [T; 3]| {
+            let ([xx, yy, zz], [xy, xz, yz]) = (on.map(T::to_f64), off.map(T::to_f64));
+            let entries = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+            MatrixBlock { row: row as u32, column: column as u32, entries }
+        };
+        let minus = |row: usize, column: usize, [x, y, z, e]: Real4<T>| {
+            let g = e.maximum(T::ZERO);
+            let on = [-(g + x * x), -(g + y * y), -(g + z * z)];
+            dense(row, column, on, [-(x * y), -(x * z), -(y * z)])
+        };
+        for i in 0..n {
+            let start = out.len();
+            let three = |[x, y, z, _]: Real4<T>| [x, y, z];
+            out.push(dense(i, i, three(on[i]), three(off[i])));
+            let [first, shape] = tables.headers[tables.rows[i] as usize];
+            for k in 0..(shape & 0xff_ffff) as usize {
+                let at = first as usize + (k << (shape >> 24));
+                let j = (i as u32).wrapping_add(tables.entries[at][0]) as usize;
+                let slot = tables.slots[at] as usize;
+                let own = slot & (1 << 31) != 0;
+                let place = if own {
+                    tables.slot_count as usize * n + (slot & !(1 << 31))
+                } else {
+                    slot * n + i.min(j)
+                };
+                out.push(minus(i, j, factors[place]));
+            }
+            for k in 0..counts.get(i).copied().unwrap_or(0) as usize {
+                out.push(minus(i, partners[k * n + i] as usize, pair_factors[k * n + i]));
+            }
+            out[start..].sort_by_key(|block| block.column);
+        }
+        out.dedup_by(|later, kept| {
+            let same = (later.row, later.column) == (kept.row, kept.column);
+            if same {
+                for (kept, later) in kept.entries.iter_mut().zip(later.entries) {
+                    kept.iter_mut().zip(later).for_each(|(kept, later)| *kept += later);
+                }
+            }
+            same
+        });
+        Ok(())
+    }
+}

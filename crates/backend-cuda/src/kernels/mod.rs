@@ -1,0 +1,293 @@
+//! All stages on the memory of one solver.
+
+mod contact;
+mod explicit;
+mod implicit;
+mod semi_implicit;
+mod state;
+
+use std::{ffi::c_void, sync::Arc};
+
+use cloth_core::{
+    ContactStatistics, Integrator, Kernels, Measures, Model, PinWrite, Result, SelfContact,
+    SolverConfig, StageTime, State,
+    stepper::{FramePlan, Substep},
+};
+
+use crate::{
+    CudaOptions,
+    device::Device,
+    layout::{CudaReal, SubstepData},
+    linear::LinearMemory,
+    memory::{BLOCK, Memory},
+    queue::{Launch, argument},
+    timing::Timing,
+};
+
+use explicit::FrameQueue;
+
+/// The stages on a GPU.
+pub(crate) struct CudaKernels<T> {
+    pub(crate) model: Arc<Model>,
+    pub(crate) config: SolverConfig,
+    pub(crate) memory: Memory<T>,
+    timing: Timing,
+    frames: FrameQueue<T>,
+    /// Uses of the candidate list so far.
+    tick: u32,
+    /// Of them, those before the last statistics.
+    tick_counted: u32,
+    statistics: ContactStatistics,
+    has_force: bool,
+    mass: f64,
+    /// Memory of the linear system, once it is needed.
+    linear: Option<Box<LinearMemory<T>>>,
+}
+
+impl<T: CudaReal> CudaKernels<T> {
+    pub(crate) fn new(
+        device: Arc<Device>,
+        model: Arc<Model>,
+        config: &SolverConfig,
+        options: CudaOptions,
+    ) -> Result<Self> {
+        config.validate()?;
+        match &config.integrator {
+            Integrator::Implicit(settings) => implicit::check_settings(&settings.linear)?,
+            Integrator::SemiImplicit(_) => {
+                return implicit::unsupported("the semi-implicit integrator");
+            }
+            _ => {}
+        }
+        let memory = Memory::new(device, &model, config, (options.fast, options.patches))?;
+        let mut kernels = Self {
+            mass: model.masses().iter().sum(),
+            memory,
+            timing: Timing::default(),
+            frames: FrameQueue::default(),
+            tick: 0,
+            tick_counted: 0,
+            statistics: ContactStatistics::default(),
+            has_force: false,
+            linear: None,
+            config: config.clone(),
+            model,
+        };
+        let state = kernels.model.initial_state();
+        kernels.state_write(&state)?;
+        Ok(kernels)
+    }
+
+    pub(crate) fn count(&self) -> usize {
+        self.model.particle_count()
+    }
+
+    /// Starts a kernel with the memory of the solver as its first argument.
+    pub(crate) fn start(
+        &mut self,
+        (module, name): (&'static str, &'static str),
+        launch: Launch,
+        more: &[*mut c_void],
+    ) -> Result<()> {
+        let kernel = self.memory.kernel(module, name)?;
+        let data = self.memory.data;
+        let mut arguments = vec![argument(&data)];
+        arguments.extend_from_slice(more);
+        // SAFETY: each caller gives the arguments that the kernel of this name takes; all memory is owned by
+        // this solver, which waits for its queue before any of it is freed.
+        unsafe { self.memory.queue.launch(kernel, launch, &mut arguments) }
+    }
+
+    /// Runs `work` and books its time on the device.
+    pub(crate) fn stage<R>(
+        &mut self,
+        stage: &'static str,
+        work: impl FnOnce(&mut Self) -> Result<R>,
+    ) -> Result<R> {
+        let start = self.timing.begin(&self.memory.queue)?;
+        let result = work(self)?;
+        self.timing.end(&self.memory.queue, stage, start)?;
+        Ok(result)
+    }
+
+    /// A stage that is one kernel of the same name over all particles.
+    fn particle_stage(&mut self, stage: &'static str, more: &[*mut c_void]) -> Result<()> {
+        self.settle()?;
+        let launch = Launch::over(self.count());
+        self.stage(stage, |kernels| kernels.start((stage, stage), launch, more))
+    }
+
+    /// Puts one substep on the device for kernels that read it, as number 0.
+    fn substep_write(&mut self, substep: &Substep) -> Result<()> {
+        let data = self.substep_data(substep, 0);
+        Memory::<T>::grow_write(&self.memory.queue, &mut self.memory.substeps, &[data])?;
+        self.memory.data.substeps = self.memory.substeps.address();
+        Ok(())
+    }
+
+    fn substep_data(&self, substep: &Substep, tick: u32) -> SubstepData<T> {
+        SubstepData {
+            step: substep.step,
+            collider_first: self.frames.collider_first(substep.index, self.model.colliders().len()),
+            tick,
+            length: T::from_f64(substep.length),
+            wind: substep.wind_velocity.map(T::from_f64),
+        }
+    }
+}
+
+impl<T: CudaReal> Kernels for CudaKernels<T> {
+    fn model(&self) -> &Arc<Model> {
+        &self.model
+    }
+
+    fn config(&self) -> &SolverConfig {
+        &self.config
+    }
+
+    fn state_write(&mut self, state: &State) -> Result<()> {
+        self.state_upload(state)
+    }
+
+    fn state_read(&mut self, out: &mut State) -> Result<()> {
+        self.state_download(out)
+    }
+
+    fn forces_read(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
+        self.settle()?;
+        if self.has_force {
+            return self.vectors_download(out);
+        }
+        out.clear();
+        out.resize(self.count(), [0.0; 3]);
+        Ok(())
+    }
+
+    fn pins_write(&mut self, pins: &[PinWrite]) -> Result<()> {
+        self.pins_upload(pins)
+    }
+
+    fn frame_begin(&mut self, plan: &FramePlan) -> Result<()> {
+        self.settle()?;
+        self.colliders_upload(plan)
+    }
+
+    fn field_forces(&mut self) -> Result<()> {
+        self.has_force = true;
+        self.particle_stage("field_forces", &[])
+    }
+
+    fn spring_forces(&mut self) -> Result<()> {
+        self.particle_stage("spring_forces", &[])
+    }
+
+    fn aerodynamic_forces(&mut self, substep: &Substep) -> Result<()> {
+        self.settle()?;
+        if self.model.air().is_none() {
+            return Ok(());
+        }
+        self.substep_write(substep)?;
+        self.particle_stage("aerodynamic_forces", &[argument(&0_u32)])
+    }
+
+    fn contact_candidates(&mut self) -> Result<()> {
+        self.settle()?;
+        self.stage("contact_candidates", Self::list_update)
+    }
+
+    fn contact_forces(&mut self) -> Result<()> {
+        if !self.contact_is_penalty() {
+            return Ok(());
+        }
+        self.settle()?;
+        self.contacts_count()?;
+        self.particle_stage("contact_forces", &[])
+    }
+
+    fn integrate_explicit(&mut self, substep: &Substep) -> Result<()> {
+        if !self.has_force {
+            return Ok(());
+        }
+        let length = T::from_f64(substep.length);
+        self.particle_stage("integrate_explicit", &[argument(&length)])?;
+        self.memory.swap();
+        Ok(())
+    }
+
+    fn contact_impulses(&mut self, substep: &Substep) -> Result<()> {
+        self.settle()?;
+        if self.memory.contact.as_ref().is_none_or(|contact| contact.is_penalty()) {
+            return Ok(());
+        }
+        self.stage("contact_impulses", |kernels| kernels.impulses(substep.length, 0))
+    }
+
+    fn strain_limit_colours(&self) -> usize {
+        self.memory.colours.len() - 1
+    }
+
+    fn strain_limit(&mut self, substep: &Substep, colour: usize) -> Result<()> {
+        self.settle()?;
+        self.stage("strain_limit", |kernels| kernels.colour_limit(substep.length, 0, colour))
+    }
+
+    fn collider_response(&mut self, substep: &Substep) -> Result<()> {
+        self.settle()?;
+        self.substep_write(substep)?;
+        self.particle_stage("collider_response", &[argument(&0_u32)])
+    }
+
+    fn vertex_normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
+        self.settle()?;
+        self.normals_download(out)
+    }
+
+    fn measure(&mut self) -> Result<Measures> {
+        self.settle()?;
+        let acceleration = self.model.uniform_acceleration();
+        let [x, y, z] = acceleration.each_ref().map(argument);
+        let first = self.frames.collider_first(usize::MAX, self.model.colliders().len());
+        let blocks = self.count().div_ceil(BLOCK) as u32;
+        let launch = Launch { blocks, threads: BLOCK as u32, shared: 0, cooperative: false };
+        self.stage("measure", |kernels| {
+            kernels.start(("measure", "measure"), launch, &[x, y, z, argument(&first)])
+        })?;
+        let mut partials = Vec::new();
+        self.memory.partials.read(&self.memory.queue, &mut partials)?;
+        let figures = crate::measure::total(&partials);
+        self.memory.cells_choose_within(figures.low, figures.high);
+        self.drift_choose(figures.measures.momentum);
+        let step = self.memory.status_read()?.non_finite_step;
+        let non_finite_step = (step != u64::MAX).then_some(step);
+        Ok(Measures { non_finite_step, ..figures.measures })
+    }
+
+    fn contact_statistics(&mut self) -> Result<ContactStatistics> {
+        self.settle()?;
+        self.contact_counts()
+    }
+
+    fn contact_pairs(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {
+        self.contact_candidates()?;
+        self.pairs_read(out)
+    }
+
+    fn stage_times(&mut self) -> Vec<StageTime> {
+        self.timing.take(&self.memory.queue)
+    }
+
+    fn explicit_substep(&mut self, substep: &Substep) -> Result<()> {
+        self.frame_push(substep)
+    }
+
+    fn batch<R: Send>(&mut self, work: impl FnOnce(&mut Self) -> R + Send) -> R {
+        work(self)
+    }
+}
+
+impl<T: CudaReal> CudaKernels<T> {
+    /// Share of an overlap that impulses take back.
+    fn recovery(length: f64) -> T {
+        T::from_f64(SelfContact::recovery(length))
+    }
+}

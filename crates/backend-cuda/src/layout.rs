@@ -1,0 +1,174 @@
+//! What kernels are given, as `kernels/cuda/shared/solver.cuh` lays it out.
+
+use bytemuck::{Pod, Zeroable};
+use cloth_core::Real;
+
+/// A precision of the device.
+pub(crate) trait CudaReal: Real + Pod {
+    /// Whether it is the double one.
+    const DOUBLE: bool;
+}
+
+impl CudaReal for f32 {
+    const DOUBLE: bool = false;
+}
+
+impl CudaReal for f64 {
+    const DOUBLE: bool = true;
+}
+
+/// Four numbers, as kernels load them.
+pub(crate) type Real4<T> = [T; 4];
+
+/// One substep.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+pub(crate) struct SubstepData<T> {
+    pub(crate) step: u64,
+    pub(crate) collider_first: u32,
+    pub(crate) tick: u32,
+    pub(crate) length: T,
+    pub(crate) wind: [T; 3],
+}
+
+/// A collider at one time.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+pub(crate) struct ColliderData<T> {
+    pub(crate) shape: u64,
+    pub(crate) translation: [T; 3],
+    pub(crate) linear_velocity: [T; 3],
+    pub(crate) angular_velocity: [T; 3],
+    pub(crate) rotation: [T; 9],
+    pub(crate) size: [T; 3],
+    pub(crate) friction: T,
+    pub(crate) restitution: T,
+    pub(crate) padding: T,
+}
+
+/// A change to one particle.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+pub(crate) struct PinData<T> {
+    pub(crate) particle: u32,
+    /// Bits: held, position given, velocity given.
+    pub(crate) flags: u32,
+    pub(crate) position: [T; 3],
+    pub(crate) velocity: [T; 3],
+}
+
+/// What the host reads after a frame.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Status {
+    pub(crate) barrier: [u64; 4],
+    pub(crate) non_finite_step: u64,
+    pub(crate) contacts: u64,
+    pub(crate) candidates: u64,
+    pub(crate) overflow: u32,
+    pub(crate) rebuilds: u32,
+    pub(crate) built_tick: u32,
+    pub(crate) built: u32,
+    pub(crate) stale: [u32; 4],
+    pub(crate) drift: [f64; 3],
+    pub(crate) horizon: f64,
+    pub(crate) padding: [f64; 2],
+}
+
+/// All memory of a solver: the first argument of every kernel.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub(crate) struct SolverData<T> {
+    pub(crate) position: [u64; 2],
+    pub(crate) velocity: [u64; 2],
+    pub(crate) force: u64,
+    pub(crate) kept_position: u64,
+    pub(crate) kept_velocity: u64,
+    pub(crate) spring_row: u64,
+    pub(crate) spring_headers: u64,
+    pub(crate) spring_entries: u64,
+    pub(crate) spring_kinds: u64,
+    pub(crate) spring_buckling: u64,
+    pub(crate) offsets: u64,
+    pub(crate) triangle_rows: u64,
+    pub(crate) triangle_entries: u64,
+    pub(crate) triangles: u64,
+    pub(crate) air: u64,
+    pub(crate) colliders: u64,
+    pub(crate) substeps: u64,
+    pub(crate) status: u64,
+    pub(crate) dependency_rows: u64,
+    pub(crate) dependencies: u64,
+    pub(crate) progress: u64,
+    pub(crate) candidates: u64,
+    pub(crate) candidate_counts: u64,
+    pub(crate) reference: u64,
+    pub(crate) rest: u64,
+    pub(crate) cell_counts: u64,
+    pub(crate) cell_starts: u64,
+    pub(crate) cell_sums: u64,
+    pub(crate) cell_of: u64,
+    pub(crate) cell_rank: u64,
+    pub(crate) sorted: u64,
+    pub(crate) sorted_index: u64,
+    pub(crate) crowd: u64,
+    pub(crate) limited_springs: u64,
+    pub(crate) longest: u64,
+    pub(crate) partials: u64,
+    pub(crate) count: u32,
+    pub(crate) header_count: u32,
+    pub(crate) entry_count: u32,
+    pub(crate) kind_count: u32,
+    pub(crate) collider_count: u32,
+    pub(crate) present: u32,
+    pub(crate) can_buckle: u32,
+    pub(crate) has_air: u32,
+    pub(crate) cells: [u32; 3],
+    pub(crate) candidate_capacity: u32,
+    pub(crate) contact: u32,
+    pub(crate) chunk: u32,
+    pub(crate) columns: u32,
+    pub(crate) rows: u32,
+    pub(crate) epoch: u64,
+    pub(crate) acceleration: [T; 3],
+    pub(crate) drag_rate: [T; 3],
+    pub(crate) contact_distance: T,
+    pub(crate) contact_stiffness: T,
+    pub(crate) contact_damping: T,
+    pub(crate) contact_restitution: T,
+    pub(crate) contact_friction: T,
+    pub(crate) list_allowance: T,
+    pub(crate) list_reach: T,
+    pub(crate) cells_per_metre: T,
+    pub(crate) list_horizon: T,
+    pub(crate) list_distance: T,
+    pub(crate) list_motion_max: T,
+    pub(crate) drift: [T; 3],
+    pub(crate) time_step: T,
+}
+
+macro_rules! plain {
+    ($($name:ident)*) => {$(
+        // SAFETY: numbers alone, without padding in either precision (tested below).
+        unsafe impl<T: CudaReal> Zeroable for $name<T> {}
+        // SAFETY: as above.
+        unsafe impl<T: CudaReal> Pod for $name<T> {}
+    )*};
+}
+
+plain!(SubstepData ColliderData PinData);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_that_is_copied_has_padding() {
+        assert_eq!(size_of::<SubstepData<f32>>(), 8 + 8 + 4 * 4);
+        assert_eq!(size_of::<SubstepData<f64>>(), 8 + 8 + 4 * 8);
+        assert_eq!(size_of::<ColliderData<f32>>(), 8 + 24 * 4);
+        assert_eq!(size_of::<ColliderData<f64>>(), 8 + 24 * 8);
+        assert_eq!(size_of::<PinData<f32>>(), 8 + 6 * 4);
+        assert_eq!(size_of::<PinData<f64>>(), 8 + 6 * 8);
+    }
+}

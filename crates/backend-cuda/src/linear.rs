@@ -1,0 +1,187 @@
+//! Memory of the linear system of an implicit step, as `shared/linear.cuh` lays it out.
+
+use cloth_core::{LinearVector, Model, Result};
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::{
+    layout::{CudaReal, Real4},
+    memory::{BLOCK, Memory},
+    queue::Buffer,
+};
+
+/// Numbers of a contact with a collider.
+const TOUCH: usize = 10;
+/// Contacts with colliders that count for a particle.
+const TOUCHES_MAX: usize = 4;
+
+/// What a solver of linear systems did.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Outcome {
+    pub(crate) residual: f64,
+    pub(crate) iterations: u32,
+    pub(crate) converged: u32,
+    pub(crate) breakdown: u32,
+    pub(crate) changed: u32,
+    pub(crate) constrained: u32,
+    pub(crate) padding: u32,
+}
+
+/// The second argument of every kernel of the linear system.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub(crate) struct LinearData<T> {
+    pub(crate) factors: u64,
+    pub(crate) links: u64,
+    pub(crate) base: [u64; 2],
+    pub(crate) diagonal: [u64; 2],
+    pub(crate) inverse: [u64; 2],
+    pub(crate) vectors: [u64; 7],
+    pub(crate) constraints: u64,
+    pub(crate) touch_counts: u64,
+    pub(crate) filter: [u64; 2],
+    pub(crate) target: u64,
+    pub(crate) pair_partners: u64,
+    pub(crate) pair_factors: u64,
+    pub(crate) pair_counts: u64,
+    pub(crate) outcome: u64,
+    pub(crate) partials: u64,
+    pub(crate) slot_count: u32,
+    pub(crate) is_full: u32,
+    pub(crate) has_constraints: u32,
+    pub(crate) has_pairs: u32,
+    pub(crate) has_blocks: u32,
+    pub(crate) padding: u32,
+    pub(crate) length: T,
+    pub(crate) pair_share: T,
+}
+
+/// Device memory of the system.
+pub(crate) struct LinearMemory<T> {
+    pub(crate) data: LinearData<T>,
+    pub(crate) factors: Buffer<Real4<T>>,
+    pub(crate) diagonal: [Buffer<Real4<T>>; 2],
+    pub(crate) vectors: [Buffer<Real4<T>>; LinearVector::ALL.len()],
+    pub(crate) outcome: Buffer<Outcome>,
+    pub(crate) partials: Buffer<f64>,
+    _touch_counts: Buffer<u32>,
+    pub(crate) pairs: Option<PairMemory<T>>,
+    _others: Vec<Buffer<Real4<T>>>,
+    _links: Buffer<[u32; 2]>,
+    _constraints: Buffer<T>,
+    pub(crate) released: u64,
+}
+
+/// Memory of the pairs in contact.
+pub(crate) struct PairMemory<T> {
+    pub(crate) partners: Buffer<u32>,
+    pub(crate) factors: Buffer<Real4<T>>,
+    pub(crate) counts: Buffer<u32>,
+    pub(crate) capacity: usize,
+}
+
+impl<T: CudaReal> LinearMemory<T> {
+    /// Memory for a model.
+    ///
+    /// # Errors
+    /// `OutOfMemory`.
+    pub(crate) fn new(memory: &Memory<T>, model: &Model) -> Result<Self> {
+        let queue = &memory.queue;
+        let n = model.particle_count();
+        let tables = &memory.springs;
+        let places = tables.slot_count as usize * n + tables.own_count as usize;
+        let links: Vec<[u32; 2]> = tables
+            .entries
+            .iter()
+            .zip(&tables.slots)
+            .map(|(&[offset, _], &slot)| [offset, slot])
+            .collect();
+        let field = || Buffer::<Real4<T>>::zeros(queue, n);
+        let pair = || Ok::<_, cloth_core::Error>([field()?, field()?]);
+        let has_colliders = !model.colliders().is_empty();
+        let constrained = if has_colliders { n } else { 0 };
+        let (base, diagonal, inverse) = (pair()?, pair()?, pair()?);
+        let filter = [Buffer::zeros(queue, constrained)?, Buffer::zeros(queue, constrained)?];
+        let target = Buffer::zeros(queue, constrained)?;
+        let constraints = Buffer::zeros(queue, constrained * TOUCHES_MAX * TOUCH)?;
+        let touch_counts = Buffer::zeros(queue, constrained)?;
+        let factors = Buffer::zeros(queue, places)?;
+        let links = Buffer::of(queue, &links)?;
+        let mut vectors = Vec::with_capacity(LinearVector::ALL.len());
+        for _ in LinearVector::ALL {
+            vectors.push(field()?);
+        }
+        let vectors: [_; LinearVector::ALL.len()] = match vectors.try_into() {
+            Ok(vectors) => vectors,
+            Err(_) => unreachable!("one for each"),
+        };
+        let outcome = Buffer::zeros(queue, 1)?;
+        let partials = Buffer::zeros(queue, 3 * n.div_ceil(BLOCK))?;
+        let data = LinearData {
+            factors: factors.address(),
+            links: links.address(),
+            base: base.each_ref().map(Buffer::address),
+            diagonal: diagonal.each_ref().map(Buffer::address),
+            inverse: inverse.each_ref().map(Buffer::address),
+            vectors: vectors.each_ref().map(Buffer::address),
+            constraints: constraints.address(),
+            touch_counts: touch_counts.address(),
+            filter: filter.each_ref().map(Buffer::address),
+            target: target.address(),
+            pair_partners: 0,
+            pair_factors: 0,
+            pair_counts: 0,
+            outcome: outcome.address(),
+            partials: partials.address(),
+            slot_count: tables.slot_count,
+            is_full: u32::from(has_colliders || model.air().is_some()),
+            has_constraints: u32::from(has_colliders),
+            has_pairs: 0,
+            has_blocks: 1,
+            padding: 0,
+            length: T::ONE,
+            pair_share: T::ZERO,
+        };
+        let mut others: Vec<_> = base.into_iter().chain(inverse).chain(filter).collect();
+        others.push(target);
+        Ok(Self {
+            data,
+            factors,
+            diagonal,
+            vectors,
+            outcome,
+            partials,
+            _touch_counts: touch_counts,
+            pairs: None,
+            _others: others,
+            _links: links,
+            _constraints: constraints,
+            released: 0,
+        })
+    }
+
+    /// Room for so many pairs in contact of each particle.
+    ///
+    /// # Errors
+    /// `OutOfMemory`.
+    pub(crate) fn pairs_prepare(&mut self, memory: &Memory<T>, capacity: usize) -> Result<()> {
+        if self.pairs.as_ref().is_some_and(|pairs| pairs.capacity >= capacity) {
+            return Ok(());
+        }
+        let (queue, n) = (&memory.queue, memory.data.count as usize);
+        queue.synchronize()?;
+        self.pairs = None;
+        let pairs = PairMemory {
+            partners: Buffer::zeros(queue, capacity * n)?,
+            factors: Buffer::zeros(queue, capacity * n)?,
+            counts: Buffer::zeros(queue, n)?,
+            capacity,
+        };
+        self.data.pair_partners = pairs.partners.address();
+        self.data.pair_factors = pairs.factors.address();
+        self.data.pair_counts = pairs.counts.address();
+        self.pairs = Some(pairs);
+        Ok(())
+    }
+}

@@ -1,0 +1,48 @@
+//! NUMERICS §10: the blocks of `measure.cu` added in order.
+
+use cloth_core::Measures;
+
+use crate::memory::FIGURES;
+
+/// What the figures of a state are, and the box that all particles are in.
+pub(crate) struct Figures {
+    pub(crate) measures: Measures,
+    pub(crate) low: [f64; 3],
+    pub(crate) high: [f64; 3],
+}
+
+/// Adds the partial sums of all blocks.
+pub(crate) fn total(partials: &[f64]) -> Figures {
+    let mut measures = Measures { strain_max: -1.0, ..Measures::default() };
+    let (mut ends, mut magnitude, mut force) = (0.0, 0.0, [0.0; 3]);
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for block in partials.chunks_exact(FIGURES) {
+        if block[15] >= 0.0 && measures.non_finite_particle.is_none() {
+            measures.non_finite_particle = Some(block[15] as u32);
+        }
+        if block[0] > measures.strain_max {
+            measures.strain_max = block[0];
+            measures.strain_particle = block[1] as u32;
+        }
+        measures.strain_mean += block[2];
+        ends += block[3];
+        measures.penetration_max = measures.penetration_max.max(block[14]);
+        measures.energy_kinetic += block[12];
+        measures.energy_elastic += block[4];
+        measures.energy_potential += block[13];
+        for axis in 0..3 {
+            measures.momentum[axis] += block[9 + axis];
+            force[axis] += block[5 + axis];
+            low[axis] = low[axis].min(block[16 + axis]);
+            high[axis] = high[axis].max(block[19 + axis]);
+        }
+        magnitude += block[8];
+    }
+    let length = force.iter().map(|c| c * c).sum::<f64>().sqrt();
+    if ends == 0.0 {
+        measures.strain_max = 0.0;
+    }
+    measures.strain_mean /= f64::max(ends, 1.0);
+    measures.momentum_drift = length / f64::max(magnitude, f64::MIN_POSITIVE);
+    Figures { measures, low, high }
+}

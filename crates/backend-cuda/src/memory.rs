@@ -1,0 +1,337 @@
+//! All memory of one solver on the device, and the kernels that work on it.
+
+use std::{collections::HashMap, sync::Arc};
+
+use cloth_core::{Model, Result, SolverConfig};
+use cloth_kernels::CudaModule;
+
+use crate::{
+    compile::Target,
+    contact::ContactMemory,
+    device::{Device, Kernel},
+    layout::{ColliderData, CudaReal, PinData, Real4, SolverData, Status, SubstepData},
+    queue::{Buffer, Launch, Queue, THREADS},
+    tables::{Dependencies, Patch, SpringTables, StrainTables, TriangleTables},
+};
+
+/// Particles of a block of sums, as on the CPU.
+pub(crate) const BLOCK: usize = 512;
+/// Figures of a block, as `measure.cu` writes them.
+pub(crate) const FIGURES: usize = 22;
+/// Particles up to which the linear solver is compiled for few threads.
+const SOLVER_SMALL: usize = 1 << 17;
+/// Particles of a tile and around it, as in `explicit_substep.cu`.
+const TILE_ENTRIES: usize = 36 * 12;
+/// Bytes of shared memory that the table of springs may take in the frame kernel.
+const TABLE_MAX: usize = 20 << 10;
+
+/// Device memory of a solver.
+pub(crate) struct Memory<T> {
+    pub(crate) queue: Queue,
+    pub(crate) data: SolverData<T>,
+    pub(crate) position: [Buffer<Real4<T>>; 2],
+    pub(crate) velocity: [Buffer<Real4<T>>; 2],
+    pub(crate) force: Buffer<Real4<T>>,
+    pub(crate) kept: Option<[Buffer<Real4<T>>; 2]>,
+    pub(crate) colliders: Buffer<ColliderData<T>>,
+    pub(crate) substeps: Buffer<SubstepData<T>>,
+    pub(crate) pins: Buffer<PinData<T>>,
+    pub(crate) status: Buffer<Status>,
+    pub(crate) partials: Buffer<f64>,
+    pub(crate) contact: Option<ContactMemory<T>>,
+    pub(crate) triangles: Option<[Buffer<u32>; 2]>,
+    pub(crate) corners: Option<Buffer<[u32; 4]>>,
+    pub(crate) springs: SpringTables<T>,
+    pub(crate) colours: Vec<u32>,
+    /// Launch of the frame kernel, and whether it reads its springs from shared memory.
+    pub(crate) frame: Launch,
+    pub(crate) options: Vec<&'static str>,
+    /// Held by `data` through their addresses.
+    _tables: Vec<Box<dyn std::any::Any + Send>>,
+    progress: Buffer<u64>,
+    kernels: HashMap<(&'static str, &'static str), Kernel>,
+    fast: bool,
+}
+
+impl<T: CudaReal> Memory<T> {
+    pub(crate) fn new(
+        device: Arc<Device>,
+        model: &Model,
+        config: &SolverConfig,
+        (fast, patches): (bool, bool),
+    ) -> Result<Self> {
+        let queue = Queue::new(device)?;
+        let n = model.particle_count();
+        let springs = SpringTables::<T>::new(model, patches);
+        let strain = StrainTables::<T>::new(model, config.strain_limit.as_ref());
+        let mut offsets = vec![T::ZERO; n];
+        for cloth in model.cloths() {
+            offsets[cloth.particles.start as usize..cloth.particles.end as usize]
+                .fill(T::from_f64(0.5 * cloth.thickness));
+        }
+        let half_density = T::from_f64(model.air().map_or(0.0, |air| 0.5 * air.density));
+        let air: Vec<T> = model
+            .cloths()
+            .iter()
+            .flat_map(|cloth| [cloth.aerodynamics.pressure, cloth.aerodynamics.friction])
+            .map(|coefficient| half_density * T::from_f64(coefficient))
+            .collect();
+        let position = [Buffer::zeros(&queue, n)?, Buffer::zeros(&queue, n)?];
+        let velocity = [Buffer::zeros(&queue, n)?, Buffer::zeros(&queue, n)?];
+        let force = Buffer::zeros(&queue, n)?;
+        let status = Buffer::<Status>::zeros(&queue, 1)?;
+        let partials = Buffer::zeros(&queue, n.div_ceil(BLOCK) * FIGURES)?;
+        let mut data: SolverData<T> = {
+            // SAFETY: it is made of integers and floating point numbers alone, for which zero is a value.
+            unsafe { std::mem::zeroed() }
+        };
+        data.position = position.each_ref().map(Buffer::address);
+        data.velocity = velocity.each_ref().map(Buffer::address);
+        data.force = force.address();
+        data.status = status.address();
+        data.partials = partials.address();
+        data.count = n as u32;
+        data.header_count = springs.headers.len() as u32;
+        data.entry_count = springs.entries.len() as u32;
+        data.kind_count = springs.kinds.len() as u32;
+        data.collider_count = model.colliders().len() as u32;
+        data.can_buckle = u32::from(springs.can_buckle);
+        data.has_air = u32::from(model.air().is_some());
+        data.acceleration = model.uniform_acceleration().map(T::from_f64);
+        data.drag_rate = model.drag_rate().map(T::from_f64);
+        let mut tables: Vec<Box<dyn std::any::Any + Send>> = Vec::new();
+        macro_rules! table {
+            ($field:ident, $entries:expr) => {{
+                let buffer = Buffer::of(&queue, $entries)?;
+                data.$field = buffer.address();
+                tables.push(Box::new(buffer));
+            }};
+        }
+        table!(spring_row, &springs.rows);
+        table!(spring_headers, &springs.headers);
+        table!(spring_entries, &springs.entries);
+        table!(spring_kinds, &springs.kinds);
+        table!(spring_buckling, &springs.buckling);
+        table!(offsets, &offsets);
+        table!(air, &air);
+        table!(limited_springs, &strain.springs);
+        table!(longest, &strain.longest);
+        let progress = Buffer::zeros(&queue, 1)?;
+        let mut memory = Self {
+            colliders: Buffer::zeros(&queue, 1)?,
+            substeps: Buffer::zeros(&queue, 1)?,
+            pins: Buffer::zeros(&queue, 1)?,
+            kept: None,
+            contact: None,
+            triangles: None,
+            corners: None,
+            colours: strain.colours,
+            frame: Launch::over(1),
+            options: Vec::new(),
+            _tables: tables,
+            kernels: HashMap::new(),
+            fast,
+            queue,
+            data,
+            position,
+            velocity,
+            force,
+            status,
+            partials,
+            springs,
+            progress,
+        };
+        if model.air().is_some() {
+            memory.triangles_prepare(model)?;
+        }
+        memory.frame_prepare(model)?;
+        if let Some(contact) = model.self_contact() {
+            let blocks = memory.frame.blocks as usize;
+            let contact_memory = ContactMemory::new(&memory.queue, model, contact, blocks)?;
+            contact_memory.describe(&mut memory.data, contact.distance, config.time_step);
+            memory.contact = Some(contact_memory);
+            memory.cells_choose(model.positions());
+        }
+        memory.status_reset()?;
+        Ok(memory)
+    }
+
+    /// Uploads the triangles, which only air and normals need.
+    pub(crate) fn triangles_prepare(&mut self, model: &Model) -> Result<()> {
+        if self.triangles.is_some() {
+            return Ok(());
+        }
+        let tables = TriangleTables::new(model);
+        let rows = Buffer::of(&self.queue, &tables.rows)?;
+        let entries = Buffer::of(&self.queue, &tables.entries)?;
+        let corners = Buffer::of(&self.queue, &tables.triangles)?;
+        self.data.triangle_rows = rows.address();
+        self.data.triangle_entries = entries.address();
+        self.data.triangles = corners.address();
+        self.triangles = Some([rows, entries]);
+        self.corners = Some(corners);
+        Ok(())
+    }
+
+    /// Chooses the variant and the size of the frame kernel.
+    fn frame_prepare(&mut self, model: &Model) -> Result<()> {
+        let n = model.particle_count();
+        let entry = if T::DOUBLE { 32 } else { 16 };
+        let headers = self.springs.headers.len().next_multiple_of(2) * 8;
+        let table = self.springs.entries.len() * entry + headers;
+        let in_shared = self.springs.is_regular && table <= TABLE_MAX;
+        let patch = if in_shared { Patch::of(model) } else { None };
+        let mut options = Vec::new();
+        if model.self_contact().is_some_and(|contact| !contact.excludes_neighbours()) {
+            options.push("penalty");
+        }
+        if model.air().is_some() || self.springs.can_buckle {
+            options.push("extras");
+        }
+        if in_shared {
+            options.push("table");
+        }
+        if patch.is_some() {
+            options.push("grid");
+        }
+        let shared = match patch {
+            // Two tiles in turn in single precision.
+            Some(_) => table + TILE_ENTRIES * 64,
+            None if in_shared => table,
+            None => 0,
+        };
+        let multiprocessors = self.queue.device.multiprocessors as usize;
+        // What is handed out to blocks: tiles of a patch, or particles.
+        let (items, unit) = patch.map_or((n, THREADS as usize), |patch| (patch.tiles(), 1));
+        let is_small = items <= multiprocessors * unit;
+        if is_small {
+            options.push("wide");
+        }
+        self.options = options;
+        let kernel = self.kernel("explicit_substep", "explicit_frame")?;
+        let resident = self.queue.device.resident_blocks(kernel, THREADS, shared)? as usize;
+        let blocks = if is_small { resident.min(multiprocessors) } else { resident };
+        let mut chunk = items.div_ceil(blocks);
+        if let Some(patch) = patch {
+            self.data.columns = patch.columns as u32;
+            self.data.rows = patch.rows as u32;
+        } else {
+            chunk = chunk.next_multiple_of(32);
+        }
+        let blocks = items.div_ceil(chunk);
+        self.data.chunk = chunk as u32;
+        self.frame = Launch { blocks: blocks as u32, threads: THREADS, shared, cooperative: true };
+        let dependencies = Dependencies::new(model, blocks, |particle| {
+            patch.map_or(particle, |patch| patch.tile_of(particle)) / chunk
+        });
+        let rows = Buffer::of(&self.queue, &dependencies.rows)?;
+        let others = Buffer::of(&self.queue, &dependencies.blocks)?;
+        self.progress = Buffer::zeros(&self.queue, blocks)?;
+        self.data.dependency_rows = rows.address();
+        self.data.dependencies = others.address();
+        self.data.progress = self.progress.address();
+        self._tables.push(Box::new(rows));
+        self._tables.push(Box::new(others));
+        Ok(())
+    }
+
+    /// The launch of the kernel that builds the candidate list alone: with the blocks of the frame kernel,
+    /// if as many fit.
+    pub(crate) fn list_launch(&mut self) -> Result<(Kernel, Launch, u32)> {
+        let kernel = self.kernel("contact_candidates", "contact_candidates")?;
+        let resident = self.queue.device.resident_blocks(kernel, THREADS, 0)?;
+        let blocks = resident.min(self.frame.blocks);
+        let chunk = (self.data.count).div_ceil(blocks).next_multiple_of(32);
+        let blocks = self.data.count.div_ceil(chunk);
+        Ok((kernel, Launch { blocks, threads: THREADS, shared: 0, cooperative: true }, chunk))
+    }
+
+    /// A kernel of a module, compiled if need be.
+    pub(crate) fn kernel(&mut self, module: &'static str, name: &'static str) -> Result<Kernel> {
+        if let Some(kernel) = self.kernels.get(&(module, name)) {
+            return Ok(*kernel);
+        }
+        let Some(source) = CudaModule::find(module) else {
+            let log = "there is no module of this name".to_owned();
+            return Err(cloth_core::Error::KernelCompile { kernel: module, log });
+        };
+        let options: &[_] = match module {
+            "explicit_substep" => &self.options,
+            // Few particles gain from many registers, many from many threads.
+            "conjugate_gradient" if (self.data.count as usize) < SOLVER_SMALL => &["wide"],
+            _ => &[],
+        };
+        let target = Target { double: T::DOUBLE, fast: self.fast, options };
+        let kernel = self.queue.device.kernel(source, &target, name)?;
+        self.kernels.insert((module, name), kernel);
+        Ok(kernel)
+    }
+
+    /// Cells for the candidate list around these positions.
+    pub(crate) fn cells_choose(&mut self, positions: &[[f64; 3]]) {
+        let mut low = [f64::INFINITY; 3];
+        let mut high = [f64::NEG_INFINITY; 3];
+        for x in positions {
+            for axis in 0..3 {
+                low[axis] = low[axis].min(x[axis]);
+                high[axis] = high[axis].max(x[axis]);
+            }
+        }
+        self.cells_choose_within(low, high);
+    }
+
+    /// The same for particles within bounds.
+    pub(crate) fn cells_choose_within(&mut self, low: [f64; 3], high: [f64; 3]) {
+        if let Some(contact) = &self.contact {
+            self.data.cells = contact.cells(low, high);
+        }
+    }
+
+    /// Forgets what went wrong, and the candidate list.
+    pub(crate) fn status_reset(&mut self) -> Result<()> {
+        let status = Status {
+            non_finite_step: u64::MAX,
+            barrier: [0; 4],
+            contacts: 0,
+            candidates: 0,
+            overflow: 0,
+            rebuilds: 0,
+            built_tick: 0,
+            built: 0,
+            stale: [0; 4],
+            drift: [0.0; 3],
+            horizon: 0.0,
+            padding: [0.0; 2],
+        };
+        self.status.write(&self.queue, 0, &[status])
+    }
+
+    pub(crate) fn status_read(&self) -> Result<Status> {
+        let mut status = Vec::new();
+        self.status.read(&self.queue, &mut status)?;
+        Ok(status[0])
+    }
+
+    /// Writes to an array that grows when it must.
+    pub(crate) fn grow_write<E: bytemuck::Pod>(
+        queue: &Queue,
+        buffer: &mut Buffer<E>,
+        entries: &[E],
+    ) -> Result<()> {
+        if buffer.len() < entries.len() {
+            queue.synchronize()?;
+            *buffer = Buffer::zeros(queue, entries.len().next_power_of_two())?;
+        }
+        buffer.write(queue, 0, entries)
+    }
+
+    /// Makes the other motion the present one.
+    pub(crate) fn swap(&mut self) {
+        self.data.present = 1 - self.data.present;
+    }
+
+    /// Index of the present motion.
+    pub(crate) const fn present(&self) -> usize {
+        self.data.present as usize
+    }
+}

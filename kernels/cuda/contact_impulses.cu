@@ -1,0 +1,61 @@
+// NUMERICS section 8, `contact_impulses`: first how many partners each particle has, then what they do.
+
+extern "C" __global__ void contact_impulses_count(const __grid_constant__ Solver s) {
+    uint i = blockIdx.x * blockDim.x + threadIdx.x;
+    if (i >= s.count) return;
+    Motion motion = present_motion(s);
+    uint count = 0;
+    bool joined = (s.contact & CONTACT_PENALTY) != 0;
+    partners_visit(s, motion, i, xyz(motion.x[i]), joined, [&](uint, const Pair&) { count++; });
+    s.crowd[i] = count;
+    if (count > 0) atomicAdd(&s.status->contacts, (ulong)count);
+}
+
+extern "C" __global__ void contact_impulses(const __grid_constant__ Solver s, real recovery, ulong step) {
+    uint i = blockIdx.x * blockDim.x + threadIdx.x;
+    if (i >= s.count) return;
+    Motion motion = present_motion(s);
+    real4 own = motion.x[i];
+    real4 rate = motion.v[i];
+    vec3 xi = xyz(own), vi = xyz(rate);
+    vec3 velocity = {0, 0, 0}, position = {0, 0, 0};
+    uint crowd = s.crowd[i];
+    if (crowd > 0 && s.status->non_finite_step > step) {
+        real rebound = (real)1 + s.contact_restitution;
+        partners_visit(s, motion, i, xi, false, [&](uint j, const Pair& pair) {
+            real total = own.w + motion.x[j].w;
+            if (!(pair.length_squared > LENGTH_SQUARED_MIN) || total == 0) return;
+            real length = root(pair.length_squared);
+            real inverse = (real)1 / length;
+            vec3 n = pair.difference * inverse;
+            vec3 relative = vi - xyz(motion.v[j]);
+            real share = own.w / total / (real)max(crowd, s.crowd[j]);
+            real approach = dot(relative, n);
+            real overlap = recovery * (s.contact_distance - length);
+            vec3 tangential = relative - approach * n;
+            real speed = root(dot(tangential, tangential));
+            real lost = s.contact_friction * (rebound * absolute(approach)) / maximum(speed, LENGTH_MIN);
+            lost = minimum(lost, (real)1);
+            if (approach < 0) {
+                real along = rebound * approach;
+                velocity = velocity - share * (along * n + lost * tangential);
+            }
+            real push = share * overlap;
+            position = position + push * n;
+        });
+        xi = xi + position;
+        vi = vi + velocity;
+    }
+    s.position[1 - s.present][i] = with_w(xi, own.w);
+    s.velocity[1 - s.present][i] = with_w(vi, rate.w);
+}
+
+// Sets the count of contacts back.
+extern "C" __global__ void contacts_clear(const __grid_constant__ Solver s) {
+    if (blockIdx.x + threadIdx.x == 0) s.status->contacts = 0;
+}
+
+// Sets the count of builds back.
+extern "C" __global__ void rebuilds_clear(const __grid_constant__ Solver s) {
+    if (blockIdx.x + threadIdx.x == 0) s.status->rebuilds = 0;
+}

@@ -1,0 +1,98 @@
+// NUMERICS section 5, `implicit_assemble`: B, the diagonal blocks D, and the right-hand side.
+
+// Minus the derivative of a third of the force of the air on a triangle by its velocity [N s/m].
+__device__ __forceinline__ void air_jacobian_add(const Solver& s, const Motion& motion, const uint4& corners, const real* wind, vec3& on, vec3& off) {
+    Flow flow = flow_at(motion, corners, wind);
+    real pressure = s.air[2 * corners.w], friction = s.air[2 * corners.w + 1];
+    real inverse = (real)1 / maximum(flow.speed, LENGTH_MIN);
+    vec3 n = flow.normal, t = flow.along * inverse;
+    real across = (real)2 * pressure * absolute(flow.across);
+    real along = friction * flow.speed;
+    on.x += flow.area * (across * (n.x * n.x) + along * ((real)1 - n.x * n.x + t.x * t.x)) * THIRD;
+    on.y += flow.area * (across * (n.y * n.y) + along * ((real)1 - n.y * n.y + t.y * t.y)) * THIRD;
+    on.z += flow.area * (across * (n.z * n.z) + along * ((real)1 - n.z * n.z + t.z * t.z)) * THIRD;
+    off.x += flow.area * (across * (n.x * n.y) + along * ((real)0 - n.x * n.y + t.x * t.y)) * THIRD;
+    off.y += flow.area * (across * (n.x * n.z) + along * ((real)0 - n.x * n.z + t.x * t.z)) * THIRD;
+    off.z += flow.area * (across * (n.y * n.z) + along * ((real)0 - n.y * n.z + t.y * t.z)) * THIRD;
+}
+
+extern "C" __global__ void implicit_assemble(const __grid_constant__ Solver s, const __grid_constant__ Linear l, uint is_iterate) {
+    uint i = blockIdx.x * blockDim.x + threadIdx.x;
+    if (i >= s.count) return;
+    Motion motion = present_motion(s);
+    real length = l.length;
+    real4 own = motion.x[i], rate = motion.v[i];
+    vec3 xi = xyz(own), vi = xyz(rate);
+    real mass = rate.w;
+    vec3 on = {
+        mass * ((real)1 + length * s.drag_rate[0]),
+        mass * ((real)1 + length * s.drag_rate[1]),
+        mass * ((real)1 + length * s.drag_rate[2]),
+    };
+    vec3 off = {0, 0, 0};
+    if (s.has_air) {
+        vec3 jacobian_on = {0, 0, 0}, jacobian_off = {0, 0, 0};
+        uint end = s.triangle_rows[i + 1];
+        for (uint at = s.triangle_rows[i]; at < end; at++) {
+            air_jacobian_add(s, motion, s.triangles[s.triangle_entries[at]], s.substeps[0].wind, jacobian_on, jacobian_off);
+        }
+        on = on + length * jacobian_on;
+        off = length * jacobian_off;
+    }
+    l.base[0][i] = with_w(on, 0);
+    if (l.is_full) l.base[1][i] = with_w(off, 0);
+    vec3 right = length * xyz(s.force[i]);
+    if (is_iterate) {
+        vec3 change = vi - xyz(s.kept_velocity[i]);
+        right = {right.x + -(mass * change.x), right.y + -(mass * change.y), right.z + -(mass * change.z)};
+    }
+    real inverse = (real)1 / length;
+    real smallest = LENGTH_MIN * LENGTH_MIN;
+    SpringRow row = spring_row(s, i);
+    for (uint k = 0; k < row.count; k++) {
+        uint at = row.first + (k << row.shift);
+        uint2 link = l.links[at];
+        uint j = i + link.x;
+        real4 f = l.factors[factor_place(s, l, link.y, i, j)];
+        real g = maximum(f.w, (real)0);
+        vec3 w = xyz(motion.v[j]) - vi;
+        vec3 d = xyz(motion.x[j]) - xi;
+        real along = f.x * w.x + f.y * w.y + f.z * w.z;
+        real across = g;
+        if (is_iterate) {
+            real damping = s.spring_kinds[s.spring_entries[at].y].z;
+            real share = length * damping / maximum(f.x * f.x + f.y * f.y + f.z * f.z, smallest);
+            along = share * along;
+            across = 0;
+        }
+        real pull = f.w * inverse;
+        right.x += pull * d.x + (across * w.x + f.x * along);
+        right.y += pull * d.y + (across * w.y + f.y * along);
+        right.z += pull * d.z + (across * w.z + f.z * along);
+        on.x += g + f.x * f.x;
+        on.y += g + f.y * f.y;
+        on.z += g + f.z * f.z;
+        off.x += f.x * f.y;
+        off.y += f.x * f.z;
+        off.z += f.y * f.z;
+    }
+    if (l.has_pairs) {
+        real share = is_iterate ? (real)0 : l.pair_share;
+        uint count = l.pair_counts[i];
+        for (uint k = 0; k < count; k++) {
+            vec3 u = xyz(l.pair_factors[(size_t)k * s.count + i]);
+            real along = dot(u, xyz(motion.v[l.pair_partners[(size_t)k * s.count + i]]) - vi);
+            right.x += share * (u.x * along);
+            right.y += share * (u.y * along);
+            right.z += share * (u.z * along);
+            on = on + make_vec3(u.x * u.x, u.y * u.y, u.z * u.z);
+            off = off + make_vec3(u.x * u.y, u.x * u.z, u.y * u.z);
+        }
+    }
+    l.diagonal[0][i] = with_w(on, 0);
+    l.diagonal[1][i] = with_w(off, 0);
+    l.vectors[RIGHT_SIDE][i] = with_w(right, 0);
+    if (l.has_constraints && l.touch_counts[i] > 0) {
+        drag_add(l, i, l.constraints[i].touches, l.touch_counts[i], (real)1, vi);
+    }
+}

@@ -1,0 +1,111 @@
+// NUMERICS section 7: signed distances, push-out, friction.
+
+#define SHAPE_PLANE 0
+#define SHAPE_SPHERE 1
+#define SHAPE_CAPSULE 2
+
+struct Surface {
+    real distance;
+    vec3 normal;
+};
+
+struct Moved {
+    vec3 position;
+    vec3 velocity;
+};
+
+// Length and direction of a vector, `fallback` if it has none.
+__device__ __forceinline__ real normalise(const vec3& vector, const vec3& fallback, vec3& direction) {
+    real length = root(dot(vector, vector));
+    real inverse = (real)1 / maximum(length, LENGTH_MIN);
+    direction = length > LENGTH_MIN ? vector * inverse : fallback;
+    return length;
+}
+
+__device__ __forceinline__ vec3 collider_axis(const Collider& c, uint axis) {
+    return {c.rotation[axis], c.rotation[3 + axis], c.rotation[6 + axis]};
+}
+
+// Outside, the distance to the nearest point of the box; inside, minus the distance to the nearest
+// face. At equal distances the earlier axis wins.
+__device__ __noinline__ Surface surface_of_box(const Collider& c, vec3 point) {
+    const real* r = c.rotation;
+    real beyond[3], sign[3];
+    for (uint k = 0; k < 3; k++) {
+        real local = r[k] * point.x + r[3 + k] * point.y + r[6 + k] * point.z;
+        sign[k] = local < 0 ? (real)-1 : (real)1;
+        beyond[k] = absolute(local) - c.size[k];
+    }
+    vec3 outside = {maximum(beyond[0], (real)0), maximum(beyond[1], (real)0), maximum(beyond[2], (real)0)};
+    vec3 direction;
+    real length = normalise(outside, make_vec3(0, 0, 0), direction);
+    bool is_outside = length > 0;
+    real nearest = maximum(maximum(beyond[0], beyond[1]), beyond[2]);
+    bool first = beyond[0] == nearest;
+    bool second = !first && beyond[1] == nearest;
+    vec3 face = {first ? (real)1 : (real)0, second ? (real)1 : (real)0, !first && !second ? (real)1 : (real)0};
+    vec3 chosen = is_outside ? direction : face;
+    vec3 normal = {sign[0] * chosen.x, sign[1] * chosen.y, sign[2] * chosen.z};
+    vec3 world = {
+        dot(make_vec3(r[0], r[1], r[2]), normal),
+        dot(make_vec3(r[3], r[4], r[5]), normal),
+        dot(make_vec3(r[6], r[7], r[8]), normal),
+    };
+    return {is_outside ? length : nearest, world};
+}
+
+// The surface as seen from a point relative to the origin of the collider.
+__device__ __forceinline__ Surface surface_of(const Collider& c, const vec3& point) {
+    vec3 z_axis = collider_axis(c, 2);
+    if (c.shape == SHAPE_PLANE) return {dot(point, z_axis), z_axis};
+    if (c.shape == SHAPE_SPHERE) {
+        vec3 normal;
+        real length = normalise(point, z_axis, normal);
+        return {length - c.size[0], normal};
+    }
+    if (c.shape == SHAPE_CAPSULE) {
+        real along = minimum(maximum(dot(point, z_axis), -c.size[0]), c.size[0]);
+        vec3 normal;
+        real length = normalise(point - along * z_axis, collider_axis(c, 0), normal);
+        return {length - c.size[1], normal};
+    }
+    return surface_of_box(c, point);
+}
+
+__device__ __forceinline__ vec3 collider_translation(const Collider& c) {
+    return {c.translation[0], c.translation[1], c.translation[2]};
+}
+
+// Velocity of the collider at a point [m/s].
+__device__ __forceinline__ vec3 surface_velocity(const Collider& c, const vec3& point) {
+    vec3 arm = point - collider_translation(c);
+    real ax = c.angular_velocity[0], ay = c.angular_velocity[1], az = c.angular_velocity[2];
+    vec3 turning = {ay * arm.z - az * arm.y, az * arm.x - ax * arm.z, ax * arm.y - ay * arm.x};
+    return make_vec3(c.linear_velocity[0], c.linear_velocity[1], c.linear_velocity[2]) + turning;
+}
+
+// Contact of a free particle with one collider.
+__device__ __forceinline__ void collide(const Collider& c, real offset, Moved& moved) {
+    Surface surface = surface_of(c, moved.position - collider_translation(c));
+    real depth = offset - surface.distance;
+    if (!(depth > 0)) return;
+    vec3 n = surface.normal;
+    moved.position = moved.position + depth * n;
+    vec3 carried = surface_velocity(c, moved.position);
+    vec3 relative = moved.velocity - carried;
+    real approach = dot(relative, n);
+    if (!(approach < 0)) return;
+    vec3 tangential = relative - approach * n;
+    real speed = root(dot(tangential, tangential));
+    real rebound = (real)1 + c.restitution;
+    real lost = c.friction * (rebound * absolute(approach)) / maximum(speed, LENGTH_MIN);
+    real kept = maximum((real)1 - lost, (real)0);
+    real bounce = -(c.restitution * approach);
+    moved.velocity = carried + (bounce * n + kept * tangential);
+}
+
+// Contact with all colliders, one after the other.
+__device__ __forceinline__ void collide_all(const Solver& s, const Collider* colliders, uint particle, Moved& moved) {
+    real offset = s.offsets[particle];
+    for (uint k = 0; k < s.collider_count; k++) collide(colliders[k], offset, moved);
+}

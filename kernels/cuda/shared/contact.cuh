@@ -1,0 +1,80 @@
+// NUMERICS section 8: pairs in contact, from the candidate list.
+//
+// The list holds every pair that can be in contact but those that a spring joins. Where joined pairs
+// count (the penalty response) they come from the rows of the springs; both are ascending.
+
+// Two particles, seen from the first.
+struct Pair {
+    vec3 difference;
+    real length_squared;
+};
+
+__device__ __forceinline__ Pair pair_of(const vec3& xi, const vec3& xj) {
+    Pair pair;
+    pair.difference = xi - xj;
+    pair.length_squared = dot(pair.difference, pair.difference);
+    return pair;
+}
+
+__device__ __forceinline__ bool is_in_contact(const Solver& s, real length_squared) {
+    return length_squared < s.contact_distance * s.contact_distance;
+}
+
+// Whether any candidate of a particle is in contact.
+__device__ __forceinline__ bool any_candidate_in_contact(const Solver& s, const Motion& motion, uint i, const vec3& xi) {
+    uint count = s.candidate_counts[i];
+    bool any = false;
+    for (uint k = 0; k < count; k++) {
+        uint j = s.candidates[(size_t)k * s.count + i];
+        any |= is_in_contact(s, pair_of(xi, xyz(motion.x[j])).length_squared);
+    }
+    return any;
+}
+
+// Calls `visit` with every partner of particle i, ascending.
+template <typename Visit>
+__device__ __forceinline__ void partners_visit(const Solver& s, const Motion& motion, uint i, const vec3& xi, bool joined, Visit visit) {
+    SpringRow row = {0, 0, 0};
+    if (joined) row = spring_row(s, i);
+    uint listed = s.candidate_counts[i];
+    uint k = 0, l = 0;
+    const uint none = 0xffffffffu;
+    uint from_list = listed > 0 ? s.candidates[i] : none;
+    uint from_row = row.count > 0 ? i + spring_entry(s, row, 0).x : none;
+    while (from_list != none || from_row != none) {
+        uint j;
+        if (from_list < from_row) {
+            j = from_list;
+            l++;
+            from_list = l < listed ? s.candidates[(size_t)l * s.count + i] : none;
+        } else {
+            j = from_row;
+            k++;
+            from_row = k < row.count ? i + spring_entry(s, row, k).x : none;
+        }
+        Pair pair = pair_of(xi, xyz(motion.x[j]));
+        if (is_in_contact(s, pair.length_squared)) visit(j, pair);
+    }
+}
+
+// Force of one pair in contact on the first particle, times `normal`'s length, and that normal.
+__device__ __forceinline__ void penalty_add(const Solver& s, const Pair& pair, const vec3& velocity, vec3& sum) {
+    if (!(pair.length_squared > LENGTH_SQUARED_MIN)) return;
+    real length = root(pair.length_squared);
+    real inverse = (real)1 / length;
+    vec3 n = pair.difference * inverse;
+    real scale = s.contact_stiffness * (s.contact_distance - length) - s.contact_damping * dot(velocity, n);
+    sum = sum + scale * n;
+}
+
+// Penalty force on a particle [N], its partners in ascending order. Says whether there is any.
+__device__ __noinline__ bool penalty_force(const Solver& s, Motion motion, uint i, vec3 xi, vec3 vi, vec3& sum, uint& contacts) {
+    sum = make_vec3(0, 0, 0);
+    uint count = 0;
+    partners_visit(s, motion, i, xi, true, [&](uint j, const Pair& pair) {
+        count++;
+        penalty_add(s, pair, vi - xyz(motion.v[j]), sum);
+    });
+    contacts = count;
+    return count > 0;
+}

@@ -1,0 +1,49 @@
+// Waiting for other blocks of a kernel whose blocks are all resident (a cooperative launch). A release by one
+// thread after `__syncthreads` covers what all threads of its block wrote, an acquire before it what they read.
+
+__device__ __forceinline__ ulong load_acquire(const ulong* address) {
+    ulong value;
+    asm volatile("ld.acquire.gpu.global.u64 %0, [%1];" : "=l"(value) : "l"(address) : "memory");
+    return value;
+}
+
+__device__ __forceinline__ void store_release(ulong* address, ulong value) {
+    asm volatile("st.release.gpu.global.u64 [%0], %1;" : : "l"(address), "l"(value) : "memory");
+}
+
+// Adds one; gives what was there.
+__device__ __forceinline__ ulong add_release(ulong* address) {
+    ulong before;
+    asm volatile("atom.add.release.gpu.global.u64 %0, [%1], 1;" : "=l"(before) : "l"(address) : "memory");
+    return before;
+}
+
+// All blocks of the grid. The counter only grows, so that it never has to be set back; each kernel has its
+// own, as their numbers of blocks differ.
+__device__ __forceinline__ void grid_barrier(ulong* counter) {
+    __syncthreads();
+    if (threadIdx.x == 0) {
+        ulong blocks = gridDim.x;
+        ulong target = (add_release(counter) / blocks + 1) * blocks;
+        while (load_acquire(counter) < target) {
+        }
+    }
+    __syncthreads();
+}
+
+// The blocks whose particles this one reads have finished that many substeps.
+__device__ __forceinline__ void wait_for_dependencies(const Solver& s, ulong done) {
+    uint end = s.dependency_rows[blockIdx.x + 1];
+    for (uint at = s.dependency_rows[blockIdx.x] + threadIdx.x; at < end; at += blockDim.x) {
+        while (load_acquire(&s.progress[s.dependencies[at]]) < done) {
+        }
+    }
+    __syncthreads();
+}
+
+__device__ __forceinline__ void publish(const Solver& s, ulong done) {
+    __syncthreads();
+    if (threadIdx.x == 0) {
+        store_release(&s.progress[blockIdx.x], done);
+    }
+}

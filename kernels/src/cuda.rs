@@ -1,0 +1,180 @@
+//! The CUDA sources and how modules are made of them.
+//!
+//! A module is one file `cuda/<name>.cu` with one or more kernels. What they share is in
+//! `cuda/shared`; all of it comes before each module, in the order of dependence. An option of a module
+//! is the macro `CLOTH_<OPTION>`; every module also has `f64` (double precision) and `fast`.
+
+use std::fmt;
+
+/// A CUDA file that is a module.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CudaModule {
+    /// Its name: that of a stage, or of what is computed for several.
+    pub name: &'static str,
+    /// The options it knows beside those of all.
+    pub options: &'static [&'static str],
+    source: &'static str,
+}
+
+macro_rules! modules {
+    ($($name:literal $options:expr,)*) => {
+        /// All modules.
+        pub const CUDA_MODULES: &[CudaModule] = &[
+            $(CudaModule {
+                name: $name,
+                options: &$options,
+                source: include_str!(concat!("../cuda/", $name, ".cu")),
+            },)*
+        ];
+    };
+}
+
+modules! {
+    "aerodynamic_forces" [],
+    "collider_constraints" [],
+    "collider_response" [],
+    "conjugate_gradient" ["wide"],
+    "constraint_filter" [],
+    "constraint_project" [],
+    "constraint_release" [],
+    "contact_candidates" [],
+    "contact_forces" [],
+    "contact_impulses" [],
+    "contact_linearise" [],
+    "explicit_substep" ["penalty", "extras", "table", "grid", "wide"],
+    "field_forces" [],
+    "implicit_assemble" [],
+    "implicit_motion" [],
+    "integrate_explicit" [],
+    "matrix_apply" [],
+    "measure" [],
+    "pins_write" [],
+    "preconditioner_apply" [],
+    "preconditioner_build" [],
+    "spring_forces" [],
+    "spring_linearise" [],
+    "strain_limit" [],
+    "vector_combine" [],
+    "vector_dot" [],
+    "vertex_normals" [],
+}
+
+macro_rules! shared {
+    ($($name:literal)*) => {
+        /// The parts of all modules, each after those it needs.
+        const SHARED: &[(&str, &str)] =
+            &[$(($name, include_str!(concat!("../cuda/shared/", $name, ".cuh"))),)*];
+    };
+}
+
+shared! {
+    "real" "solver" "spring" "field" "air" "collider" "contact" "list" "sync" "build" "substep"
+    "linear" "constraint"
+}
+
+/// Options of every module.
+const COMMON: [&str; 2] = ["f64", "fast"];
+
+/// An option that a module does not know.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CudaOptionError {
+    module: &'static str,
+    option: String,
+}
+
+impl fmt::Display for CudaOptionError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{}.cu: there is no option `{}`", self.module, self.option)
+    }
+}
+
+impl std::error::Error for CudaOptionError {}
+
+impl CudaModule {
+    /// The module called `name`.
+    #[must_use]
+    pub fn find(name: &str) -> Option<&'static Self> {
+        CUDA_MODULES.iter().find(|module| module.name == name)
+    }
+
+    /// The text with these options.
+    ///
+    /// # Errors
+    /// An option that the module does not know.
+    pub fn compose(&self, options: Vec<&str>) -> Result<String, CudaOptionError> {
+        let mut text = String::new();
+        for option in options {
+            if !(COMMON.contains(&option) || self.options.contains(&option)) {
+                return Err(CudaOptionError { module: self.name, option: option.to_owned() });
+            }
+            text += &format!("#define CLOTH_{}\n", option.to_uppercase());
+        }
+        SHARED.iter().for_each(|(_, part)| text += part);
+        text += self.source;
+        Ok(text)
+    }
+
+    /// Every set of options that backends use: `fast` is for single precision, and the tiles of `grid` read their
+    /// springs from the table.
+    #[must_use]
+    pub fn option_sets(&self) -> Vec<Vec<&'static str>> {
+        let all: Vec<&str> = COMMON.iter().chain(self.options).copied().collect();
+        let chosen = |set: u32| {
+            let chosen = all.iter().enumerate().filter(|(k, _)| set >> k & 1 == 1);
+            chosen.map(|(_, option)| *option).collect()
+        };
+        let is_used = |set: &Vec<&str>| {
+            let has = |option| set.contains(&option);
+            !(has("f64") && has("fast") || has("grid") && !has("table"))
+        };
+        (0..1_u32 << all.len()).map(chosen).filter(is_used).collect()
+    }
+}
+
+/// What NVRTC is told for an architecture such as `sm_90`.
+///
+/// Unless it is to be `fast`, arithmetic rounds as that of the CPU: no contraction to fused
+/// multiply-adds, division and square root correctly rounded, numbers below the normal range kept.
+#[must_use]
+pub fn cuda_compiler_options(architecture: &str, fast: bool) -> Vec<String> {
+    let arithmetic: &[&str] = if fast {
+        &["--fmad=true", "--prec-div=false", "--prec-sqrt=false", "--ftz=true"]
+    } else {
+        &["--fmad=false", "--prec-div=true", "--prec-sqrt=true", "--ftz=false"]
+    };
+    let mut options = vec![format!("--gpu-architecture={architecture}"), "--std=c++17".into()];
+    options.extend(arithmetic.iter().map(|&option| option.to_owned()));
+    options
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    fn folder(name: &str, extension: &str) -> BTreeSet<String> {
+        let folder = format!("{}/{name}", env!("CARGO_MANIFEST_DIR"));
+        let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let files = files.filter(|file| file.extension().is_some_and(|e| e == extension));
+        files.map(|file| file.file_stem().unwrap().to_str().unwrap().to_owned()).collect()
+    }
+
+    #[test]
+    fn every_file_is_listed() {
+        let listed = CUDA_MODULES.iter().map(|module| module.name.to_owned()).collect();
+        assert_eq!(folder("cuda", "cu"), listed);
+        let listed = SHARED.iter().map(|(name, _)| (*name).to_owned()).collect();
+        assert_eq!(folder("cuda/shared", "cuh"), listed);
+    }
+
+    #[test]
+    fn an_unknown_option_is_refused() {
+        let module = CudaModule::find("explicit_substep").unwrap();
+        assert!(
+            module.compose(vec!["penalty", "f64"]).unwrap().contains("#define CLOTH_PENALTY\n")
+        );
+        assert!(module.compose(vec!["air"]).is_err());
+        assert_eq!(module.option_sets().len(), 3 * 2 * 2 * 3 * 2);
+    }
+}

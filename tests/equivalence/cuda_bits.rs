@@ -1,0 +1,110 @@
+//! The CUDA backend gives the bits of the CPU backend.
+
+use std::sync::LazyLock;
+
+use cloth_backend_cuda::CudaOptions;
+use cloth_core::{ContactResponse, ImplicitSettings, Integrator, Precision};
+use harness::{
+    Verdict,
+    backends::{Candidate, candidates, cpu, cuda},
+    checks::{self, Scenario, same_bits},
+    models::{Contact, Deformation, Description, Piece, description},
+};
+use proptest::{
+    strategy::Strategy,
+    test_runner::{Config, RngSeed, TestCaseError, TestRunner},
+};
+
+/// Each precision on both, or nothing on a machine without a GPU.
+fn pairs() -> Vec<[&'static Candidate; 2]> {
+    let named = |name: &str, precision| {
+        candidates().iter().find(move |candidate| {
+            candidate.label.starts_with(name) && candidate.precision == precision
+        })
+    };
+    [Precision::F32, Precision::F64]
+        .into_iter()
+        .filter_map(|precision| Some([named("cpu", precision)?, named("cuda", precision)?]))
+        .collect()
+}
+
+fn for_all(
+    cases: u32,
+    strategy: &impl Strategy<Value = Description>,
+    check: impl Fn([&Candidate; 2], &Description) -> Verdict,
+) {
+    let mut config = Config { failure_persistence: None, cases, ..Config::default() };
+    config.rng_seed = RngSeed::Fixed(1998);
+    let outcome = TestRunner::new(config).run(strategy, |case| {
+        for pair in pairs() {
+            check(pair, &case)
+                .map_err(|failure| TestCaseError::fail(format!("{}: {failure}", pair[1].label)))?;
+        }
+        Ok(())
+    });
+    if let Err(error) = outcome {
+        panic!("{error}");
+    }
+}
+
+#[test]
+fn every_explicit_stage_gives_the_bits_of_the_cpu() {
+    for_all(160, &description(), checks::bits_of_explicit_stages);
+}
+
+#[test]
+fn every_implicit_stage_gives_the_bits_of_the_cpu() {
+    for_all(120, &description(), checks::bits_of_implicit_stages);
+}
+
+#[test]
+fn contact_gives_the_bits_of_the_cpu() {
+    for contact in [Contact::Impulse, Contact::Penalty] {
+        let cases = description().prop_map(move |mut case| {
+            case.contact = contact;
+            case
+        });
+        for_all(48, &cases, checks::bits_of_explicit_stages);
+        let folded = Description {
+            pieces: vec![Piece::Grid {
+                columns: 37,
+                rows: 25,
+                stencil: cloth_core::Stencil::Neighbours12,
+            }],
+            deformation: Deformation::Folded,
+            contact,
+            ..first(&description())
+        };
+        for pair in pairs() {
+            assert_eq!(checks::bits_of_explicit_stages(pair, &folded), Ok(()));
+        }
+    }
+}
+
+/// Some description.
+fn first(strategy: &impl Strategy<Value = Description>) -> Description {
+    use proptest::strategy::ValueTree;
+    match strategy.new_tree(&mut TestRunner::deterministic()) {
+        Ok(tree) => tree.current(),
+        Err(reason) => panic!("{reason}"),
+    }
+}
+
+#[test]
+fn a_thousand_substeps_with_contact_end_in_the_bits_of_the_cpu() {
+    static CPU: LazyLock<cloth_backend_cpu::CpuBackend> = LazyLock::new(|| cpu(2));
+    let Some(gpu) = cuda(CudaOptions::default()) else { return };
+    let impulse = ContactResponse::Impulse { restitution: 0.1, friction: 0.3 };
+    let penalty = ContactResponse::Penalty { stiffness: 30.0, damping: 0.01 };
+    for precision in [Precision::F32, Precision::F64] {
+        for response in [impulse, penalty] {
+            for (integrator, substeps) in [
+                (Integrator::Explicit, 1002),
+                (Integrator::Implicit(ImplicitSettings::default()), 60),
+            ] {
+                let scenario = Scenario { side: 40, response, precision, substeps, integrator };
+                assert_eq!(same_bits(&[&*CPU, &gpu], &scenario), Ok(()));
+            }
+        }
+    }
+}
