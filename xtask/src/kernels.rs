@@ -2,7 +2,10 @@
 
 use std::{fs, path::Path, process::Command};
 
-use crate::command::{self, cargo};
+use crate::{
+    command::{self, cargo},
+    packages,
+};
 
 /// Checks the sources of all GPU kernels.
 ///
@@ -41,6 +44,7 @@ fn nvrtc() -> Result<std::path::PathBuf, String> {
     if library.join("libnvrtc.so.13").is_file() {
         return Ok(library);
     }
+    pip_ensure()?;
     fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
     let mut install = Command::new("python3");
     install.args(["-m", "pip", "install", "--quiet", "--no-deps", "--target"]).arg(&folder);
@@ -55,6 +59,27 @@ fn nvrtc() -> Result<std::path::PathBuf, String> {
     })?;
     Ok(library)
 }
+
+/// Installs pip if it is not there and that can be done here.
+fn pip_ensure() -> Result<(), String> {
+    let is_there = || {
+        let pip = Command::new("python3").args(["-m", "pip", "--version"]).output();
+        pip.is_ok_and(|output| output.status.success())
+    };
+    if is_there() {
+        return Ok(());
+    }
+    match packages::install(&PIP_PACKAGES) {
+        Ok(()) if is_there() => Ok(()),
+        _ => Err(format!(
+            "pip, which fetches NVIDIA's compiler for kernels, is missing; run: {}",
+            packages::install_line(&PIP_PACKAGES)
+        )),
+    }
+}
+
+/// The Debian packages of pip.
+const PIP_PACKAGES: [&str; 2] = ["python3", "python3-pip"];
 
 /// The package on PyPI that holds the compiler.
 const NVRTC_PACKAGE: &str = "nvidia-cuda-nvrtc==13.0.*";

@@ -5,6 +5,7 @@ mod bench;
 mod command;
 mod dist;
 mod kernels;
+mod packages;
 mod summary;
 mod test;
 mod vulkan;

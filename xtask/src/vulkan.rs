@@ -1,8 +1,6 @@
 //! Makes sure that there is a Vulkan driver, without which the wgpu backend cannot be tested.
 
-use std::process::Command;
-
-use crate::command;
+use crate::packages;
 
 /// The Debian packages of the driver that computes on the processor.
 const PACKAGES: [&str; 2] = ["mesa-vulkan-drivers", "libvulkan1"];
@@ -20,26 +18,13 @@ pub(crate) fn ensure() -> Result<(), String> {
     if !cfg!(target_os = "linux") || is_there() {
         return Ok(());
     }
-    println!("no Vulkan driver here, installing {}", PACKAGES.join(" "));
-    let mut apt = apt_get(&["update", "--quiet"]);
-    let installed = command::run(&mut apt).and_then(|()| {
-        let mut arguments = vec!["install", "--quiet", "--yes", "--no-install-recommends"];
-        arguments.extend(PACKAGES);
-        command::run(&mut apt_get(&arguments))
-    });
-    match installed {
+    match packages::install(&PACKAGES) {
         Ok(()) if is_there() => Ok(()),
         _ => Err(format!(
-            "the wgpu backend needs a Vulkan driver; run: sudo apt-get install --yes {}",
-            PACKAGES.join(" ")
+            "the wgpu backend needs a Vulkan driver; run: {}",
+            packages::install_line(&PACKAGES)
         )),
     }
-}
-
-fn apt_get(arguments: &[&str]) -> Command {
-    let mut command = Command::new("apt-get");
-    command.args(arguments).env("DEBIAN_FRONTEND", "noninteractive");
-    command
 }
 
 /// Whether the loader and a driver are there.

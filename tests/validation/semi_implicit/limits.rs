@@ -110,7 +110,7 @@ fn the_shortest_and_the_longest_steps_stay_finite() {
 #[test]
 fn masses_lost_in_the_stiffness_leave_a_matrix_that_can_be_factorised() {
     let model = patch(10.0, Vec::new());
-    for candidate in candidates_with(Feature::SemiImplicit) {
+    for candidate in candidates_with(Feature::Factorisation) {
         let config = SolverConfig { precision: candidate.precision, ..SolverConfig::default() };
         let mut kernels = candidate.backend.create_kernels(model.clone(), &config).unwrap();
         let substep = Substep { length: 1e6, ..Substep::default() };

@@ -2,8 +2,8 @@
 //! of the implicit one.
 
 use cloth_core::{
-    Error, LinearMethod, LinearSettings, LinearStart, MatrixForm, Preconditioner, Result,
-    SemiImplicitSolve, stepper::Substep,
+    Error, LinearMethod, LinearSettings, LinearStart, MatrixForm, Model, ModelError,
+    Preconditioner, Result, SemiImplicitSolve, stepper::Substep,
 };
 
 use super::Stages;
@@ -60,6 +60,20 @@ pub(super) fn solve_check(solve: SemiImplicitSolve) -> Result<()> {
     Err(Error::Unsupported { backend: BACKEND, feature })
 }
 
+/// `NonFinite` if the entries of the constant matrix for substeps of `length` \[s\] are beyond single precision, by
+/// a bound: the weight of the stiffest spring, for as many springs as the model has.
+fn constant_matrix_check(model: &Model, length: f64) -> Result<()> {
+    let weight = |stiffness: f64, damping: f64| length * length * stiffness + length * damping;
+    let kinds = model.springs().kinds().iter();
+    let largest = kinds.map(|kind| weight(kind.stiffness, kind.damping)).fold(0.0, f64::max);
+    let value = largest * model.springs().len() as f64;
+    if (value as f32).is_finite() {
+        return Ok(());
+    }
+    let what = format!("an entry of the constant matrix for a substep of {length} s");
+    Err(Error::Invalid(ModelError::NonFinite { what, value }))
+}
+
 impl Stages {
     pub(crate) fn semi_implicit_check(&self, solve: SemiImplicitSolve) -> Result<()> {
         solve_check(solve)
@@ -70,6 +84,7 @@ impl Stages {
         if self.semi_implicit.length == Some(length) {
             return Ok(());
         }
+        constant_matrix_check(&self.model, length)?;
         let call = Call { amount: length as f32, ..Call::default() };
         self.linear_kernel("semi_implicit_factorise", 0, call)?;
         self.preconditioner_build(LINEAR.preconditioner)?;

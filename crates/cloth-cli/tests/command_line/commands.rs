@@ -25,7 +25,7 @@ fn wrong_arguments_end_with_2() {
         assert_eq!(place.output(arguments).status.code(), Some(2), "{arguments:?}");
     }
     let message = place.fails(2, &["run", "tiny.toml", "--backend", "abacus"]);
-    assert_eq!(message, "unknown backend `abacus`; this build has: wgpu, cpu");
+    assert_eq!(message, "unknown backend `abacus`; this build has: cuda, wgpu, cpu");
     let message = place.fails(2, &["convert", "tiny.toml", "tiny.obj"]);
     assert!(message.contains("extension toml"), "{message}");
     assert!(!place.path("out").exists() && !place.path("tiny.obj").exists());

@@ -1,0 +1,28 @@
+//! Debian packages that tests need.
+
+use std::process::Command;
+
+use crate::command;
+
+/// Installs packages, which needs root and a Debian system.
+///
+/// # Errors
+/// Why that failed.
+pub(crate) fn install(packages: &[&str]) -> Result<(), String> {
+    println!("installing {}", packages.join(" "));
+    command::run(&mut apt_get(&["update", "--quiet"]))?;
+    let mut arguments = vec!["install", "--quiet", "--yes", "--no-install-recommends"];
+    arguments.extend(packages);
+    command::run(&mut apt_get(&arguments))
+}
+
+/// The line with which the user installs them.
+pub(crate) fn install_line(packages: &[&str]) -> String {
+    format!("sudo apt-get install --yes {}", packages.join(" "))
+}
+
+fn apt_get(arguments: &[&str]) -> Command {
+    let mut command = Command::new("apt-get");
+    command.args(arguments).env("DEBIAN_FRONTEND", "noninteractive");
+    command
+}
