@@ -22,6 +22,12 @@ pub enum Feature {
     Factorisation,
     /// The dense inverse of that matrix.
     DenseInverse,
+    /// Fields given as expressions.
+    ProceduralFields,
+    /// Colliders as signed distances on a grid.
+    DistanceGrids,
+    /// Sums of what colliders do.
+    ColliderImpulses,
 }
 
 impl Feature {
@@ -36,6 +42,9 @@ impl Feature {
             Self::Assembled => "the matrix form assembled",
             Self::Factorisation => "a factorisation of the constant matrix",
             Self::DenseInverse => "the dense-inverse of the semi-implicit integrator",
+            Self::ProceduralFields => "procedural fields",
+            Self::DistanceGrids => "colliders as distance grids",
+            Self::ColliderImpulses => "impulses of colliders",
         }
     }
 }

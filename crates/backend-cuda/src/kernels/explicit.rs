@@ -47,11 +47,12 @@ impl<T> FrameQueue<T> {
 /// A collider as kernels read it.
 fn collider<T: Real>(collider: &cloth_core::Collider, state: &ColliderState) -> ColliderData<T> {
     let [a, b, c] = state.rotation.map(|row| row.map(T::from_f64));
-    let (shape, size) = match collider.shape {
+    let (shape, size) = match &collider.shape {
         ColliderShape::Plane => (0, [0.0; 3]),
-        ColliderShape::Sphere { radius } => (1, [radius, 0.0, 0.0]),
-        ColliderShape::Capsule { half_length, radius } => (2, [half_length, radius, 0.0]),
-        ColliderShape::Box { half_extents } => (3, half_extents),
+        &ColliderShape::Sphere { radius } => (1, [radius, 0.0, 0.0]),
+        &ColliderShape::Capsule { half_length, radius } => (2, [half_length, radius, 0.0]),
+        &ColliderShape::Box { half_extents } => (3, half_extents),
+        ColliderShape::Grid(_) => (4, [0.0; 3]),
     };
     ColliderData {
         shape,

@@ -9,14 +9,15 @@ mod state;
 use std::{ffi::c_void, sync::Arc};
 
 use cloth_core::{
-    ContactStatistics, Integrator, Kernels, Measures, Model, PinWrite, Result, SelfContact,
-    SolverConfig, StageTime, State,
+    ColliderImpulse, ContactStatistics, Error, Integrator, Kernels, Measures, Model, PinWrite,
+    Result, SelfContact, SolverConfig, StageTime, State,
     stepper::{FramePlan, Substep},
 };
 
 use crate::{
     CudaOptions,
     device::Device,
+    fault::BACKEND,
     layout::{CudaReal, SubstepData},
     linear::LinearMemory,
     memory::{BLOCK, Memory},
@@ -52,6 +53,18 @@ impl<T: CudaReal> CudaKernels<T> {
         options: CudaOptions,
     ) -> Result<Self> {
         config.validate()?;
+        let is_grid = |collider: &cloth_core::Collider| {
+            matches!(collider.shape, cloth_core::ColliderShape::Grid(_))
+        };
+        for (is_asked, feature) in [
+            (model.has_procedural_fields(), "procedural fields"),
+            (model.colliders().iter().any(is_grid), "colliders as distance grids"),
+            (model.collider_impulses(), "impulses of colliders"),
+        ] {
+            if is_asked {
+                return Err(Error::Unsupported { backend: BACKEND, feature: feature.into() });
+            }
+        }
         match &config.integrator {
             Integrator::Implicit(settings) => implicit::check_settings(&settings.linear)?,
             Integrator::SemiImplicit(_) => {
@@ -177,6 +190,10 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
         self.particle_stage("field_forces", &[])
     }
 
+    fn procedural_forces(&mut self, _substep: &Substep) -> Result<()> {
+        Err(Error::Unsupported { backend: BACKEND, feature: "procedural fields".into() })
+    }
+
     fn spring_forces(&mut self) -> Result<()> {
         self.particle_stage("spring_forces", &[])
     }
@@ -235,6 +252,10 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
         self.settle()?;
         self.substep_write(substep)?;
         self.particle_stage("collider_response", &[argument(&0_u32)])
+    }
+
+    fn collider_impulses(&mut self, _out: &mut Vec<ColliderImpulse>) -> Result<()> {
+        Err(Error::Unsupported { backend: BACKEND, feature: "impulses of colliders".into() })
     }
 
     fn vertex_normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {

@@ -6,12 +6,13 @@ mod semi_implicit;
 use std::sync::Arc;
 
 use cloth_core::{
-    ContactStatistics, DeferredOutcome, ImplicitKernels, ImplicitSettings, Kernels, LinearStart,
-    Measures, Model, NewtonStart, PinWrite, Result, SolverConfig, SolverReport, StageTime, State,
+    ColliderImpulse, ContactStatistics, DeferredOutcome, Error, ImplicitKernels, ImplicitSettings,
+    Kernels, LinearStart, Measures, Model, NewtonStart, PinWrite, Result, SolverConfig,
+    SolverReport, StageTime, State,
     stepper::{self, FramePlan, Substep},
 };
 
-use crate::{contact::Command, linear::SolveRequest, stages::Stages};
+use crate::{contact::Command, fault::BACKEND, linear::SolveRequest, stages::Stages};
 
 /// The stages on a GPU.
 ///
@@ -64,6 +65,10 @@ impl Kernels for WgpuKernels {
         self.stages.execute(Command::FieldForces)
     }
 
+    fn procedural_forces(&mut self, _substep: &Substep) -> Result<()> {
+        Err(Error::Unsupported { backend: BACKEND, feature: "procedural fields".into() })
+    }
+
     fn spring_forces(&mut self) -> Result<()> {
         self.stages.execute(Command::SpringForces)
     }
@@ -98,6 +103,10 @@ impl Kernels for WgpuKernels {
 
     fn collider_response(&mut self, substep: &Substep) -> Result<()> {
         self.stages.execute(Command::ColliderResponse(*substep))
+    }
+
+    fn collider_impulses(&mut self, _out: &mut Vec<ColliderImpulse>) -> Result<()> {
+        Err(Error::Unsupported { backend: BACKEND, feature: "impulses of colliders".into() })
     }
 
     fn vertex_normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {

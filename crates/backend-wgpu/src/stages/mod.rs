@@ -118,6 +118,18 @@ impl Stages {
                 feature: format!("precision {}", config.precision),
             });
         }
+        let is_grid = |collider: &cloth_core::Collider| {
+            matches!(collider.shape, cloth_core::ColliderShape::Grid(_))
+        };
+        for (is_asked, feature) in [
+            (model.has_procedural_fields(), "procedural fields"),
+            (model.colliders().iter().any(is_grid), "colliders as distance grids"),
+            (model.collider_impulses(), "impulses of colliders"),
+        ] {
+            if is_asked {
+                return Err(Error::Unsupported { backend: BACKEND, feature: feature.into() });
+            }
+        }
         let solve_policy = solve_policy(&model, config)?;
         context.faults.check()?;
         // No kernel is started for more: springs of a colour share no particle.

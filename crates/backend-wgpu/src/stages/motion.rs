@@ -14,11 +14,12 @@ use crate::{
 pub(super) fn collider(collider: &Collider, at: &ColliderState) -> layout::Collider {
     let single = |vector: [f64; 3]| vector.map(|component| component as f32);
     let [row_x, row_y, row_z] = at.rotation.map(single);
-    let (shape, sizes) = match collider.shape {
+    let (shape, sizes) = match &collider.shape {
         ColliderShape::Plane => (0, [0.0; 3]),
-        ColliderShape::Sphere { radius } => (1, [radius, 0.0, 0.0]),
-        ColliderShape::Capsule { half_length, radius } => (2, [half_length, radius, 0.0]),
-        ColliderShape::Box { half_extents } => (3, half_extents),
+        &ColliderShape::Sphere { radius } => (1, [radius, 0.0, 0.0]),
+        &ColliderShape::Capsule { half_length, radius } => (2, [half_length, radius, 0.0]),
+        &ColliderShape::Box { half_extents } => (3, half_extents),
+        ColliderShape::Grid(_) => (4, [0.0; 3]),
     };
     let [size_x, size_y, size_z] = single(sizes);
     layout::Collider {
