@@ -40,6 +40,10 @@ impl Dialect for Cuda {
     fn noise(&self, [x, y, z]: &[String; 3]) -> String {
         format!("field_noise({x}, {y}, {z})")
     }
+
+    fn product_sum(&self, _: &str, _: &str, _: &str) -> Option<String> {
+        None
+    }
 }
 
 impl FieldProgram {

@@ -1,5 +1,5 @@
 // Functions of procedural fields: the operations of crates/cloth-core/src/field/functions.rs and
-// noise.rs, in the same order.
+// noise.rs, in the same order. Products that are added to something are `fma`, so that no compiler has a choice.
 
 fn field_bounded(value: f32, low: f32, high: f32) -> f32 {
     let below = select(value, high, value > high);
@@ -7,23 +7,23 @@ fn field_bounded(value: f32, low: f32, high: f32) -> f32 {
 }
 
 fn field_sine_shifted(x: f32, quarters_ahead: f32) -> f32 {
-    let turns = floor(x * 0.63661975f + 0.5f);
-    var rest = ((x - turns * 1.5703125f) - turns * 4.825592e-4f) - turns * 1.2675908e-6f;
+    let turns = floor(fma(x, 0.63661975f, 0.5f));
+    var rest = fma(-turns, 1.2675908e-6f, fma(-turns, 4.825592e-4f, fma(-turns, 1.5703125f, x)));
     rest = field_bounded(rest, -0.8f, 0.8f);
     let z = rest * rest;
     var sine = 2.7557319e-6f;
-    sine = sine * z - 1.984127e-4f;
-    sine = sine * z + 8.333334e-3f;
-    sine = sine * z - 1.6666667e-1f;
+    sine = fma(sine, z, -1.984127e-4f);
+    sine = fma(sine, z, 8.333334e-3f);
+    sine = fma(sine, z, -1.6666667e-1f);
     var cosine = -2.755732e-7f;
-    cosine = cosine * z + 2.4801588e-5f;
-    cosine = cosine * z - 1.3888889e-3f;
-    cosine = cosine * z + 4.1666668e-2f;
-    cosine = cosine * z - 0.5f;
-    sine = rest + rest * (z * sine);
-    cosine = 1.0f + z * cosine;
+    cosine = fma(cosine, z, 2.4801588e-5f);
+    cosine = fma(cosine, z, -1.3888889e-3f);
+    cosine = fma(cosine, z, 4.1666668e-2f);
+    cosine = fma(cosine, z, -0.5f);
+    sine = fma(rest, z * sine, rest);
+    cosine = fma(z, cosine, 1.0f);
     var quarters = turns + quarters_ahead;
-    quarters = quarters - 4.0f * floor(quarters * 0.25f);
+    quarters = fma(-4.0f, floor(quarters * 0.25f), quarters);
     let value = select(sine, cosine, quarters == 1.0f || quarters == 3.0f);
     return select(value, -value, quarters >= 2.0f);
 }
@@ -42,16 +42,16 @@ fn field_power_of_two(exponent: i32) -> f32 {
 
 fn field_exponential(argument: f32) -> f32 {
     let x = field_bounded(argument, -104.0f, 89.0f);
-    let doublings = floor(x * 1.442695f + 0.5f);
-    let rest = (x - doublings * 0.69314575f) - doublings * 1.4286068e-6f;
+    let doublings = floor(fma(x, 1.442695f, 0.5f));
+    let rest = fma(-doublings, 1.4286068e-6f, fma(-doublings, 0.69314575f, x));
     var series = 1.984127e-4f;
-    series = series * rest + 1.3888889e-3f;
-    series = series * rest + 8.333334e-3f;
-    series = series * rest + 4.1666668e-2f;
-    series = series * rest + 1.6666667e-1f;
-    series = series * rest + 0.5f;
-    series = series * rest + 1.0f;
-    series = series * rest + 1.0f;
+    series = fma(series, rest, 1.3888889e-3f);
+    series = fma(series, rest, 8.333334e-3f);
+    series = fma(series, rest, 4.1666668e-2f);
+    series = fma(series, rest, 1.6666667e-1f);
+    series = fma(series, rest, 0.5f);
+    series = fma(series, rest, 1.0f);
+    series = fma(series, rest, 1.0f);
     let exponent = i32(doublings);
     let half = exponent >> 1u;
     return series * field_power_of_two(half) * field_power_of_two(exponent - half);
@@ -68,11 +68,12 @@ fn field_logarithm(x: f32) -> f32 {
     let s = (significand - 1.0f) / (significand + 1.0f);
     let z = s * s;
     var series = 1.1111111e-1f;
-    series = series * z + 1.4285715e-1f;
-    series = series * z + 2e-1f;
-    series = series * z + 3.3333334e-1f;
+    series = fma(series, z, 1.4285715e-1f);
+    series = fma(series, z, 2e-1f);
+    series = fma(series, z, 3.3333334e-1f);
     let twice = s + s;
-    var value = number * 0.69314575f + (twice + (twice * (z * series) + number * 1.4286068e-6f));
+    var value = fma(
+        number, 0.69314575f, twice + fma(twice, z * series, number * 1.4286068e-6f));
     // Infinity and NaN cannot be written as constants.
     var infinity = 0x7f800000u;
     var not_a_number = 0x7fc00000u;
@@ -103,7 +104,7 @@ fn field_corner(lattice: vec3<i32>, offset: vec3<f32>) -> f32 {
 }
 
 fn field_mix(a: f32, b: f32, share: f32) -> f32 {
-    return a + share * (b - a);
+    return fma(share, b - a, a);
 }
 
 fn field_edge(lattice: vec3<i32>, offset: vec3<f32>, share: f32) -> f32 {
@@ -119,7 +120,8 @@ fn field_noise(point: vec3<f32>) -> f32 {
     let low = point - base;
     let high = low - vec3<f32>(1.0f);
     let t = low;
-    let share = t * t * t * (t * (t * 6.0f - vec3<f32>(15.0f)) + vec3<f32>(10.0f));
+    let share = t * t * t
+        * fma(t, fma(t, vec3<f32>(6.0f), vec3<f32>(-15.0f)), vec3<f32>(10.0f));
     let front_low = field_edge(lattice, low, share.x);
     let back_low = field_edge(
         lattice + vec3<i32>(0, 1, 0), vec3<f32>(low.x, high.y, low.z), share.x);

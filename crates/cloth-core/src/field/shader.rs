@@ -19,6 +19,8 @@ pub(super) trait Dialect {
     fn built_in(&self, function: Unary) -> &'static str;
     /// The call of noise.
     fn noise(&self, operands: &[String; 3]) -> String;
+    /// a b + c in one operation, where the language leaves compilers a choice unless it is said.
+    fn product_sum(&self, a: &str, b: &str, c: &str) -> Option<String>;
 }
 
 impl FieldProgram {
@@ -31,7 +33,9 @@ impl FieldProgram {
                 Node::Constant(bits) => dialect.number(f64::from_bits(bits)),
                 Node::Input(input) => input_name(input).to_owned(),
                 Node::Unary(function, a) => unary(dialect, function, &name(a)),
-                Node::Binary(function, operands) => binary(dialect, function, &operands.map(name)),
+                Node::Binary(function, operands) => self
+                    .product_sum(dialect, function, operands)
+                    .unwrap_or_else(|| binary(dialect, function, &operands.map(name))),
                 Node::Logic(logic, operands) => {
                     let [a, b] = operands.map(name);
                     format!("{a} {} {b}", logic_symbol(logic))
@@ -48,6 +52,46 @@ impl FieldProgram {
             let _ = writeln!(text, "    {binding} r{index} = {value};");
         }
         (text, self.outputs.map(name))
+    }
+
+    /// A sum of which one part is a product, if the dialect says how products are added.
+    fn product_sum(
+        &self,
+        dialect: &impl Dialect,
+        function: Binary,
+        [a, b]: [NodeIndex; 2],
+    ) -> Option<String> {
+        let sign = match function {
+            Binary::Add => "",
+            Binary::Subtract => "-",
+            _ => return None,
+        };
+        if let Some([p, q]) = self.product(b) {
+            return dialect.product_sum(&format!("{sign}{p}"), &q, &format!("r{a}"));
+        }
+        let [p, q] = self.product(a)?;
+        dialect.product_sum(&p, &q, &format!("{sign}r{b}"))
+    }
+
+    /// The factors of a node, if it is a product or the opposite of one.
+    pub(super) fn product(&self, index: NodeIndex) -> Option<[String; 2]> {
+        let mut node = self.nodes[usize::from(index)];
+        let mut sign = "";
+        while let Node::Unary(Unary::Negate, inner) = node {
+            sign = if sign.is_empty() { "-" } else { "" };
+            node = self.nodes[usize::from(inner)];
+        }
+        match node {
+            Node::Binary(Binary::Multiply, [p, q]) => {
+                Some([format!("{sign}r{p}"), format!("r{q}")])
+            }
+            _ => None,
+        }
+    }
+
+    /// The components of the result as nodes.
+    pub(super) const fn output_nodes(&self) -> [NodeIndex; 3] {
+        self.outputs
     }
 }
 
