@@ -10,7 +10,7 @@ struct Collider {
     restitution: f32,
     // Rotation local to world, row by row.
     row_x: vec3f,
-    // Radius, half length of a capsule, or first half extent of a box [m].
+    // Radius, half length of a capsule, or first half extent of a box [m]; number of a grid.
     size_x: f32,
     row_y: vec3f,
     // Radius of a capsule, or second half extent.
@@ -24,6 +24,7 @@ const SHAPE_PLANE: u32 = 0u;
 const SHAPE_SPHERE: u32 = 1u;
 const SHAPE_CAPSULE: u32 = 2u;
 const SHAPE_BOX: u32 = 3u;
+const SHAPE_GRID: u32 = 4u;
 
 // All colliders of all substeps of a frame.
 @group(0) @binding(13) var<storage, read> colliders: array<Collider>;
@@ -49,14 +50,28 @@ fn surface_around(difference: vec3f, radius: f32, fallback: vec3f) -> Surface {
     return Surface(length - radius, select(fallback, direction, length > LENGTH_MIN));
 }
 
-// Outside, the distance to the nearest point of the box; inside, minus the distance to the nearest
-// face. At equal distances the earlier axis wins.
-fn surface_of_box(collider: Collider, point: vec3f) -> Surface {
-    let local = vec3f(
+// Components in the local frame.
+fn collider_local(collider: Collider, point: vec3f) -> vec3f {
+    return vec3f(
         fma(collider.row_z.x, point.z, fma(collider.row_y.x, point.y, collider.row_x.x * point.x)),
         fma(collider.row_z.y, point.z, fma(collider.row_y.y, point.y, collider.row_x.y * point.x)),
         fma(collider.row_z.z, point.z, fma(collider.row_y.z, point.y, collider.row_x.z * point.x)),
     );
+}
+
+// And back.
+fn collider_world(collider: Collider, vector: vec3f) -> vec3f {
+    return vec3f(
+        dot_product(collider.row_x, vector),
+        dot_product(collider.row_y, vector),
+        dot_product(collider.row_z, vector),
+    );
+}
+
+// Outside, the distance to the nearest point of the box; inside, minus the distance to the nearest
+// face. At equal distances the earlier axis wins.
+fn surface_of_box(collider: Collider, point: vec3f) -> Surface {
+    let local = collider_local(collider, point);
     let sign = select(vec3f(1.0), vec3f(-1.0), local < vec3f(0.0));
     let beyond = abs(local) - vec3f(collider.size_x, collider.size_y, collider.size_z);
     let outside = surface_around(max(beyond, vec3f(0.0)), 0.0, vec3f(0.0));
@@ -66,12 +81,7 @@ fn surface_of_box(collider: Collider, point: vec3f) -> Surface {
     let face = select(vec3f(0.0), vec3f(1.0), vec3<bool>(first, second, !first && !second));
     let is_outside = outside.distance > 0.0;
     let normal = sign * select(face, outside.normal, is_outside);
-    let world = vec3f(
-        dot_product(collider.row_x, normal),
-        dot_product(collider.row_y, normal),
-        dot_product(collider.row_z, normal),
-    );
-    return Surface(select(nearest, outside.distance, is_outside), world);
+    return Surface(select(nearest, outside.distance, is_outside), collider_world(collider, normal));
 }
 
 // The surface as seen from a point relative to the origin of the collider.
@@ -88,6 +98,9 @@ fn surface_of(collider: Collider, point: vec3f) -> Surface {
             let x_axis = vec3f(collider.row_x.x, collider.row_y.x, collider.row_z.x);
             let along = min(max(dot_product(point, z_axis), -collider.size_x), collider.size_x);
             return surface_around(fma(vec3f(-along), z_axis, point), collider.size_y, x_axis);
+        }
+        case SHAPE_GRID: {
+            return surface_of_grid(collider, point);
         }
         default: {
             return surface_of_box(collider, point);
@@ -125,12 +138,14 @@ fn collide(collider: Collider, offset: f32, before: Moved) -> Moved {
     return after;
 }
 
-// Contact of a free particle with all colliders, one after the other.
-fn collide_all(offset: f32, before: Moved) -> Moved {
+// Contact of a free particle of some mass with all colliders, one after the other.
+fn collide_all(particle: u32, mass: f32, before: Moved) -> Moved {
+    let offset = cloth_offset(particle);
     var moved = before;
-    let end = substep.collider_first + substep.collider_count;
-    for (var at = substep.collider_first; at < end; at += 1u) {
-        moved = collide(colliders[at], offset, moved);
+    for (var number = 0u; number < substep.collider_count; number += 1u) {
+        let velocity = moved.velocity;
+        moved = collide(colliders[substep.collider_first + number], offset, moved);
+        impulse_add(particle, number, mass, velocity, moved);
     }
     return moved;
 }

@@ -6,13 +6,13 @@ mod semi_implicit;
 use std::sync::Arc;
 
 use cloth_core::{
-    ColliderImpulse, ContactStatistics, DeferredOutcome, Error, ImplicitKernels, ImplicitSettings,
+    ColliderImpulse, ContactStatistics, DeferredOutcome, ImplicitKernels, ImplicitSettings,
     Kernels, LinearStart, Measures, Model, NewtonStart, PinWrite, Result, SolverConfig,
     SolverReport, StageTime, State,
     stepper::{self, FramePlan, Substep},
 };
 
-use crate::{contact::Command, fault::BACKEND, linear::SolveRequest, stages::Stages};
+use crate::{contact::Command, linear::SolveRequest, stages::Stages};
 
 /// The stages on a GPU.
 ///
@@ -65,8 +65,8 @@ impl Kernels for WgpuKernels {
         self.stages.execute(Command::FieldForces)
     }
 
-    fn procedural_forces(&mut self, _substep: &Substep) -> Result<()> {
-        Err(Error::Unsupported { backend: BACKEND, feature: "procedural fields".into() })
+    fn procedural_forces(&mut self, substep: &Substep) -> Result<()> {
+        self.stages.execute(Command::ProceduralForces(*substep))
     }
 
     fn spring_forces(&mut self) -> Result<()> {
@@ -105,8 +105,8 @@ impl Kernels for WgpuKernels {
         self.stages.execute(Command::ColliderResponse(*substep))
     }
 
-    fn collider_impulses(&mut self, _out: &mut Vec<ColliderImpulse>) -> Result<()> {
-        Err(Error::Unsupported { backend: BACKEND, feature: "impulses of colliders".into() })
+    fn collider_impulses(&mut self, out: &mut Vec<ColliderImpulse>) -> Result<()> {
+        self.stages.collider_impulses(out)
     }
 
     fn vertex_normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {

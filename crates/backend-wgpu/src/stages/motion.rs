@@ -10,8 +10,8 @@ use crate::{
     readback::Readback,
 };
 
-/// A collider at one time, as kernels read it.
-pub(super) fn collider(collider: &Collider, at: &ColliderState) -> layout::Collider {
+/// A collider at one time, as kernels read it; `grid` is the number of its distance grid.
+pub(super) fn collider(collider: &Collider, grid: f32, at: &ColliderState) -> layout::Collider {
     let single = |vector: [f64; 3]| vector.map(|component| component as f32);
     let [row_x, row_y, row_z] = at.rotation.map(single);
     let (shape, sizes) = match &collider.shape {
@@ -19,7 +19,7 @@ pub(super) fn collider(collider: &Collider, at: &ColliderState) -> layout::Colli
         &ColliderShape::Sphere { radius } => (1, [radius, 0.0, 0.0]),
         &ColliderShape::Capsule { half_length, radius } => (2, [half_length, radius, 0.0]),
         &ColliderShape::Box { half_extents } => (3, half_extents),
-        ColliderShape::Grid(_) => (4, [0.0; 3]),
+        ColliderShape::Grid(_) => (4, [f64::from(grid), 0.0, 0.0]),
     };
     let [size_x, size_y, size_z] = single(sizes);
     layout::Collider {
