@@ -3,6 +3,7 @@
 #define SHAPE_PLANE 0
 #define SHAPE_SPHERE 1
 #define SHAPE_CAPSULE 2
+#define SHAPE_BOX 3
 
 struct Surface {
     real distance;
@@ -54,6 +55,61 @@ __device__ __noinline__ Surface surface_of_box(const Collider& c, vec3 point) {
     return {is_outside ? length : nearest, world};
 }
 
+// A row of samples along x: the value between two of them; its slope.
+__device__ __forceinline__ real grid_edge(const float* sample, real share, real& slope) {
+    real low = (real)sample[0];
+    slope = (real)sample[1] - low;
+    return low + share * slope;
+}
+
+// The value between two rows; the slopes along x and y.
+__device__ __forceinline__ real grid_face(const float* sample, uint width, const real* share, real* slopes) {
+    real low_slope, high_slope;
+    real low = grid_edge(sample, share[0], low_slope);
+    real high = grid_edge(sample + width, share[0], high_slope);
+    real across = high - low;
+    slopes[0] = low_slope + share[1] * (high_slope - low_slope);
+    slopes[1] = across;
+    return low + share[1] * across;
+}
+
+// Trilinear interpolation, with the distance to the grid for a point outside of it.
+__device__ __noinline__ Surface surface_of_grid(const Collider& c, vec3 point) {
+    const real* r = c.rotation;
+    const DistanceGrid& grid = *c.grid;
+    uint cell[3];
+    real share[3], beyond[3];
+    for (uint k = 0; k < 3; k++) {
+        real local = r[k] * point.x + r[3 + k] * point.y + r[6 + k] * point.z;
+        real place = (local - grid.origin[k]) * grid.inverse_spacing;
+        // In this order, so that NaN becomes a place of the grid.
+        real clamped = minimum(maximum(place, (real)0), grid.last[k]);
+        beyond[k] = grid.spacing * (place - clamped);
+        cell[k] = min((uint)clamped, grid.size[k] - 2);
+        share[k] = clamped - (real)cell[k];
+    }
+    uint width = grid.size[0], height = grid.size[1];
+    const float* first = grid.distances + ((size_t)cell[2] * height + cell[1]) * width + cell[0];
+    real low_slopes[2], high_slopes[2];
+    real low = grid_face(first, width, share, low_slopes);
+    real high = grid_face(first + (size_t)width * height, width, share, high_slopes);
+    vec3 gradient = {
+        low_slopes[0] + share[2] * (high_slopes[0] - low_slopes[0]),
+        low_slopes[1] + share[2] * (high_slopes[1] - low_slopes[1]),
+        high - low,
+    };
+    real distance = low + share[2] * (high - low);
+    vec3 outside = {beyond[0], beyond[1], beyond[2]};
+    vec3 normal;
+    normalise(gradient, make_vec3(0, 0, 1), normal);
+    vec3 world = {
+        dot(make_vec3(r[0], r[1], r[2]), normal),
+        dot(make_vec3(r[3], r[4], r[5]), normal),
+        dot(make_vec3(r[6], r[7], r[8]), normal),
+    };
+    return {distance + root(dot(outside, outside)), world};
+}
+
 // The surface as seen from a point relative to the origin of the collider.
 __device__ __forceinline__ Surface surface_of(const Collider& c, const vec3& point) {
     vec3 z_axis = collider_axis(c, 2);
@@ -69,7 +125,8 @@ __device__ __forceinline__ Surface surface_of(const Collider& c, const vec3& poi
         real length = normalise(point - along * z_axis, collider_axis(c, 0), normal);
         return {length - c.size[1], normal};
     }
-    return surface_of_box(c, point);
+    if (c.shape == SHAPE_BOX) return surface_of_box(c, point);
+    return surface_of_grid(c, point);
 }
 
 __device__ __forceinline__ vec3 collider_translation(const Collider& c) {
@@ -104,8 +161,28 @@ __device__ __forceinline__ void collide(const Collider& c, real offset, Moved& m
     moved.velocity = carried + (bounce * n + kept * tangential);
 }
 
+// Adds what a collider did to a particle, which had the velocity `before`.
+__device__ __noinline__ void impulse_add(const Solver& s, uint collider, uint particle, real inverse_mass, vec3 before, Moved moved) {
+    double mass = 1.0 / (double)inverse_mass;
+    double px = mass * ((double)moved.velocity.x - (double)before.x);
+    double py = mass * ((double)moved.velocity.y - (double)before.y);
+    double pz = mass * ((double)moved.velocity.z - (double)before.z);
+    double x = moved.position.x, y = moved.position.y, z = moved.position.z;
+    double added[6] = {px, py, pz, y * pz - z * py, z * px - x * pz, x * py - y * px};
+    double* place = s.impulses + (size_t)(6 * collider) * s.count + particle;
+    for (uint q = 0; q < 6; q++) place[(size_t)q * s.count] += added[q];
+}
+
 // Contact with all colliders, one after the other.
-__device__ __forceinline__ void collide_all(const Solver& s, const Collider* colliders, uint particle, Moved& moved) {
+template <bool IMPULSES>
+__device__ __forceinline__ void collide_all(const Solver& s, const Collider* colliders, uint particle, real inverse_mass, Moved& moved) {
     real offset = s.offsets[particle];
-    for (uint k = 0; k < s.collider_count; k++) collide(colliders[k], offset, moved);
+    for (uint k = 0; k < s.collider_count; k++) {
+        vec3 before = moved.velocity;
+        collide(colliders[k], offset, moved);
+        if (IMPULSES && s.impulses != nullptr) {
+            bool changed = before.x != moved.velocity.x || before.y != moved.velocity.y || before.z != moved.velocity.z;
+            if (changed) impulse_add(s, k, particle, inverse_mass, before, moved);
+        }
+    }
 }

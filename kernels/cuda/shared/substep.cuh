@@ -53,6 +53,7 @@ __device__ __forceinline__ Moved particle_advance(
 ) {
     vec3 xi = xyz(own), vi = xyz(rate);
     vec3 force = field_force(s, rate.w, vi);
+    if (EXTRAS) force = procedural_force(substep, i, xi, vi, rate.w, force);
     vec3 contact = {0, 0, 0};
     uint joined_contacts = 0;
     if (TABLE) {
@@ -92,6 +93,6 @@ UNROLL
         if (contacts > 0) force = force + contact;
     }
     Moved moved = integrate(substep.length, own.w, force, xi, vi);
-    if (colliders != nullptr && own.w > 0) collide_all(s, colliders, i, moved);
+    if (colliders != nullptr && own.w > 0) collide_all<EXTRAS>(s, colliders, i, own.w, moved);
     return moved;
 }

@@ -3,21 +3,21 @@
 mod contact;
 mod explicit;
 mod implicit;
+mod impulses;
 mod semi_implicit;
 mod state;
 
 use std::{ffi::c_void, sync::Arc};
 
 use cloth_core::{
-    ColliderImpulse, ContactStatistics, Error, Integrator, Kernels, Measures, Model, PinWrite,
-    Result, SelfContact, SolverConfig, StageTime, State,
+    ColliderImpulse, ContactStatistics, Integrator, Kernels, Measures, Model, PinWrite, Result,
+    SelfContact, SolverConfig, StageTime, State,
     stepper::{FramePlan, Substep},
 };
 
 use crate::{
     CudaOptions,
     device::Device,
-    fault::BACKEND,
     layout::{CudaReal, SubstepData},
     linear::LinearMemory,
     memory::{BLOCK, Memory},
@@ -26,6 +26,7 @@ use crate::{
 };
 
 use explicit::FrameQueue;
+pub(crate) use impulses::ImpulseMemory;
 
 /// The stages on a GPU.
 pub(crate) struct CudaKernels<T> {
@@ -53,18 +54,6 @@ impl<T: CudaReal> CudaKernels<T> {
         options: CudaOptions,
     ) -> Result<Self> {
         config.validate()?;
-        let is_grid = |collider: &cloth_core::Collider| {
-            matches!(collider.shape, cloth_core::ColliderShape::Grid(_))
-        };
-        for (is_asked, feature) in [
-            (model.has_procedural_fields(), "procedural fields"),
-            (model.colliders().iter().any(is_grid), "colliders as distance grids"),
-            (model.collider_impulses(), "impulses of colliders"),
-        ] {
-            if is_asked {
-                return Err(Error::Unsupported { backend: BACKEND, feature: feature.into() });
-            }
-        }
         match &config.integrator {
             Integrator::Implicit(settings) => implicit::check_settings(&settings.linear)?,
             Integrator::SemiImplicit(_) => {
@@ -145,6 +134,8 @@ impl<T: CudaReal> CudaKernels<T> {
             tick,
             length: T::from_f64(substep.length),
             wind: substep.wind_velocity.map(T::from_f64),
+            time: T::from_f64(substep.time),
+            padding: T::ZERO,
         }
     }
 }
@@ -190,8 +181,13 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
         self.particle_stage("field_forces", &[])
     }
 
-    fn procedural_forces(&mut self, _substep: &Substep) -> Result<()> {
-        Err(Error::Unsupported { backend: BACKEND, feature: "procedural fields".into() })
+    fn procedural_forces(&mut self, substep: &Substep) -> Result<()> {
+        self.settle()?;
+        if !self.model.has_procedural_fields() {
+            return Ok(());
+        }
+        self.substep_write(substep)?;
+        self.particle_stage("procedural_forces", &[argument(&0_u32)])
     }
 
     fn spring_forces(&mut self) -> Result<()> {
@@ -254,8 +250,9 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
         self.particle_stage("collider_response", &[argument(&0_u32)])
     }
 
-    fn collider_impulses(&mut self, _out: &mut Vec<ColliderImpulse>) -> Result<()> {
-        Err(Error::Unsupported { backend: BACKEND, feature: "impulses of colliders".into() })
+    fn collider_impulses(&mut self, out: &mut Vec<ColliderImpulse>) -> Result<()> {
+        self.settle()?;
+        self.impulses_take(out)
     }
 
     fn vertex_normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
