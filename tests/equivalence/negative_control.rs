@@ -102,6 +102,8 @@ fn every_perturbed_stage_is_found_by_its_check() {
     control(Defect::Scaled(Stage::ContactImpulses), &with_impulses(), checks::contact_impulses);
     control(Defect::Scaled(Stage::StrainLimit), &busy(), checks::strain_limit);
     control(Defect::Scaled(Stage::ColliderResponse), &busy(), checks::collider_response);
+    control(Defect::Scaled(Stage::ColliderResponse), &on_grid(), checks::collider_response);
+    control(Defect::Scaled(Stage::ColliderImpulses), &on_grid(), checks::collider_impulses);
     control(Defect::Scaled(Stage::VertexNormals), &busy(), checks::vertex_normals);
     control(Defect::Scaled(Stage::Measure), &busy(), checks::measure);
     control(Defect::Scaled(Stage::SemiImplicitSolve), &busy(), checks::semi_implicit_solve);
@@ -111,6 +113,11 @@ fn every_perturbed_stage_is_found_by_its_check() {
     // the rounding of f32.
     let defect = Defect::Scaled(Stage::TorqueCorrect);
     control_in(&[Precision::F64], defect, &free, checks::torque_correct);
+}
+
+/// The fifth collider is a distance grid.
+fn on_grid() -> Description {
+    Description { colliders: 5, ..on_colliders() }
 }
 
 /// Particles among colliders, moved and pulled in all directions.

@@ -134,6 +134,19 @@ fn strain_limit() {
     for_all(CASES, &with(|case| case.strain_limit = true), checks::strain_limit);
 }
 
+/// The last collider but one is a distance grid.
+#[test]
+fn collider_response_of_distance_grids() {
+    for_all(CASES, &with(|case| case.colliders = 6), checks::collider_response);
+    for_all(CASES, &with(|case| case.colliders = 5), checks::measure);
+}
+
+#[test]
+fn collider_impulses() {
+    let cases = with(|case| case.colliders = case.colliders.max(1));
+    for_all(CASES, &cases, checks::collider_impulses);
+}
+
 #[test]
 fn collider_response() {
     for_all(CASES, &with(|case| case.colliders = case.colliders.max(1)), checks::collider_response);

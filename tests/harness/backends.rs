@@ -236,9 +236,6 @@ pub fn gpu_candidate(label: &str, backend: Box<dyn Backend>) -> Candidate {
             Feature::Assembled,
             Feature::Factorisation,
             Feature::DenseInverse,
-            Feature::ProceduralFields,
-            Feature::DistanceGrids,
-            Feature::ColliderImpulses,
         ],
         single_scalars: true,
         turn: Some(&TURN),
@@ -247,15 +244,8 @@ pub fn gpu_candidate(label: &str, backend: Box<dyn Backend>) -> Candidate {
 }
 
 /// What the CUDA backend does not offer.
-const CUDA_MISSING: &[Feature] = &[
-    Feature::SemiImplicit,
-    Feature::Direct,
-    Feature::IncompleteCholesky,
-    Feature::Assembled,
-    Feature::ProceduralFields,
-    Feature::DistanceGrids,
-    Feature::ColliderImpulses,
-];
+const CUDA_MISSING: &[Feature] =
+    &[Feature::SemiImplicit, Feature::Direct, Feature::IncompleteCholesky, Feature::Assembled];
 
 /// Whether `CLOTH_LEAVE_OUT` names a backend: a machine for one kind of GPU may lack what another needs.
 #[must_use]

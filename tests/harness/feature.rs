@@ -22,12 +22,6 @@ pub enum Feature {
     Factorisation,
     /// The dense inverse of that matrix.
     DenseInverse,
-    /// Fields given as expressions.
-    ProceduralFields,
-    /// Colliders as signed distances on a grid.
-    DistanceGrids,
-    /// Sums of what colliders do.
-    ColliderImpulses,
 }
 
 impl Feature {
@@ -42,9 +36,6 @@ impl Feature {
             Self::Assembled => "the matrix form assembled",
             Self::Factorisation => "a factorisation of the constant matrix",
             Self::DenseInverse => "the dense-inverse of the semi-implicit integrator",
-            Self::ProceduralFields => "procedural fields",
-            Self::DistanceGrids => "colliders as distance grids",
-            Self::ColliderImpulses => "impulses of colliders",
         }
     }
 }

@@ -33,7 +33,9 @@ pub use implicit::{
     velocity_add,
 };
 pub use invariants::invariants;
-pub use motion::{collider_response, contact_impulses, integrate_explicit, strain_limit};
+pub use motion::{
+    collider_impulses, collider_response, contact_impulses, integrate_explicit, strain_limit,
+};
 pub use outputs::{measure, vertex_normals};
 pub use reproducibility::{resumes_with_same_bits, same_bits};
 pub use scenario::Scenario;

@@ -3,6 +3,8 @@
 use cloth_core::Stencil;
 use proptest::{collection, prelude::*};
 
+use super::surroundings::COLLIDERS_MAX;
+
 /// A generated case in words.
 #[derive(Clone, Debug)]
 pub struct Description {
@@ -126,7 +128,7 @@ pub fn description() -> impl Strategy<Value = Description> {
     let contact = prop_oneof![Just(Contact::Off), Just(Contact::Impulse), Just(Contact::Penalty)];
     let matter = (any::<u64>(), collection::vec(piece(), 1..4), place, deformation, any::<bool>());
     let surroundings =
-        (0..3_usize, any::<bool>(), 0..5_usize, contact, any::<bool>(), any::<bool>());
+        (0..6_usize, any::<bool>(), 0..=COLLIDERS_MAX, contact, any::<bool>(), any::<bool>());
     (matter, surroundings).prop_map(
         |(
             (seed, pieces, place, deformation, pins),

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Air, Collider, ColliderShape, ContactResponse, Field, FieldProgram, Gust, Pose, SelfContact,
+    Air, Collider, ColliderShape, ContactResponse, DistanceGrid, Field, FieldProgram, Gust, Pose,
+    SelfContact, TriangleMesh,
 };
 use glam::DQuat;
 
@@ -31,15 +32,57 @@ pub(super) fn pose_nearby(pose: &Pose, random: &mut Random) -> Pose {
     }
 }
 
-/// The collider with this number; four in a row have all four shapes.
+/// Most colliders of a generated case.
+pub(super) const COLLIDERS_MAX: usize = 6;
+
+/// Samples of a box with round edges and dents, between two of which the distance is anything but linear.
+fn distance_grid(random: &mut Random) -> DistanceGrid {
+    let half = [0, 1, 2].map(|_| random.between(0.05, 0.15));
+    let [radius, dent] = [random.between(0.02, 0.05), random.between(0.0, 0.01)];
+    let spacing = random.between(0.03, 0.06);
+    let reach = half.map(|half| half + radius + 0.1);
+    let size = reach.map(|reach| (2.0 * reach / spacing).ceil() as u32 + 1);
+    let origin = [0, 1, 2].map(|k| -0.5 * spacing * f64::from(size[k] - 1));
+    let mut distances = Vec::new();
+    for z in 0..size[2] {
+        for y in 0..size[1] {
+            for x in 0..size[0] {
+                let index = [x, y, z].map(f64::from);
+                let at: [f64; 3] = std::array::from_fn(|k| origin[k] + spacing * index[k]);
+                let beyond: [f64; 3] = std::array::from_fn(|k| at[k].abs() - half[k]);
+                let outside = glam::DVec3::from(beyond).max(glam::DVec3::ZERO).length();
+                let inside = beyond.into_iter().fold(f64::NEG_INFINITY, f64::max).min(0.0);
+                let wave: f64 = at.iter().map(|p| (20.0 * p).sin()).product();
+                distances.push((outside + inside - radius + dent * wave) as f32);
+            }
+        }
+    }
+    let surface = TriangleMesh::default();
+    DistanceGrid { origin, spacing, size, distances, surface }
+}
+
+/// The collider with this number; five in a row have all five shapes.
 pub(super) fn collider(number: usize, centre: [f64; 3], random: &mut Random) -> Collider {
+    if number % 5 == 4 {
+        let grid = Arc::new(distance_grid(random));
+        return with_shape(number, ColliderShape::Grid(grid), centre, random);
+    }
     let mut size = || random.between(0.05, 0.2);
-    let shape = match number % 4 {
+    let shape = match number % 5 {
         0 => ColliderShape::Sphere { radius: size() },
         1 => ColliderShape::Box { half_extents: [size(), size(), size()] },
         2 => ColliderShape::Capsule { half_length: size(), radius: size() },
         _ => ColliderShape::Plane,
     };
+    with_shape(number, shape, centre, random)
+}
+
+fn with_shape(
+    number: usize,
+    shape: ColliderShape,
+    centre: [f64; 3],
+    random: &mut Random,
+) -> Collider {
     Collider {
         name: format!("collider {number}"),
         shape,

@@ -239,7 +239,13 @@ impl Kernels for PerturbedKernels {
     }
 
     fn collider_impulses(&mut self, out: &mut Vec<ColliderImpulse>) -> Result<()> {
-        self.inner.collider_impulses(out)
+        self.inner.collider_impulses(out)?;
+        if self.is_scaled(Stage::ColliderImpulses) {
+            for sum in out {
+                sum.linear = sum.linear.map(|component| component * (1.0 + self.size));
+            }
+        }
+        Ok(())
     }
 
     fn vertex_normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {

@@ -50,6 +50,8 @@ pub enum Stage {
     StrainLimit,
     /// `collider_response`
     ColliderResponse,
+    /// `collider_impulses`
+    ColliderImpulses,
     /// `vertex_normals`
     VertexNormals,
     /// `measure`

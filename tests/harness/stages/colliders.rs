@@ -142,19 +142,27 @@ pub(super) fn carried(collider: &ColliderState, position: TrackedVector) -> Trac
         + TrackedVector::rounded(collider.angular_velocity).cross(arm)
 }
 
-/// Pushes particles out of the colliders, one collider after the other, with Coulomb friction.
+/// What a collider did: the sum of its impulses, and of their moments about the origin.
+pub type TrackedImpulse = [TrackedVector; 2];
+
+/// Pushes particles out of the colliders, one collider after the other, with Coulomb friction. Returns what each
+/// collider did.
 pub fn collider_response(
     model: &Model,
     particles: &mut Particles,
     colliders: &[ColliderState],
     epsilon: f64,
-) {
+) -> Vec<TrackedImpulse> {
+    let mut impulses = vec![[TrackedVector::ZERO; 2]; colliders.len()];
     for i in 0..particles.len() {
         if particles.inverse_masses[i].value == 0.0 {
             continue;
         }
         let reach = half_thickness(model, i);
-        for (description, collider) in model.colliders().iter().zip(colliders) {
+        let mass = Tracked::rounded(model.masses()[i]);
+        for ((description, collider), sum) in
+            model.colliders().iter().zip(colliders).zip(&mut impulses)
+        {
             let surface = surface_at(&description.shape, collider, particles.positions[i], epsilon);
             particles.uncertain[i] |= surface.distance.is_close(reach, epsilon);
             if surface.distance.value >= reach.value {
@@ -178,11 +186,16 @@ pub fn collider_response(
                 } else {
                     ZERO
                 };
+                let before = particles.velocities[i];
                 particles.velocities[i] =
                     carried - normal.scaled(restitution * approach) + tangential.scaled(kept);
+                let impulse = (particles.velocities[i] - before).scaled(mass);
+                sum[0] += impulse;
+                sum[1] += particles.positions[i].cross(impulse);
             }
         }
     }
+    impulses
 }
 
 /// Deepest intrusion of a free particle into the thickness around a collider; held ones are not
