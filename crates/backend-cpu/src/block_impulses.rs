@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::memory::BLOCK;
 
 /// One sum for each block and collider; empty if the model does not ask for them.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct BlockImpulses {
     sums: Vec<Option<Vec<ColliderImpulse>>>,
     colliders: usize,

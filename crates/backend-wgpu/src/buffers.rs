@@ -57,8 +57,9 @@ impl<'a> Plan<'a> {
         plan.filled("distance_grids", bytemuck::cast_slice(&tables.distance_grids));
         if model.collider_impulses() {
             let colliders = model.colliders().len() as u64;
-            plan.zeroed("impulses", impulses_size(model));
-            plan.zeroed("impulses_kept", impulses_size(model));
+            for name in ["impulses", "impulses_kept", "impulses_of_frame"] {
+                plan.zeroed(name, impulses_size(model));
+            }
             plan.zeroed("impulse_partials", IMPULSE_SIZE * blocks * colliders);
         }
         if let Some(sizes) = contact {
@@ -254,7 +255,7 @@ fn limit_name(buffer: &'static str) -> &'static str {
             "bytes of a buffer of springs on this device"
         }
         "triangle_rows" | "triangles" => "bytes of a buffer of triangles on this device",
-        "colliders" | "distance_grids" | "impulses" | "impulses_kept" | "impulse_partials" => {
+        "colliders" | "distance_grids" | "impulses" | "impulses_kept" | "impulses_of_frame" | "impulse_partials" => {
             "bytes of a buffer of colliders on this device"
         }
         "vectors" | "matrix_base" | "matrix_diagonal" | "inverse" | "factors" | "link_entries"

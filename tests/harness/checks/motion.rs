@@ -132,6 +132,13 @@ pub fn collider_impulses(candidate: &Candidate, description: &Description) -> Ve
     ensure(found == vec![ColliderImpulse::default(); colliders.len()], || {
         format!("{}: impulses are left after they were taken: {found:?}", candidate.label)
     })?;
+    kernels.state_keep()?;
+    kernels.collider_response(&case.substep())?;
+    kernels.state_restore()?;
+    kernels.collider_impulses(&mut found)?;
+    ensure(found == vec![ColliderImpulse::default(); colliders.len()], || {
+        format!("{}: impulses of what was taken back: {found:?}", candidate.label)
+    })?;
     let [mut fused, mut staged] = [case.kernels(candidate)?, case.kernels(candidate)?];
     for substep in &case.plan.substeps {
         fused.explicit_substep(substep)?;

@@ -65,6 +65,8 @@ pub(crate) struct CpuKernels<T> {
     strain_limiter: Option<StrainLimiter<T>>,
     colliders: Vec<ColliderAt<T>>,
     impulses: BlockImpulses,
+    /// Those of the last `state_keep`.
+    impulses_kept: BlockImpulses,
     triangle_rows: Option<TriangleRows>,
     semi_implicit: SemiImplicitMemory<T>,
     non_finite_step: Option<u64>,
@@ -101,6 +103,7 @@ impl<T: Real> CpuKernels<T> {
             strain_limiter: StrainLimiter::new(&model, config.strain_limit.as_ref()),
             colliders: Vec::new(),
             impulses: BlockImpulses::new(&model),
+            impulses_kept: BlockImpulses::new(&model),
             triangle_rows: None,
             semi_implicit: SemiImplicitMemory::new(),
             non_finite_step: None,

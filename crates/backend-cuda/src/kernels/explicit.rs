@@ -155,7 +155,7 @@ impl<T: CudaReal> CudaKernels<T> {
             velocity.copy_from(queue, &self.memory.velocity[present])?;
         }
         if let Some(memory) = &mut self.memory.impulses {
-            memory.kept.copy_from(queue, &memory.impulses)?;
+            memory.of_frame.copy_from(queue, &memory.impulses)?;
         }
         Ok(())
     }
@@ -168,7 +168,7 @@ impl<T: CudaReal> CudaKernels<T> {
             self.memory.velocity[present as usize].copy_from(queue, velocity)?;
         }
         if let Some(memory) = &mut self.memory.impulses {
-            memory.impulses.copy_from(&self.memory.queue, &memory.kept)?;
+            memory.impulses.copy_from(&self.memory.queue, &memory.of_frame)?;
         }
         Ok(())
     }

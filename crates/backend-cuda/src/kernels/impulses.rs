@@ -17,6 +17,8 @@ pub(crate) struct ImpulseMemory {
     /// Component q of collider c is number 6 c + q, each for all particles.
     pub(crate) impulses: Buffer<f64>,
     /// The same at the start of a frame that may have to be done again.
+    pub(crate) of_frame: Buffer<f64>,
+    /// And at the last `state_keep`.
     pub(crate) kept: Buffer<f64>,
     /// Sums over blocks of particles.
     sums: Buffer<f64>,
@@ -31,6 +33,7 @@ impl ImpulseMemory {
         let components = COMPONENTS * colliders;
         Ok(Self {
             impulses: Buffer::zeros(queue, components * particles)?,
+            of_frame: Buffer::zeros(queue, components * particles)?,
             kept: Buffer::zeros(queue, components * particles)?,
             sums: Buffer::zeros(queue, components * particles.div_ceil(BLOCK))?,
         })

@@ -24,7 +24,7 @@ impl Stages {
         }
         if self.open.is_none() && (self.is_batch || command.has_contact()) {
             self.open = Some(OpenFrame { start: self.present, commands: Vec::new() });
-            self.impulses_copy(["impulses", "impulses_kept"])?;
+            self.impulses_copy(["impulses", "impulses_of_frame"])?;
             self.list_uses = 0;
         }
         self.encode(&command)?;

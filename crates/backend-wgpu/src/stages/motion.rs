@@ -205,12 +205,14 @@ impl Stages {
                 self.buffers.create(&self.context, name, size, None)?;
             }
         }
+        self.impulses_copy(["impulses", "impulses_kept"])?;
         self.kept_copy(true)
     }
 
     /// Records the way back.
     pub(super) fn state_restore(&mut self) -> Result<()> {
         self.in_place()?;
+        self.impulses_copy(["impulses_kept", "impulses"])?;
         self.kept_copy(false)
     }
 
