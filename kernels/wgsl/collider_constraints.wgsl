@@ -10,7 +10,7 @@
 fn touch_of(collider: Collider, surface: Surface, gap: f32, mass: f32, x: vec3f, v: vec3f) -> Touch {
     let length = substep.length;
     let arm = x - collider.translation;
-    let carried = collider.linear_velocity + cross_product(collider.angular_velocity, arm);
+    let carried = surface_velocity(collider, surface, arm);
     let normal = surface.normal;
     let speed_surface = dot_product(carried, normal);
     let approach = dot_product(v, normal) - speed_surface;

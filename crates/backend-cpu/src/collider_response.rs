@@ -32,9 +32,10 @@ enum Shape<T> {
     Grid(GridSolid<T>),
 }
 
-/// Signed distance and normal (in the world) at a point relative to the origin of the collider.
+/// Signed distance, normal (in the world) and velocity of the surface along it, beside that of the collider as a whole,
+/// at a point relative to the origin of the collider.
 trait SignedDistance<T> {
-    fn distance(&self, point: [T; 3]) -> (T, [T; 3]);
+    fn distance(&self, point: [T; 3]) -> (T, [T; 3], T);
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -145,36 +146,36 @@ impl<T: Real> Shape<T> {
             ColliderShape::Box { half_extents } => {
                 Self::Box(OrientedBox { half_extents: half_extents.map(T::from_f64), rotation })
             }
-            ColliderShape::Grid(ref grid) => Self::Grid(GridSolid::new(grid, rotation)),
+            ColliderShape::Grid(ref grid) => Self::Grid(GridSolid::new(grid, rotation, state.sets)),
         }
     }
 }
 
 impl<T: Real> SignedDistance<T> for Plane<T> {
     #[inline(always)]
-    fn distance(&self, point: [T; 3]) -> (T, [T; 3]) {
-        (dot(point, self.normal), self.normal)
+    fn distance(&self, point: [T; 3]) -> (T, [T; 3], T) {
+        (dot(point, self.normal), self.normal, T::ZERO)
     }
 }
 
 impl<T: Real> SignedDistance<T> for Sphere<T> {
     #[inline(always)]
-    fn distance(&self, point: [T; 3]) -> (T, [T; 3]) {
+    fn distance(&self, point: [T; 3]) -> (T, [T; 3], T) {
         let (length, normal) = normalise(point, self.fallback);
-        (length - self.radius, normal)
+        (length - self.radius, normal, T::ZERO)
     }
 }
 
 impl<T: Real> SignedDistance<T> for Capsule<T> {
     #[inline(always)]
-    fn distance(&self, point: [T; 3]) -> (T, [T; 3]) {
+    fn distance(&self, point: [T; 3]) -> (T, [T; 3], T) {
         let along = dot(point, self.axis).maximum(-self.half_length).minimum(self.half_length);
         let mut across = [T::ZERO; 3];
         for k in 0..3 {
             across[k] = point[k] - along * self.axis[k];
         }
         let (length, normal) = normalise(across, self.fallback);
-        (length - self.radius, normal)
+        (length - self.radius, normal, T::ZERO)
     }
 }
 
@@ -182,7 +183,7 @@ impl<T: Real> SignedDistance<T> for OrientedBox<T> {
     /// Outside, the distance to the nearest point of the box; inside, minus the distance to the
     /// nearest face. At equal distances the earlier axis wins.
     #[inline(always)]
-    fn distance(&self, point: [T; 3]) -> (T, [T; 3]) {
+    fn distance(&self, point: [T; 3]) -> (T, [T; 3], T) {
         let rotation = &self.rotation;
         let mut beyond = [T::ZERO; 3];
         let mut sign = [T::ONE; 3];
@@ -206,23 +207,23 @@ impl<T: Real> SignedDistance<T> for OrientedBox<T> {
             normal[k] = sign[k] * if is_outside { direction[k] } else { inside };
         }
         let world = [dot(rotation[0], normal), dot(rotation[1], normal), dot(rotation[2], normal)];
-        (if is_outside { length } else { nearest }, world)
+        (if is_outside { length } else { nearest }, world, T::ZERO)
     }
 }
 
 impl<T: Real> SignedDistance<T> for GridSolid<T> {
     #[inline(always)]
-    fn distance(&self, point: [T; 3]) -> (T, [T; 3]) {
+    fn distance(&self, point: [T; 3]) -> (T, [T; 3], T) {
         let rotation = &self.rotation;
         let mut local = [T::ZERO; 3];
         for k in 0..3 {
             local[k] =
                 rotation[0][k] * point[0] + rotation[1][k] * point[1] + rotation[2][k] * point[2];
         }
-        let (distance, gradient) = self.sample(local);
+        let (distance, gradient, speed) = self.sample(local);
         let (_, normal) = normalise(gradient, [T::ZERO, T::ZERO, T::ONE]);
         let world = [dot(rotation[0], normal), dot(rotation[1], normal), dot(rotation[2], normal)];
-        (distance, world)
+        (distance, world, speed)
     }
 }
 
@@ -312,12 +313,14 @@ pub(crate) struct Depths<T> {
     /// Intrusion into the thickness \[m\]; not positive for particles that are outside or held.
     pub(crate) depth: Lanes<T>,
     pub(crate) normals: [Lanes<T>; 3],
+    /// Velocity of the surface along the normal, beside that of the collider as a whole \[m/s\].
+    pub(crate) speeds: Lanes<T>,
 }
 
 impl<T: Real> Depths<T> {
     #[inline(always)]
     fn zero() -> Self {
-        Self { depth: [T::ZERO; LANES], normals: [[T::ZERO; LANES]; 3] }
+        Self { depth: [T::ZERO; LANES], normals: [[T::ZERO; LANES]; 3], speeds: [T::ZERO; LANES] }
     }
 
     #[inline(always)]
@@ -330,13 +333,14 @@ impl<T: Real> Depths<T> {
         [x, y, z]: [&Lanes<T>; 3],
     ) {
         for lane in 0..LANES {
-            let (distance, [nx, ny, nz]) =
+            let (distance, [nx, ny, nz], speed) =
                 shape.distance([x[lane] - cx, y[lane] - cy, z[lane] - cz]);
             let depth = offsets[lane] - distance;
             self.depth[lane] = if inverse_mass[lane] > T::ZERO { depth } else { T::ZERO };
             self.normals[0][lane] = nx;
             self.normals[1][lane] = ny;
             self.normals[2][lane] = nz;
+            self.speeds[lane] = speed;
         }
     }
 }
@@ -389,7 +393,7 @@ impl<T: Real> NullaryFnOnce for BlockTask<'_, '_, T> {
 #[inline(always)]
 fn respond<T: Real>(
     collider: &ColliderAt<T>,
-    Depths { depth, normals }: &Depths<T>,
+    Depths { depth, normals, speeds }: &Depths<T>,
     motion: &mut PacketMotion<T>,
 ) {
     let rebound = T::ONE + collider.restitution;
@@ -403,8 +407,11 @@ fn respond<T: Real>(
             velocity[axis] = motion.velocity[axis][lane];
             position[axis] = motion.position[axis][lane] + depth[lane] * normal[axis];
         }
-        let surface = collider.velocity_at(position);
+        let mut surface = collider.velocity_at(position);
         let mut relative = [T::ZERO; 3];
+        for axis in 0..3 {
+            surface[axis] += speeds[lane] * normal[axis];
+        }
         for axis in 0..3 {
             relative[axis] = velocity[axis] - surface[axis];
         }

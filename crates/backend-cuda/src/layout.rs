@@ -39,11 +39,13 @@ pub(crate) struct SubstepData<T> {
 pub(crate) struct GridData<T> {
     pub(crate) distances: u64,
     pub(crate) size: [u32; 3],
-    pub(crate) padding: u32,
+    pub(crate) sets: u32,
     pub(crate) origin: [T; 3],
     pub(crate) spacing: T,
     pub(crate) inverse_spacing: T,
     pub(crate) last: [T; 3],
+    pub(crate) rate: T,
+    pub(crate) padding: T,
 }
 
 /// A collider at one time.
@@ -183,8 +185,8 @@ mod tests {
     fn nothing_that_is_copied_has_padding() {
         assert_eq!(size_of::<SubstepData<f32>>(), 8 + 8 + 6 * 4);
         assert_eq!(size_of::<SubstepData<f64>>(), 8 + 8 + 6 * 8);
-        assert_eq!(size_of::<GridData<f32>>(), 8 + 16 + 8 * 4);
-        assert_eq!(size_of::<GridData<f64>>(), 8 + 16 + 8 * 8);
+        assert_eq!(size_of::<GridData<f32>>(), 8 + 16 + 10 * 4);
+        assert_eq!(size_of::<GridData<f64>>(), 8 + 16 + 10 * 8);
         assert_eq!(size_of::<ColliderData<f32>>(), 16 + 24 * 4);
         assert_eq!(size_of::<ColliderData<f64>>(), 16 + 24 * 8);
         assert_eq!(size_of::<PinData<f32>>(), 8 + 6 * 4);

@@ -36,11 +36,13 @@ fn grid_upload<T: CudaReal>(
     let data = GridData {
         distances: distances.address(),
         size: grid.size,
-        padding: 0,
+        sets: grid.set_count() as u32,
         origin: grid.origin.map(T::from_f64),
         spacing: T::from_f64(grid.spacing),
         inverse_spacing: T::from_f64(grid.spacing.recip()),
         last: grid.size.map(|side| T::from_f64(f64::from(side - 1))),
+        rate: T::from_f64(grid.rate),
+        padding: T::ZERO,
     };
     Ok((Buffer::of(queue, &[data])?, distances))
 }

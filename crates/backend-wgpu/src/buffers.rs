@@ -255,9 +255,8 @@ fn limit_name(buffer: &'static str) -> &'static str {
             "bytes of a buffer of springs on this device"
         }
         "triangle_rows" | "triangles" => "bytes of a buffer of triangles on this device",
-        "colliders" | "distance_grids" | "impulses" | "impulses_kept" | "impulses_of_frame" | "impulse_partials" => {
-            "bytes of a buffer of colliders on this device"
-        }
+        "colliders" | "distance_grids" | "impulses" | "impulses_kept" | "impulses_of_frame"
+        | "impulse_partials" => "bytes of a buffer of colliders on this device",
         "vectors" | "matrix_base" | "matrix_diagonal" | "inverse" | "factors" | "link_entries"
         | "constraints" => "bytes of a buffer of the linear system on this device",
         "contact_entries" | "contact_factors" => {

@@ -45,8 +45,8 @@ pub use kernels::{
 pub use mesh::{TextureMap, TriangleMesh, VertexGroup};
 pub use model::{
     Aerodynamics, Air, BUCKLING_COEFFICIENTS, BendModel, Buckling, Cloth, ClothRange, Collider,
-    ColliderShape, ContactResponse, DistanceGrid, Field, Geometry, GridPatch, Gust, Mass, Material,
-    MaterialPreset, Model, ModelBuilder, NONE, NetworkSpring, Pose, SelfContact, Spring,
+    ColliderShape, ContactResponse, DistanceGrid, Field, Geometry, GridPatch, GridSets, Gust, Mass,
+    Material, MaterialPreset, Model, ModelBuilder, NONE, NetworkSpring, Pose, SelfContact, Spring,
     SpringClass, SpringCoefficients, SpringColouring, SpringKind, SpringNetwork, SpringRows,
     Springs, Stencil, WingedEdge, WingedEdges,
 };

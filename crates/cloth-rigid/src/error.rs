@@ -35,6 +35,28 @@ pub enum RigidError {
         /// The body.
         name: String,
     },
+    /// The meshes of an animation do not have the same faces.
+    #[error(
+        "the faces of mesh {frame} of {name:?} are not those of the first one: an animation moves the vertices of one mesh"
+    )]
+    FacesDiffer {
+        /// The body.
+        name: String,
+        /// Number of the mesh, from 0.
+        frame: usize,
+    },
+    /// An animation that would need too much memory.
+    #[error(
+        "{name:?} has {sets} meshes, each with {count} samples of its distance, which is too much: give fewer cells or meshes"
+    )]
+    TooManySamples {
+        /// The body.
+        name: String,
+        /// Meshes.
+        sets: usize,
+        /// Samples of each.
+        count: usize,
+    },
     /// A number that must be finite, or above zero, is not.
     #[error("{what} of {name:?} is {value}: give a finite number{}", if *positive { " above zero" } else { "" })]
     Number {

@@ -2,7 +2,8 @@
 //!
 //! [`RigidWorld`] moves bodies that collide with each other and with the colliders of a model
 //! (through the library rapier). [`distance_grid`] samples the signed distance of a closed mesh
-//! (through parry), the form in which every backend knows such a solid.
+//! (through parry), the form in which every backend knows such a solid; [`distance_grid_sequence`] those of a mesh
+//! that moves.
 //!
 //! Cloth and bodies meet in short parts of each frame: the bodies move first, the cloth then feels them as
 //! colliders on their way, and [`RigidWorld::apply`] gives them the impulses that the cloth took, reversed.
@@ -15,7 +16,7 @@ mod mesh;
 mod shape;
 mod world;
 
-pub use distance_grid::distance_grid;
+pub use distance_grid::{distance_grid, distance_grid_sequence};
 pub use error::RigidError;
 pub use shape::{RigidBody, RigidShape};
 pub use world::RigidWorld;

@@ -1,6 +1,6 @@
 //! Closed meshes.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use cloth_core::TriangleMesh;
 use rapier3d_f64::math::Vector;
@@ -51,6 +51,62 @@ pub(crate) fn closed(name: &str, mesh: &TriangleMesh) -> Result<Vec<[u32; 3]>, R
     }
     let turned = |&[a, b, c]: &[u32; 3]| if volume < 0.0 { [a, c, b] } else { [a, b, c] };
     Ok(mesh.triangles.iter().map(turned).collect())
+}
+
+/// Faces that close the holes of a mesh.
+pub(crate) struct Caps {
+    /// All faces, those of the mesh first.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// The vertices around each hole. The middle of each is a vertex after those of the mesh.
+    rims: Vec<Vec<u32>>,
+}
+
+impl Caps {
+    /// The vertices with the middles of all holes.
+    pub(crate) fn positions(&self, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let mut all = positions.to_vec();
+        for rim in &self.rims {
+            let middle = std::array::from_fn(|axis| {
+                let sum: f64 = rim.iter().map(|&vertex| positions[vertex as usize][axis]).sum();
+                sum / rim.len() as f64
+            });
+            all.push(middle);
+        }
+        all
+    }
+}
+
+/// Closes every hole by faces from its rim to its middle. What else is wrong with a mesh stays so.
+pub(crate) fn holes_close(mesh: &TriangleMesh) -> Caps {
+    let mut triangles = mesh.triangles.clone();
+    let count = mesh.positions.len() as u32;
+    if triangles.iter().flatten().any(|&vertex| vertex >= count) {
+        return Caps { triangles, rims: Vec::new() };
+    }
+    let sides = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]];
+    let all: HashSet<[u32; 2]> = mesh.triangles.iter().flat_map(sides).collect();
+    let is_rim = |&[a, b]: &[u32; 2]| !all.contains(&[b, a]);
+    let rim: Vec<_> = mesh.triangles.iter().flat_map(sides).filter(is_rim).collect();
+    // Vertices that the rim joins belong to one hole: the smallest of them stands for it.
+    let mut hole: BTreeMap<u32, u32> =
+        rim.iter().flatten().map(|&vertex| (vertex, vertex)).collect();
+    let mut changed = true;
+    while changed {
+        changed = false;
+        for [a, b] in &rim {
+            let least = hole[a].min(hole[b]);
+            for vertex in [a, b] {
+                changed |= hole.insert(*vertex, least) != Some(least);
+            }
+        }
+    }
+    let mut rims: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for (&vertex, &least) in &hole {
+        rims.entry(least).or_default().push(vertex);
+    }
+    let middle: BTreeMap<u32, u32> = rims.keys().copied().zip(count..).collect();
+    triangles.extend(rim.iter().map(|[a, b]| [*b, *a, middle[&hole[a]]]));
+    Caps { triangles, rims: rims.into_values().collect() }
 }
 
 /// Whether no vertex is in front of a face, to a millionth of the size.

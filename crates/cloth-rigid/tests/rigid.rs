@@ -9,7 +9,9 @@ use cloth_core::{
     Backend, Cloth, Collider, ColliderControl, ColliderShape, Control, Frame, Geometry, GridPatch,
     MaterialPreset, ModelBuilder, Pose, Precision, SolverConfig, State, TriangleMesh,
 };
-use cloth_rigid::{RigidBody, RigidError, RigidShape, RigidWorld, distance_grid};
+use cloth_rigid::{
+    RigidBody, RigidError, RigidShape, RigidWorld, distance_grid, distance_grid_sequence,
+};
 
 /// A box with faces across the axes.
 fn cuboid([x, y, z]: [f64; 3]) -> TriangleMesh {
@@ -153,6 +155,74 @@ fn cloth_lies_on_a_sampled_ball_as_on_a_sphere() {
     // Facets: 1 - cos(pi / 96) of the radius; interpolation: spacing^2 / (8 radius).
     assert!((sphere - sampled).abs() < 4e-4, "{sphere} {sampled}");
     assert!((sphere_top - sampled_top).abs() < 2e-3, "{sphere_top} {sampled_top}");
+}
+
+/// A slab whose top rises by a decimetre in half a second, then rests: cloth on it rises with it.
+#[test]
+fn cloth_follows_a_solid_that_changes_its_shape() {
+    let slabs = [0.1, 0.2].map(|height| cuboid([0.5, 0.5, height]));
+    let grid = distance_grid_sequence("slab", &slabs, 2.0, (40, 0.05)).unwrap();
+    assert_eq!(grid.set_count(), 2);
+    assert!((grid.positions_at(0.25)[7][2] - 0.15).abs() < 1e-12);
+    let solid = Collider {
+        name: "slab".into(),
+        shape: ColliderShape::Grid(Arc::new(grid)),
+        pose: Pose::IDENTITY,
+        friction: 0.5,
+        restitution: 0.0,
+    };
+    let model = ModelBuilder::new().cloth(patch(0.102)).collider(solid).build().unwrap();
+    let half = 0.5 * model.cloths()[0].thickness;
+    for precision in [Precision::F32, Precision::F64] {
+        let backend = CpuBackend::new(None).unwrap();
+        let model = Arc::new(model.clone());
+        let mut solver = backend.create_solver(model, &config(precision)).unwrap();
+        let mut state = State::default();
+        for frame in 1..=24 {
+            solver.advance(Frame { duration: 1.0 / 30.0 }).unwrap();
+            solver.synchronize().unwrap();
+            solver.download(&mut state).unwrap();
+            let time: f64 = f64::from(frame) / 30.0;
+            if time < 0.2 || (time - 0.5).abs() < 0.1 {
+                // It has to arrive first, and is thrown a little when the slab stops.
+                continue;
+            }
+            let (top, speed) = if time < 0.5 { (0.1 + 0.2 * time, 0.2) } else { (0.2, 0.0) };
+            for (x, v) in state.positions.iter().zip(&state.velocities) {
+                assert!((x[2] - top - half).abs() < 2e-4, "{time} s: {} m, top {top} m", x[2]);
+                assert!((v[2] - speed).abs() < 0.02, "{time} s: {} m/s, not {speed}", v[2]);
+            }
+        }
+    }
+}
+
+#[test]
+fn holes_of_an_animation_are_closed() {
+    let whole = cuboid([0.5, 0.25, 0.125]);
+    let mut open = whole.clone();
+    // Without its top, and with a triangle of its bottom missing.
+    open.triangles.drain(2..4);
+    open.triangles.remove(0);
+    let wanted = distance_grid("box", &whole, 20, 0.1).unwrap();
+    let found = distance_grid_sequence("box", &[open], 1.0, (20, 0.1)).unwrap();
+    assert_eq!(wanted.size, found.size);
+    for (wanted, found) in wanted.distances.iter().zip(&found.distances) {
+        assert!((wanted - found).abs() < 1e-6, "{wanted} {found}");
+    }
+}
+
+#[test]
+fn an_animation_keeps_its_faces() {
+    let box_mesh = cuboid([1.0; 3]);
+    let mut other = box_mesh.clone();
+    other.triangles.swap(0, 1);
+    let error = distance_grid_sequence("b", &[box_mesh, other], 1.0, (16, 0.1)).unwrap_err();
+    assert_eq!(error, RigidError::FacesDiffer { name: "b".into(), frame: 1 });
+    let error = distance_grid_sequence("b", &[], 1.0, (16, 0.1)).unwrap_err();
+    assert!(matches!(error, RigidError::Flat { .. }));
+    let many = vec![cuboid([1.0; 3]); 40];
+    let error = distance_grid_sequence("b", &many, 1.0, (400, 0.1)).unwrap_err();
+    assert!(matches!(error, RigidError::TooManySamples { sets: 40, .. }), "{error}");
 }
 
 fn brick(shape: RigidShape, place: [f64; 3], velocity: [f64; 3]) -> RigidBody {

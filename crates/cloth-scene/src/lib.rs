@@ -26,12 +26,12 @@ pub use builtin::{BenchKind, BuiltinScene, bench_scene, builtin_scenes};
 pub use compile::{CompileOptions, CompiledCloth, CompiledScene, MemoryEstimate};
 pub use error::{SceneError, ScenePlace, SceneUnknown};
 pub use scene::{
-    Scene, SceneAction, SceneAdaptive, SceneAerodynamics, SceneBend, SceneBounds, SceneCloth,
-    SceneCollider, SceneColour, SceneContact, SceneContactResponse, SceneEvent, SceneField,
-    SceneGeometry, SceneGrid, SceneGust, SceneImplicit, SceneJoint, SceneKeyframe, SceneMass,
-    SceneMaterial, SceneMesh, SceneNetwork, SceneOrigin, ScenePin, ScenePrecision, ScenePrototype,
-    SceneRigid, SceneRigidShape, SceneRotation, SceneSemiImplicit, SceneShape, SceneSimulation,
-    SceneSolver, SceneSpring, SceneSpringClass, SceneStencil, SceneStrainLimit, SceneTriangles,
-    SceneView, SceneWind,
+    Scene, SceneAction, SceneAdaptive, SceneAerodynamics, SceneAnimation, SceneBend, SceneBounds,
+    SceneCloth, SceneCollider, SceneColour, SceneContact, SceneContactResponse, SceneEvent,
+    SceneField, SceneGeometry, SceneGrid, SceneGust, SceneImplicit, SceneJoint, SceneKeyframe,
+    SceneMass, SceneMaterial, SceneMesh, SceneNetwork, SceneOrigin, ScenePin, ScenePrecision,
+    ScenePrototype, SceneRigid, SceneRigidShape, SceneRotation, SceneSemiImplicit, SceneShape,
+    SceneSimulation, SceneSolver, SceneSpring, SceneSpringClass, SceneStencil, SceneStrainLimit,
+    SceneTriangles, SceneView, SceneWind,
 };
 pub use timeline::Timeline;

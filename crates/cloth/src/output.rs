@@ -78,7 +78,7 @@ pub fn picture_style_moving(scene: &CompiledScene, poses: PoseLog) -> PictureSty
         style.shapes = PictureShapes::moving(move |time| {
             let poses = poses.at((time * rate).round() as usize);
             let shapes = model.colliders().iter().zip(&poses);
-            shapes.map(|(collider, pose)| shape_at(&collider.shape, pose)).collect()
+            shapes.map(|(collider, pose)| shape_at(&collider.shape, pose, time)).collect()
         });
     }
     style
@@ -129,11 +129,11 @@ fn shapes(scene: &CompiledScene) -> PictureShapes {
     let rate = scene.frames_per_second;
     PictureShapes::moving(move |time| {
         let frame = ((time * rate).round() as usize).min(frames.len() - 1);
-        shapes.iter().zip(&frames[frame]).map(|(shape, pose)| shape_at(shape, pose)).collect()
+        shapes.iter().zip(&frames[frame]).map(|(shape, pose)| shape_at(shape, pose, time)).collect()
     })
 }
 
-fn shape_at(shape: &ColliderShape, pose: &Pose) -> PictureShape {
+fn shape_at(shape: &ColliderShape, pose: &Pose, time: f64) -> PictureShape {
     let center = pose.translation;
     let rotation = pose.rotation_rows();
     let z_axis = rotation.map(|row| row[2]);
@@ -153,8 +153,7 @@ fn shape_at(shape: &ColliderShape, pose: &Pose) -> PictureShape {
         }
         ColliderShape::Grid(ref grid) => PictureShape::Mesh {
             positions: grid
-                .surface
-                .positions
+                .positions_at(time)
                 .iter()
                 .map(|at| {
                     std::array::from_fn(|k| {

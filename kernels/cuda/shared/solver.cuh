@@ -17,12 +17,16 @@ struct SubstepData {
 struct DistanceGrid {
     const float* distances;
     uint size[3];
-    uint padding;
+    // Sets of samples.
+    uint sets;
     real origin[3];
     real spacing;
     real inverse_spacing;
     // Largest place along each axis, in units of the grid.
     real last[3];
+    // Sets per second [1/s].
+    real rate;
+    real padding;
 };
 
 struct Collider {
@@ -34,7 +38,8 @@ struct Collider {
     real angular_velocity[3];
     // Local to world, row by row.
     real rotation[9];
-    // Radius; half length and radius of a capsule; half extents of a box [m].
+    // Radius; half length and radius of a capsule; half extents of a box [m]; number of the set of samples of a grid that
+    // holds, and share of the one that follows.
     real size[3];
     real friction;
     real restitution;

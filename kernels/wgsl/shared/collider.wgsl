@@ -13,10 +13,10 @@ struct Collider {
     // Radius, half length of a capsule, or first half extent of a box [m]; number of a grid.
     size_x: f32,
     row_y: vec3f,
-    // Radius of a capsule, or second half extent.
+    // Radius of a capsule, or second half extent; number of the set of samples of a grid that holds.
     size_y: f32,
     row_z: vec3f,
-    // Third half extent.
+    // Third half extent; share of the set of samples that follows.
     size_z: f32,
 }
 
@@ -41,13 +41,15 @@ fn cloth_offset(particle: u32) -> f32 {
 struct Surface {
     distance: f32,
     normal: vec3f,
+    // Velocity along the normal, beside that of the collider as a whole [m/s].
+    speed: f32,
 }
 
 // Distance and direction from a core (a point, a segment, a box), less a radius.
 fn surface_around(difference: vec3f, radius: f32, fallback: vec3f) -> Surface {
     let length = sqrt(dot_product(difference, difference));
     let direction = difference * (1.0 / max(length, LENGTH_MIN));
-    return Surface(length - radius, select(fallback, direction, length > LENGTH_MIN));
+    return Surface(length - radius, select(fallback, direction, length > LENGTH_MIN), 0.0);
 }
 
 // Components in the local frame.
@@ -81,7 +83,7 @@ fn surface_of_box(collider: Collider, point: vec3f) -> Surface {
     let face = select(vec3f(0.0), vec3f(1.0), vec3<bool>(first, second, !first && !second));
     let is_outside = outside.distance > 0.0;
     let normal = sign * select(face, outside.normal, is_outside);
-    return Surface(select(nearest, outside.distance, is_outside), collider_world(collider, normal));
+    return Surface(select(nearest, outside.distance, is_outside), collider_world(collider, normal), 0.0);
 }
 
 // The surface as seen from a point relative to the origin of the collider.
@@ -89,7 +91,7 @@ fn surface_of(collider: Collider, point: vec3f) -> Surface {
     let z_axis = vec3f(collider.row_x.z, collider.row_y.z, collider.row_z.z);
     switch collider.shape {
         case SHAPE_PLANE: {
-            return Surface(dot_product(point, z_axis), z_axis);
+            return Surface(dot_product(point, z_axis), z_axis, 0.0);
         }
         case SHAPE_SPHERE: {
             return surface_around(point, collider.size_x, z_axis);
@@ -108,6 +110,12 @@ fn surface_of(collider: Collider, point: vec3f) -> Surface {
     }
 }
 
+// Velocity of the surface at a place relative to the origin of the collider [m/s].
+fn surface_velocity(collider: Collider, surface: Surface, arm: vec3f) -> vec3f {
+    let carried = collider.linear_velocity + cross_product(collider.angular_velocity, arm);
+    return add_scaled(carried, surface.speed, surface.normal);
+}
+
 struct Moved {
     position: vec3f,
     velocity: vec3f,
@@ -122,7 +130,7 @@ fn collide(collider: Collider, offset: f32, before: Moved) -> Moved {
     var after = before;
     after.position = add_scaled(before.position, depth, surface.normal);
     let arm = after.position - collider.translation;
-    let carried = collider.linear_velocity + cross_product(collider.angular_velocity, arm);
+    let carried = surface_velocity(collider, surface, arm);
     let relative = before.velocity - carried;
     let approach = dot_product(relative, surface.normal);
     if approach < 0.0 {

@@ -1,7 +1,8 @@
 // NUMERICS section 7: solids as signed distances on a grid.
 
 // GRID_WORDS words for each grid, then the samples of all of them, as bits. The words are origin and
-// spacing [m], 1/spacing, samples along each axis, and the number of the first sample.
+// spacing [m], 1/spacing, samples along each axis, the number of the first sample, the number of sets of samples,
+// and sets per second.
 @group(0) @binding(54) var<storage, read> distance_grids: array<u32>;
 
 const GRID_WORDS: u32 = 12u;
@@ -29,6 +30,14 @@ fn grid_face(at: u32, width: u32, share: vec2f) -> vec3f {
     );
 }
 
+// The value between two layers, and the slopes.
+fn grid_cell(at: u32, width: u32, layer: u32, share: vec3f) -> vec4f {
+    let low = grid_face(at, width, share.xy);
+    let high = grid_face(at + layer, width, share.xy);
+    let difference = high - low;
+    return vec4f(fma(vec3f(share.z), difference, low), difference.x);
+}
+
 fn surface_of_grid(collider: Collider, point: vec3f) -> Surface {
     let local = collider_local(collider, point);
     let at = u32(collider.size_x) * GRID_WORDS;
@@ -45,12 +54,19 @@ fn surface_of_grid(collider: Collider, point: vec3f) -> Surface {
     let share = place - vec3f(cell);
     let width = u32(size.x);
     let layer = width * u32(size.y);
-    let first = distance_grids[at + 8u] + u32(cell.z) * layer + u32(cell.y) * width + u32(cell.x);
-    let low = grid_face(first, width, share.xy);
-    let high = grid_face(first + layer, width, share.xy);
-    let difference = high - low;
-    let distance = fma(share.z, difference.x, low.x) + sqrt(dot_product(beyond, beyond));
-    let gradient = vec3f(fma(vec2f(share.z), difference.yz, low.yz), difference.x);
+    let samples = layer * u32(size.z);
+    let inside = u32(cell.z) * layer + u32(cell.y) * width + u32(cell.x);
+    let held = u32(collider.size_y);
+    let first = distance_grids[at + 8u] + held * samples + inside;
+    var value = grid_cell(first, width, layer, share);
+    var speed = 0.0;
+    if held + 1u < distance_grids[at + 9u] {
+        let change = grid_cell(first + samples, width, layer, share) - value;
+        value = fma(vec4f(collider.size_z), change, value);
+        speed = -(grid_number(at + 10u) * change.x);
+    }
+    let distance = value.x + sqrt(dot_product(beyond, beyond));
+    let gradient = value.yzw;
     let normal = surface_around(gradient, 0.0, vec3f(0.0, 0.0, 1.0)).normal;
-    return Surface(distance, collider_world(collider, normal));
+    return Surface(distance, collider_world(collider, normal), speed);
 }

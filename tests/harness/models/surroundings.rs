@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cloth_core::{
     Air, Collider, ColliderShape, ContactResponse, DistanceGrid, Field, FieldProgram, Gust, Pose,
-    SelfContact, TriangleMesh,
+    SelfContact,
 };
 use glam::DQuat;
 
@@ -57,8 +57,16 @@ fn distance_grid(random: &mut Random) -> DistanceGrid {
             }
         }
     }
-    let surface = TriangleMesh::default();
-    DistanceGrid { origin, spacing, size, distances, surface }
+    // Half of them grow and shrink by a few millimetres, in a few milliseconds.
+    let rate = random.between(100.0, 2000.0);
+    let sets = if random.between(0.0, 1.0) < 0.5 { 1 } else { 3 };
+    let first = distances.len();
+    for _ in 1..sets {
+        for at in 0..first {
+            distances.push(distances[at] + random.between(-0.005, 0.005) as f32);
+        }
+    }
+    DistanceGrid { origin, spacing, size, distances, rate, ..DistanceGrid::default() }
 }
 
 /// The collider with this number; five in a row have all five shapes.

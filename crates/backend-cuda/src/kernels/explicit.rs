@@ -56,7 +56,7 @@ fn collider<T: Real>(
         &ColliderShape::Sphere { radius } => (1, [radius, 0.0, 0.0]),
         &ColliderShape::Capsule { half_length, radius } => (2, [half_length, radius, 0.0]),
         &ColliderShape::Box { half_extents } => (3, half_extents),
-        ColliderShape::Grid(_) => (4, [0.0; 3]),
+        ColliderShape::Grid(_) => (4, [f64::from(state.sets.index), state.sets.share, 0.0]),
     };
     ColliderData {
         shape,

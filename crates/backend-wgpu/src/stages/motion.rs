@@ -19,7 +19,7 @@ pub(super) fn collider(collider: &Collider, grid: f32, at: &ColliderState) -> la
         &ColliderShape::Sphere { radius } => (1, [radius, 0.0, 0.0]),
         &ColliderShape::Capsule { half_length, radius } => (2, [half_length, radius, 0.0]),
         &ColliderShape::Box { half_extents } => (3, half_extents),
-        ColliderShape::Grid(_) => (4, [f64::from(grid), 0.0, 0.0]),
+        ColliderShape::Grid(_) => (4, [f64::from(grid), f64::from(at.sets.index), at.sets.share]),
     };
     let [size_x, size_y, size_z] = single(sizes);
     layout::Collider {

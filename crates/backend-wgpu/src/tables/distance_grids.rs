@@ -24,6 +24,7 @@ pub(crate) fn distance_grids(model: &Model) -> Vec<u32> {
         words.extend([bits(grid.spacing), bits(grid.spacing.recip())]);
         words.extend(grid.size);
         words.push(first as u32);
+        words.extend([grid.set_count() as u32, bits(grid.rate)]);
         words.resize(words.len().next_multiple_of(GRID_WORDS), 0);
         first += grid.distances.len();
     }

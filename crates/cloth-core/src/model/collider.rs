@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::DistanceGrid;
+use super::{DistanceGrid, GridSets};
 use crate::{
     ModelError,
     error::{finite_all, in_range, not_negative, positive},
 };
 
-/// A rigid, kinematic obstacle.
+/// A kinematic obstacle: rigid, or of a shape that is known for every time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collider {
     /// Name, unique among the colliders of a model.
@@ -129,6 +129,23 @@ impl Pose {
             [1.0 - 1e-6, 1.0 + 1e-6],
         )?;
         Ok(())
+    }
+}
+
+impl ColliderShape {
+    /// The samples that hold at `time` \[s\] for a grid, zeros for any other shape.
+    #[must_use]
+    pub fn sets_at(&self, time: f64) -> GridSets {
+        match self {
+            Self::Grid(grid) => grid.sets_at(time),
+            _ => GridSets::default(),
+        }
+    }
+
+    /// Whether it is not the same at all times.
+    #[must_use]
+    pub fn changes(&self) -> bool {
+        matches!(self, Self::Grid(grid) if grid.set_count() > 1)
     }
 }
 

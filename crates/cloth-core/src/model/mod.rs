@@ -23,7 +23,7 @@ pub use builder::ModelBuilder;
 pub use collider::{Collider, ColliderShape, Pose};
 pub use colouring::SpringColouring;
 pub use contact::{ContactResponse, SelfContact};
-pub use distance_grid::DistanceGrid;
+pub use distance_grid::{DistanceGrid, GridSets};
 pub use environment::{Air, Field, Gust};
 pub use geometry::{Geometry, GridPatch, NetworkSpring, SpringNetwork, Stencil};
 pub use material::{Aerodynamics, BendModel, Mass, Material, SpringCoefficients};

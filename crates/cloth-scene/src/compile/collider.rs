@@ -5,12 +5,13 @@ use glam::{DQuat, DVec3};
 
 use crate::{SceneCollider, SceneError, SceneRotation, SceneShape};
 
-use super::{Check, solid};
+use super::{Check, CompileOptions, solid};
 
 pub(super) fn compile(
     check: &Check<'_>,
     index: usize,
     collider: &SceneCollider,
+    options: &CompileOptions,
 ) -> Result<Collider, SceneError> {
     let key = format!("collider[{index}]");
     let name = &collider.name;
@@ -32,6 +33,9 @@ pub(super) fn compile(
             &SceneShape::Box { half_extents } => ColliderShape::Box { half_extents },
             SceneShape::Mesh(triangles) => {
                 solid::distances(check, &format!("{key}.shape"), name, &solid::mesh(triangles))?
+            }
+            SceneShape::Animation(animation) => {
+                solid::animated(check, &format!("{key}.shape.animation"), name, animation, options)?
             }
             SceneShape::Tetrahedron { vertices } => {
                 let mesh = solid::tetrahedron(vertices);

@@ -85,7 +85,11 @@ impl Scene {
             matches!(shape, SceneShape::Mesh(_) | SceneShape::Tetrahedron { .. })
         };
         let sampled = self.colliders.iter().filter(|collider| is_sampled(&collider.shape)).count();
-        let solids = (sampled + self.rigids.len()) as u64;
+        let animated = self.colliders.iter().map(|collider| match &collider.shape {
+            SceneShape::Animation(animation) => u64::from(animation.frames),
+            _ => 0,
+        });
+        let solids = (sampled + self.rigids.len()) as u64 + animated.sum::<u64>();
         estimate.bytes = estimate.bytes.saturating_add(solids.saturating_mul(solid::BYTES));
         let solver = memory_solver::bytes(&self.simulation, estimate.particles, springs, number);
         estimate.bytes = estimate.bytes.saturating_add(solver);

@@ -97,7 +97,7 @@ impl Scene {
         let mut builder = settings::surroundings(self, &check, ModelBuilder::new())?;
         let mut colliders = Vec::with_capacity(self.colliders.len());
         for (index, collider) in self.colliders.iter().enumerate() {
-            colliders.push(collider::compile(&check, index, collider)?);
+            colliders.push(collider::compile(&check, index, collider, options)?);
         }
         let (rigids, solids) = rigid::compile(self, &check, &colliders)?;
         builder = builder.collider_impulses(!rigids.is_empty());

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use cloth_core::{ColliderShape, TriangleMesh};
-use cloth_rigid::{RigidError, distance_grid};
+use cloth_rigid::{RigidError, distance_grid, distance_grid_sequence};
 
-use crate::{SceneError, SceneTriangles};
+use crate::{SceneAnimation, SceneError, SceneMesh, SceneTriangles};
 
-use super::Check;
+use super::{Check, CompileOptions};
 
 /// Samples along the longest side of a solid.
 const CELLS: u32 = 64;
@@ -41,6 +41,49 @@ pub(super) fn distances(
 ) -> Result<ColliderShape, SceneError> {
     let grid =
         distance_grid(name, mesh, CELLS, MARGIN).map_err(|error| place(check, key, &error))?;
+    Ok(ColliderShape::Grid(Arc::new(grid)))
+}
+
+/// Most files of an animation.
+const FRAMES_MAX: u32 = 10_000;
+
+/// The signed distances of a mesh that changes its shape.
+pub(super) fn animated(
+    check: &Check<'_>,
+    key: &str,
+    name: &str,
+    animation: &SceneAnimation,
+    options: &CompileOptions,
+) -> Result<ColliderShape, SceneError> {
+    let wrong = |field: &str, problem: String| SceneError::Value {
+        place: check.place(&format!("{key}.{field}")),
+        problem,
+    };
+    check.positive(&format!("{key}.rate"), animation.rate)?;
+    if !animation.file.contains("{}") {
+        let problem = format!("`{}` has no `{{}}` in the place of the number", animation.file);
+        return Err(wrong("file", problem));
+    }
+    if !(1..=FRAMES_MAX).contains(&animation.frames) {
+        let problem = format!("{} files: give 1 to {FRAMES_MAX}", animation.frames);
+        return Err(wrong("frames", problem));
+    }
+    if !(4..=400).contains(&animation.cells) {
+        return Err(wrong("cells", format!("{} cells: give 4 to 400", animation.cells)));
+    }
+    let file = |number: u32| -> Result<TriangleMesh, SceneError> {
+        let number = u64::from(animation.first) + u64::from(number);
+        let mesh = SceneMesh {
+            file: animation.file.replace("{}", &number.to_string()),
+            scale: animation.scale,
+            rotation: animation.rotation,
+            translation: animation.translation,
+        };
+        super::mesh::compile(check, key, &mesh, options)
+    };
+    let meshes: Vec<_> = (0..animation.frames).map(file).collect::<Result<_, _>>()?;
+    let grid = distance_grid_sequence(name, &meshes, animation.rate, (animation.cells, MARGIN))
+        .map_err(|error| place(check, key, &error))?;
     Ok(ColliderShape::Grid(Arc::new(grid)))
 }
 

@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 
 pub use bounds::SceneBounds;
 pub use cloth::{SceneCloth, SceneGeometry, SceneGrid, SceneMesh, SceneStencil};
-pub use collider::{SceneCollider, SceneKeyframe, SceneShape};
+pub use collider::{SceneAnimation, SceneCollider, SceneKeyframe, SceneShape};
 pub use colour::SceneColour;
 pub use contact::{SceneContact, SceneContactResponse};
 pub use environment::{SceneField, SceneGust, SceneWind};

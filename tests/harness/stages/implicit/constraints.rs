@@ -175,7 +175,7 @@ impl Constraints {
                     uncertain |= surface.uncertain;
                 }
                 if inside && constraint.touches.len() < TOUCHES_MAX {
-                    let carried = colliders::carried(state, x);
+                    let carried = colliders::carried(state, x) + normal.scaled(surface.speed);
                     let coefficients =
                         [collider.restitution, collider.friction].map(Tracked::rounded);
                     let mass = Tracked::rounded(model.masses()[i]);

@@ -449,10 +449,29 @@ static COLLIDER: Element = Element {
         &CAPSULE,
         &BOX,
         &MESH,
+        &ANIMATION,
         &TETRAHEDRON,
         &KEYFRAME,
     ],
-    needs: &[("shape", "<plane>, <sphere>, <capsule>, <box>, <mesh> or <tetrahedron>")],
+    needs: &[(
+        "shape",
+        "<plane>, <sphere>, <capsule>, <box>, <mesh>, <animation> or <tetrahedron>",
+    )],
+    ..EMPTY
+};
+static ANIMATION: Element = Element {
+    tag: "animation",
+    target: Table("shape.animation"),
+    attributes: &[
+        required("file", "file", Text),
+        same("first", Count),
+        required("frames", "frames", Count),
+        required("rate", "rate", Number),
+        same("cells", Count),
+        same("scale", Number),
+        same("translation", Vector),
+    ],
+    children: &[&ROTATION],
     ..EMPTY
 };
 static PLANE: Element = leaf("plane", Table("shape.plane"), &[same("normal", Vector)]);
