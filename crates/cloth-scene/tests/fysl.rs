@@ -301,6 +301,11 @@ fn errors_name_the_line_the_column_and_the_mend() {
             "matrix=\"-1",
             "mirrors",
         ),
+        // What only the types of a scene know.
+        ("neighbours=\"24\"", "neighbours=\"13\"", "neighbours=\"13\"", "13"),
+        ("colour=\"#ffffff\"", "colour=\"#ffff\"", "colour=\"#ffff\"", "#ffff"),
+        ("classes=\"bend, stretch\"", "classes=\"bent\"", "classes=\"bent\"", "bent"),
+        ("steps=\"3\"", "steps=\"-3\"", "steps=\"-3\"", "-3"),
         ("<scene name", "<scene nme", "nme=", "did you mean `name`?"),
     ] {
         assert!(FULL.contains(from), "{from}");

@@ -6,7 +6,6 @@ use std::{
 };
 
 use roxmltree::{Document, Node, ParsingOptions};
-use serde::Deserialize;
 use toml::{Table, Value};
 
 use crate::{Scene, SceneError, SceneOrigin, ScenePlace, error::SceneUnknown};
@@ -39,17 +38,20 @@ impl Scene {
     /// values that make no sense; each with line and column.
     pub fn from_fysl(text: &str, file: &str) -> Result<Self, SceneError> {
         let tables = tables(text, file)?;
-        let place = ScenePlace { file: file.into(), position: Some((1, 1)) };
-        let mut scene = Self::deserialize(tables.scene).map_err(|error| {
-            let problem = error.message().trim_end().replace('\n', ", ");
-            // The words are those of the table format; the element that holds the value is named.
-            SceneError::Syntax { place, problem }
-        })?;
-        scene.origin = SceneOrigin {
+        let origin = SceneOrigin {
             file: file.into(),
             directory: Path::new(file).parent().map(Path::to_path_buf).unwrap_or_default(),
             places: tables.places,
         };
+        let scene: Result<Self, _> = serde_path_to_error::deserialize(tables.scene);
+        let mut scene = scene.map_err(|error| {
+            let problem = error.inner().message().trim_end().replace('\n', ", ");
+            // The words are those of the tables; the element that holds the value is named.
+            let mut place = origin.place(&error.path().to_string());
+            place.position = place.position.or(Some((1, 1)));
+            SceneError::Syntax { place, problem }
+        })?;
+        scene.origin = origin;
         Ok(scene)
     }
 }
