@@ -57,6 +57,14 @@ pub enum RigidError {
         /// Samples of each.
         count: usize,
     },
+    /// A collider that changes its shape, among rigid bodies.
+    #[error(
+        "{name:?} changes its shape, which rigid bodies do not feel: leave out the bodies, or give it one shape"
+    )]
+    Changes {
+        /// The collider.
+        name: String,
+    },
     /// A number that must be finite, or above zero, is not.
     #[error("{what} of {name:?} is {value}: give a finite number{}", if *positive { " above zero" } else { "" })]
     Number {

@@ -58,6 +58,9 @@ impl RigidWorld {
         }
         let mut kinematic = Vec::with_capacity(colliders.len());
         for collider in colliders {
+            if collider.shape.changes() {
+                return Err(RigidError::Changes { name: collider.name.clone() });
+            }
             let shape = match &collider.shape {
                 ColliderShape::Plane => {
                     ColliderBuilder::new(SharedShape::halfspace(vector([0.0, 0.0, 1.0])))

@@ -212,6 +212,21 @@ fn holes_of_an_animation_are_closed() {
 }
 
 #[test]
+fn bodies_refuse_colliders_that_they_would_not_feel() {
+    let slabs = [0.1, 0.2].map(|height| cuboid([0.5, 0.5, height]));
+    let grid = distance_grid_sequence("slab", &slabs, 2.0, (16, 0.05)).unwrap();
+    let slab = Collider {
+        name: "slab".into(),
+        shape: ColliderShape::Grid(Arc::new(grid)),
+        pose: Pose::IDENTITY,
+        friction: 0.5,
+        restitution: 0.0,
+    };
+    let error = RigidWorld::new(&[], &[slab], [0.0; 3]).err();
+    assert_eq!(error, Some(RigidError::Changes { name: "slab".into() }));
+}
+
+#[test]
 fn an_animation_keeps_its_faces() {
     let box_mesh = cuboid([1.0; 3]);
     let mut other = box_mesh.clone();

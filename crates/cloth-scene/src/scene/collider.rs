@@ -71,7 +71,8 @@ pub enum SceneShape {
 
 /// A mesh that changes its shape. All files have the same faces, and other vertices; holes are closed by a flat cap.
 /// Between two files distances change linearly, and the surface moves along its normal with the
-/// velocity that follows from that; the last file holds from its time on.
+/// velocity that follows from that; the last file holds from its time on. Not beside rigid bodies, which would not
+/// feel it change.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneAnimation {
