@@ -57,6 +57,14 @@ pub enum RigidError {
         /// Samples of each.
         count: usize,
     },
+    /// A joint that makes no sense.
+    #[error("joint {joint} cannot be made: {problem}")]
+    Joint {
+        /// Number of the joint, from 0.
+        joint: usize,
+        /// What is wrong.
+        problem: &'static str,
+    },
     /// A collider that changes its shape, among rigid bodies.
     #[error(
         "{name:?} changes its shape, which rigid bodies do not feel: leave out the bodies, or give it one shape"

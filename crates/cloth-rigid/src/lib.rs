@@ -1,7 +1,7 @@
 //! Rigid bodies, and solids of any shape as colliders for cloth.
 //!
 //! [`RigidWorld`] moves bodies that collide with each other and with the colliders of a model
-//! (through the library rapier). [`distance_grid`] samples the signed distance of a closed mesh
+//! (through the library rapier), and that a [`RigidJoint`] may join. [`distance_grid`] samples the signed distance of a closed mesh
 //! (through parry), the form in which every backend knows such a solid; [`distance_grid_sequence`] those of a mesh
 //! that moves.
 //!
@@ -12,11 +12,13 @@
 
 mod distance_grid;
 mod error;
+mod joint;
 mod mesh;
 mod shape;
 mod world;
 
 pub use distance_grid::{distance_grid, distance_grid_sequence};
 pub use error::RigidError;
+pub use joint::{RigidJoint, RigidJointKind};
 pub use shape::{RigidBody, RigidShape};
 pub use world::RigidWorld;

@@ -8,7 +8,7 @@ use rapier3d_f64::prelude::{
 use rapier3d_f64::utils::AngularInertiaOps;
 
 use crate::{
-    RigidBody, RigidError,
+    RigidBody, RigidError, RigidJoint,
     mesh::vector,
     shape::{pose, solid},
 };
@@ -82,6 +82,24 @@ impl RigidWorld {
             kinematic.push((world.insert(builder, shape).0, collider.pose));
         }
         Ok(Self { world, bodies: handles, kinematic })
+    }
+
+    /// Adds joints between `bodies`, those of this world, to be called before the first step.
+    ///
+    /// # Errors
+    /// [`RigidError::Joint`] for bodies that do not exist and numbers that make no sense.
+    pub fn join(&mut self, bodies: &[RigidBody], joints: &[RigidJoint]) -> Result<(), RigidError> {
+        for (index, joint) in joints.iter().enumerate() {
+            let built = joint.build(index, bodies)?;
+            let to = match joint.to.and_then(|to| self.bodies.get(to)) {
+                Some(&to) => to,
+                None => self.world.insert_body(RigidBodyBuilder::fixed()),
+            };
+            if let Some(&from) = self.bodies.get(joint.from) {
+                self.world.insert_impulse_joint(to, from, built);
+            }
+        }
+        Ok(())
     }
 
     /// Moves all bodies on by `duration` \[s\], while the colliders go to `targets`; a collider without

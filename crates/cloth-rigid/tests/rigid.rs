@@ -10,7 +10,8 @@ use cloth_core::{
     MaterialPreset, ModelBuilder, Pose, Precision, SolverConfig, State, TriangleMesh,
 };
 use cloth_rigid::{
-    RigidBody, RigidError, RigidShape, RigidWorld, distance_grid, distance_grid_sequence,
+    RigidBody, RigidError, RigidJoint, RigidJointKind, RigidShape, RigidWorld, distance_grid,
+    distance_grid_sequence,
 };
 
 /// A box with faces across the axes.
@@ -420,5 +421,67 @@ fn numbers_that_make_no_sense_are_refused() {
         change(&mut body);
         let error = RigidWorld::new(&[body], &[], [0.0; 3]).map(|_| ()).unwrap_err();
         assert!(matches!(&error, RigidError::Number { name, .. } if name == "brick"), "{error}");
+    }
+}
+
+/// The places of a brick on a joint a tenth of a metre above its centre, for two seconds.
+fn hung(kind: RigidJointKind, velocity: [f64; 3]) -> Vec<[f64; 3]> {
+    let shape = RigidShape::Box { half_extents: [0.02; 3] };
+    let bodies = [brick(shape, [0.0, 0.0, 1.0], velocity)];
+    let joint = RigidJoint { kind, from: 0, to: None, anchor: [0.0, 0.0, 1.1] };
+    let mut world = RigidWorld::new(&bodies, &[], [0.0, 0.0, -9.81]).unwrap();
+    world.join(&bodies, &[joint]).unwrap();
+    let mut places = Vec::new();
+    for _ in 0..60 {
+        world.advance(1.0 / 30.0, &[]);
+        places.push(world.poses()[0].translation);
+    }
+    places
+}
+
+#[test]
+fn joints_leave_free_what_they_are_to() {
+    for [x, y, z] in hung(RigidJointKind::Fixed, [1.0, 0.5, 0.0]) {
+        assert!(x.abs() < 5e-3 && y.abs() < 5e-3 && (z - 1.0).abs() < 5e-3, "{x} {y} {z}");
+    }
+    let hinge = |limits| RigidJointKind::Hinge { axis: [0.0, 3.0, 0.0], limits };
+    for kind in [RigidJointKind::Ball, hinge(None)] {
+        let places = hung(kind, [0.6, 0.0, 0.0]);
+        for [x, y, z] in &places {
+            let distance = (x * x + y * y + (z - 1.1) * (z - 1.1)).sqrt();
+            assert!((distance - 0.1).abs() < 2e-3, "{distance}");
+        }
+        assert!(places.iter().any(|[x, ..]| *x > 0.03) && places.iter().any(|[x, ..]| *x < -0.03));
+    }
+    // A positive angle about y takes what hangs to negative x.
+    let places = hung(hinge(Some([0.0, 0.25])), [-1.0, 0.0, 0.0]);
+    let least = places.iter().map(|[x, ..]| *x).fold(0.0, f64::min);
+    assert!((least + 0.1 * 0.25_f64.sin()).abs() < 5e-3, "{least}");
+    assert!(places.iter().all(|[x, ..]| *x < 5e-3), "{places:?}");
+    let slider = RigidJointKind::Slider { axis: [1.0, 0.0, 0.0], limits: Some([-0.5, 0.25]) };
+    let places = hung(slider, [1.0, 0.5, 0.0]);
+    let most = places.iter().map(|[x, ..]| *x).fold(0.0, f64::max);
+    assert!((most - 0.25).abs() < 0.01, "{most}");
+    for [_, y, z] in places {
+        assert!(y.abs() < 5e-3 && (z - 1.0).abs() < 5e-3, "{y} {z}");
+    }
+}
+
+#[test]
+fn joints_that_make_no_sense_are_refused() {
+    let shape = || RigidShape::Box { half_extents: [0.1; 3] };
+    let bodies = [brick(shape(), [0.0; 3], [0.0; 3]), brick(shape(), [1.0; 3], [0.0; 3])];
+    let good = RigidJoint { kind: RigidJointKind::Ball, from: 0, to: Some(1), anchor: [0.5; 3] };
+    let hinge = |axis, limits| RigidJointKind::Hinge { axis, limits };
+    for joint in [
+        RigidJoint { from: 2, ..good.clone() },
+        RigidJoint { to: Some(0), ..good.clone() },
+        RigidJoint { anchor: [f64::NAN; 3], ..good.clone() },
+        RigidJoint { kind: hinge([0.0; 3], None), ..good.clone() },
+        RigidJoint { kind: hinge([1.0; 3], Some([1.0, -1.0])), ..good.clone() },
+    ] {
+        let mut world = RigidWorld::new(&bodies, &[], [0.0; 3]).unwrap();
+        let error = world.join(&bodies, &[good.clone(), joint]).unwrap_err();
+        assert!(matches!(error, RigidError::Joint { joint: 1, .. }), "{error}");
     }
 }

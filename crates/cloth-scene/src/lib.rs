@@ -30,8 +30,8 @@ pub use scene::{
     SceneCloth, SceneCollider, SceneColour, SceneContact, SceneContactResponse, SceneEvent,
     SceneField, SceneGeometry, SceneGrid, SceneGust, SceneImplicit, SceneJoint, SceneKeyframe,
     SceneMass, SceneMaterial, SceneMesh, SceneNetwork, SceneOrigin, ScenePin, ScenePrecision,
-    ScenePrototype, SceneRigid, SceneRigidShape, SceneRotation, SceneSemiImplicit, SceneShape,
-    SceneSimulation, SceneSolver, SceneSpring, SceneSpringClass, SceneStencil, SceneStrainLimit,
-    SceneTriangles, SceneView, SceneWind,
+    ScenePrototype, SceneRigid, SceneRigidJoint, SceneRigidJointKind, SceneRigidShape,
+    SceneRotation, SceneSemiImplicit, SceneShape, SceneSimulation, SceneSolver, SceneSpring,
+    SceneSpringClass, SceneStencil, SceneStrainLimit, SceneTriangles, SceneView, SceneWind,
 };
 pub use timeline::Timeline;

@@ -463,3 +463,53 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn joints_name_the_bodies_that_they_join() {
+    let body = |id: u32, name: &str| {
+        format!(
+            "<rigid id=\"{id}\" name=\"{name}\"><linear mass=\"1\"/><sphere radius=\"0.1\"/></rigid>"
+        )
+    };
+    let text = |joint: &str| {
+        format!(
+            "<fysl version=\"1.0\"><scene name=\"j\"/><actors><group id=\"1\" name=\"g\"><grid width=\"2\" height=\"2\" \
+             spacing=\"1\"/><fabric preset=\"denim\"/></group>{}{}</actors>\n<joints>\n{joint}</joints></fysl>",
+            body(2, "a"),
+            body(3, "b")
+        )
+    };
+    let all = text(
+        "<ball_joint from=\"a\" to=\"b\" anchor=\"0 1 2\"/><fixed_joint from=\"a\" anchor=\"0 0 0\"/>\
+         <hinge_joint from=\"b\" anchor=\"0 0 0\" axis=\"0 1 2\" limits=\"-90 45\"/>\
+         <slider_joint from=\"b\" to=\"a\" anchor=\"0 0 0\" axis=\"0 1 2\"/>",
+    );
+    let scene = read(&all);
+    assert_eq!(scene.rigid_joints.len(), 4);
+    assert_eq!(scene.rigid_joints[0].anchor, [0.0, 2.0, 1.0]);
+    assert_eq!(scene.rigid_joints[2].axis, Some([-0.0, -2.0, -1.0]), "a turn the other way");
+    assert_eq!(read(&scene.to_fysl().unwrap()), scene);
+    assert_eq!(Scene::from_toml(&scene.to_toml().unwrap(), "j.toml").unwrap(), scene);
+    let compiled = scene.compile(&CompileOptions::default()).unwrap();
+    assert_eq!((compiled.rigid_joints[3].from, compiled.rigid_joints[3].to), (1, Some(0)));
+    for (joint, part, words) in [
+        (
+            "<ball_joint from=\"c\" anchor=\"0 0 0\"/>",
+            "from=\"c\"",
+            "the body `c`, which does not exist",
+        ),
+        (
+            "<ball_joint from=\"a\" to=\"a\" anchor=\"0 0 0\"/>",
+            "<ball_joint",
+            "does not join two bodies",
+        ),
+        ("<hinge_joint from=\"a\" anchor=\"0 0 0\" axis=\"0 0 0\"/>", "<hinge_joint", "not zero"),
+    ] {
+        let text = text(joint);
+        let error = read(&text).compile(&CompileOptions::default()).unwrap_err();
+        let (line, column) = at(&text, part);
+        let place = format!("line {line}, column {column}");
+        assert!(error.to_string().contains(words), "{error}");
+        assert!(error.to_string().contains(&place), "{error}, not {place}");
+    }
+}

@@ -90,7 +90,9 @@ impl Simulation {
             solver.collider_impulses(&mut impulses)?;
             let own = scene.model.colliders().len() - scene.rigids.len();
             let colliders = &scene.model.colliders()[..own];
-            let world = RigidWorld::new(&scene.rigids, colliders, scene.model.gravity());
+            let world = RigidWorld::new(&scene.rigids, colliders, scene.model.gravity()).and_then(
+                |mut world| world.join(&scene.rigids, &scene.rigid_joints).map(|()| world),
+            );
             // Compiling the scene has made the same world.
             Some(world.map_err(|error| Error::Unsupported {
                 backend: "rigid body",

@@ -22,7 +22,7 @@ mod timeline;
 use std::{borrow::Cow, sync::Arc};
 
 use cloth_core::{Model, ModelBuilder, SolverConfig, TextureMap};
-use cloth_rigid::RigidBody;
+use cloth_rigid::{RigidBody, RigidJoint};
 
 pub use memory::MemoryEstimate;
 pub use options::CompileOptions;
@@ -53,6 +53,8 @@ pub struct CompiledScene {
     /// Bodies that move by themselves; each is also one of the colliders of the model, the last ones in
     /// the same order.
     pub rigids: Vec<RigidBody>,
+    /// Constraints between these bodies.
+    pub rigid_joints: Vec<RigidJoint>,
     /// What a picture needs to know of each cloth, in the order of the model's cloths.
     pub cloths: Vec<CompiledCloth>,
 }
@@ -99,7 +101,7 @@ impl Scene {
         for (index, collider) in self.colliders.iter().enumerate() {
             colliders.push(collider::compile(&check, index, collider, options)?);
         }
-        let (rigids, solids) = rigid::compile(self, &check, &colliders)?;
+        let (rigids, rigid_joints, solids) = rigid::compile(self, &check, &colliders)?;
         builder = builder.collider_impulses(!rigids.is_empty());
         builder = colliders.into_iter().chain(solids).fold(builder, ModelBuilder::collider);
         // Events name pins by sets of the geometry, which the model does not keep.
@@ -121,6 +123,7 @@ impl Scene {
             timeline,
             view: self.view,
             rigids,
+            rigid_joints,
             cloths: self.cloths.iter().map(CompiledCloth::from).collect(),
         })
     }

@@ -1,9 +1,12 @@
 //! Rigid bodies, from description to what moves them and what the cloth feels of them.
 
 use cloth_core::{Collider, ColliderShape, Pose};
-use cloth_rigid::{RigidBody, RigidShape, RigidWorld};
+use cloth_rigid::{RigidBody, RigidJoint, RigidJointKind, RigidShape, RigidWorld};
 
-use crate::{Scene, SceneError, SceneRigid, SceneRigidShape, SceneRotation};
+use crate::{
+    Scene, SceneError, SceneRigid, SceneRigidJoint, SceneRigidJointKind, SceneRigidShape,
+    SceneRotation,
+};
 
 use super::{Check, collider::rotation_check, solid};
 
@@ -13,7 +16,7 @@ pub(super) fn compile(
     scene: &Scene,
     check: &Check<'_>,
     colliders: &[Collider],
-) -> Result<(Vec<RigidBody>, Vec<Collider>), SceneError> {
+) -> Result<(Vec<RigidBody>, Vec<RigidJoint>, Vec<Collider>), SceneError> {
     let mut bodies = Vec::with_capacity(scene.rigids.len());
     let mut solids = Vec::with_capacity(scene.rigids.len());
     for (index, rigid) in scene.rigids.iter().enumerate() {
@@ -28,7 +31,60 @@ pub(super) fn compile(
         RigidWorld::new(&bodies, colliders, scene.gravity)
             .map_err(|error| solid::place(check, "collider", &error))?;
     }
-    Ok((bodies, solids))
+    let mut joints = Vec::with_capacity(scene.rigid_joints.len());
+    for (index, joint) in scene.rigid_joints.iter().enumerate() {
+        let key = format!("rigid_joint[{index}]");
+        joints.push(self::joint(scene, check, &key, joint)?);
+        RigidWorld::new(&bodies, &[], scene.gravity)
+            .and_then(|mut world| world.join(&bodies, &joints))
+            .map_err(|error| solid::place(check, &key, &error))?;
+    }
+    Ok((bodies, joints, solids))
+}
+
+fn joint(
+    scene: &Scene,
+    check: &Check<'_>,
+    key: &str,
+    joint: &SceneRigidJoint,
+) -> Result<RigidJoint, SceneError> {
+    let wrong = |field: &str, problem: String| SceneError::Value {
+        place: check.place(&format!("{key}.{field}")),
+        problem,
+    };
+    let body = |field: &str, name: &str| {
+        let found = scene.rigids.iter().position(|rigid| rigid.name == name);
+        found.ok_or_else(|| {
+            wrong(
+                field,
+                format!("a joint names the body `{name}`, which does not exist: correct the name"),
+            )
+        })
+    };
+    let axis = || {
+        let missing = || wrong("axis", "a hinge or slider has no `axis`: add it".to_owned());
+        joint.axis.ok_or_else(missing)
+    };
+    let kind = match joint.kind {
+        SceneRigidJointKind::Fixed => RigidJointKind::Fixed,
+        SceneRigidJointKind::Ball => RigidJointKind::Ball,
+        SceneRigidJointKind::Hinge => RigidJointKind::Hinge {
+            axis: axis()?,
+            limits: joint.limits.map(|limits| limits.map(f64::to_radians)),
+        },
+        SceneRigidJointKind::Slider => {
+            RigidJointKind::Slider { axis: axis()?, limits: joint.limits }
+        }
+    };
+    if matches!(kind, RigidJointKind::Fixed | RigidJointKind::Ball)
+        && (joint.axis.is_some() || joint.limits.is_some())
+    {
+        let problem = "a fixed or ball joint has no `axis` and no `limits`: remove them";
+        return Err(wrong("kind", problem.to_owned()));
+    }
+    let from = body("from", &joint.from)?;
+    let to = joint.to.as_ref().map(|name| body("to", name)).transpose()?;
+    Ok(RigidJoint { kind, from, to, anchor: joint.anchor })
 }
 
 fn body(

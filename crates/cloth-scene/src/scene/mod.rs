@@ -32,7 +32,7 @@ pub use material::{SceneAerodynamics, SceneBend, SceneMass, SceneMaterial, Scene
 pub use network::{SceneJoint, SceneNetwork, ScenePrototype};
 pub use origin::SceneOrigin;
 pub use pin::ScenePin;
-pub use rigid::{SceneRigid, SceneRigidShape};
+pub use rigid::{SceneRigid, SceneRigidJoint, SceneRigidJointKind, SceneRigidShape};
 pub use rotation::SceneRotation;
 pub use simulation::{ScenePrecision, SceneSimulation, SceneSpringClass, SceneStrainLimit};
 pub use solver::{SceneAdaptive, SceneImplicit, SceneSemiImplicit, SceneSolver};
@@ -65,6 +65,9 @@ pub struct Scene {
     /// Solid bodies that move by themselves.
     #[serde(default, rename = "rigid", skip_serializing_if = "Vec::is_empty")]
     pub rigids: Vec<SceneRigid>,
+    /// Constraints between these.
+    #[serde(default, rename = "rigid_joint", skip_serializing_if = "Vec::is_empty")]
+    pub rigid_joints: Vec<SceneRigidJoint>,
     /// Force fields beside gravity.
     #[serde(default, rename = "field", skip_serializing_if = "Vec::is_empty")]
     pub fields: Vec<SceneField>,
@@ -100,6 +103,7 @@ impl Scene {
             cloths: Vec::new(),
             colliders: Vec::new(),
             rigids: Vec::new(),
+            rigid_joints: Vec::new(),
             fields: Vec::new(),
             wind: None,
             contact: None,

@@ -72,3 +72,38 @@ pub enum SceneRigidShape {
 const fn friction_default() -> f64 {
     0.3
 }
+
+/// A constraint between two rigid bodies, as they are at the start. The two do not collide with each other.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneRigidJoint {
+    /// What it leaves free.
+    pub kind: SceneRigidJointKind,
+    /// Name of a body.
+    pub from: String,
+    /// Name of the other one; the world if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub to: Option<String>,
+    /// Where they are joined \[m\].
+    pub anchor: [f64; 3],
+    /// Axis of a hinge or slider, of any length but zero.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axis: Option<[f64; 3]>,
+    /// Least and largest angle \[degrees\] of a hinge, or way \[m\] of a slider, of `from` seen from `to`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<[f64; 2]>,
+}
+
+/// What a joint leaves free.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SceneRigidJointKind {
+    /// Nothing.
+    Fixed,
+    /// All rotations about the anchor.
+    Ball,
+    /// The rotation about the axis.
+    Hinge,
+    /// The motion along the axis.
+    Slider,
+}

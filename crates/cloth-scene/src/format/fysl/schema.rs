@@ -111,7 +111,7 @@ use Target::{Inline, Item, Table, Value};
 pub(super) static ROOT: Element = Element {
     tag: "fysl",
     attributes: &[required("version", "", Word(&["1.0"]))],
-    children: &[&SCENE, &SIMULATION, &ACTORS, &FEEDBACK],
+    children: &[&SCENE, &SIMULATION, &ACTORS, &JOINTS, &FEEDBACK],
     ..EMPTY
 };
 
@@ -270,6 +270,51 @@ static MOVE: Element = leaf(
         required("duration", "action.move.duration", Number),
     ],
 );
+
+static JOINTS: Element = Element {
+    tag: "joints",
+    children: &[&FIXED_JOINT, &BALL_JOINT, &HINGE_JOINT, &SLIDER_JOINT],
+    ..EMPTY
+};
+const POINT_JOINT: Element = Element {
+    target: Item("/rigid_joint", ""),
+    attributes: &[
+        required("from", "from", Text),
+        same("to", Text),
+        required("anchor", "anchor", Vector),
+    ],
+    ..EMPTY
+};
+static FIXED_JOINT: Element =
+    Element { tag: "fixed_joint", constant: Some(("kind", "fixed")), ..POINT_JOINT };
+static BALL_JOINT: Element =
+    Element { tag: "ball_joint", constant: Some(("kind", "ball")), ..POINT_JOINT };
+static HINGE_JOINT: Element = Element {
+    tag: "hinge_joint",
+    target: Item("/rigid_joint", ""),
+    attributes: &[
+        required("from", "from", Text),
+        same("to", Text),
+        required("anchor", "anchor", Vector),
+        required("axis", "axis", Axis),
+        same("limits", Numbers(2)),
+    ],
+    constant: Some(("kind", "hinge")),
+    ..EMPTY
+};
+static SLIDER_JOINT: Element = Element {
+    tag: "slider_joint",
+    target: Item("/rigid_joint", ""),
+    attributes: &[
+        required("from", "from", Text),
+        same("to", Text),
+        required("anchor", "anchor", Vector),
+        required("axis", "axis", Vector),
+        same("limits", Numbers(2)),
+    ],
+    constant: Some(("kind", "slider")),
+    ..EMPTY
+};
 
 static ACTORS: Element = Element { tag: "actors", children: &[&GROUP, &RIGID, &COLLIDER], ..EMPTY };
 

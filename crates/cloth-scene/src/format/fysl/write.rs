@@ -36,8 +36,9 @@ impl Scene {
             root: table,
         };
         let mut root = std::mem::take(&mut writer.root);
-        let arrays: Vec<_> =
-            ["field", "event", "cloth", "rigid", "collider"].map(str::to_owned).to_vec();
+        let arrays: Vec<_> = ["field", "event", "cloth", "rigid", "collider", "rigid_joint"]
+            .map(str::to_owned)
+            .to_vec();
         writer.root = arrays.into_iter().filter_map(|key| root.remove_entry(&key)).collect();
         writer.element(&ROOT, &mut root, 0, None).map_err(fail)?;
         root.extend(std::mem::take(&mut writer.root));
