@@ -101,7 +101,8 @@ impl Scene {
         for (index, collider) in self.colliders.iter().enumerate() {
             colliders.push(collider::compile(&check, index, collider, options)?);
         }
-        let (rigids, rigid_joints, solids) = rigid::compile(self, &check, &colliders)?;
+        let rigid::Bodies { bodies: rigids, joints: rigid_joints, solids } =
+            rigid::compile(self, &check, &colliders)?;
         builder = builder.collider_impulses(!rigids.is_empty());
         builder = colliders.into_iter().chain(solids).fold(builder, ModelBuilder::collider);
         // Events name pins by sets of the geometry, which the model does not keep.

@@ -10,13 +10,21 @@ use crate::{
 
 use super::{Check, collider::rotation_check, solid};
 
+/// The bodies of a scene.
+pub(super) struct Bodies {
+    pub(super) bodies: Vec<RigidBody>,
+    pub(super) joints: Vec<RigidJoint>,
+    /// What they are for the cloth.
+    pub(super) solids: Vec<Collider>,
+}
+
 /// All bodies of a scene, each with the collider that it is for the cloth; `colliders` are those of
 /// the scene itself.
 pub(super) fn compile(
     scene: &Scene,
     check: &Check<'_>,
     colliders: &[Collider],
-) -> Result<(Vec<RigidBody>, Vec<RigidJoint>, Vec<Collider>), SceneError> {
+) -> Result<Bodies, SceneError> {
     let mut bodies = Vec::with_capacity(scene.rigids.len());
     let mut solids = Vec::with_capacity(scene.rigids.len());
     for (index, rigid) in scene.rigids.iter().enumerate() {
@@ -39,7 +47,7 @@ pub(super) fn compile(
             .and_then(|mut world| world.join(&bodies, &joints))
             .map_err(|error| solid::place(check, &key, &error))?;
     }
-    Ok((bodies, joints, solids))
+    Ok(Bodies { bodies, joints, solids })
 }
 
 fn joint(
