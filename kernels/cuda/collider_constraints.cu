@@ -24,7 +24,7 @@ extern "C" __global__ void collider_constraints(const __grid_constant__ Solver s
         real depth = offset - at.distance;
         vec3 n = at.normal;
         if (!(depth > h * dot(n, predicted)) || count == TOUCHES_MAX) continue;
-        vec3 surface = surface_velocity(c, x);
+        vec3 surface = surface_velocity(c, at, x);
         real surface_speed = dot(surface, n);
         real approach = dot(v, n) - surface_speed;
         real speed = minimum(depth / h, surface_speed);

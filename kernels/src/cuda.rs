@@ -32,6 +32,7 @@ macro_rules! modules {
 modules! {
     "aerodynamic_forces" [],
     "collider_constraints" [],
+    "collider_impulses" [],
     "collider_response" [],
     "conjugate_gradient" ["wide"],
     "constraint_filter" [],
@@ -51,6 +52,7 @@ modules! {
     "pins_write" [],
     "preconditioner_apply" [],
     "preconditioner_build" [],
+    "procedural_forces" [],
     "spring_forces" [],
     "spring_linearise" [],
     "strain_limit" [],
@@ -68,7 +70,8 @@ macro_rules! shared {
 }
 
 shared! {
-    "real" "solver" "spring" "field" "air" "collider" "contact" "group" "list" "sync" "build" "substep"
+    "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "sync" "build"
+    "substep"
     "linear" "constraint"
 }
 
@@ -102,6 +105,19 @@ impl CudaModule {
     /// # Errors
     /// An option that the module does not know.
     pub fn compose(&self, options: Vec<&str>) -> Result<String, CudaOptionError> {
+        self.compose_with(options, &[])
+    }
+
+    /// The same with some of the shared parts, given by name and text, in place of those of this
+    /// package: what a backend writes for a model, such as the programs of procedural fields.
+    ///
+    /// # Errors
+    /// As [`Self::compose`].
+    pub fn compose_with(
+        &self,
+        options: Vec<&str>,
+        parts: &[(&str, &str)],
+    ) -> Result<String, CudaOptionError> {
         let mut text = String::new();
         for option in options {
             if !(COMMON.contains(&option) || self.options.contains(&option)) {
@@ -109,7 +125,10 @@ impl CudaModule {
             }
             text += &format!("#define CLOTH_{}\n", option.to_uppercase());
         }
-        SHARED.iter().for_each(|(_, part)| text += part);
+        for (name, part) in SHARED {
+            let given = parts.iter().find(|(given, _)| given == name);
+            text += given.map_or(*part, |(_, given)| *given);
+        }
         text += self.source;
         Ok(text)
     }

@@ -25,6 +25,7 @@ pub struct Stage {
 /// semi-implicit one, then what looks at the state.
 pub const STAGES: &[Stage] = &[
     Stage { name: "field_forces", section: 3 },
+    Stage { name: "procedural_forces", section: 3 },
     Stage { name: "spring_forces", section: 2 },
     Stage { name: "aerodynamic_forces", section: 3 },
     Stage { name: "contact_candidates", section: 8 },

@@ -37,8 +37,9 @@ macro_rules! modules {
 
 modules! {
     "aerodynamic_forces" [],
-    "collider_constraints" [],
-    "collider_response" [],
+    "collider_constraints" ["grids"],
+    "collider_impulses" [],
+    "collider_response" ["grids", "impulses"],
     "conjugate_gradient_image" ["colliders", "penalty"],
     "conjugate_gradient_step" ["colliders"],
     "constraint_filter" ["colliders"],
@@ -53,7 +54,7 @@ modules! {
     "contact_impulses" [],
     "contact_impulses_count" [],
     "contact_linearise" [],
-    "explicit_substep" ["air", "buckling", "penalty"],
+    "explicit_substep" ["air", "buckling", "grids", "impulses", "penalty"],
     "field_forces" [],
     "implicit_assemble" ["air", "buckling", "colliders", "penalty"],
     "integrate_explicit" [],
@@ -65,13 +66,14 @@ modules! {
     "linear_residual" ["colliders", "penalty"],
     "linear_start" ["colliders"],
     "matrix_apply" ["penalty"],
-    "measure" ["buckling", "contact"],
+    "measure" ["buckling", "contact", "grids"],
     "measure_total" [],
     "pins_write" [],
     "position_advance" [],
     "position_from_kept" [],
     "preconditioner_apply" ["colliders"],
     "preconditioner_build" ["colliders"],
+    "procedural_forces" [],
     "semi_implicit_factorise" ["buckling"],
     "semi_implicit_solve" ["buckling"],
     "spring_forces" ["buckling"],
@@ -97,9 +99,9 @@ macro_rules! shared {
 shared! {
     "air" "air_jacobian" "air_jacobian_none" "call" "cells" "collider" "constraint"
     "constraint_change" "constraint_none" "contact_list" "contact_partners" "contact_penalty"
-    "contact_row" "contact_row_none" "field" "filter" "finite" "force" "integrate" "link_kinds"
+    "contact_row" "contact_row_none" "distance_grid" "distance_grid_none" "field" "filter" "finite" "force" "impulses" "impulses_none" "integrate" "link_kinds"
     "links" "matrix" "matrix_diagonal" "matrix_row" "measure_sum" "model" "motion" "motion_out"
-    "piece" "preconditioner" "solve" "solve_check" "spring" "spring_buckling" "spring_linear"
+    "piece" "preconditioner" "procedural" "solve" "solve_check" "spring" "spring_buckling" "spring_linear"
     "status" "substep" "symmetric" "triangles" "vectors"
 }
 
@@ -152,6 +154,19 @@ impl WgslModule {
     /// # Errors
     /// An option that the module does not know, a part that does not exist, an `if` without end.
     pub fn compose(&self, options: &[&str]) -> Result<String, ComposeError> {
+        self.compose_with(options, &[])
+    }
+
+    /// The same with some parts, given by name and text, in place of those of this package: what
+    /// a backend writes for a model, such as the programs of procedural fields.
+    ///
+    /// # Errors
+    /// As [`Self::compose`].
+    pub fn compose_with(
+        &self,
+        options: &[&str],
+        parts: &[(&str, &str)],
+    ) -> Result<String, ComposeError> {
         let fail = |reason: String| ComposeError { module: self.name.to_owned(), reason };
         if let Some(unknown) = options.iter().find(|option| !self.options.contains(option)) {
             return Err(fail(format!("there is no option `{unknown}`")));
@@ -172,7 +187,8 @@ impl WgslModule {
                 Some("include") if condition == Some(false) => {}
                 Some("include") => {
                     for name in words {
-                        let part = SHARED.iter().find(|(shared, _)| *shared == name);
+                        let mut all = parts.iter().chain(SHARED);
+                        let part = all.find(|(shared, _)| *shared == name);
                         let (_, part) = part.ok_or_else(|| fail(format!("no part `{name}`")))?;
                         text.push_str(part);
                     }

@@ -1,10 +1,16 @@
 // NUMERICS section 5: the constraints that colliders put on velocities.
-//!include model substep status motion collider symmetric constraint constraint_change solve
+//!include model substep status motion collider symmetric constraint constraint_change solve impulses_none
+//!if grids
+//!include distance_grid
+//!end
+//!if not grids
+//!include distance_grid_none
+//!end
 
 fn touch_of(collider: Collider, surface: Surface, gap: f32, mass: f32, x: vec3f, v: vec3f) -> Touch {
     let length = substep.length;
     let arm = x - collider.translation;
-    let carried = collider.linear_velocity + cross_product(collider.angular_velocity, arm);
+    let carried = surface_velocity(collider, surface, arm);
     let normal = surface.normal;
     let speed_surface = dot_product(carried, normal);
     let approach = dot_product(v, normal) - speed_surface;

@@ -1,5 +1,17 @@
 // NUMERICS section 7: contact with all colliders, in place.
 //!include model substep status motion_out collider
+//!if grids
+//!include distance_grid
+//!end
+//!if not grids
+//!include distance_grid_none
+//!end
+//!if impulses
+//!include impulses
+//!end
+//!if not impulses
+//!include impulses_none
+//!end
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -14,7 +26,7 @@ fn main(
     if position.w > 0.0 {
         let velocity = velocity_out[particle];
         let before = Moved(position.xyz, velocity.xyz);
-        let moved = collide_all(cloth_offset(particle), before);
+        let moved = collide_all(particle, velocity.w, before);
         position_out[particle] = vec4f(moved.position, position.w);
         velocity_out[particle] = vec4f(moved.velocity, velocity.w);
     }

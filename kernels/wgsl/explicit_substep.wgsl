@@ -1,6 +1,18 @@
 // The composite stage: all forces, integration and, where nothing comes between, colliders, in one
 // pass over the particles. It is made of the same functions as the single stages.
-//!include model substep status motion motion_out finite field spring integrate collider
+//!include model substep status motion motion_out finite field spring integrate collider procedural
+//!if grids
+//!include distance_grid
+//!end
+//!if not grids
+//!include distance_grid_none
+//!end
+//!if impulses
+//!include impulses
+//!end
+//!if not impulses
+//!include impulses_none
+//!end
 //!if buckling
 //!include spring_buckling
 //!end
@@ -29,6 +41,7 @@ fn main(
     // earlier one stops it. Looked at late, so that nothing waits for it.
     let is_over = atomicLoad(&status.stopped) < substep.serial;
     var sum = field_force(velocity.w, velocity.xyz);
+    sum = procedural_force(sum, particle, position.xyz, velocity.xyz, velocity.w);
     sum = spring_force(sum, particle, position.xyz, velocity.xyz);
 //!if air
     sum += air_force(particle);
@@ -42,7 +55,7 @@ fn main(
     let step = integrate(position.xyz, position.w, velocity.xyz, sum);
     var moved = Moved(step.position, step.velocity);
     if model.colliders_in_pass != 0u && substep.collider_count != 0u && position.w > 0.0 {
-        moved = collide_all(cloth_offset(particle), moved);
+        moved = collide_all(particle, velocity.w, moved);
     }
     if is_over {
         moved = Moved(position.xyz, velocity.xyz);

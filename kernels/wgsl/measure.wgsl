@@ -1,5 +1,11 @@
 // NUMERICS section 10: figures of a state, over blocks of particles.
-//!include model substep motion finite spring collider measure_sum
+//!include model substep motion finite spring collider measure_sum impulses_none
+//!if grids
+//!include distance_grid
+//!end
+//!if not grids
+//!include distance_grid_none
+//!end
 //!if buckling
 //!include spring_buckling
 //!end

@@ -281,9 +281,10 @@ fn velocities_beyond_the_range_diverge_with_a_cause() {
 #[test]
 fn a_right_hand_side_that_is_no_number() {
     let field = Field::Uniform { acceleration: [0.0, 1e300, 0.0] };
-    let model = Arc::new(builder().field(field).field(field).build().unwrap());
+    let model = Arc::new(builder().field(field.clone()).field(field).build().unwrap());
     let infinite = Field::Uniform { acceleration: [0.0, 1e308, 0.0] };
-    let worse = Arc::new((0..40).fold(builder(), |b, _| b.field(infinite)).build().unwrap());
+    let worse =
+        Arc::new((0..40).fold(builder(), |b, _| b.field(infinite.clone())).build().unwrap());
     for candidate in candidates_with(Feature::Implicit) {
         for model in [&model, &worse] {
             for integrator in all_solvers(candidate) {

@@ -4,6 +4,7 @@
 
 mod config;
 mod control_and_state;
+mod fields;
 mod implicit;
 mod mesh;
 mod model;

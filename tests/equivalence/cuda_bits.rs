@@ -9,6 +9,7 @@ use harness::{
     backends::{Candidate, candidates, cpu, cuda},
     checks::{self, Scenario, same_bits},
     models::{Contact, Deformation, Description, Piece, description},
+    stages::PROCEDURAL_COUNT,
 };
 use proptest::{
     strategy::Strategy,
@@ -50,6 +51,17 @@ fn for_all(
 #[test]
 fn every_explicit_stage_gives_the_bits_of_the_cpu() {
     for_all(160, &description(), checks::bits_of_explicit_stages);
+}
+
+#[test]
+fn expressions_and_distance_grids_give_the_bits_of_the_cpu() {
+    let cases = description().prop_map(|mut case| {
+        case.fields = PROCEDURAL_COUNT + 3;
+        case.colliders = 5;
+        case
+    });
+    for_all(48, &cases, checks::bits_of_explicit_stages);
+    for_all(24, &cases, checks::bits_of_implicit_stages);
 }
 
 #[test]

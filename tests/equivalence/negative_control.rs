@@ -92,6 +92,7 @@ fn control_in(
 #[test]
 fn every_perturbed_stage_is_found_by_its_check() {
     control(Defect::Scaled(Stage::FieldForces), &busy(), checks::field_forces);
+    control(Defect::Scaled(Stage::ProceduralForces), &busy(), checks::procedural_forces);
     control(Defect::Scaled(Stage::SpringForces), &busy(), checks::spring_forces);
     control(Defect::Scaled(Stage::SpringForces), &buckled(), checks::spring_forces);
     control(Defect::Scaled(Stage::Measure), &buckled(), checks::measure);
@@ -101,6 +102,7 @@ fn every_perturbed_stage_is_found_by_its_check() {
     control(Defect::Scaled(Stage::ContactImpulses), &with_impulses(), checks::contact_impulses);
     control(Defect::Scaled(Stage::StrainLimit), &busy(), checks::strain_limit);
     control(Defect::Scaled(Stage::ColliderResponse), &busy(), checks::collider_response);
+    control(Defect::Scaled(Stage::ColliderResponse), &on_grid(), checks::collider_response);
     control(Defect::Scaled(Stage::VertexNormals), &busy(), checks::vertex_normals);
     control(Defect::Scaled(Stage::Measure), &busy(), checks::measure);
     control(Defect::Scaled(Stage::SemiImplicitSolve), &busy(), checks::semi_implicit_solve);
@@ -112,9 +114,30 @@ fn every_perturbed_stage_is_found_by_its_check() {
     control_in(&[Precision::F64], defect, &free, checks::torque_correct);
 }
 
+/// The fifth collider is a distance grid.
+fn on_grid() -> Description {
+    Description { colliders: 5, ..on_colliders() }
+}
+
 /// Particles among colliders, moved and pulled in all directions.
 fn on_colliders() -> Description {
     Description { contact: Contact::Off, deformation: Deformation::Jitter, ..busy() }
+}
+
+#[test]
+fn impulses_of_colliders_that_are_a_little_off_are_found() {
+    control_some(Defect::Scaled(Stage::ColliderImpulses), checks::collider_impulses);
+    let real = gpu_candidate("wgpu", Box::new(SharedGpu));
+    let backend =
+        PerturbedBackend::with_size(SharedGpu, Defect::Scaled(Stage::ColliderImpulses), 1e-3);
+    let perturbed = gpu_candidate("perturbed wgpu", Box::new(backend));
+    let _turn = real.turn();
+    let seeds = || (0..8).map(|seed| Description { seed: 2 * seed, ..on_grid() });
+    for description in seeds() {
+        assert_eq!(checks::collider_impulses(&real, &description), Ok(()));
+    }
+    let is_found = |description| checks::collider_impulses(&perturbed, &description).is_err();
+    assert!(seeds().any(is_found), "no model shows it");
 }
 
 /// The same for a stage of contacts with colliders, whose defect changes nothing unless a particle happens to come

@@ -27,6 +27,17 @@ fn field_forces() {
 }
 
 #[test]
+fn procedural_forces() {
+    for_all(CASES, &description(), checks::procedural_forces);
+}
+
+/// Two expressions: a pass over the particles then has more than one program in its registers.
+#[test]
+fn procedural_forces_in_the_fused_substep() {
+    for_all(24, &with(|case| case.fields = 5), checks::explicit_substep);
+}
+
+#[test]
 fn spring_forces() {
     for_all(CASES, &description(), checks::spring_forces);
 }
@@ -121,6 +132,19 @@ fn contact_impulses() {
 #[test]
 fn strain_limit() {
     for_all(CASES, &with(|case| case.strain_limit = true), checks::strain_limit);
+}
+
+/// The last collider but one is a distance grid.
+#[test]
+fn collider_response_of_distance_grids() {
+    for_all(CASES, &with(|case| case.colliders = 6), checks::collider_response);
+    for_all(CASES, &with(|case| case.colliders = 5), checks::measure);
+}
+
+#[test]
+fn collider_impulses() {
+    let cases = with(|case| case.colliders = case.colliders.max(1));
+    for_all(CASES, &cases, checks::collider_impulses);
 }
 
 #[test]

@@ -1,18 +1,19 @@
 //! NUMERICS §7: colliders as signed distances.
 
 use cloth_core::{
-    ColliderShape, Model, Real,
+    ColliderImpulse, ColliderShape, Model, Real,
     stepper::{ColliderState, FramePlan},
 };
 use pulp::NullaryFnOnce;
 
 use crate::{
+    distance_grid::GridSolid,
     memory::{LANES, Lanes, MotionChunk, PacketMotion, lanes},
-    vector::{dot, sub},
+    vector::{cross, dot, sub},
 };
 
 /// A collider at one time, in the precision of the solver.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct ColliderAt<T> {
     shape: Shape<T>,
     translation: [T; 3],
@@ -22,17 +23,19 @@ pub(crate) struct ColliderAt<T> {
     restitution: T,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 enum Shape<T> {
     Plane(Plane<T>),
     Sphere(Sphere<T>),
     Capsule(Capsule<T>),
     Box(OrientedBox<T>),
+    Grid(GridSolid<T>),
 }
 
-/// Signed distance and normal (in the world) at a point relative to the origin of the collider.
+/// Signed distance, normal (in the world) and velocity of the surface along it, beside that of the collider as a whole,
+/// at a point relative to the origin of the collider.
 trait SignedDistance<T> {
-    fn distance(&self, point: [T; 3]) -> (T, [T; 3]);
+    fn distance(&self, point: [T; 3]) -> (T, [T; 3], T);
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -69,7 +72,7 @@ impl<T: Real> ColliderAt<T> {
         out.clear();
         for states in plan.colliders.chunks(plan.collider_count.max(1)) {
             out.extend(model.colliders().iter().zip(states).map(|(collider, state)| Self {
-                shape: Shape::new(collider.shape, state),
+                shape: Shape::new(&collider.shape, state),
                 translation: state.translation.map(T::from_f64),
                 linear_velocity: state.linear_velocity.map(T::from_f64),
                 angular_velocity: state.angular_velocity.map(T::from_f64),
@@ -96,6 +99,7 @@ impl<T: Real> ColliderAt<T> {
             Shape::Sphere(shape) => depths.fill(shape, at, offsets, inverse_mass, position),
             Shape::Capsule(shape) => depths.fill(shape, at, offsets, inverse_mass, position),
             Shape::Box(shape) => depths.fill(shape, at, offsets, inverse_mass, position),
+            Shape::Grid(shape) => depths.fill(shape, at, offsets, inverse_mass, position),
         }
         depths
     }
@@ -124,11 +128,11 @@ impl<T: Real> ColliderAt<T> {
 }
 
 impl<T: Real> Shape<T> {
-    fn new(shape: ColliderShape, state: &ColliderState) -> Self {
+    fn new(shape: &ColliderShape, state: &ColliderState) -> Self {
         let rotation = state.rotation.map(|row| row.map(T::from_f64));
         let [x_axis, _, z_axis] =
             [0, 1, 2].map(|axis| [rotation[0][axis], rotation[1][axis], rotation[2][axis]]);
-        match shape {
+        match *shape {
             ColliderShape::Plane => Self::Plane(Plane { normal: z_axis }),
             ColliderShape::Sphere { radius } => {
                 Self::Sphere(Sphere { radius: T::from_f64(radius), fallback: z_axis })
@@ -142,35 +146,36 @@ impl<T: Real> Shape<T> {
             ColliderShape::Box { half_extents } => {
                 Self::Box(OrientedBox { half_extents: half_extents.map(T::from_f64), rotation })
             }
+            ColliderShape::Grid(ref grid) => Self::Grid(GridSolid::new(grid, rotation, state.sets)),
         }
     }
 }
 
 impl<T: Real> SignedDistance<T> for Plane<T> {
     #[inline(always)]
-    fn distance(&self, point: [T; 3]) -> (T, [T; 3]) {
-        (dot(point, self.normal), self.normal)
+    fn distance(&self, point: [T; 3]) -> (T, [T; 3], T) {
+        (dot(point, self.normal), self.normal, T::ZERO)
     }
 }
 
 impl<T: Real> SignedDistance<T> for Sphere<T> {
     #[inline(always)]
-    fn distance(&self, point: [T; 3]) -> (T, [T; 3]) {
+    fn distance(&self, point: [T; 3]) -> (T, [T; 3], T) {
         let (length, normal) = normalise(point, self.fallback);
-        (length - self.radius, normal)
+        (length - self.radius, normal, T::ZERO)
     }
 }
 
 impl<T: Real> SignedDistance<T> for Capsule<T> {
     #[inline(always)]
-    fn distance(&self, point: [T; 3]) -> (T, [T; 3]) {
+    fn distance(&self, point: [T; 3]) -> (T, [T; 3], T) {
         let along = dot(point, self.axis).maximum(-self.half_length).minimum(self.half_length);
         let mut across = [T::ZERO; 3];
         for k in 0..3 {
             across[k] = point[k] - along * self.axis[k];
         }
         let (length, normal) = normalise(across, self.fallback);
-        (length - self.radius, normal)
+        (length - self.radius, normal, T::ZERO)
     }
 }
 
@@ -178,7 +183,7 @@ impl<T: Real> SignedDistance<T> for OrientedBox<T> {
     /// Outside, the distance to the nearest point of the box; inside, minus the distance to the
     /// nearest face. At equal distances the earlier axis wins.
     #[inline(always)]
-    fn distance(&self, point: [T; 3]) -> (T, [T; 3]) {
+    fn distance(&self, point: [T; 3]) -> (T, [T; 3], T) {
         let rotation = &self.rotation;
         let mut beyond = [T::ZERO; 3];
         let mut sign = [T::ONE; 3];
@@ -202,7 +207,23 @@ impl<T: Real> SignedDistance<T> for OrientedBox<T> {
             normal[k] = sign[k] * if is_outside { direction[k] } else { inside };
         }
         let world = [dot(rotation[0], normal), dot(rotation[1], normal), dot(rotation[2], normal)];
-        (if is_outside { length } else { nearest }, world)
+        (if is_outside { length } else { nearest }, world, T::ZERO)
+    }
+}
+
+impl<T: Real> SignedDistance<T> for GridSolid<T> {
+    #[inline(always)]
+    fn distance(&self, point: [T; 3]) -> (T, [T; 3], T) {
+        let rotation = &self.rotation;
+        let mut local = [T::ZERO; 3];
+        for k in 0..3 {
+            local[k] =
+                rotation[0][k] * point[0] + rotation[1][k] * point[1] + rotation[2][k] * point[2];
+        }
+        let (distance, gradient, speed) = self.sample(local);
+        let (_, normal) = normalise(gradient, [T::ZERO, T::ZERO, T::ONE]);
+        let world = [dot(rotation[0], normal), dot(rotation[1], normal), dot(rotation[2], normal)];
+        (distance, world, speed)
     }
 }
 
@@ -226,13 +247,16 @@ pub(crate) fn packet<T: Real>(
     offsets: &Lanes<T>,
     inverse_mass: &Lanes<T>,
     motion: &mut PacketMotion<T>,
+    mut impulses: Option<&mut [ColliderImpulse]>,
 ) {
-    for collider in colliders {
+    for (index, collider) in colliders.iter().enumerate() {
+        let sum = impulses.as_mut().and_then(|impulses| impulses.get_mut(index));
         match &collider.shape {
-            Shape::Plane(shape) => collide(collider, shape, offsets, inverse_mass, motion),
-            Shape::Sphere(shape) => collide(collider, shape, offsets, inverse_mass, motion),
-            Shape::Capsule(shape) => collide(collider, shape, offsets, inverse_mass, motion),
-            Shape::Box(shape) => collide(collider, shape, offsets, inverse_mass, motion),
+            Shape::Plane(shape) => collide(collider, shape, offsets, inverse_mass, motion, sum),
+            Shape::Sphere(shape) => collide(collider, shape, offsets, inverse_mass, motion, sum),
+            Shape::Capsule(shape) => collide(collider, shape, offsets, inverse_mass, motion, sum),
+            Shape::Box(shape) => collide(collider, shape, offsets, inverse_mass, motion, sum),
+            Shape::Grid(shape) => collide(collider, shape, offsets, inverse_mass, motion, sum),
         }
     }
 }
@@ -244,6 +268,7 @@ fn collide<T: Real>(
     offsets: &Lanes<T>,
     inverse_mass: &Lanes<T>,
     motion: &mut PacketMotion<T>,
+    impulse: Option<&mut ColliderImpulse>,
 ) {
     let [x, y, z] = &motion.position;
     let mut contact = Depths::zero();
@@ -253,7 +278,33 @@ fn collide<T: Real>(
         touches |= contact.depth[lane] > T::ZERO;
     }
     if touches {
+        let before = motion.velocity;
         respond(collider, &contact, motion);
+        if let Some(impulse) = impulse {
+            add_impulses(impulse, inverse_mass, &before, motion);
+        }
+    }
+}
+
+/// Adds the change of momentum of a packet, and its moment about the origin.
+fn add_impulses<T: Real>(
+    sum: &mut ColliderImpulse,
+    inverse_mass: &Lanes<T>,
+    before: &[Lanes<T>; 3],
+    motion: &PacketMotion<T>,
+) {
+    for lane in 0..LANES {
+        if inverse_mass[lane] > T::ZERO {
+            let mass = 1.0 / inverse_mass[lane].to_f64();
+            let mut linear = [0.0; 3];
+            let mut at = [0.0; 3];
+            for axis in 0..3 {
+                let change = motion.velocity[axis][lane].to_f64() - before[axis][lane].to_f64();
+                linear[axis] = mass * change;
+                at[axis] = motion.position[axis][lane].to_f64();
+            }
+            *sum += ColliderImpulse { linear, angular: cross(at, linear) };
+        }
     }
 }
 
@@ -262,12 +313,14 @@ pub(crate) struct Depths<T> {
     /// Intrusion into the thickness \[m\]; not positive for particles that are outside or held.
     pub(crate) depth: Lanes<T>,
     pub(crate) normals: [Lanes<T>; 3],
+    /// Velocity of the surface along the normal, beside that of the collider as a whole \[m/s\].
+    pub(crate) speeds: Lanes<T>,
 }
 
 impl<T: Real> Depths<T> {
     #[inline(always)]
     fn zero() -> Self {
-        Self { depth: [T::ZERO; LANES], normals: [[T::ZERO; LANES]; 3] }
+        Self { depth: [T::ZERO; LANES], normals: [[T::ZERO; LANES]; 3], speeds: [T::ZERO; LANES] }
     }
 
     #[inline(always)]
@@ -280,13 +333,14 @@ impl<T: Real> Depths<T> {
         [x, y, z]: [&Lanes<T>; 3],
     ) {
         for lane in 0..LANES {
-            let (distance, [nx, ny, nz]) =
+            let (distance, [nx, ny, nz], speed) =
                 shape.distance([x[lane] - cx, y[lane] - cy, z[lane] - cz]);
             let depth = offsets[lane] - distance;
             self.depth[lane] = if inverse_mass[lane] > T::ZERO { depth } else { T::ZERO };
             self.normals[0][lane] = nx;
             self.normals[1][lane] = ny;
             self.normals[2][lane] = nz;
+            self.speeds[lane] = speed;
         }
     }
 }
@@ -316,17 +370,21 @@ pub(crate) struct BlockTask<'a, 'b, T> {
     pub(crate) offsets: &'a [T],
     pub(crate) inverse_mass: &'a [T],
     pub(crate) chunk: &'a mut MotionChunk<'b, T>,
+    /// Sums of the block, one for each collider.
+    pub(crate) impulses: Option<&'a mut [ColliderImpulse]>,
 }
 
 impl<T: Real> NullaryFnOnce for BlockTask<'_, '_, T> {
     type Output = ();
 
     #[inline(always)]
-    fn call(self) {
+    fn call(mut self) {
         for local in (0..self.chunk.position[0].len()).step_by(LANES) {
             let mut motion = self.chunk.load(local);
             let offsets = lanes(self.offsets, local);
-            packet(self.colliders, offsets, lanes(self.inverse_mass, local), &mut motion);
+            let inverse_mass = lanes(self.inverse_mass, local);
+            let impulses = self.impulses.as_deref_mut();
+            packet(self.colliders, offsets, inverse_mass, &mut motion, impulses);
             self.chunk.store(local, &motion);
         }
     }
@@ -335,7 +393,7 @@ impl<T: Real> NullaryFnOnce for BlockTask<'_, '_, T> {
 #[inline(always)]
 fn respond<T: Real>(
     collider: &ColliderAt<T>,
-    Depths { depth, normals }: &Depths<T>,
+    Depths { depth, normals, speeds }: &Depths<T>,
     motion: &mut PacketMotion<T>,
 ) {
     let rebound = T::ONE + collider.restitution;
@@ -349,8 +407,11 @@ fn respond<T: Real>(
             velocity[axis] = motion.velocity[axis][lane];
             position[axis] = motion.position[axis][lane] + depth[lane] * normal[axis];
         }
-        let surface = collider.velocity_at(position);
+        let mut surface = collider.velocity_at(position);
         let mut relative = [T::ZERO; 3];
+        for axis in 0..3 {
+            surface[axis] += speeds[lane] * normal[axis];
+        }
         for axis in 0..3 {
             relative[axis] = velocity[axis] - surface[axis];
         }

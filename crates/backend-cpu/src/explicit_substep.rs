@@ -3,12 +3,13 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use cloth_core::Real;
+use cloth_core::{ColliderImpulse, Real};
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
 use crate::{
     aerodynamic_forces::Aerodynamics,
+    block_impulses::BlockImpulses,
     collider_response::{self, ColliderAt},
     contact::{
         Contact,
@@ -17,6 +18,7 @@ use crate::{
     field_forces::{self, FieldSum},
     integrate_explicit,
     memory::{BLOCK, LANES, Lanes, Masses, Motion, MotionChunk, PacketMotion, lanes},
+    procedural_forces::{Programs, Registers},
     spring_forces::{self, MotionView},
     springs::SpringColumns,
 };
@@ -26,6 +28,7 @@ pub(crate) struct ExplicitPass<'a, T> {
     pub(crate) count: usize,
     pub(crate) springs: &'a SpringColumns<T>,
     pub(crate) fields: &'a FieldSum<T>,
+    pub(crate) programs: Programs<'a, T>,
     pub(crate) masses: &'a Masses<T>,
     pub(crate) aerodynamics: Option<&'a Aerodynamics<T>>,
     pub(crate) contact: Option<(&'a Contact<T>, Penalty<T>)>,
@@ -37,10 +40,19 @@ pub(crate) struct ExplicitPass<'a, T> {
 
 impl<T: Real> ExplicitPass<'_, T> {
     /// Computes the next positions and velocities; says whether they are all finite.
-    pub(crate) fn run(&self, next: &mut Motion<T>, arch: pulp::Arch) -> bool {
+    ///
+    /// Each block adds to its own `impulses`.
+    pub(crate) fn run(
+        &self,
+        next: &mut Motion<T>,
+        impulses: &mut BlockImpulses,
+        arch: pulp::Arch,
+    ) -> bool {
         let finite = AtomicBool::new(true);
-        next.chunks_mut(BLOCK).enumerate().for_each(|(block, mut chunk)| {
-            let task = BlockTask { pass: self, start: block * BLOCK, chunk: &mut chunk };
+        let blocks = next.chunks_mut(BLOCK).zip(impulses.blocks_mut());
+        blocks.enumerate().for_each(|(block, (mut chunk, impulses))| {
+            let start = block * BLOCK;
+            let task = BlockTask { pass: self, start, chunk: &mut chunk, impulses };
             if !arch.dispatch(task) {
                 finite.store(false, Ordering::Relaxed);
             }
@@ -50,11 +62,17 @@ impl<T: Real> ExplicitPass<'_, T> {
 
     /// Computes one block; says whether all is finite.
     #[inline(always)]
-    fn block(&self, start: usize, chunk: &mut MotionChunk<'_, T>) -> bool {
+    fn block(
+        &self,
+        start: usize,
+        chunk: &mut MotionChunk<'_, T>,
+        mut impulses: Option<&mut [ColliderImpulse]>,
+    ) -> bool {
         let mut finite = true;
+        let mut registers = self.programs.registers();
         for local in (0..chunk.position[0].len()).step_by(LANES) {
             let first = start + local;
-            let force = self.forces(first);
+            let force = self.forces(first, registers.as_mut());
             let inverse_mass = lanes(&self.masses.inverse, first);
             let mut moved = integrate_explicit::packet(
                 self.length,
@@ -64,7 +82,8 @@ impl<T: Real> ExplicitPass<'_, T> {
                 self.motion.velocity(first),
             );
             let offsets = lanes(self.offsets, first);
-            collider_response::packet(self.colliders, offsets, inverse_mass, &mut moved);
+            let impulses = impulses.as_deref_mut();
+            collider_response::packet(self.colliders, offsets, inverse_mass, &mut moved, impulses);
             finite &= is_finite(&moved);
             chunk.store(local, &moved);
         }
@@ -72,9 +91,12 @@ impl<T: Real> ExplicitPass<'_, T> {
     }
 
     #[inline(always)]
-    fn forces(&self, first: usize) -> [Lanes<T>; 3] {
+    fn forces(&self, first: usize, registers: Option<&mut Registers<T>>) -> [Lanes<T>; 3] {
         let mass = lanes(&self.masses.mass, first);
         let mut force = field_forces::packet(self.fields, mass, self.motion.velocity(first));
+        if let Some(registers) = registers {
+            self.programs.packet(registers, first, mass, self.motion, &mut force);
+        }
         spring_forces::packet(self.springs, self.motion, first, &mut force);
         let used = LANES.min(self.count - first);
         if let Some(aerodynamics) = self.aerodynamics {
@@ -100,6 +122,7 @@ struct BlockTask<'a, 'b, T> {
     pass: &'a ExplicitPass<'a, T>,
     start: usize,
     chunk: &'a mut MotionChunk<'b, T>,
+    impulses: Option<&'a mut [ColliderImpulse]>,
 }
 
 impl<T: Real> NullaryFnOnce for BlockTask<'_, '_, T> {
@@ -107,7 +130,7 @@ impl<T: Real> NullaryFnOnce for BlockTask<'_, '_, T> {
 
     #[inline(always)]
     fn call(self) -> bool {
-        self.pass.block(self.start, self.chunk)
+        self.pass.block(self.start, self.chunk, self.impulses)
     }
 }
 

@@ -12,8 +12,10 @@
 )]
 
 mod aerodynamic_forces;
+mod block_impulses;
 mod collider_response;
 mod contact;
+mod distance_grid;
 mod elasticity;
 mod explicit_substep;
 mod field_forces;
@@ -23,6 +25,7 @@ mod integrate_implicit;
 mod kernels;
 mod measure;
 mod memory;
+mod procedural_forces;
 mod semi_implicit;
 mod sparse_cholesky;
 mod spring_forces;

@@ -12,11 +12,11 @@ use std::{
     thread,
 };
 
-use cloth_core::{Error, Result};
+use cloth_core::{Error, FieldProgram, Precision, Result};
 use cudarc::nvrtc::{result as nvrtc, sys};
 use siphasher::sip128::{Hasher128, SipHasher13};
 
-use crate::{device::Device, fault::BACKEND};
+use crate::{device::Device, fault::BACKEND, procedural};
 
 /// What a module is compiled for, apart from the device.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -27,6 +27,8 @@ pub(crate) struct Target<'a> {
     pub(crate) fast: bool,
     /// Options of the module.
     pub(crate) options: &'a [&'static str],
+    /// The part for procedural fields of a model, if the module has one.
+    pub(crate) procedural: Option<&'a str>,
 }
 
 impl Target<'_> {
@@ -37,6 +39,11 @@ impl Target<'_> {
         defines.extend(self.fast.then_some("fast"));
         defines.extend(self.options);
         defines
+    }
+
+    /// What takes the place of shared parts of the source.
+    pub(crate) fn parts(&self) -> Vec<(&'static str, &str)> {
+        self.procedural.map(|part| (procedural::PART, part)).into_iter().collect()
     }
 }
 
@@ -90,29 +97,54 @@ fn store(path: &std::path::Path, image: &[u8]) {
     }
 }
 
+/// An expression with every operation and function of procedural fields, to compile kernels with.
+const EXPRESSION: &str = "let r = length(vec3(x.x, x.y, 0)); \
+    select(not (r < 1 and id >= 2 or t != 3), m * cross(x, v) / (1 + r ^ 3), \
+    clamp(normalize(x), -1, 0.5) * noise(4 * x) - mix(vec3(sin(t), cos(r), exp(-dot(v, v))), v, dt) \
+    + min(x, v) * log(2 + r) ^ 1.5 + max(v, 0.1) * sqrt(abs(x.z)))";
+
 /// Compiles every kernel with every set of its options for an architecture, such as `sm_90`, as a check: needs
 /// NVRTC, but no GPU. Returns how many modules that were.
 ///
 /// # Errors
 /// [`Error::KernelCompile`] for the first that fails; [`Error::NoDevice`] if the compiler is missing.
 pub fn kernels_compile(architecture: &str) -> Result<usize> {
-    let work: Vec<_> = cloth_kernels::CUDA_MODULES
+    let program = FieldProgram::compile(EXPRESSION)
+        .map_err(|error| fail("procedural_forces", error.to_string()))?;
+    let part = |precision| procedural::part_of(&[&program, &program], precision);
+    let [single, double] = [part(Precision::F32), part(Precision::F64)];
+    let mut work: Vec<(_, _, Option<&str>)> = cloth_kernels::CUDA_MODULES
         .iter()
-        .flat_map(|module| module.option_sets().into_iter().map(move |set| (module, set)))
+        .flat_map(|module| module.option_sets().into_iter().map(move |set| (module, set, None)))
         .collect();
+    // With procedural fields every option of the frame kernel need not be tried again.
+    for module in cloth_kernels::CUDA_MODULES {
+        let options: &[_] = match module.name {
+            "procedural_forces" => &[],
+            "explicit_substep" => &["extras"],
+            _ => continue,
+        };
+        for (precision, part) in [(None, &single), (Some("fast"), &single), (Some("f64"), &double)]
+        {
+            let set = precision.into_iter().chain(options.iter().copied()).collect();
+            work.push((module, set, Some(part)));
+        }
+    }
     let next = AtomicUsize::new(0);
     let failure = Mutex::new(None);
     let threads = thread::available_parallelism().map_or(1, usize::from);
     thread::scope(|scope| {
         for _ in 0..threads {
             scope.spawn(|| {
-                while let Some((module, set)) = work.get(next.fetch_add(1, Ordering::Relaxed)) {
+                while let Some((module, set, part)) = work.get(next.fetch_add(1, Ordering::Relaxed))
+                {
                     let options =
                         cloth_kernels::cuda_compiler_options(architecture, set.contains(&"fast"));
-                    let fail = |log: String| Error::KernelCompile { kernel: module.name, log };
+                    let parts: Vec<_> =
+                        part.map(|part| (procedural::PART, part)).into_iter().collect();
                     let compiled = module
-                        .compose(set.clone())
-                        .map_err(|error| fail(error.to_string()))
+                        .compose_with(set.clone(), &parts)
+                        .map_err(|error| fail(module.name, error.to_string()))
                         .and_then(|source| compile(module.name, &source, &options));
                     if let Err(error) = compiled {
                         next.store(work.len(), Ordering::Relaxed);
@@ -126,6 +158,10 @@ pub fn kernels_compile(architecture: &str) -> Result<usize> {
         Some(error) => Err(error),
         None => Ok(work.len()),
     }
+}
+
+fn fail(kernel: &'static str, log: String) -> Error {
+    Error::KernelCompile { kernel, log }
 }
 
 /// Compiles a source text to a cubin.

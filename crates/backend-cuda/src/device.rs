@@ -133,7 +133,9 @@ impl Device {
     ) -> Result<Kernel> {
         self.bind()?;
         let fail = |log: String| Error::KernelCompile { kernel: module.name, log };
-        let source = module.compose(target.defines()).map_err(|error| fail(error.to_string()))?;
+        let source = module
+            .compose_with(target.defines(), &target.parts())
+            .map_err(|error| fail(error.to_string()))?;
         let key = format!("{} {target:?}", module.name);
         let mut modules = self.modules.lock().unwrap_or_else(PoisonError::into_inner);
         let loaded = match modules.get(&key) {

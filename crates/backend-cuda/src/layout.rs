@@ -29,6 +29,23 @@ pub(crate) struct SubstepData<T> {
     pub(crate) tick: u32,
     pub(crate) length: T,
     pub(crate) wind: [T; 3],
+    pub(crate) time: T,
+    pub(crate) padding: T,
+}
+
+/// A solid as signed distances.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+pub(crate) struct GridData<T> {
+    pub(crate) distances: u64,
+    pub(crate) size: [u32; 3],
+    pub(crate) sets: u32,
+    pub(crate) origin: [T; 3],
+    pub(crate) spacing: T,
+    pub(crate) inverse_spacing: T,
+    pub(crate) last: [T; 3],
+    pub(crate) rate: T,
+    pub(crate) padding: T,
 }
 
 /// A collider at one time.
@@ -36,6 +53,7 @@ pub(crate) struct SubstepData<T> {
 #[repr(C)]
 pub(crate) struct ColliderData<T> {
     pub(crate) shape: u64,
+    pub(crate) grid: u64,
     pub(crate) translation: [T; 3],
     pub(crate) linear_velocity: [T; 3],
     pub(crate) angular_velocity: [T; 3],
@@ -121,6 +139,7 @@ pub(crate) struct SolverData<T> {
     pub(crate) limited_springs: u64,
     pub(crate) longest: u64,
     pub(crate) partials: u64,
+    pub(crate) impulses: u64,
     pub(crate) count: u32,
     pub(crate) header_count: u32,
     pub(crate) entry_count: u32,
@@ -159,7 +178,7 @@ macro_rules! plain {
     )*};
 }
 
-plain!(SubstepData ColliderData PinData);
+plain!(SubstepData GridData ColliderData PinData);
 
 #[cfg(test)]
 mod tests {
@@ -167,10 +186,12 @@ mod tests {
 
     #[test]
     fn nothing_that_is_copied_has_padding() {
-        assert_eq!(size_of::<SubstepData<f32>>(), 8 + 8 + 4 * 4);
-        assert_eq!(size_of::<SubstepData<f64>>(), 8 + 8 + 4 * 8);
-        assert_eq!(size_of::<ColliderData<f32>>(), 8 + 24 * 4);
-        assert_eq!(size_of::<ColliderData<f64>>(), 8 + 24 * 8);
+        assert_eq!(size_of::<SubstepData<f32>>(), 8 + 8 + 6 * 4);
+        assert_eq!(size_of::<SubstepData<f64>>(), 8 + 8 + 6 * 8);
+        assert_eq!(size_of::<GridData<f32>>(), 8 + 16 + 10 * 4);
+        assert_eq!(size_of::<GridData<f64>>(), 8 + 16 + 10 * 8);
+        assert_eq!(size_of::<ColliderData<f32>>(), 16 + 24 * 4);
+        assert_eq!(size_of::<ColliderData<f64>>(), 16 + 24 * 8);
         assert_eq!(size_of::<PinData<f32>>(), 8 + 6 * 4);
         assert_eq!(size_of::<PinData<f64>>(), 8 + 6 * 8);
     }

@@ -19,6 +19,7 @@ mod layout;
 mod linear;
 mod measure;
 mod memory;
+mod procedural;
 mod queue;
 mod tables;
 mod timing;

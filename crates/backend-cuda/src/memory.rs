@@ -2,14 +2,16 @@
 
 use std::{collections::HashMap, sync::Arc};
 
-use cloth_core::{Model, Result, SolverConfig};
+use cloth_core::{ColliderShape, DistanceGrid, Model, Result, SolverConfig};
 use cloth_kernels::CudaModule;
 
 use crate::{
     compile::Target,
     contact::ContactMemory,
     device::{Device, Kernel},
-    layout::{ColliderData, CudaReal, PinData, Real4, SolverData, Status, SubstepData},
+    kernels::ImpulseMemory,
+    layout::{ColliderData, CudaReal, GridData, PinData, Real4, SolverData, Status, SubstepData},
+    procedural,
     queue::{Buffer, Launch, Queue, THREADS},
     tables::{Dependencies, Patch, SpringTables, StrainTables, TriangleTables},
 };
@@ -24,6 +26,26 @@ const SOLVER_SMALL: usize = 1 << 17;
 const TILE_ENTRIES: usize = 36 * 12;
 /// Bytes of shared memory that the table of springs may take in the frame kernel.
 const TABLE_MAX: usize = 20 << 10;
+
+/// A distance grid and its samples on the device.
+fn grid_upload<T: CudaReal>(
+    queue: &Queue,
+    grid: &DistanceGrid,
+) -> Result<(Buffer<GridData<T>>, Buffer<f32>)> {
+    let distances = Buffer::of(queue, &grid.distances)?;
+    let data = GridData {
+        distances: distances.address(),
+        size: grid.size,
+        sets: grid.set_count() as u32,
+        origin: grid.origin.map(T::from_f64),
+        spacing: T::from_f64(grid.spacing),
+        inverse_spacing: T::from_f64(grid.spacing.recip()),
+        last: grid.size.map(|side| T::from_f64(f64::from(side - 1))),
+        rate: T::from_f64(grid.rate),
+        padding: T::ZERO,
+    };
+    Ok((Buffer::of(queue, &[data])?, distances))
+}
 
 /// Device memory of a solver.
 pub(crate) struct Memory<T> {
@@ -43,6 +65,11 @@ pub(crate) struct Memory<T> {
     pub(crate) corners: Option<Buffer<[u32; 4]>>,
     pub(crate) springs: SpringTables<T>,
     pub(crate) colours: Vec<u32>,
+    /// For each collider the address of its distance grid, 0 for another shape.
+    pub(crate) grids: Vec<u64>,
+    pub(crate) impulses: Option<ImpulseMemory>,
+    /// The part of kernels that adds the forces of procedural fields, if there are any.
+    procedural: Option<String>,
     /// Launch of the frame kernel, and whether it reads its springs from shared memory.
     pub(crate) frame: Launch,
     pub(crate) options: Vec<&'static str>,
@@ -116,6 +143,22 @@ impl<T: CudaReal> Memory<T> {
         table!(air, &air);
         table!(limited_springs, &strain.springs);
         table!(longest, &strain.longest);
+        let mut grids = vec![0; model.colliders().len()];
+        for (collider, address) in model.colliders().iter().zip(&mut grids) {
+            if let ColliderShape::Grid(grid) = &collider.shape {
+                let (grid, distances) = grid_upload::<T>(&queue, grid)?;
+                *address = grid.address();
+                tables.push(Box::new(grid));
+                tables.push(Box::new(distances));
+            }
+        }
+        let impulses = if model.collider_impulses() && !model.colliders().is_empty() {
+            let memory = ImpulseMemory::new(&queue, n, model.colliders().len())?;
+            data.impulses = memory.impulses.address();
+            Some(memory)
+        } else {
+            None
+        };
         let progress = Buffer::zeros(&queue, 1)?;
         let mut memory = Self {
             colliders: Buffer::zeros(&queue, 1)?,
@@ -126,6 +169,9 @@ impl<T: CudaReal> Memory<T> {
             triangles: None,
             corners: None,
             colours: strain.colours,
+            grids,
+            impulses,
+            procedural: procedural::part::<T>(model),
             frame: Launch::over(1),
             options: Vec::new(),
             _tables: tables,
@@ -183,7 +229,12 @@ impl<T: CudaReal> Memory<T> {
         if model.self_contact().is_some_and(|contact| !contact.excludes_neighbours()) {
             options.push("penalty");
         }
-        if model.air().is_some() || self.springs.can_buckle {
+        let has_impulses = self.impulses.is_some();
+        if model.air().is_some()
+            || self.springs.can_buckle
+            || self.procedural.is_some()
+            || has_impulses
+        {
             options.push("extras");
         }
         if in_shared {
@@ -256,7 +307,9 @@ impl<T: CudaReal> Memory<T> {
             "conjugate_gradient" if (self.data.count as usize) < SOLVER_SMALL => &["wide"],
             _ => &[],
         };
-        let target = Target { double: T::DOUBLE, fast: self.fast, options };
+        let has_procedural = ["explicit_substep", "procedural_forces"].contains(&module);
+        let procedural = self.procedural.as_deref().filter(|_| has_procedural);
+        let target = Target { double: T::DOUBLE, fast: self.fast, options, procedural };
         let kernel = self.queue.device.kernel(source, &target, name)?;
         self.kernels.insert((module, name), kernel);
         Ok(kernel)

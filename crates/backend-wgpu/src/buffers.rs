@@ -54,6 +54,14 @@ impl<'a> Plan<'a> {
         plan.filled("air_coefficients", bytemuck::cast_slice(&tables.air_coefficients));
         plan.filled("offsets", bytemuck::cast_slice(&tables.offsets));
         plan.filled("limited_springs", bytemuck::cast_slice(&tables.limited_springs));
+        plan.filled("distance_grids", bytemuck::cast_slice(&tables.distance_grids));
+        if model.collider_impulses() {
+            let colliders = model.colliders().len() as u64;
+            for name in ["impulses", "impulses_kept", "impulses_of_frame"] {
+                plan.zeroed(name, impulses_size(model));
+            }
+            plan.zeroed("impulse_partials", IMPULSE_SIZE * blocks * colliders);
+        }
         if let Some(sizes) = contact {
             plan.zeroed("contact", size_of::<crate::layout::Contact>() as u64);
             plan.zeroed("contact_reference", VECTOR_SIZE * particles);
@@ -81,6 +89,14 @@ impl<'a> Plan<'a> {
 
 /// Bytes of one set of results of the stage `measure`.
 pub(crate) const MEASURE_SIZE: u64 = 128;
+
+/// Bytes of one sum of the impulses of a collider, with what it lost to rounding.
+pub(crate) const IMPULSE_SIZE: u64 = 64;
+
+/// Bytes of what every collider did to every particle.
+pub(crate) fn impulses_size(model: &Model) -> u64 {
+    2 * VECTOR_SIZE * model.particle_count() as u64 * model.colliders().len() as u64
+}
 
 /// Bytes of `count` pins with their header.
 pub(crate) const fn pins_size(count: usize) -> u64 {
@@ -239,7 +255,8 @@ fn limit_name(buffer: &'static str) -> &'static str {
             "bytes of a buffer of springs on this device"
         }
         "triangle_rows" | "triangles" => "bytes of a buffer of triangles on this device",
-        "colliders" => "bytes of a buffer of colliders on this device",
+        "colliders" | "distance_grids" | "impulses" | "impulses_kept" | "impulses_of_frame"
+        | "impulse_partials" => "bytes of a buffer of colliders on this device",
         "vectors" | "matrix_base" | "matrix_diagonal" | "inverse" | "factors" | "link_entries"
         | "constraints" => "bytes of a buffer of the linear system on this device",
         "contact_entries" | "contact_factors" => {

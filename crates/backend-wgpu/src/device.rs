@@ -11,7 +11,10 @@ use std::{
 use cloth_core::{Error, Result};
 use cloth_kernels::{WgslBinding, WgslBindingKind, WgslModule, wgsl_bindings};
 
-use crate::fault::{BACKEND, Faults};
+use crate::{
+    fault::{BACKEND, Faults},
+    procedural,
+};
 
 /// A device, its queue and the kernels compiled for it so far.
 #[derive(Debug)]
@@ -25,8 +28,8 @@ pub(crate) struct DeviceContext {
     kernels: Mutex<HashMap<KernelKey, Arc<Kernel>>>,
 }
 
-/// Module and options.
-type KernelKey = (&'static str, Vec<&'static str>);
+/// Module, options, and a part written for a model.
+type KernelKey = (&'static str, Vec<&'static str>, Option<Arc<str>>);
 
 /// A compiled kernel.
 #[derive(Debug)]
@@ -70,6 +73,7 @@ impl DeviceContext {
     }
 
     /// The kernel of a module with some of its options, compiled now if it is the first time.
+    /// `procedural` is the part for procedural fields, if the module has one.
     ///
     /// # Errors
     /// `LimitExceeded` if it binds more buffers than the device allows; `KernelCompile`.
@@ -77,22 +81,30 @@ impl DeviceContext {
         &self,
         name: &'static str,
         options: &[&'static str],
+        procedural: Option<&Arc<str>>,
     ) -> Result<Arc<Kernel>> {
-        let key = (name, options.to_vec());
+        let key = (name, options.to_vec(), procedural.map(Arc::clone));
         let mut kernels = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(kernel) = kernels.get(&key) {
             return Ok(Arc::clone(kernel));
         }
-        let kernel = Arc::new(self.kernel_compile(name, options)?);
+        let kernel = Arc::new(self.kernel_compile(name, options, procedural)?);
         kernels.insert(key, Arc::clone(&kernel));
         Ok(kernel)
     }
 
-    fn kernel_compile(&self, name: &'static str, options: &[&str]) -> Result<Kernel> {
+    fn kernel_compile(
+        &self,
+        name: &'static str,
+        options: &[&str],
+        procedural: Option<&Arc<str>>,
+    ) -> Result<Kernel> {
         let fail = |log: String| Error::KernelCompile { kernel: name, log };
         let module =
             WgslModule::find(name).ok_or_else(|| fail("there is no such module".into()))?;
-        let text = module.compose(options).map_err(|error| fail(error.to_string()))?;
+        let parts: Vec<_> =
+            procedural.map(|part| (procedural::PART, &**part)).into_iter().collect();
+        let text = module.compose_with(options, &parts).map_err(|error| fail(error.to_string()))?;
         let bindings = wgsl_bindings(&text);
         self.bindings_check(&bindings)?;
         let entries: Vec<_> = bindings.iter().map(layout_entry).collect();

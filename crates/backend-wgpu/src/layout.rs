@@ -37,7 +37,7 @@ shared_struct! {
         measure_blocks: u32,
         solve_blocks: u32,
         solve_repeats: u32,
-        padding_0: u32,
+        zero: u32,
         padding_1: u32,
         padding_2: u32,
     }
@@ -55,7 +55,7 @@ shared_struct! {
         time: f32,
         flags: u32,
         contact_tick: u32,
-        padding: u32,
+        clock: f32,
     }
 }
 

@@ -26,6 +26,7 @@ mod figures;
 mod kernels;
 mod layout;
 mod linear;
+mod procedural;
 mod readback;
 mod recorder;
 mod slots;

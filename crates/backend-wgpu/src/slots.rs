@@ -110,6 +110,7 @@ impl Slots {
             length: substep.length as f32,
             contact_recovery: SelfContact::recovery(substep.length) as f32,
             time: (substep.time - self.epoch) as f32,
+            clock: substep.time as f32,
             ..Substep::default()
         }
     }

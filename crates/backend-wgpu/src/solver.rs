@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Control, Frame, Model, Result, Solver, State, StepReport, stepper::SteppedSolver,
+    ColliderImpulse, Control, Frame, Model, Result, Solver, State, StepReport,
+    stepper::SteppedSolver,
 };
 
 use crate::WgpuKernels;
@@ -72,6 +73,10 @@ impl Solver for WgpuSolver {
 
     fn download(&mut self, out: &mut State) -> Result<()> {
         self.inner.download(out)
+    }
+
+    fn collider_impulses(&mut self, out: &mut Vec<ColliderImpulse>) -> Result<()> {
+        self.inner.collider_impulses(out)
     }
 
     fn normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {

@@ -110,6 +110,9 @@ pub(crate) struct RunArguments {
     /// Continue from the checkpoint in the output folder.
     #[arg(long)]
     pub(crate) resume: bool,
+    /// Write the scene as FYSL into this file at the end, with where everything was in each frame.
+    #[arg(long, value_name = "FILE", conflicts_with = "resume")]
+    pub(crate) feedback: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -124,7 +127,7 @@ pub(crate) struct ScenesArguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum ScenesCommand {
-    /// Print the TOML of a built-in scene, with its comments.
+    /// Print the text of a built-in scene, with its comments.
     Show {
         /// Name of the scene.
         name: String,
@@ -139,7 +142,7 @@ pub(crate) struct CheckArguments {
 
 #[derive(Debug, Args)]
 pub(crate) struct ConvertArguments {
-    /// A mesh (obj, ply, gltf, glb), the output folder of a run, or a scene (toml).
+    /// A mesh (obj, ply, gltf, glb), the output folder of a run, or a scene (toml, fysl).
     pub(crate) input: PathBuf,
     /// The file to write; a folder for formats with one file per frame. Its extension says the
     /// format, unless --format does.

@@ -11,6 +11,7 @@ use crate::{
     arguments::ConvertArguments,
     failure::{Failure, ReadError},
     run_folder::text_write,
+    scene_source::SCENE_EXTENSIONS,
 };
 
 pub(crate) fn convert(arguments: &ConvertArguments) -> Result<(), Failure> {
@@ -19,28 +20,35 @@ pub(crate) fn convert(arguments: &ConvertArguments) -> Result<(), Failure> {
         return frames::convert(arguments);
     }
     let extension = extension(input);
-    if extension == "toml" {
+    if SCENE_EXTENSIONS.contains(&extension.as_str()) {
         return scene_convert(input, output);
     }
     if MESH_EXTENSIONS.contains(&extension.as_str()) {
         return mesh::convert(arguments);
     }
     Err(Failure::Usage(format!(
-        "`{}` cannot be converted; give a mesh ({}), the folder of a run or a scene (toml)",
+        "`{}` cannot be converted; give a mesh ({}), the folder of a run or a scene ({})",
         input.display(),
-        MESH_EXTENSIONS.join(", ")
+        MESH_EXTENSIONS.join(", "),
+        SCENE_EXTENSIONS.join(", ")
     )))
 }
 
 /// Writes a scene with every value that it leaves open, and without comments.
 fn scene_convert(input: &Path, output: &Path) -> Result<(), Failure> {
-    if extension(output) != "toml" {
-        return Err(Failure::Usage(format!(
-            "a scene can only become a scene; give `{}` the extension toml",
-            output.display()
-        )));
-    }
-    text_write(output, &Scene::read(input)?.to_toml()?)
+    let scene = Scene::read(input)?;
+    let text = match extension(output).as_str() {
+        "toml" => scene.to_toml()?,
+        "fysl" | "xml" => scene.to_fysl()?,
+        _ => {
+            return Err(Failure::Usage(format!(
+                "a scene can only become a scene; give `{}` the extension {}",
+                output.display(),
+                SCENE_EXTENSIONS.join(" or ")
+            )));
+        }
+    };
+    text_write(output, &text)
 }
 
 /// File name extension in lower case, empty if there is none.

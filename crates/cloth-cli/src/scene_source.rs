@@ -47,12 +47,17 @@ impl SceneSource {
     }
 }
 
+/// Extensions of scene files.
+pub(crate) const SCENE_EXTENSIONS: &[&str] = &["toml", "fysl", "xml"];
+
 /// A built-in scene goes before a file of the same name: that one is `./name`.
 fn scene_read(word: &str) -> Result<Scene, Failure> {
     let path = Path::new(word);
     let is_builtin = builtin_scenes().iter().any(|builtin| builtin.name == word);
     let is_path = path.components().count() > 1
-        || path.extension().is_some_and(|extension| extension == "toml")
+        || path
+            .extension()
+            .is_some_and(|extension| SCENE_EXTENSIONS.iter().any(|e| extension == *e))
         || path.exists();
     Ok(if is_path && !is_builtin { Scene::read(path)? } else { Scene::builtin(word)? })
 }

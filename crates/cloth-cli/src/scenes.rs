@@ -25,7 +25,7 @@ pub(crate) fn scenes(arguments: &ScenesArguments) -> Result<(), Failure> {
         // For the error with the most similar name.
         Scene::builtin(name)?;
         let builtin = builtin_scenes().iter().find(|builtin| builtin.name == name);
-        out.write_all(builtin.map_or("", |builtin| builtin.toml).as_bytes())?;
+        out.write_all(builtin.map_or("", |builtin| builtin.text).as_bytes())?;
         return Ok(());
     }
     let rows = builtin_scenes().iter().map(|builtin| {

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::{Control, Kernels, Model, Precision, Result, SolverConfig, State, StepReport};
+use crate::{
+    ColliderImpulse, Control, Kernels, Model, Precision, Result, SolverConfig, State, StepReport,
+};
 
 /// A way to compute: a CPU, a GPU through some interface. Object safe, chosen at run time.
 pub trait Backend: Send + Sync {
@@ -72,6 +74,15 @@ pub trait Solver: Send {
     /// # Errors
     /// What the device reports.
     fn download(&mut self, out: &mut State) -> Result<()>;
+
+    /// What each collider did to the cloths since the last call, if the model asks for it; `out` is
+    /// resized. The implicit integrator keeps particles from colliders within its linear system, which
+    /// is not part of these sums.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`](crate::Error) by a backend that does not sum them; what the device
+    /// reports.
+    fn collider_impulses(&mut self, out: &mut Vec<ColliderImpulse>) -> Result<()>;
 
     /// Computes vertex normals of the present state: unit vectors, area weighted, zero for a
     /// particle without triangles. `out` is resized to length n.

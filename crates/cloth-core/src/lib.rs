@@ -15,6 +15,7 @@ mod backend;
 mod config;
 mod control;
 mod error;
+mod field;
 /// Which integrator suits what.
 pub mod integrators {
     #![doc = include_str!("../INTEGRATORS.md")]
@@ -35,16 +36,17 @@ pub use config::{
 };
 pub use control::{ColliderControl, Control, PinAction, PinControl};
 pub use error::{Divergence, DivergenceCause, Error, ModelError, Result};
+pub use field::{FieldAxes, FieldError, FieldInputs, FieldProgram, FieldRegisters};
 pub use kernels::{
-    ConstraintStatistics, ContactStatistics, DeferredOutcome, ImplicitKernels, Kernels,
-    LinearOutcome, LinearStart, LinearVector, MatrixBlock, NewtonStart, PinWrite,
+    ColliderImpulse, ConstraintStatistics, ContactStatistics, DeferredOutcome, ImplicitKernels,
+    Kernels, LinearOutcome, LinearStart, LinearVector, MatrixBlock, NewtonStart, PinWrite,
     SemiImplicitKernels,
 };
 pub use mesh::{TextureMap, TriangleMesh, VertexGroup};
 pub use model::{
     Aerodynamics, Air, BUCKLING_COEFFICIENTS, BendModel, Buckling, Cloth, ClothRange, Collider,
-    ColliderShape, ContactResponse, Field, Geometry, GridPatch, Gust, Mass, Material,
-    MaterialPreset, Model, ModelBuilder, NONE, NetworkSpring, Pose, SelfContact, Spring,
+    ColliderShape, ContactResponse, DistanceGrid, Field, Geometry, GridPatch, GridSets, Gust, Mass,
+    Material, MaterialPreset, Model, ModelBuilder, NONE, NetworkSpring, Pose, SelfContact, Spring,
     SpringClass, SpringCoefficients, SpringColouring, SpringKind, SpringNetwork, SpringRows,
     Springs, Stencil, WingedEdge, WingedEdges,
 };

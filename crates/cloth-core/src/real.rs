@@ -37,6 +37,14 @@ pub trait Real:
     const EPSILON: Self;
     /// The largest finite number.
     const MAX: Self;
+    /// The smallest positive number that is not subnormal.
+    const MIN_POSITIVE: Self;
+    /// Positive infinity.
+    const INFINITY: Self;
+    /// Not a number.
+    const NAN: Self;
+    /// Whether it has double precision.
+    const IS_DOUBLE: bool;
     /// Nearest representable number.
     fn from_f64(value: f64) -> Self;
     /// Exact conversion.
@@ -49,6 +57,13 @@ pub trait Real:
     fn abs(self) -> Self;
     /// Largest integer not above, as an integer; saturates.
     fn floor_to_i32(self) -> i32;
+    /// Largest integer not above, as a floating point number.
+    #[must_use]
+    fn floor(self) -> Self;
+    /// 2^exponent, for an exponent of normal numbers.
+    fn power_of_two(exponent: i32) -> Self;
+    /// m in [1, 2) and e with self = m 2^e, for a positive normal number.
+    fn significand_exponent(self) -> (Self, i32);
     /// Whether it is neither infinite nor NaN.
     fn is_finite(self) -> bool;
 
@@ -68,13 +83,17 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($type:ty) => {
+    ($type:ty, $bits:ty, $double:literal) => {
         impl Real for $type {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             const LENGTH_MIN: Self = 1e-18;
             const EPSILON: Self = <$type>::EPSILON;
             const MAX: Self = <$type>::MAX;
+            const MIN_POSITIVE: Self = <$type>::MIN_POSITIVE;
+            const INFINITY: Self = <$type>::INFINITY;
+            const NAN: Self = <$type>::NAN;
+            const IS_DOUBLE: bool = $double;
 
             #[inline(always)]
             fn from_f64(value: f64) -> Self {
@@ -104,6 +123,26 @@ macro_rules! real {
             }
 
             #[inline(always)]
+            fn floor(self) -> Self {
+                <$type>::floor(self)
+            }
+
+            #[inline(always)]
+            fn power_of_two(exponent: i32) -> Self {
+                let biased = exponent + (<$type>::MAX_EXP - 1);
+                <$type>::from_bits((biased as $bits) << (<$type>::MANTISSA_DIGITS - 1))
+            }
+
+            #[inline(always)]
+            fn significand_exponent(self) -> (Self, i32) {
+                let fraction = (1 << (<$type>::MANTISSA_DIGITS - 1)) - 1;
+                let bits = self.to_bits();
+                let exponent = (bits >> (<$type>::MANTISSA_DIGITS - 1)) as i32;
+                let one = <$type>::to_bits(1.0);
+                (<$type>::from_bits((bits & fraction) | one), exponent - (<$type>::MAX_EXP - 1))
+            }
+
+            #[inline(always)]
             fn is_finite(self) -> bool {
                 <$type>::is_finite(self)
             }
@@ -111,5 +150,5 @@ macro_rules! real {
     };
 }
 
-real!(f32);
-real!(f64);
+real!(f32, u32, false);
+real!(f64, u64, true);

@@ -91,8 +91,8 @@ pub enum SceneError {
         /// Bytes that it may use.
         limit: u64,
     },
-    /// A scene that cannot be written as TOML.
-    #[error("scene `{name}` cannot be written as TOML ({problem}); change that value")]
+    /// A scene that a format cannot hold.
+    #[error("scene `{name}` cannot be written ({problem}); change that value")]
     Write {
         /// Name of the scene.
         name: String,

@@ -1,7 +1,7 @@
 //! Scenes: what to simulate, as a file says it.
 //!
-//! A [`Scene`] is plain data that no file format owns. [`Scene::read`] and [`Scene::from_toml`]
-//! fill it from TOML, [`Scene::builtin`] from the scenes that come with the engine, code can fill it
+//! A [`Scene`] is plain data that no file format owns. [`Scene::read`] fills it from TOML or from
+//! [FYSL](fysl), [`Scene::builtin`] from the scenes that come with the engine, code can fill it
 //! directly. [`Scene::compile`] checks it and gives a [`CompiledScene`]: the model, the settings of
 //! the solver, and a [`Timeline`] that knows the control of every frame.
 //!
@@ -15,15 +15,23 @@ mod scene;
 mod suggestion;
 mod timeline;
 
+/// FYSL, the scene language in XML.
+pub mod fysl {
+    #![doc = include_str!("../FYSL.md")]
+
+    pub use crate::format::fysl::{FyslFeedback, FyslFrame, FyslTransform, FyslVertices, fysl_xsd};
+}
+
 pub use builtin::{BenchKind, BuiltinScene, bench_scene, builtin_scenes};
 pub use compile::{CompileOptions, CompiledCloth, CompiledScene, MemoryEstimate};
 pub use error::{SceneError, ScenePlace, SceneUnknown};
 pub use scene::{
-    Scene, SceneAction, SceneAdaptive, SceneAerodynamics, SceneBend, SceneCloth, SceneCollider,
-    SceneColour, SceneContact, SceneContactResponse, SceneEvent, SceneField, SceneGeometry,
-    SceneGrid, SceneGust, SceneImplicit, SceneKeyframe, SceneMass, SceneMaterial, SceneMesh,
-    SceneOrigin, ScenePin, ScenePrecision, SceneRotation, SceneSemiImplicit, SceneShape,
-    SceneSimulation, SceneSolver, SceneSpring, SceneSpringClass, SceneStencil, SceneStrainLimit,
-    SceneView, SceneWind,
+    Scene, SceneAction, SceneAdaptive, SceneAerodynamics, SceneAnimation, SceneBend, SceneBounds,
+    SceneCloth, SceneCollider, SceneColour, SceneContact, SceneContactResponse, SceneEvent,
+    SceneField, SceneGeometry, SceneGrid, SceneGust, SceneImplicit, SceneJoint, SceneKeyframe,
+    SceneMass, SceneMaterial, SceneMesh, SceneNetwork, SceneOrigin, ScenePin, ScenePrecision,
+    ScenePrototype, SceneRigid, SceneRigidJoint, SceneRigidJointKind, SceneRigidShape,
+    SceneRotation, SceneSemiImplicit, SceneShape, SceneSimulation, SceneSolver, SceneSpring,
+    SceneSpringClass, SceneStencil, SceneStrainLimit, SceneTriangles, SceneView, SceneWind,
 };
 pub use timeline::Timeline;

@@ -266,3 +266,38 @@ fn the_same_name_twice_points_at_the_second() {
     assert!(message.contains(&format!("line {line}, ")), "{message}");
     assert!(message.contains("two cloths are called \"sheet\""), "{message}");
 }
+
+#[test]
+fn errors_in_expressions_name_the_line_of_the_scene_and_of_the_expression() {
+    let text = format!("{VALID}\n[[field]]\nexpression = \"\"\"\nm * x\n  + t\"\"\"\n");
+    let message = failure(&text);
+    let line = 1 + text[..text.find("expression").unwrap()].matches('\n').count();
+    assert!(message.starts_with(&format!("scene file `test.toml`, line {line}, ")), "{message}");
+    assert!(
+        message.contains("at its line 2, column 3: `+` takes two scalars or two vec3"),
+        "{message}"
+    );
+    let valid = text.replace("+ t", "+ v * t");
+    let scene = Scene::from_toml(&valid, "test.toml").unwrap();
+    let compiled = scene.compile(&CompileOptions::default()).unwrap();
+    assert_eq!(compiled.model.field_programs().count(), 1);
+}
+
+/// Solids that bound no volume, bodies without mass.
+#[test]
+fn errors_in_solids_name_the_body() {
+    let rigid = "\n[[rigid]]\nname = \"wedge\"\nmass = 1.0\nshape.tetrahedron.vertices = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]\n";
+    let text = format!("{VALID}{rigid}");
+    let scene = Scene::from_toml(&text, "test.toml").unwrap();
+    let compiled = scene.compile(&CompileOptions::default()).unwrap();
+    assert_eq!(compiled.rigids.len(), 1);
+    assert_eq!(compiled.model.colliders().len(), scene.colliders.len() + 1);
+    for (from, to, expected) in [
+        ("mass = 1.0", "mass = 0.0", "greater than zero"),
+        ("[0.0, 0.0, 1.0]]", "[1.0, 1.0, 0.0]]", "no volume"),
+        ("name = \"wedge\"", "name = \"ball\"", "colliders are called \"ball\""),
+    ] {
+        let message = failure(&text.replace(from, to));
+        assert!(message.contains("line ") && message.contains(expected), "{message}");
+    }
+}

@@ -126,3 +126,56 @@ fn errors_of_a_mesh_name_both_files() {
     assert!(message.contains("triangles 0 and 2 have the same vertices"), "{message}");
     assert!(message.contains("line 6, "), "the table of the geometry: {message}");
 }
+
+/// A tetrahedron of this size as OBJ text.
+fn tetrahedron(size: f64) -> String {
+    format!(
+        "v 0 0 0\nv {size} 0 0\nv 0 {size} 0\nv 0 0 {size}\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    )
+}
+
+fn animated(animation: &str) -> String {
+    format!(
+        "name = \"growing\"\n[[cloth]]\nname = \"patch\"\nmaterial.preset = \"denim\"\n\
+         [cloth.geometry.grid]\ncolumns = 5\nrows = 5\nspacing = 0.1\n\
+         [[collider]]\nname = \"body\"\n[collider.shape.animation]\n{animation}"
+    )
+}
+
+#[test]
+fn a_collider_can_be_a_mesh_for_each_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    for number in 3..6 {
+        let file = folder.path().join(format!("body{number}.obj"));
+        fs::write(file, tetrahedron(0.1 * f64::from(number))).unwrap();
+    }
+    let text = animated("file = \"body{}.obj\"\nfirst = 3\nframes = 3\nrate = 10\ncells = 16\n");
+    let path = folder.path().join("scene.toml");
+    fs::write(&path, &text).unwrap();
+    let scene = Scene::read(&path).unwrap();
+    let compiled = scene.compile(&CompileOptions::default()).unwrap();
+    let shape = &compiled.model.colliders()[0].shape;
+    let cloth_core::ColliderShape::Grid(grid) = shape else { panic!("{shape:?}") };
+    assert!(shape.changes() && grid.set_count() == 3);
+    assert!((grid.positions_at(0.15)[1][0] - 0.45).abs() < 1e-12, "half way to the last one");
+    assert!((grid.positions_at(9.0)[1][0] - 0.5).abs() < 1e-12, "the last one holds");
+    let fysl = scene.to_fysl().unwrap();
+    assert!(fysl.contains("<animation file=\"body{}.obj\""), "{fysl}");
+    let path = folder.path().join("scene.fysl");
+    fs::write(&path, &fysl).unwrap();
+    let again = Scene::read(&path).unwrap();
+    assert_eq!(again.colliders, scene.colliders);
+    for (animation, words) in [
+        ("file = \"body.obj\"\nframes = 3\nrate = 10\n", "no `{}`"),
+        ("file = \"body{}.obj\"\nframes = 3\nrate = 10\n", "body0.obj"),
+        ("file = \"body{}.obj\"\nframes = 0\nrate = 10\n", "give 1 to"),
+        ("file = \"body{}.obj\"\nfirst = 3\nframes = 3\nrate = 0\n", "rate"),
+        ("file = \"body{}.obj\"\nfirst = 3\nframes = 3\nrate = 1\ncells = 2\n", "give 4 to 400"),
+    ] {
+        let path = folder.path().join("wrong.toml");
+        fs::write(&path, animated(animation)).unwrap();
+        let error = Scene::read(&path).unwrap().compile(&CompileOptions::default()).unwrap_err();
+        assert!(error.to_string().contains(words), "{error}");
+        assert!(error.to_string().contains("wrong.toml`, line"), "{error}");
+    }
+}

@@ -70,7 +70,8 @@ target = [0.0, 0.5, 0.0]
 field_of_view = 35.0
 "##;
     let mut all = vec![full.to_owned()];
-    all.extend(builtin_scenes().iter().map(|scene| scene.toml.to_owned()));
+    let toml = builtin_scenes().iter().filter(|scene| scene.extension == "toml");
+    all.extend(toml.map(|scene| scene.text.to_owned()));
     all
 });
 

@@ -21,7 +21,7 @@ pub enum ViewerError {
     #[error(transparent)]
     Frames(#[from] FrameError),
     /// Neither a scene nor frames.
-    #[error("cannot open `{}` ({problem}); give a .toml file, a built-in scene, the folder that \
+    #[error("cannot open `{}` ({problem}); give a .toml or .fysl file, a built-in scene, the folder that \
              `cloth run` wrote, or frames as .obj, .ply, .pc2 or .mdd", path.display())]
     Source {
         /// What was given.

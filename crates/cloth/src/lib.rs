@@ -40,6 +40,7 @@
 mod backends;
 mod checkpoint;
 mod output;
+mod pose_log;
 mod simulation;
 
 /// How the engine is built and how it is extended.
@@ -58,7 +59,10 @@ pub use cloth_backend_wgpu as wgpu;
 pub use cloth_core::*;
 /// Meshes in, frames and pictures out.
 pub use cloth_io as io;
+/// Rigid bodies.
+pub use cloth_rigid as rigid;
 /// Scene descriptions.
 pub use cloth_scene as scene;
-pub use output::{picture_style, topology};
+pub use output::{picture_style, picture_style_moving, topology};
+pub use pose_log::PoseLog;
 pub use simulation::{FrameOutcome, Simulation};

@@ -1,10 +1,14 @@
 //! What writers of frames and pictures need to know of a scene.
 
+use std::sync::Arc;
+
 use cloth_core::{ColliderShape, Model, Pose, TextureMap};
 use cloth_io::{
     Bounds, Camera, PictureShape, PictureShapes, PictureStyle, Topology, TopologyCloth,
 };
 use cloth_scene::{CompiledScene, SceneView};
+
+use crate::PoseLog;
 
 /// The connectivity of all cloths of `scene`, their textures and the frame rate.
 #[must_use]
@@ -64,6 +68,22 @@ pub fn picture_style(scene: &CompiledScene) -> PictureStyle {
     style
 }
 
+/// [`picture_style`] with the colliders where a simulation has them: rigid bodies are nowhere else.
+#[must_use]
+pub fn picture_style_moving(scene: &CompiledScene, poses: PoseLog) -> PictureStyle {
+    let mut style = picture_style(scene);
+    if !scene.rigids.is_empty() {
+        let model = Arc::clone(&scene.model);
+        let rate = scene.frames_per_second;
+        style.shapes = PictureShapes::moving(move |time| {
+            let poses = poses.at((time * rate).round() as usize);
+            let shapes = model.colliders().iter().zip(&poses);
+            shapes.map(|(collider, pose)| shape_at(&collider.shape, pose, time)).collect()
+        });
+    }
+    style
+}
+
 fn camera(view: &SceneView) -> Camera {
     let along: [f64; 3] = std::array::from_fn(|k| view.target[k] - view.eye[k]);
     let sideways = along[0].hypot(along[1]);
@@ -94,7 +114,8 @@ fn bounds(model: &Model, shapes: &PictureShapes) -> Bounds {
 
 /// The colliders of every frame. Poses follow from the timeline, as the solver takes them from it.
 fn shapes(scene: &CompiledScene) -> PictureShapes {
-    let shapes: Vec<ColliderShape> = scene.model.colliders().iter().map(|c| c.shape).collect();
+    let shapes: Vec<ColliderShape> =
+        scene.model.colliders().iter().map(|c| c.shape.clone()).collect();
     let mut poses: Vec<Pose> = scene.model.colliders().iter().map(|c| c.pose).collect();
     let mut frames = vec![poses.clone()];
     if !scene.timeline.is_empty() {
@@ -108,11 +129,11 @@ fn shapes(scene: &CompiledScene) -> PictureShapes {
     let rate = scene.frames_per_second;
     PictureShapes::moving(move |time| {
         let frame = ((time * rate).round() as usize).min(frames.len() - 1);
-        shapes.iter().zip(&frames[frame]).map(|(shape, pose)| shape_at(shape, pose)).collect()
+        shapes.iter().zip(&frames[frame]).map(|(shape, pose)| shape_at(shape, pose, time)).collect()
     })
 }
 
-fn shape_at(shape: &ColliderShape, pose: &Pose) -> PictureShape {
+fn shape_at(shape: &ColliderShape, pose: &Pose, time: f64) -> PictureShape {
     let center = pose.translation;
     let rotation = pose.rotation_rows();
     let z_axis = rotation.map(|row| row[2]);
@@ -130,6 +151,18 @@ fn shape_at(shape: &ColliderShape, pose: &Pose) -> PictureShape {
         ColliderShape::Box { half_extents } => {
             PictureShape::Cuboid { center, rotation, half_extents }
         }
+        ColliderShape::Grid(ref grid) => PictureShape::Mesh {
+            positions: grid
+                .positions_at(time)
+                .iter()
+                .map(|at| {
+                    std::array::from_fn(|k| {
+                        center[k] + (0..3).map(|j| rotation[k][j] * at[j]).sum::<f64>()
+                    })
+                })
+                .collect(),
+            triangles: grid.surface.triangles.iter().copied().collect(),
+        },
     }
 }
 

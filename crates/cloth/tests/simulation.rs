@@ -77,3 +77,38 @@ fn a_diverged_frame_leaves_the_state_of_the_frame_before() {
     assert_eq!(simulation.state(), &before);
     assert_eq!(divergence.step, before.step + 1);
 }
+
+/// A ball falls into a sheet under gravity, without drag: it bounces, and never as high as it was. A
+/// reaction of the cloth that came late would lift it higher each time.
+#[test]
+fn a_ball_on_a_sheet_gains_no_energy() {
+    let text = r#"
+        name = "trampoline"
+        simulation = { frames = 60, frames_per_second = 30, time_step = 4e-4 }
+        [[cloth]]
+        name = "sheet"
+        pins = ["border"]
+        geometry.grid = { columns = 21, rows = 21, spacing = 0.05 }
+        material = { mass.per_area = 0.2, thickness = 0.008, stretch = { stiffness = 100, damping = 0.02 }, shear = { stiffness = 40, damping = 0.01 }, bend.stiffness = 5 }
+        [[rigid]]
+        name = "ball"
+        shape.sphere.radius = 0.12
+        translation = [0, 0, 0.4]
+        mass = 0.2
+    "#;
+    let scene = Scene::from_toml(text, "trampoline.toml").unwrap();
+    let scene = scene.compile(&CompileOptions::default()).unwrap();
+    let mut simulation =
+        Simulation::new(scene, backend_create("cpu", None).unwrap().as_ref()).unwrap();
+    let mut heights = vec![0.4];
+    while !simulation.is_finished() {
+        let outcome = simulation.step().unwrap();
+        assert_eq!(outcome.report.substeps, 85, "17 parts of 5 substeps");
+        heights.push(outcome.state.colliders[0].translation[2]);
+    }
+    let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!((-0.4..0.11).contains(&lowest), "the sheet gives way, and holds: {lowest}");
+    assert!(heights[1..].iter().all(|&height| height < 0.4), "{heights:?}");
+    assert!(heights.windows(3).any(|h| h[1] < h[0] && h[1] < h[2]), "it comes back: {heights:?}");
+    assert_eq!(simulation.poses().at(60)[0], simulation.state().colliders[0]);
+}

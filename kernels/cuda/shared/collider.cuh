@@ -3,10 +3,13 @@
 #define SHAPE_PLANE 0
 #define SHAPE_SPHERE 1
 #define SHAPE_CAPSULE 2
+#define SHAPE_BOX 3
 
 struct Surface {
     real distance;
     vec3 normal;
+    // Velocity along the normal, beside that of the collider as a whole [m/s].
+    real speed;
 };
 
 struct Moved {
@@ -51,37 +54,109 @@ __device__ __noinline__ Surface surface_of_box(const Collider& c, vec3 point) {
         dot(make_vec3(r[3], r[4], r[5]), normal),
         dot(make_vec3(r[6], r[7], r[8]), normal),
     };
-    return {is_outside ? length : nearest, world};
+    return {is_outside ? length : nearest, world, 0};
+}
+
+// A row of samples along x: the value between two of them; its slope.
+__device__ __forceinline__ real grid_edge(const float* sample, real share, real& slope) {
+    real low = (real)sample[0];
+    slope = (real)sample[1] - low;
+    return low + share * slope;
+}
+
+// The value between two rows; the slopes along x and y.
+__device__ __forceinline__ real grid_face(const float* sample, uint width, const real* share, real* slopes) {
+    real low_slope, high_slope;
+    real low = grid_edge(sample, share[0], low_slope);
+    real high = grid_edge(sample + width, share[0], high_slope);
+    real across = high - low;
+    slopes[0] = low_slope + share[1] * (high_slope - low_slope);
+    slopes[1] = across;
+    return low + share[1] * across;
+}
+
+// The value between two layers, and the slopes.
+__device__ __forceinline__ real grid_cell(const float* sample, uint width, size_t layer, const real* share, vec3& gradient) {
+    real low_slopes[2], high_slopes[2];
+    real low = grid_face(sample, width, share, low_slopes);
+    real high = grid_face(sample + layer, width, share, high_slopes);
+    gradient = {
+        low_slopes[0] + share[2] * (high_slopes[0] - low_slopes[0]),
+        low_slopes[1] + share[2] * (high_slopes[1] - low_slopes[1]),
+        high - low,
+    };
+    return low + share[2] * (high - low);
+}
+
+// Trilinear interpolation, with the distance to the grid for a point outside of it.
+__device__ __noinline__ Surface surface_of_grid(const Collider& c, vec3 point) {
+    const real* r = c.rotation;
+    const DistanceGrid& grid = *c.grid;
+    uint cell[3];
+    real share[3], beyond[3];
+    for (uint k = 0; k < 3; k++) {
+        real local = r[k] * point.x + r[3 + k] * point.y + r[6 + k] * point.z;
+        real place = (local - grid.origin[k]) * grid.inverse_spacing;
+        // In this order, so that NaN becomes a place of the grid.
+        real clamped = minimum(maximum(place, (real)0), grid.last[k]);
+        beyond[k] = grid.spacing * (place - clamped);
+        cell[k] = min((uint)clamped, grid.size[k] - 2);
+        share[k] = clamped - (real)cell[k];
+    }
+    uint width = grid.size[0], height = grid.size[1];
+    size_t layer = (size_t)width * height, samples = layer * grid.size[2];
+    uint set = (uint)c.size[0];
+    const float* first = grid.distances + set * samples + cell[2] * layer + (size_t)cell[1] * width + cell[0];
+    vec3 gradient;
+    real distance = grid_cell(first, width, layer, share, gradient), speed = 0;
+    if (set + 1 < grid.sets) {
+        vec3 next_gradient;
+        real change = grid_cell(first + samples, width, layer, share, next_gradient) - distance;
+        gradient = gradient + c.size[1] * (next_gradient - gradient);
+        distance = distance + c.size[1] * change;
+        speed = -(grid.rate * change);
+    }
+    vec3 outside = {beyond[0], beyond[1], beyond[2]};
+    vec3 normal;
+    normalise(gradient, make_vec3(0, 0, 1), normal);
+    vec3 world = {
+        dot(make_vec3(r[0], r[1], r[2]), normal),
+        dot(make_vec3(r[3], r[4], r[5]), normal),
+        dot(make_vec3(r[6], r[7], r[8]), normal),
+    };
+    return {distance + root(dot(outside, outside)), world, speed};
 }
 
 // The surface as seen from a point relative to the origin of the collider.
 __device__ __forceinline__ Surface surface_of(const Collider& c, const vec3& point) {
     vec3 z_axis = collider_axis(c, 2);
-    if (c.shape == SHAPE_PLANE) return {dot(point, z_axis), z_axis};
+    if (c.shape == SHAPE_PLANE) return {dot(point, z_axis), z_axis, 0};
     if (c.shape == SHAPE_SPHERE) {
         vec3 normal;
         real length = normalise(point, z_axis, normal);
-        return {length - c.size[0], normal};
+        return {length - c.size[0], normal, 0};
     }
     if (c.shape == SHAPE_CAPSULE) {
         real along = minimum(maximum(dot(point, z_axis), -c.size[0]), c.size[0]);
         vec3 normal;
         real length = normalise(point - along * z_axis, collider_axis(c, 0), normal);
-        return {length - c.size[1], normal};
+        return {length - c.size[1], normal, 0};
     }
-    return surface_of_box(c, point);
+    if (c.shape == SHAPE_BOX) return surface_of_box(c, point);
+    return surface_of_grid(c, point);
 }
 
 __device__ __forceinline__ vec3 collider_translation(const Collider& c) {
     return {c.translation[0], c.translation[1], c.translation[2]};
 }
 
-// Velocity of the collider at a point [m/s].
-__device__ __forceinline__ vec3 surface_velocity(const Collider& c, const vec3& point) {
+// Velocity of a surface of the collider at a point [m/s].
+__device__ __forceinline__ vec3 surface_velocity(const Collider& c, const Surface& surface, const vec3& point) {
     vec3 arm = point - collider_translation(c);
     real ax = c.angular_velocity[0], ay = c.angular_velocity[1], az = c.angular_velocity[2];
     vec3 turning = {ay * arm.z - az * arm.y, az * arm.x - ax * arm.z, ax * arm.y - ay * arm.x};
-    return make_vec3(c.linear_velocity[0], c.linear_velocity[1], c.linear_velocity[2]) + turning;
+    vec3 carried = make_vec3(c.linear_velocity[0], c.linear_velocity[1], c.linear_velocity[2]) + turning;
+    return carried + surface.speed * surface.normal;
 }
 
 // Contact of a free particle with one collider.
@@ -91,7 +166,7 @@ __device__ __forceinline__ void collide(const Collider& c, real offset, Moved& m
     if (!(depth > 0)) return;
     vec3 n = surface.normal;
     moved.position = moved.position + depth * n;
-    vec3 carried = surface_velocity(c, moved.position);
+    vec3 carried = surface_velocity(c, surface, moved.position);
     vec3 relative = moved.velocity - carried;
     real approach = dot(relative, n);
     if (!(approach < 0)) return;
@@ -104,8 +179,28 @@ __device__ __forceinline__ void collide(const Collider& c, real offset, Moved& m
     moved.velocity = carried + (bounce * n + kept * tangential);
 }
 
+// Adds what a collider did to a particle, which had the velocity `before`.
+__device__ __noinline__ void impulse_add(const Solver& s, uint collider, uint particle, real inverse_mass, vec3 before, Moved moved) {
+    double mass = 1.0 / (double)inverse_mass;
+    double px = mass * ((double)moved.velocity.x - (double)before.x);
+    double py = mass * ((double)moved.velocity.y - (double)before.y);
+    double pz = mass * ((double)moved.velocity.z - (double)before.z);
+    double x = moved.position.x, y = moved.position.y, z = moved.position.z;
+    double added[6] = {px, py, pz, y * pz - z * py, z * px - x * pz, x * py - y * px};
+    double* place = s.impulses + (size_t)(6 * collider) * s.count + particle;
+    for (uint q = 0; q < 6; q++) place[(size_t)q * s.count] += added[q];
+}
+
 // Contact with all colliders, one after the other.
-__device__ __forceinline__ void collide_all(const Solver& s, const Collider* colliders, uint particle, Moved& moved) {
+template <bool IMPULSES>
+__device__ __forceinline__ void collide_all(const Solver& s, const Collider* colliders, uint particle, real inverse_mass, Moved& moved) {
     real offset = s.offsets[particle];
-    for (uint k = 0; k < s.collider_count; k++) collide(colliders[k], offset, moved);
+    for (uint k = 0; k < s.collider_count; k++) {
+        vec3 before = moved.velocity;
+        collide(colliders[k], offset, moved);
+        if (IMPULSES && s.impulses != nullptr) {
+            bool changed = before.x != moved.velocity.x || before.y != moved.velocity.y || before.z != moved.velocity.z;
+            if (changed) impulse_add(s, k, particle, inverse_mass, before, moved);
+        }
+    }
 }

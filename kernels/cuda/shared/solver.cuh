@@ -8,17 +8,38 @@ struct SubstepData {
     uint tick;
     real length;
     real wind[3];
+    // Simulated time at its start [s].
+    real time;
+    real padding;
+};
+
+// A solid as signed distances, NUMERICS section 7.
+struct DistanceGrid {
+    const float* distances;
+    uint size[3];
+    // Sets of samples.
+    uint sets;
+    real origin[3];
+    real spacing;
+    real inverse_spacing;
+    // Largest place along each axis, in units of the grid.
+    real last[3];
+    // Sets per second [1/s].
+    real rate;
+    real padding;
 };
 
 struct Collider {
     // One of the SHAPE_ constants.
     ulong shape;
+    const DistanceGrid* grid;
     real translation[3];
     real linear_velocity[3];
     real angular_velocity[3];
     // Local to world, row by row.
     real rotation[9];
-    // Radius; half length and radius of a capsule; half extents of a box [m].
+    // Radius; half length and radius of a capsule; half extents of a box [m]; number of the set of samples of a grid that
+    // holds, and share of the one that follows.
     real size[3];
     real friction;
     real restitution;
@@ -105,6 +126,9 @@ struct Solver {
     const uint4* limited_springs;
     const real* longest;
     double* partials;
+    // Number 6 c + q of component q of what collider c did to each particle, impulse and moment; null if nobody
+    // asks.
+    double* impulses;
 
     uint count;
     uint header_count;

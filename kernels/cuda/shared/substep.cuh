@@ -105,6 +105,7 @@ __device__ __forceinline__ Moved particle_advance(
 ) {
     vec3 xi = xyz(own), vi = xyz(rate);
     vec3 force = field_force(s, rate.w, vi);
+    if (EXTRAS) force = procedural_force(substep, i, xi, vi, rate.w, force);
     real closest = REAL_MAX;
     uint2 header = {0, 0};
     if (TABLE) {
@@ -151,6 +152,6 @@ UNROLL
         if (contacts > 0) force = force + contact;
     }
     Moved moved = integrate(substep.length, own.w, force, xi, vi);
-    if (colliders != nullptr && own.w > 0) collide_all(s, colliders, i, moved);
+    if (colliders != nullptr && own.w > 0) collide_all<EXTRAS>(s, colliders, i, own.w, moved);
     return moved;
 }

@@ -10,13 +10,13 @@ struct Collider {
     restitution: f32,
     // Rotation local to world, row by row.
     row_x: vec3f,
-    // Radius, half length of a capsule, or first half extent of a box [m].
+    // Radius, half length of a capsule, or first half extent of a box [m]; number of a grid.
     size_x: f32,
     row_y: vec3f,
-    // Radius of a capsule, or second half extent.
+    // Radius of a capsule, or second half extent; number of the set of samples of a grid that holds.
     size_y: f32,
     row_z: vec3f,
-    // Third half extent.
+    // Third half extent; share of the set of samples that follows.
     size_z: f32,
 }
 
@@ -24,6 +24,7 @@ const SHAPE_PLANE: u32 = 0u;
 const SHAPE_SPHERE: u32 = 1u;
 const SHAPE_CAPSULE: u32 = 2u;
 const SHAPE_BOX: u32 = 3u;
+const SHAPE_GRID: u32 = 4u;
 
 // All colliders of all substeps of a frame.
 @group(0) @binding(13) var<storage, read> colliders: array<Collider>;
@@ -40,23 +41,39 @@ fn cloth_offset(particle: u32) -> f32 {
 struct Surface {
     distance: f32,
     normal: vec3f,
+    // Velocity along the normal, beside that of the collider as a whole [m/s].
+    speed: f32,
 }
 
 // Distance and direction from a core (a point, a segment, a box), less a radius.
 fn surface_around(difference: vec3f, radius: f32, fallback: vec3f) -> Surface {
     let length = sqrt(dot_product(difference, difference));
     let direction = difference * (1.0 / max(length, LENGTH_MIN));
-    return Surface(length - radius, select(fallback, direction, length > LENGTH_MIN));
+    return Surface(length - radius, select(fallback, direction, length > LENGTH_MIN), 0.0);
+}
+
+// Components in the local frame.
+fn collider_local(collider: Collider, point: vec3f) -> vec3f {
+    return vec3f(
+        fma(collider.row_z.x, point.z, fma(collider.row_y.x, point.y, collider.row_x.x * point.x)),
+        fma(collider.row_z.y, point.z, fma(collider.row_y.y, point.y, collider.row_x.y * point.x)),
+        fma(collider.row_z.z, point.z, fma(collider.row_y.z, point.y, collider.row_x.z * point.x)),
+    );
+}
+
+// And back.
+fn collider_world(collider: Collider, vector: vec3f) -> vec3f {
+    return vec3f(
+        dot_product(collider.row_x, vector),
+        dot_product(collider.row_y, vector),
+        dot_product(collider.row_z, vector),
+    );
 }
 
 // Outside, the distance to the nearest point of the box; inside, minus the distance to the nearest
 // face. At equal distances the earlier axis wins.
 fn surface_of_box(collider: Collider, point: vec3f) -> Surface {
-    let local = vec3f(
-        fma(collider.row_z.x, point.z, fma(collider.row_y.x, point.y, collider.row_x.x * point.x)),
-        fma(collider.row_z.y, point.z, fma(collider.row_y.y, point.y, collider.row_x.y * point.x)),
-        fma(collider.row_z.z, point.z, fma(collider.row_y.z, point.y, collider.row_x.z * point.x)),
-    );
+    let local = collider_local(collider, point);
     let sign = select(vec3f(1.0), vec3f(-1.0), local < vec3f(0.0));
     let beyond = abs(local) - vec3f(collider.size_x, collider.size_y, collider.size_z);
     let outside = surface_around(max(beyond, vec3f(0.0)), 0.0, vec3f(0.0));
@@ -66,12 +83,7 @@ fn surface_of_box(collider: Collider, point: vec3f) -> Surface {
     let face = select(vec3f(0.0), vec3f(1.0), vec3<bool>(first, second, !first && !second));
     let is_outside = outside.distance > 0.0;
     let normal = sign * select(face, outside.normal, is_outside);
-    let world = vec3f(
-        dot_product(collider.row_x, normal),
-        dot_product(collider.row_y, normal),
-        dot_product(collider.row_z, normal),
-    );
-    return Surface(select(nearest, outside.distance, is_outside), world);
+    return Surface(select(nearest, outside.distance, is_outside), collider_world(collider, normal), 0.0);
 }
 
 // The surface as seen from a point relative to the origin of the collider.
@@ -79,7 +91,7 @@ fn surface_of(collider: Collider, point: vec3f) -> Surface {
     let z_axis = vec3f(collider.row_x.z, collider.row_y.z, collider.row_z.z);
     switch collider.shape {
         case SHAPE_PLANE: {
-            return Surface(dot_product(point, z_axis), z_axis);
+            return Surface(dot_product(point, z_axis), z_axis, 0.0);
         }
         case SHAPE_SPHERE: {
             return surface_around(point, collider.size_x, z_axis);
@@ -89,10 +101,19 @@ fn surface_of(collider: Collider, point: vec3f) -> Surface {
             let along = min(max(dot_product(point, z_axis), -collider.size_x), collider.size_x);
             return surface_around(fma(vec3f(-along), z_axis, point), collider.size_y, x_axis);
         }
+        case SHAPE_GRID: {
+            return surface_of_grid(collider, point);
+        }
         default: {
             return surface_of_box(collider, point);
         }
     }
+}
+
+// Velocity of the surface at a place relative to the origin of the collider [m/s].
+fn surface_velocity(collider: Collider, surface: Surface, arm: vec3f) -> vec3f {
+    let carried = collider.linear_velocity + cross_product(collider.angular_velocity, arm);
+    return add_scaled(carried, surface.speed, surface.normal);
 }
 
 struct Moved {
@@ -109,7 +130,7 @@ fn collide(collider: Collider, offset: f32, before: Moved) -> Moved {
     var after = before;
     after.position = add_scaled(before.position, depth, surface.normal);
     let arm = after.position - collider.translation;
-    let carried = collider.linear_velocity + cross_product(collider.angular_velocity, arm);
+    let carried = surface_velocity(collider, surface, arm);
     let relative = before.velocity - carried;
     let approach = dot_product(relative, surface.normal);
     if approach < 0.0 {
@@ -125,12 +146,14 @@ fn collide(collider: Collider, offset: f32, before: Moved) -> Moved {
     return after;
 }
 
-// Contact of a free particle with all colliders, one after the other.
-fn collide_all(offset: f32, before: Moved) -> Moved {
+// Contact of a free particle of some mass with all colliders, one after the other.
+fn collide_all(particle: u32, mass: f32, before: Moved) -> Moved {
+    let offset = cloth_offset(particle);
     var moved = before;
-    let end = substep.collider_first + substep.collider_count;
-    for (var at = substep.collider_first; at < end; at += 1u) {
-        moved = collide(colliders[at], offset, moved);
+    for (var number = 0u; number < substep.collider_count; number += 1u) {
+        let velocity = moved.velocity;
+        moved = collide(colliders[substep.collider_first + number], offset, moved);
+        impulse_add(particle, number, mass, velocity, moved);
     }
     return moved;
 }

@@ -21,7 +21,8 @@ struct Model {
     // Workgroups of the linear solvers, and particles of each of their threads.
     solve_blocks: u32,
     solve_repeats: u32,
-    padding_0: u32,
+    // Always 0, which no compiler knows.
+    zero: u32,
     padding_1: u32,
     padding_2: u32,
 }

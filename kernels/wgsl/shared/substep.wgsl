@@ -18,7 +18,8 @@ struct Substep {
     flags: u32,
     // Number of the call of `contact_candidates`, from 1.
     contact_tick: u32,
-    padding: u32,
+    // Simulated time at its start [s].
+    clock: f32,
 }
 
 @group(0) @binding(1) var<uniform> substep: Substep;

@@ -58,6 +58,7 @@ pub fn bits_of_explicit_stages(candidates: [&Candidate; 2], description: &Descri
     };
     for substep in &case.plan.substeps {
         both(&mut pair, "field_forces", &|kernels| kernels.field_forces())?;
+        both(&mut pair, "procedural_forces", &|kernels| kernels.procedural_forces(substep))?;
         both(&mut pair, "spring_forces", &|kernels| kernels.spring_forces())?;
         if case.model.air().is_some() {
             let stage = "aerodynamic_forces";
@@ -127,6 +128,7 @@ pub fn bits_of_implicit_stages(candidates: [&Candidate; 2], description: &Descri
                 kernels.collider_constraints(substep)?;
             }
             kernels.field_forces()?;
+            kernels.procedural_forces(substep)?;
             if case.model.air().is_some() {
                 kernels.aerodynamic_forces(substep)?;
             }

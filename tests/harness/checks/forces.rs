@@ -25,6 +25,23 @@ pub fn field_forces(candidate: &Candidate, description: &Description) -> Verdict
     compare(candidate, "field force", &expected, &forces(&mut *kernels)?, &[])
 }
 
+/// `procedural_forces` against NUMERICS §3, with all expressions.
+///
+/// # Errors
+/// What is wrong.
+pub fn procedural_forces(candidate: &Candidate, description: &Description) -> Verdict {
+    let fields = description.fields.max(stages::PROCEDURAL_COUNT + 3);
+    let case = Description { fields, ..description.clone() }.case(candidate);
+    let mut kernels = case.kernels(candidate)?;
+    kernels.field_forces()?;
+    let mut expected: Vec<_> =
+        forces(&mut *kernels)?.into_iter().map(TrackedVector::exact).collect();
+    let substep = case.substep();
+    kernels.procedural_forces(&substep)?;
+    stages::procedural_forces(&case.model, &case.particles(), &substep, &mut expected);
+    compare(candidate, "procedural force", &expected, &forces(&mut *kernels)?, &[])
+}
+
 /// `spring_forces` against NUMERICS §2.
 ///
 /// # Errors

@@ -21,7 +21,9 @@ pub use contact_pairs::{
     contact_candidates, contact_candidates_after_moves, contact_candidates_of_approaching_sheets,
     contact_candidates_reused,
 };
-pub use forces::{aerodynamic_forces, contact_forces, field_forces, spring_forces};
+pub use forces::{
+    aerodynamic_forces, contact_forces, field_forces, procedural_forces, spring_forces,
+};
 pub use fused::explicit_substep;
 pub use implicit::{
     collider_constraints, conjugate_gradient, constraint_filter, constraint_project,
@@ -31,7 +33,9 @@ pub use implicit::{
     velocity_add,
 };
 pub use invariants::invariants;
-pub use motion::{collider_response, contact_impulses, integrate_explicit, strain_limit};
+pub use motion::{
+    collider_impulses, collider_response, contact_impulses, integrate_explicit, strain_limit,
+};
 pub use outputs::{measure, vertex_normals};
 pub use reproducibility::{resumes_with_same_bits, same_bits};
 pub use scenario::Scenario;

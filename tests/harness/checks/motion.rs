@@ -1,6 +1,6 @@
 //! Stages that change positions and velocities.
 
-use cloth_core::{Kernels, SpringColouring, State};
+use cloth_core::{ColliderImpulse, Kernels, SpringColouring, State, stepper};
 
 use crate::{
     Verdict,
@@ -8,7 +8,7 @@ use crate::{
     models::{Case, Description},
     stages::{self, Particles},
     tracked::TrackedVector,
-    verdict::compare,
+    verdict::{compare, ensure},
 };
 
 /// Compares the state of the kernels with what the plain loops made.
@@ -102,4 +102,52 @@ pub fn collider_response(candidate: &Candidate, description: &Description) -> Ve
     let mut expected = case.particles();
     stages::collider_response(&case.model, &mut expected, colliders, candidate.epsilon());
     compare_state(candidate, &expected, &mut *kernels)
+}
+
+/// `collider_impulses` against NUMERICS §7: what one response did to particles that rounding leaves no choice, nothing
+/// when asked again, and the same through a frame of fused substeps as through their stages.
+///
+/// # Errors
+/// What is wrong.
+pub fn collider_impulses(candidate: &Candidate, description: &Description) -> Verdict {
+    // Models of even seeds ask for impulses.
+    let description = Description { seed: description.seed & !1, ..description.clone() };
+    let case = description.case(candidate);
+    let mut kernels = case.kernels(candidate)?;
+    let mut found = Vec::new();
+    kernels.collider_response(&case.substep())?;
+    kernels.collider_impulses(&mut found)?;
+    let colliders = case.plan.colliders_at(case.substep().index);
+    let mut particles = case.particles();
+    let expected =
+        stages::collider_response(&case.model, &mut particles, colliders, candidate.epsilon());
+    if !particles.uncertain.contains(&true) {
+        let parts = |part: usize| expected.iter().map(|sums| sums[part]).collect::<Vec<_>>();
+        let linear: Vec<_> = found.iter().map(|sum| sum.linear).collect();
+        compare(candidate, "impulse of collider", &parts(0), &linear, &[])?;
+        let angular: Vec<_> = found.iter().map(|sum| sum.angular).collect();
+        compare(candidate, "moment of collider", &parts(1), &angular, &[])?;
+    }
+    kernels.collider_impulses(&mut found)?;
+    ensure(found == vec![ColliderImpulse::default(); colliders.len()], || {
+        format!("{}: impulses are left after they were taken: {found:?}", candidate.label)
+    })?;
+    kernels.state_keep()?;
+    kernels.collider_response(&case.substep())?;
+    kernels.state_restore()?;
+    kernels.collider_impulses(&mut found)?;
+    ensure(found == vec![ColliderImpulse::default(); colliders.len()], || {
+        format!("{}: impulses of what was taken back: {found:?}", candidate.label)
+    })?;
+    let [mut fused, mut staged] = [case.kernels(candidate)?, case.kernels(candidate)?];
+    for substep in &case.plan.substeps {
+        fused.explicit_substep(substep)?;
+        stepper::explicit::substep(&mut *staged, substep)?;
+    }
+    let mut expected = Vec::new();
+    fused.collider_impulses(&mut found)?;
+    staged.collider_impulses(&mut expected)?;
+    ensure(found == expected, || {
+        format!("{}: fused {found:?}, staged {expected:?}", candidate.label)
+    })
 }

@@ -84,6 +84,7 @@ impl Description {
         for number in 0..self.colliders {
             builder = builder.collider(surroundings::collider(number, centre, &mut random));
         }
+        builder = builder.collider_impulses(self.seed.is_multiple_of(2));
         if self.air {
             builder = builder.air(surroundings::air(&mut random));
         }

@@ -3,6 +3,8 @@
 use cloth_core::Stencil;
 use proptest::{collection, prelude::*};
 
+use super::surroundings::{COLLIDERS_MAX, FIELDS_SUMMED};
+
 /// A generated case in words.
 #[derive(Clone, Debug)]
 pub struct Description {
@@ -16,7 +18,7 @@ pub struct Description {
     pub deformation: Deformation,
     /// Whether some particles are held.
     pub pins: bool,
-    /// Number of fields beside gravity.
+    /// Number of fields beside gravity: the first three uniform or drag, all others expressions.
     pub fields: usize,
     /// Whether there is air.
     pub air: bool,
@@ -137,9 +139,10 @@ pub fn description() -> impl Strategy<Value = Description> {
             place,
             deformation,
             pins,
-            fields,
+            // A third have expressions, a fifth a distance grid.
+            fields: if seed % 3 == 0 { fields + FIELDS_SUMMED } else { fields },
             air,
-            colliders,
+            colliders: if seed % 5 == 0 { COLLIDERS_MAX } else { colliders },
             contact,
             strain_limit,
             buckling,

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    ContactStatistics, ImplicitSettings, Kernels, Measures, Model, PinWrite, Result, SolverConfig,
-    SolverReport, StageTime, State,
+    ColliderImpulse, ContactStatistics, ImplicitSettings, Kernels, Measures, Model, PinWrite,
+    Result, SolverConfig, SolverReport, StageTime, State,
     stepper::{self, FramePlan, Substep},
 };
 
@@ -193,6 +193,10 @@ impl Kernels for PerturbedKernels {
         self.force_stage(Stage::FieldForces, |inner| inner.field_forces())
     }
 
+    fn procedural_forces(&mut self, substep: &Substep) -> Result<()> {
+        self.force_stage(Stage::ProceduralForces, |inner| inner.procedural_forces(substep))
+    }
+
     fn spring_forces(&mut self) -> Result<()> {
         self.force_stage(Stage::SpringForces, |inner| inner.spring_forces())
     }
@@ -232,6 +236,16 @@ impl Kernels for PerturbedKernels {
 
     fn collider_response(&mut self, substep: &Substep) -> Result<()> {
         self.state_stage(Stage::ColliderResponse, |inner| inner.collider_response(substep))
+    }
+
+    fn collider_impulses(&mut self, out: &mut Vec<ColliderImpulse>) -> Result<()> {
+        self.inner.collider_impulses(out)?;
+        if self.is_scaled(Stage::ColliderImpulses) {
+            for sum in out {
+                sum.linear = sum.linear.map(|component| component * (1.0 + self.size));
+            }
+        }
+        Ok(())
     }
 
     fn vertex_normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {

@@ -34,6 +34,8 @@ pub enum Defect {
 pub enum Stage {
     /// `field_forces`
     FieldForces,
+    /// `procedural_forces`
+    ProceduralForces,
     /// `spring_forces`
     SpringForces,
     /// `aerodynamic_forces`
@@ -48,6 +50,8 @@ pub enum Stage {
     StrainLimit,
     /// `collider_response`
     ColliderResponse,
+    /// `collider_impulses`
+    ColliderImpulses,
     /// `vertex_normals`
     VertexNormals,
     /// `measure`

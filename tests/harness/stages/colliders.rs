@@ -1,6 +1,6 @@
 //! NUMERICS §7: contact with solid shapes.
 
-use cloth_core::{ColliderShape, Model, stepper::ColliderState};
+use cloth_core::{ColliderShape, DistanceGrid, GridSets, Model, stepper::ColliderState};
 
 use super::{ONE, Particles, ZERO};
 use crate::tracked::{Tracked, TrackedVector};
@@ -9,6 +9,8 @@ use crate::tracked::{Tracked, TrackedVector};
 pub(super) struct Surface {
     pub(super) distance: Tracked,
     pub(super) normal: TrackedVector,
+    /// Velocity along the normal, beside that of the collider as a whole.
+    pub(super) speed: Tracked,
     /// Rounding decides which normal it is.
     pub(super) uncertain: bool,
 }
@@ -24,14 +26,66 @@ fn ball(offset: TrackedVector, radius: f64, fallback: TrackedVector, epsilon: f6
     Surface {
         distance: length - Tracked::rounded(radius),
         normal: if is_centre { fallback } else { offset.divided(length) },
+        speed: ZERO,
         uncertain: length.error > 0.0 && length.is_close(ZERO, epsilon),
     }
 }
 
-fn surface(shape: &ColliderShape, local: TrackedVector, epsilon: f64) -> Surface {
+/// Trilinear interpolation, as a sum over the eight samples with a weight for each.
+fn sampled(grid: &DistanceGrid, sets: GridSets, local: TrackedVector) -> Surface {
+    let mut cell = [0; 3];
+    let mut share = [ZERO; 3];
+    let mut beyond = TrackedVector::ZERO;
+    let spacing = Tracked::rounded(grid.spacing);
+    for axis in 0..3 {
+        let place = (local.0[axis] - Tracked::rounded(grid.origin[axis])) / spacing;
+        let last = f64::from(grid.size[axis] - 1);
+        let inside = place.max(ZERO).min(Tracked::exact(last));
+        beyond.0[axis] = spacing * (place - inside);
+        cell[axis] = inside.value.floor().min(last - 1.0) as usize;
+        share[axis] = inside - Tracked::exact(cell[axis] as f64);
+    }
+    let mut distance = beyond.length();
+    let mut change = ZERO;
+    let mut gradient = TrackedVector::ZERO;
+    let part = Tracked::rounded(sets.share);
+    for corner in 0..8_usize {
+        let bit = |axis: usize| corner >> axis & 1;
+        let [i, j, k] = [0, 1, 2].map(|axis| cell[axis] + bit(axis));
+        let [width, height] = [grid.size[0] as usize, grid.size[1] as usize];
+        let of_set = |set: u32| {
+            let first = set as usize * grid.samples();
+            Tracked::exact(f64::from(grid.distances[first + (k * height + j) * width + i]))
+        };
+        let difference = of_set(sets.next) - of_set(sets.index);
+        let sample = of_set(sets.index) + part * difference;
+        let weights = [0, 1, 2].map(|a| if bit(a) == 1 { share[a] } else { ONE - share[a] });
+        let [x, y, z] = weights;
+        distance += sample * (x * y * z);
+        change += difference * (x * y * z);
+        for (axis, others) in [y * z, x * z, x * y].into_iter().enumerate() {
+            let signed = if bit(axis) == 1 { sample } else { -sample };
+            gradient.0[axis] += signed * others;
+        }
+    }
+    let length = gradient.length();
+    let near_face = |axis: usize| {
+        let [low, high] = [share[axis].value, 1.0 - share[axis].value];
+        low.min(high) < 1e-3
+    };
+    Surface {
+        distance,
+        normal: gradient.divided(length),
+        speed: -(Tracked::rounded(grid.rate) * change),
+        // The gradient jumps from cell to cell.
+        uncertain: length.value < 1e-3 || (0..3).any(near_face),
+    }
+}
+
+fn surface(shape: &ColliderShape, sets: GridSets, local: TrackedVector, epsilon: f64) -> Surface {
     match *shape {
         ColliderShape::Plane => {
-            Surface { distance: local.0[2], normal: axis(2, 1.0), uncertain: false }
+            Surface { distance: local.0[2], normal: axis(2, 1.0), speed: ZERO, uncertain: false }
         }
         ColliderShape::Sphere { radius } => ball(local, radius, axis(2, 1.0), epsilon),
         ColliderShape::Capsule { half_length, radius } => {
@@ -40,6 +94,7 @@ fn surface(shape: &ColliderShape, local: TrackedVector, epsilon: f64) -> Surface
             let nearest = z.max(-end).min(end);
             ball(TrackedVector([x, y, z - nearest]), radius, axis(0, 1.0), epsilon)
         }
+        ColliderShape::Grid(ref grid) => sampled(grid, sets, local),
         ColliderShape::Box { half_extents } => {
             let extents = TrackedVector::rounded(half_extents);
             let outside = local.each(extents, |p, h| p.abs() - h);
@@ -50,7 +105,7 @@ fn surface(shape: &ColliderShape, local: TrackedVector, epsilon: f64) -> Surface
                 let direction = beyond.divided(length);
                 let signs = TrackedVector::exact(signs);
                 let normal = direction.each(signs, |n, s| n * s);
-                return Surface { distance: length, normal, uncertain: false };
+                return Surface { distance: length, normal, speed: ZERO, uncertain: false };
             }
             let nearest =
                 (1..3).fold(
@@ -64,6 +119,7 @@ fn surface(shape: &ColliderShape, local: TrackedVector, epsilon: f64) -> Surface
             Surface {
                 distance: outside.0[nearest],
                 normal: axis(nearest, signs[nearest]),
+                speed: ZERO,
                 uncertain: (0..3).any(rival) || local.0[nearest].is_close(ZERO, epsilon),
             }
         }
@@ -82,7 +138,7 @@ pub(super) fn surface_at(
     let columns: [TrackedVector; 3] =
         std::array::from_fn(|k| TrackedVector(std::array::from_fn(|row| rows[row].0[k])));
     let local = TrackedVector(columns.map(|column| column.dot(arm)));
-    let mut surface = surface(shape, local, epsilon);
+    let mut surface = surface(shape, collider.sets, local, epsilon);
     surface.normal = TrackedVector(rows.map(|row| row.dot(surface.normal)));
     surface
 }
@@ -98,19 +154,27 @@ pub(super) fn carried(collider: &ColliderState, position: TrackedVector) -> Trac
         + TrackedVector::rounded(collider.angular_velocity).cross(arm)
 }
 
-/// Pushes particles out of the colliders, one collider after the other, with Coulomb friction.
+/// What a collider did: the sum of its impulses, and of their moments about the origin.
+pub type TrackedImpulse = [TrackedVector; 2];
+
+/// Pushes particles out of the colliders, one collider after the other, with Coulomb friction. Returns what each
+/// collider did.
 pub fn collider_response(
     model: &Model,
     particles: &mut Particles,
     colliders: &[ColliderState],
     epsilon: f64,
-) {
+) -> Vec<TrackedImpulse> {
+    let mut impulses = vec![[TrackedVector::ZERO; 2]; colliders.len()];
     for i in 0..particles.len() {
         if particles.inverse_masses[i].value == 0.0 {
             continue;
         }
         let reach = half_thickness(model, i);
-        for (description, collider) in model.colliders().iter().zip(colliders) {
+        let mass = Tracked::rounded(model.masses()[i]);
+        for ((description, collider), sum) in
+            model.colliders().iter().zip(colliders).zip(&mut impulses)
+        {
             let surface = surface_at(&description.shape, collider, particles.positions[i], epsilon);
             particles.uncertain[i] |= surface.distance.is_close(reach, epsilon);
             if surface.distance.value >= reach.value {
@@ -121,7 +185,7 @@ pub fn collider_response(
             particles.positions[i] += normal.scaled(reach - surface.distance);
             let [restitution, friction] =
                 [description.restitution, description.friction].map(Tracked::rounded);
-            let carried = carried(collider, particles.positions[i]);
+            let carried = carried(collider, particles.positions[i]) + normal.scaled(surface.speed);
             let relative = particles.velocities[i] - carried;
             let approach = relative.dot(normal);
             // Near zero rounding decides on the branch; both give nearly the same.
@@ -134,11 +198,16 @@ pub fn collider_response(
                 } else {
                     ZERO
                 };
+                let before = particles.velocities[i];
                 particles.velocities[i] =
                     carried - normal.scaled(restitution * approach) + tangential.scaled(kept);
+                let impulse = (particles.velocities[i] - before).scaled(mass);
+                sum[0] += impulse;
+                sum[1] += particles.positions[i].cross(impulse);
             }
         }
     }
+    impulses
 }
 
 /// Deepest intrusion of a free particle into the thickness around a collider; held ones are not

@@ -7,7 +7,7 @@ use cloth_core::{
 
 use super::{
     LENGTH_MIN, Particles, ZERO, aerodynamic_forces, collider_response, contact_forces,
-    contact_impulses, field_forces, spring_forces,
+    contact_impulses, field_forces, procedural_forces, spring_forces,
 };
 use crate::tracked::{Tracked, TrackedVector};
 
@@ -62,6 +62,7 @@ pub fn explicit_substep(
     epsilon: f64,
 ) {
     let mut forces = field_forces(model, particles);
+    procedural_forces(model, particles, substep, &mut forces);
     spring_forces(model, particles, &mut forces, epsilon);
     aerodynamic_forces(model, particles, substep.wind_velocity, &mut forces);
     contact_forces(model, particles, &mut forces, epsilon);

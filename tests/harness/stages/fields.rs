@@ -11,9 +11,11 @@ pub fn field_forces(model: &Model, particles: &Particles) -> Vec<TrackedVector> 
     let mut acceleration = TrackedVector::rounded(model.gravity());
     let mut rate = TrackedVector::ZERO;
     for field in model.fields() {
-        match *field {
-            Field::Uniform { acceleration: more } => acceleration += TrackedVector::rounded(more),
-            Field::Drag { rate: more } => rate += TrackedVector::rounded(more),
+        match field {
+            Field::Uniform { acceleration: more } => acceleration += TrackedVector::rounded(*more),
+            Field::Drag { rate: more } => rate += TrackedVector::rounded(*more),
+            // A stage of their own.
+            Field::Procedural { .. } => {}
         }
     }
     let masses = model.masses().iter().map(|&mass| Tracked::rounded(mass));

@@ -11,6 +11,7 @@ mod fields;
 mod implicit;
 mod measure;
 mod normals;
+mod procedural;
 mod semi_implicit;
 mod springs;
 
@@ -19,7 +20,7 @@ use cloth_core::{Model, State};
 use crate::tracked::{Tracked, TrackedVector};
 
 pub use aerodynamics::aerodynamic_forces;
-pub use colliders::{collider_response, penetration_max};
+pub use colliders::{TrackedImpulse, collider_response, penetration_max};
 pub use contact::{
     ContactPairs, contact_forces, contact_forces_of, contact_impulses, contact_impulses_of,
     contact_pairs,
@@ -32,6 +33,7 @@ pub use implicit::{
 };
 pub use measure::{TrackedMeasures, measure};
 pub use normals::vertex_normals;
+pub use procedural::{PROCEDURAL_COUNT, procedural_forces, procedural_source};
 pub use semi_implicit::{Surplus, angular_surplus, pieces, semi_implicit_residual};
 pub use springs::{
     spring_energy_doubled, spring_force_on, spring_forces, spring_tension,

@@ -178,7 +178,8 @@ impl<T: Real> Detection<'_, T> {
                 let x = position.map(|component| component[lane]);
                 let v = velocity.map(|component| component[lane]);
                 let mass = self.masses.mass[first + lane];
-                let touch = self.touch(collider, (depths.depth[lane], normal), mass, x, v);
+                let contact = (depths.depth[lane], normal, depths.speeds[lane]);
+                let touch = self.touch(collider, contact, mass, x, v);
                 add(constraints, (first + lane) as u32, touch);
             }
         }
@@ -188,12 +189,15 @@ impl<T: Real> Detection<'_, T> {
     fn touch(
         &self,
         collider: &ColliderAt<T>,
-        (depth, normal): (T, [T; 3]),
+        (depth, normal, speed): (T, [T; 3], T),
         mass: T,
         x: [T; 3],
         v: [T; 3],
     ) -> Touch<T> {
-        let surface = collider.velocity_at(x);
+        let mut surface = collider.velocity_at(x);
+        for axis in 0..3 {
+            surface[axis] += speed * normal[axis];
+        }
         let surface_speed = dot(surface, normal);
         let approach = dot(v, normal) - surface_speed;
         let mut speed = (depth / self.length).minimum(surface_speed);

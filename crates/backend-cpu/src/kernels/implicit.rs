@@ -49,11 +49,13 @@ impl<T: Real> CpuKernels<T> {
 impl<T: Real> ImplicitKernels for CpuKernels<T> {
     fn state_keep(&mut self) -> Result<()> {
         self.kept.clone_from(&self.present);
+        self.impulses_kept.clone_from(&self.impulses);
         Ok(())
     }
 
     fn state_restore(&mut self) -> Result<()> {
         self.present.clone_from(&self.kept);
+        self.impulses.clone_from(&self.impulses_kept);
         Ok(())
     }
 

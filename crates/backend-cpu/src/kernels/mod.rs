@@ -9,14 +9,15 @@ use std::{
 };
 
 use cloth_core::{
-    ContactResponse, ContactStatistics, Kernels, Measures, Model, PinWrite, Real, Result,
-    SelfContact, SolverConfig, StageTime, State,
+    ColliderImpulse, ContactResponse, ContactStatistics, FieldProgram, Kernels, Measures, Model,
+    PinWrite, Real, Result, SelfContact, SolverConfig, StageTime, State,
     stepper::{self, FramePlan, Substep},
 };
 use rayon::{ThreadPool, prelude::*};
 
 use crate::{
     aerodynamic_forces::Aerodynamics,
+    block_impulses::BlockImpulses,
     collider_response::{self, ColliderAt},
     contact::{
         Contact,
@@ -31,6 +32,7 @@ use crate::{
     memory::{
         BLOCK, LANES, Lanes, Masses, Motion, PacketMotion, VectorField, lanes, lanes_mut, packets,
     },
+    procedural_forces::{self, Programs},
     spring_forces::{self, MotionView},
     springs::SpringColumns,
     strain_limit::StrainLimiter,
@@ -46,6 +48,7 @@ pub(crate) struct CpuKernels<T> {
     arch: pulp::Arch,
     springs: SpringColumns<T>,
     fields: FieldSum<T>,
+    programs: Vec<Arc<FieldProgram>>,
     masses: Masses<T>,
     /// Half the thickness of the cloth at each particle \[m\].
     offsets: Vec<T>,
@@ -61,6 +64,9 @@ pub(crate) struct CpuKernels<T> {
     contact: Option<Contact<T>>,
     strain_limiter: Option<StrainLimiter<T>>,
     colliders: Vec<ColliderAt<T>>,
+    impulses: BlockImpulses,
+    /// Those of the last `state_keep`.
+    impulses_kept: BlockImpulses,
     triangle_rows: Option<TriangleRows>,
     semi_implicit: SemiImplicitMemory<T>,
     non_finite_step: Option<u64>,
@@ -84,6 +90,7 @@ impl<T: Real> CpuKernels<T> {
         }
         let mut kernels = Self {
             fields: FieldSum::new(&model),
+            programs: procedural_forces::programs(&model),
             masses: Masses::new(model.masses()),
             offsets,
             present: Motion::new(count, margin),
@@ -95,6 +102,8 @@ impl<T: Real> CpuKernels<T> {
             contact: Contact::new(&model),
             strain_limiter: StrainLimiter::new(&model, config.strain_limit.as_ref()),
             colliders: Vec::new(),
+            impulses: BlockImpulses::new(&model),
+            impulses_kept: BlockImpulses::new(&model),
             triangle_rows: None,
             semi_implicit: SemiImplicitMemory::new(),
             non_finite_step: None,
@@ -281,6 +290,24 @@ impl<T: Real> Kernels for CpuKernels<T> {
         Ok(())
     }
 
+    fn procedural_forces(&mut self, substep: &Substep) -> Result<()> {
+        let Some(mut force) = self.force.take() else { return Ok(()) };
+        self.stage("procedural_forces", |kernels| {
+            let (kernels, arch) = (&*kernels, kernels.arch);
+            force.chunks_mut(BLOCK).enumerate().for_each(|(block, chunk)| {
+                arch.dispatch(procedural_forces::BlockTask {
+                    programs: Programs::new(&kernels.programs, substep),
+                    masses: &kernels.masses,
+                    motion: MotionView::new(&kernels.present),
+                    start: block * BLOCK,
+                    force: chunk,
+                });
+            });
+        });
+        self.force = Some(force);
+        Ok(())
+    }
+
     fn spring_forces(&mut self) -> Result<()> {
         self.force_stage("spring_forces", |kernels, first, force| {
             let motion = MotionView::new(&kernels.present);
@@ -398,19 +425,28 @@ impl<T: Real> Kernels for CpuKernels<T> {
 
     fn collider_response(&mut self, substep: &Substep) -> Result<()> {
         let mut present = std::mem::replace(&mut self.present, Motion::new(0, 0));
+        let mut impulses = std::mem::take(&mut self.impulses);
         self.stage("collider_response", |kernels| {
             let (kernels, arch) = (&*kernels, kernels.arch);
             let colliders = kernels.colliders_at(substep.index);
-            present.chunks_mut(BLOCK).enumerate().for_each(|(block, mut chunk)| {
+            let blocks = present.chunks_mut(BLOCK).zip(impulses.blocks_mut());
+            blocks.enumerate().for_each(|(block, (mut chunk, impulses))| {
                 arch.dispatch(collider_response::BlockTask {
                     colliders,
                     offsets: &kernels.offsets[block * BLOCK..],
                     inverse_mass: &kernels.masses.inverse[block * BLOCK..],
                     chunk: &mut chunk,
+                    impulses,
                 });
             });
         });
         self.present = present;
+        self.impulses = impulses;
+        Ok(())
+    }
+
+    fn collider_impulses(&mut self, out: &mut Vec<ColliderImpulse>) -> Result<()> {
+        self.impulses.take(out);
         Ok(())
     }
 
@@ -468,6 +504,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
             self.contact_candidates()?;
         }
         let mut next = std::mem::replace(&mut self.next, Motion::new(0, 0));
+        let mut impulses = std::mem::take(&mut self.impulses);
         let interrupted = stepper::explicit::has_work_after_integration(self);
         let finite = self.stage("explicit_substep", |kernels| {
             if let Some(aerodynamics) = &mut kernels.aerodynamics {
@@ -478,6 +515,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
                 count: kernels.model.particle_count(),
                 springs: &kernels.springs,
                 fields: &kernels.fields,
+                programs: Programs::new(&kernels.programs, substep),
                 masses: &kernels.masses,
                 aerodynamics: kernels.aerodynamics.as_ref(),
                 contact: kernels.penalty().filter(|(contact, _)| contact.any()),
@@ -486,9 +524,10 @@ impl<T: Real> Kernels for CpuKernels<T> {
                 motion: MotionView::new(&kernels.present),
                 length: T::from_f64(substep.length),
             }
-            .run(&mut next, kernels.arch)
+            .run(&mut next, &mut impulses, kernels.arch)
         });
         self.next = next;
+        self.impulses = impulses;
         self.swap();
         if !finite {
             self.non_finite_step = Some(substep.step);

@@ -44,17 +44,23 @@ impl<T> FrameQueue<T> {
     }
 }
 
-/// A collider as kernels read it.
-fn collider<T: Real>(collider: &cloth_core::Collider, state: &ColliderState) -> ColliderData<T> {
+/// A collider as kernels read it; `grid` is the address of its distance grid.
+fn collider<T: Real>(
+    collider: &cloth_core::Collider,
+    grid: u64,
+    state: &ColliderState,
+) -> ColliderData<T> {
     let [a, b, c] = state.rotation.map(|row| row.map(T::from_f64));
-    let (shape, size) = match collider.shape {
+    let (shape, size) = match &collider.shape {
         ColliderShape::Plane => (0, [0.0; 3]),
-        ColliderShape::Sphere { radius } => (1, [radius, 0.0, 0.0]),
-        ColliderShape::Capsule { half_length, radius } => (2, [half_length, radius, 0.0]),
-        ColliderShape::Box { half_extents } => (3, half_extents),
+        &ColliderShape::Sphere { radius } => (1, [radius, 0.0, 0.0]),
+        &ColliderShape::Capsule { half_length, radius } => (2, [half_length, radius, 0.0]),
+        &ColliderShape::Box { half_extents } => (3, half_extents),
+        ColliderShape::Grid(_) => (4, [f64::from(state.sets.index), state.sets.share, 0.0]),
     };
     ColliderData {
         shape,
+        grid,
         translation: state.translation.map(T::from_f64),
         linear_velocity: state.linear_velocity.map(T::from_f64),
         angular_velocity: state.angular_velocity.map(T::from_f64),
@@ -76,8 +82,9 @@ impl<T: CudaReal> CudaKernels<T> {
             .colliders()
             .iter()
             .cycle()
+            .zip(self.memory.grids.iter().cycle())
             .zip(&plan.colliders)
-            .map(|(shape, state)| collider(shape, state))
+            .map(|((shape, &grid), state)| collider(shape, grid, state))
             .collect();
         self.frames.collider_sets = plan.colliders.len() / plan.collider_count;
         Memory::<T>::grow_write(&self.memory.queue, &mut self.memory.colliders, &data)?;
@@ -147,6 +154,9 @@ impl<T: CudaReal> CudaKernels<T> {
             position.copy_from(queue, &self.memory.position[present])?;
             velocity.copy_from(queue, &self.memory.velocity[present])?;
         }
+        if let Some(memory) = &mut self.memory.impulses {
+            memory.of_frame.copy_from(queue, &memory.impulses)?;
+        }
         Ok(())
     }
 
@@ -156,6 +166,9 @@ impl<T: CudaReal> CudaKernels<T> {
             let queue = &self.memory.queue;
             self.memory.position[present as usize].copy_from(queue, position)?;
             self.memory.velocity[present as usize].copy_from(queue, velocity)?;
+        }
+        if let Some(memory) = &mut self.memory.impulses {
+            memory.impulses.copy_from(&self.memory.queue, &memory.of_frame)?;
         }
         Ok(())
     }

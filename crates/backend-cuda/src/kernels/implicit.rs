@@ -159,12 +159,18 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
             position.copy_from(&self.memory.queue, &self.memory.position[present])?;
             velocity.copy_from(&self.memory.queue, &self.memory.velocity[present])?;
         }
+        if let Some(memory) = &mut self.memory.impulses {
+            memory.kept.copy_from(&self.memory.queue, &memory.impulses)?;
+        }
         Ok(())
     }
 
     fn state_restore(&mut self) -> Result<()> {
         self.settle()?;
         self.kept_prepare()?;
+        if let Some(memory) = &mut self.memory.impulses {
+            memory.impulses.copy_from(&self.memory.queue, &memory.kept)?;
+        }
         let launch = Launch::over(self.count());
         self.start(("implicit_motion", "state_restore"), launch, &[])
     }

@@ -3,14 +3,15 @@
 mod contact;
 mod explicit;
 mod implicit;
+mod impulses;
 mod semi_implicit;
 mod state;
 
 use std::{ffi::c_void, sync::Arc};
 
 use cloth_core::{
-    ContactStatistics, Integrator, Kernels, Measures, Model, PinWrite, Result, SelfContact,
-    SolverConfig, StageTime, State,
+    ColliderImpulse, ContactStatistics, Integrator, Kernels, Measures, Model, PinWrite, Result,
+    SelfContact, SolverConfig, StageTime, State,
     stepper::{FramePlan, Substep},
 };
 
@@ -25,6 +26,7 @@ use crate::{
 };
 
 use explicit::FrameQueue;
+pub(crate) use impulses::ImpulseMemory;
 
 /// The stages on a GPU.
 pub(crate) struct CudaKernels<T> {
@@ -127,6 +129,8 @@ impl<T: CudaReal> CudaKernels<T> {
             tick,
             length: T::from_f64(substep.length),
             wind: substep.wind_velocity.map(T::from_f64),
+            time: T::from_f64(substep.time),
+            padding: T::ZERO,
         }
     }
 }
@@ -170,6 +174,15 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
     fn field_forces(&mut self) -> Result<()> {
         self.has_force = true;
         self.particle_stage("field_forces", &[])
+    }
+
+    fn procedural_forces(&mut self, substep: &Substep) -> Result<()> {
+        self.settle()?;
+        if !self.model.has_procedural_fields() {
+            return Ok(());
+        }
+        self.substep_write(substep)?;
+        self.particle_stage("procedural_forces", &[argument(&0_u32)])
     }
 
     fn spring_forces(&mut self) -> Result<()> {
@@ -230,6 +243,11 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
         self.settle()?;
         self.substep_write(substep)?;
         self.particle_stage("collider_response", &[argument(&0_u32)])
+    }
+
+    fn collider_impulses(&mut self, out: &mut Vec<ColliderImpulse>) -> Result<()> {
+        self.settle()?;
+        self.impulses_take(out)
     }
 
     fn vertex_normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {

@@ -9,6 +9,7 @@ use crate::linear::SolveRequest;
 pub(crate) enum Command {
     PinsWrite(Vec<PinWrite>),
     FieldForces,
+    ProceduralForces(Substep),
     SpringForces,
     AerodynamicForces(Substep),
     ContactCandidates,

@@ -6,8 +6,9 @@ mod semi_implicit;
 use std::sync::Arc;
 
 use cloth_core::{
-    ContactStatistics, DeferredOutcome, ImplicitKernels, ImplicitSettings, Kernels, LinearStart,
-    Measures, Model, NewtonStart, PinWrite, Result, SolverConfig, SolverReport, StageTime, State,
+    ColliderImpulse, ContactStatistics, DeferredOutcome, ImplicitKernels, ImplicitSettings,
+    Kernels, LinearStart, Measures, Model, NewtonStart, PinWrite, Result, SolverConfig,
+    SolverReport, StageTime, State,
     stepper::{self, FramePlan, Substep},
 };
 
@@ -64,6 +65,10 @@ impl Kernels for WgpuKernels {
         self.stages.execute(Command::FieldForces)
     }
 
+    fn procedural_forces(&mut self, substep: &Substep) -> Result<()> {
+        self.stages.execute(Command::ProceduralForces(*substep))
+    }
+
     fn spring_forces(&mut self) -> Result<()> {
         self.stages.execute(Command::SpringForces)
     }
@@ -98,6 +103,10 @@ impl Kernels for WgpuKernels {
 
     fn collider_response(&mut self, substep: &Substep) -> Result<()> {
         self.stages.execute(Command::ColliderResponse(*substep))
+    }
+
+    fn collider_impulses(&mut self, out: &mut Vec<ColliderImpulse>) -> Result<()> {
+        self.stages.collider_impulses(out)
     }
 
     fn vertex_normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {

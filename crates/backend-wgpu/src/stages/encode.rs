@@ -24,6 +24,7 @@ impl Stages {
         }
         if self.open.is_none() && (self.is_batch || command.has_contact()) {
             self.open = Some(OpenFrame { start: self.present, commands: Vec::new() });
+            self.impulses_copy(["impulses", "impulses_of_frame"])?;
             self.list_uses = 0;
         }
         self.encode(&command)?;
@@ -66,6 +67,11 @@ impl Stages {
             Command::FieldForces => {
                 self.has_force = true;
                 self.over_particles("field_forces", 0)
+            }
+            Command::ProceduralForces(_) if self.procedural.is_none() => Ok(()),
+            Command::ProceduralForces(substep) => {
+                let slot = self.slot(substep)?;
+                self.over_particles("procedural_forces", slot)
             }
             Command::SpringForces => self.over_particles("spring_forces", 0),
             Command::AerodynamicForces(_) if self.model.air().is_none() => Ok(()),

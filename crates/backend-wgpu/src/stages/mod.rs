@@ -2,6 +2,7 @@
 
 mod contact;
 mod encode;
+mod impulses;
 mod linear;
 mod motion;
 mod results;
@@ -10,8 +11,8 @@ mod semi_implicit;
 use std::{collections::HashMap, sync::Arc};
 
 use cloth_core::{
-    DeferredOutcome, Error, Integrator, Model, Precision, Result, SolverConfig, StageTime,
-    stepper::FramePlan,
+    Collider, ColliderShape, DeferredOutcome, Error, Integrator, Model, Precision, Result,
+    SolverConfig, StageTime, stepper::FramePlan,
 };
 use wgpu::BindGroup;
 
@@ -24,10 +25,11 @@ use crate::{
     figures::Figures,
     layout,
     linear::{SolvePolicy, linear_check},
+    procedural,
     readback::Readback,
     recorder::Recorder,
     slots::Slots,
-    tables::{Tables, common_offset, springs},
+    tables::{Tables, common_offset, distance_grids, springs},
 };
 
 use self::semi_implicit::SemiImplicit;
@@ -40,6 +42,10 @@ pub(crate) struct Stages {
     config: SolverConfig,
     buffers: Buffers,
     kernels: HashMap<&'static str, Arc<Kernel>>,
+    /// The part of kernels that adds the forces of procedural fields, if there are any.
+    procedural: Option<Arc<str>>,
+    /// For each collider the number of its distance grid.
+    grid_numbers: Vec<f32>,
     /// By kernel, motion that is read, motion that is written.
     bind_groups: HashMap<(&'static str, usize, usize), BindGroup>,
     recorder: Recorder,
@@ -137,6 +143,8 @@ impl Stages {
             small: Readback::new(&context, SMALL_SIZE),
             large: None,
             kernels: HashMap::new(),
+            procedural: procedural::part(&model).map(Arc::from),
+            grid_numbers: distance_grids::grid_numbers(&model),
             bind_groups: HashMap::new(),
             slots: Slots::new(),
             colours: tables.colours,
@@ -225,12 +233,18 @@ impl Stages {
         let is_penalty = self.is_penalty();
         let colliders = (!self.model.colliders().is_empty()).then_some("colliders");
         let buckling = springs::may_buckle(&self.model).then_some("buckling");
+        let is_grid = |collider: &Collider| matches!(collider.shape, ColliderShape::Grid(_));
+        let grids = self.model.colliders().iter().any(is_grid).then_some("grids");
+        let impulses = self.model.collider_impulses().then_some("impulses");
         match name {
             "explicit_substep" => {
                 let air = self.model.air().is_some().then_some("air");
                 let penalty = is_penalty.then_some("penalty");
-                air.into_iter().chain(buckling).chain(penalty).collect()
+                let forces = air.into_iter().chain(buckling).chain(penalty);
+                forces.chain(grids).chain(impulses).collect()
             }
+            "collider_response" => grids.into_iter().chain(impulses).collect(),
+            "collider_constraints" => grids.into_iter().collect(),
             "semi_implicit_factorise"
             | "semi_implicit_solve"
             | "spring_forces"
@@ -250,7 +264,9 @@ impl Stages {
             | "linear_start"
             | "preconditioner_apply"
             | "preconditioner_build" => colliders.into_iter().collect(),
-            "measure" => buckling.into_iter().chain(contact.map(|_| "contact")).collect(),
+            "measure" => {
+                buckling.into_iter().chain(contact.map(|_| "contact")).chain(grids).collect()
+            }
             "contact_candidates_list" => {
                 let excludes = contact.is_some_and(cloth_core::SelfContact::excludes_neighbours);
                 excludes.then_some("exclusions").into_iter().collect()
@@ -268,7 +284,9 @@ impl Stages {
         if let Some(kernel) = self.kernels.get(name) {
             return Ok(Arc::clone(kernel));
         }
-        let kernel = self.context.kernel(name, &self.options(name))?;
+        let has_procedural = ["explicit_substep", "procedural_forces"].contains(&name);
+        let procedural = self.procedural.as_ref().filter(|_| has_procedural);
+        let kernel = self.context.kernel(name, &self.options(name), procedural)?;
         self.kernels.insert(name, Arc::clone(&kernel));
         Ok(kernel)
     }
@@ -365,8 +383,9 @@ impl Stages {
         }
         let shapes = self.model.colliders().iter().cycle();
         let data: Vec<layout::Collider> = shapes
+            .zip(self.grid_numbers.iter().cycle())
             .zip(&plan.colliders)
-            .map(|(collider, at)| motion::collider(collider, at))
+            .map(|((collider, &grid), at)| motion::collider(collider, grid, at))
             .collect();
         self.write_growing("colliders", bytemuck::cast_slice(&data))
     }

@@ -10,15 +10,16 @@ use crate::{
     readback::Readback,
 };
 
-/// A collider at one time, as kernels read it.
-pub(super) fn collider(collider: &Collider, at: &ColliderState) -> layout::Collider {
+/// A collider at one time, as kernels read it; `grid` is the number of its distance grid.
+pub(super) fn collider(collider: &Collider, grid: f32, at: &ColliderState) -> layout::Collider {
     let single = |vector: [f64; 3]| vector.map(|component| component as f32);
     let [row_x, row_y, row_z] = at.rotation.map(single);
-    let (shape, sizes) = match collider.shape {
+    let (shape, sizes) = match &collider.shape {
         ColliderShape::Plane => (0, [0.0; 3]),
-        ColliderShape::Sphere { radius } => (1, [radius, 0.0, 0.0]),
-        ColliderShape::Capsule { half_length, radius } => (2, [half_length, radius, 0.0]),
-        ColliderShape::Box { half_extents } => (3, half_extents),
+        &ColliderShape::Sphere { radius } => (1, [radius, 0.0, 0.0]),
+        &ColliderShape::Capsule { half_length, radius } => (2, [half_length, radius, 0.0]),
+        &ColliderShape::Box { half_extents } => (3, half_extents),
+        ColliderShape::Grid(_) => (4, [f64::from(grid), f64::from(at.sets.index), at.sets.share]),
     };
     let [size_x, size_y, size_z] = single(sizes);
     layout::Collider {
@@ -204,12 +205,14 @@ impl Stages {
                 self.buffers.create(&self.context, name, size, None)?;
             }
         }
+        self.impulses_copy(["impulses", "impulses_kept"])?;
         self.kept_copy(true)
     }
 
     /// Records the way back.
     pub(super) fn state_restore(&mut self) -> Result<()> {
         self.in_place()?;
+        self.impulses_copy(["impulses_kept", "impulses"])?;
         self.kept_copy(false)
     }
 

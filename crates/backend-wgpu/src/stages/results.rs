@@ -190,6 +190,7 @@ impl Stages {
             self.constrained_reset()?;
         }
         self.rebuilds_reported = 0;
+        self.impulses_copy(["impulses_of_frame", "impulses"])?;
         self.slots_write()?;
         self.contact_constants_write()?;
         let was_batch = std::mem::replace(&mut self.is_batch, true);

@@ -1,5 +1,6 @@
 //! What a model is made of, as kernels read it: computed once on the host, never changed.
 
+pub(crate) mod distance_grids;
 mod exclusions;
 pub(crate) mod links;
 pub(crate) mod pieces;
@@ -25,6 +26,7 @@ pub(crate) struct Tables {
     pub(crate) colours: Vec<Colour>,
     pub(crate) limited_springs: Vec<[u32; 4]>,
     pub(crate) exclusions: Vec<u32>,
+    pub(crate) distance_grids: Vec<u32>,
 }
 
 impl Tables {
@@ -51,6 +53,7 @@ impl Tables {
             colours,
             limited_springs,
             exclusions,
+            distance_grids: distance_grids::distance_grids(model),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! `cloth run`.
 
+mod feedback;
 mod interrupt;
 mod outputs;
 mod progress;
@@ -11,7 +12,7 @@ use std::time::Instant;
 
 use cloth::{
     AUTO, Backend, BackendOptions, Checkpoint, Simulation, backend_choose, backend_open,
-    picture_style, topology,
+    picture_style_moving, topology,
 };
 use cloth::{io::PictureStyle, scene::CompiledScene};
 
@@ -22,6 +23,7 @@ use crate::{
     scene_source::SceneSource,
 };
 
+use feedback::Feedback;
 use interrupt::Interrupt;
 use outputs::Outputs;
 use progress::Progress;
@@ -34,14 +36,14 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let (scene, backend) = scene_and_backend(&source, arguments)?;
     let folder = RunFolder::new(arguments.out.as_deref(), &scene.name);
     let topology = topology(&scene);
-    let style = style(&scene, arguments);
-    #[cfg(feature = "viewer")]
-    let maker = crate::viewer::picture_maker(arguments, &scene, &style)?;
-    #[cfg(not(feature = "viewer"))]
-    let maker = None;
-
     // Nothing is written before everything is known to be good.
     let mut simulation = simulation(scene, backend.as_ref(), &folder, arguments.resume)?;
+    let style = style(&simulation, arguments);
+    #[cfg(feature = "viewer")]
+    let maker = crate::viewer::picture_maker(arguments, simulation.scene(), &style)?;
+    #[cfg(not(feature = "viewer"))]
+    let maker = None;
+    let mut feedback = Feedback::new(arguments.feedback.as_deref(), arguments.frame_stride.get());
     std::fs::create_dir_all(&folder.root).map_err(WriteError::of(&folder.root))?;
     let mut outputs = if arguments.resume {
         Outputs::resume(&folder, &topology, style, maker, arguments, simulation.frame())?
@@ -60,6 +62,9 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let mut ended = Ok(());
     while ended.is_ok() && !simulation.is_finished() && !interrupt.is_requested() {
         ended = frame(&mut simulation, &mut outputs, &mut reports, &mut summary);
+        if ended.is_ok() {
+            feedback.add(&simulation);
+        }
         progress.frame(simulation.frame(), &summary);
         let every = arguments.checkpoint_every;
         if ended.is_ok() && every > 0 && simulation.frame().is_multiple_of(every) {
@@ -85,6 +90,10 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     match outputs.finish(&folder) {
         Ok(files) => lines.push(files),
         Err(failure) => ended = ended.and(Err(failure)),
+    }
+    // Frames before an error are worth having here too.
+    if let Err(failure) = feedback.write(&source.scene) {
+        ended = ended.and(Err(failure));
     }
     summary::print(&lines, arguments.json)?;
     ended
@@ -139,9 +148,10 @@ fn simulation(
     Ok(Simulation::resume(scene, backend, &checkpoint)?)
 }
 
-fn style(scene: &CompiledScene, arguments: &RunArguments) -> PictureStyle {
+fn style(simulation: &Simulation, arguments: &RunArguments) -> PictureStyle {
     let size = arguments.picture_size;
-    PictureStyle { width: size.width, height: size.height, ..picture_style(scene) }
+    let style = picture_style_moving(simulation.scene(), simulation.poses());
+    PictureStyle { width: size.width, height: size.height, ..style }
 }
 
 /// Writes a checkpoint, once the frames up to it are safe.

@@ -43,7 +43,7 @@ fn built_in_scenes_are_listed_and_shown() {
         assert_eq!(row["name"], scene.name);
         assert!(row["particles"].as_u64() > Some(0), "{row}");
         assert!(text.contains(scene.name) && text.contains(scene.summary));
-        assert_eq!(place.succeeds(&["scenes", "show", scene.name]), scene.toml);
+        assert_eq!(place.succeeds(&["scenes", "show", scene.name]), scene.text);
     }
     let message = place.fails(3, &["scenes", "show", "drapes"]);
     assert!(message.contains("did you mean `drape`?"), "{message}");

@@ -5,6 +5,7 @@
 mod backend;
 mod bad_input;
 mod commands;
+mod fysl;
 mod place;
 mod run;
 mod solvers;

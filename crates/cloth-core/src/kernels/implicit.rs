@@ -95,14 +95,14 @@ pub struct MatrixBlock {
 /// [`jacobi`](Self::jacobi) have defaults made of the small ones. A backend overrides them where
 /// fusing pays.
 pub trait ImplicitKernels: Send {
-    /// Keeps a copy of positions and velocities, for [`state_restore`](Self::state_restore) and
+    /// Keeps a copy of positions and velocities, and of the sums of collider impulses, for [`state_restore`](Self::state_restore) and
     /// [`position_from_kept`](Self::position_from_kept).
     ///
     /// # Errors
     /// What the device reports.
     fn state_keep(&mut self) -> Result<()>;
 
-    /// Takes positions and velocities back to the copy.
+    /// Takes positions, velocities and the sums of collider impulses back to the copy.
     ///
     /// # Errors
     /// What the device reports.

@@ -73,6 +73,12 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     /// What the device reports.
     fn field_forces(&mut self) -> Result<()>;
 
+    /// NUMERICS §3: adds the forces of procedural fields to f.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn procedural_forces(&mut self, substep: &Substep) -> Result<()>;
+
     /// NUMERICS §2: adds the forces of springs and their dampers to f.
     ///
     /// # Errors
@@ -123,6 +129,13 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     /// # Errors
     /// What the device reports.
     fn collider_response(&mut self, substep: &Substep) -> Result<()>;
+
+    /// NUMERICS §7: the impulses of `collider_response` on all particles since the last call, one
+    /// for each collider, if the model asks for them. `out` is resized.
+    ///
+    /// # Errors
+    /// What the device reports; `Unsupported` by a backend that does not sum them.
+    fn collider_impulses(&mut self, out: &mut Vec<ColliderImpulse>) -> Result<()>;
 
     /// NUMERICS §9: vertex normals; `out` is resized to length n.
     ///
@@ -200,6 +213,24 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
         self.model()
             .self_contact()
             .is_some_and(|contact| matches!(contact.response, ContactResponse::Penalty { .. }))
+    }
+}
+
+/// What a collider did to all particles.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ColliderImpulse {
+    /// Sum of the impulses \[kg m/s\].
+    pub linear: [f64; 3],
+    /// Sum of their moments about the origin of the world \[kg m^2/s\].
+    pub angular: [f64; 3],
+}
+
+impl std::ops::AddAssign for ColliderImpulse {
+    fn add_assign(&mut self, other: Self) {
+        for axis in 0..3 {
+            self.linear[axis] += other.linear[axis];
+            self.angular[axis] += other.angular[axis];
+        }
     }
 }
 

@@ -23,6 +23,7 @@ pub struct ModelBuilder {
     fields: Vec<Field>,
     air: Option<Air>,
     self_contact: Option<SelfContact>,
+    collider_impulses: bool,
 }
 
 impl ModelBuilder {
@@ -74,6 +75,13 @@ impl ModelBuilder {
         self
     }
 
+    /// Lets solvers sum up what colliders do to the cloths, for bodies that cloth moves.
+    #[must_use]
+    pub const fn collider_impulses(mut self, wanted: bool) -> Self {
+        self.collider_impulses = wanted;
+        self
+    }
+
     /// Checks everything and builds the model.
     ///
     /// # Errors
@@ -108,6 +116,7 @@ impl ModelBuilder {
             fields: self.fields,
             air: self.air,
             self_contact: self.self_contact,
+            collider_impulses: self.collider_impulses,
         })
     }
 }

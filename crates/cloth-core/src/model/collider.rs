@@ -1,13 +1,16 @@
 //! Solid things that cloth collides with, as signed distances (NUMERICS §7).
 
+use std::sync::Arc;
+
 use glam::{DMat3, DQuat, DVec3};
 
+use super::{DistanceGrid, GridSets};
 use crate::{
     ModelError,
     error::{finite_all, in_range, not_negative, positive},
 };
 
-/// A rigid, kinematic obstacle.
+/// A kinematic obstacle: rigid, or of a shape that is known for every time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collider {
     /// Name, unique among the colliders of a model.
@@ -23,7 +26,7 @@ pub struct Collider {
 }
 
 /// Shape of a collider in its local frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum ColliderShape {
     /// The half space below the local plane z = 0.
     Plane,
@@ -45,6 +48,8 @@ pub enum ColliderShape {
         /// Half the side lengths \[m\].
         half_extents: [f64; 3],
     },
+    /// Any solid, as signed distances on a grid.
+    Grid(Arc<DistanceGrid>),
 }
 
 /// A rigid placement: rotation, then translation.
@@ -127,22 +132,40 @@ impl Pose {
     }
 }
 
+impl ColliderShape {
+    /// The samples that hold at `time` \[s\] for a grid, zeros for any other shape.
+    #[must_use]
+    pub fn sets_at(&self, time: f64) -> GridSets {
+        match self {
+            Self::Grid(grid) => grid.sets_at(time),
+            _ => GridSets::default(),
+        }
+    }
+
+    /// Whether it is not the same at all times.
+    #[must_use]
+    pub fn changes(&self) -> bool {
+        matches!(self, Self::Grid(grid) if grid.set_count() > 1)
+    }
+}
+
 impl Collider {
     pub(crate) fn validate(&self) -> Result<(), ModelError> {
         let name = &self.name;
         self.pose.validate(|| format!("collider {name:?}"))?;
         not_negative(|| format!("friction of collider {name:?}"), self.friction)?;
         in_range(|| format!("restitution of collider {name:?}"), self.restitution, [0.0, 1.0])?;
-        match self.shape {
+        match &self.shape {
             ColliderShape::Plane => {}
-            ColliderShape::Sphere { radius } => {
+            ColliderShape::Grid(grid) => grid.validate(name)?,
+            &ColliderShape::Sphere { radius } => {
                 positive(|| format!("radius of collider {name:?}"), radius)?;
             }
-            ColliderShape::Capsule { half_length, radius } => {
+            &ColliderShape::Capsule { half_length, radius } => {
                 positive(|| format!("radius of collider {name:?}"), radius)?;
                 not_negative(|| format!("half length of collider {name:?}"), half_length)?;
             }
-            ColliderShape::Box { half_extents } => {
+            &ColliderShape::Box { half_extents } => {
                 for extent in half_extents {
                     positive(|| format!("half extent of collider {name:?}"), extent)?;
                 }

@@ -1,12 +1,14 @@
 //! What acts on all cloths from outside: fields, air (NUMERICS §3).
 
+use std::sync::Arc;
+
 use crate::{
-    ModelError,
+    FieldProgram, ModelError,
     error::{finite_all, not_negative},
 };
 
 /// A force field that acts on every free particle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Field {
     /// The same acceleration everywhere, as gravity is \[m/s^2\].
     Uniform {
@@ -17,6 +19,11 @@ pub enum Field {
     Drag {
         /// Rate for each axis \[1/s\].
         rate: [f64; 3],
+    },
+    /// A force \[N\] as an expression of position, velocity, time, mass and index.
+    Procedural {
+        /// The expression.
+        program: Arc<FieldProgram>,
     },
 }
 
@@ -32,6 +39,8 @@ impl Field {
                 }
                 Ok(())
             }
+            // Whatever compiles is valid.
+            Self::Procedural { .. } => Ok(()),
         }
     }
 }

@@ -6,6 +6,7 @@ mod builder;
 mod collider;
 mod colouring;
 mod contact;
+mod distance_grid;
 mod environment;
 mod fingerprint;
 mod geometry;
@@ -16,13 +17,14 @@ mod springs;
 mod stability;
 mod winged_edge;
 
-use std::ops::Range;
+use std::{ops::Range, sync::Arc};
 
 pub use buckling::{BUCKLING_COEFFICIENTS, Buckling};
 pub use builder::ModelBuilder;
 pub use collider::{Collider, ColliderShape, Pose};
 pub use colouring::SpringColouring;
 pub use contact::{ContactResponse, SelfContact};
+pub use distance_grid::{DistanceGrid, GridSets};
 pub use environment::{Air, Field, Gust};
 pub use geometry::{Geometry, GridPatch, NetworkSpring, SpringNetwork, Stencil};
 pub use material::{Aerodynamics, BendModel, Mass, Material, SpringCoefficients};
@@ -30,7 +32,7 @@ pub use material_preset::MaterialPreset;
 pub use springs::{Spring, SpringClass, SpringKind, SpringRows, Springs};
 pub use winged_edge::{NONE, WingedEdge, WingedEdges};
 
-use crate::{State, TextureMap};
+use crate::{FieldProgram, State, TextureMap};
 
 /// One cloth, before it becomes part of a model.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,6 +85,7 @@ pub struct Model {
     fields: Vec<Field>,
     air: Option<Air>,
     self_contact: Option<SelfContact>,
+    collider_impulses: bool,
 }
 
 impl Model {
@@ -176,6 +179,12 @@ impl Model {
         self.self_contact.as_ref()
     }
 
+    /// Whether a solver sums up what colliders do to the cloths.
+    #[must_use]
+    pub const fn collider_impulses(&self) -> bool {
+        self.collider_impulses
+    }
+
     /// The state at time zero.
     #[must_use]
     pub fn initial_state(&self) -> State {
@@ -202,8 +211,22 @@ impl Model {
     pub fn uniform_acceleration(&self) -> [f64; 3] {
         self.fields.iter().fold(self.gravity, |sum, field| match field {
             Field::Uniform { acceleration } => std::array::from_fn(|k| sum[k] + acceleration[k]),
-            Field::Drag { .. } => sum,
+            Field::Drag { .. } | Field::Procedural { .. } => sum,
         })
+    }
+
+    /// The programs of all procedural fields, in their order.
+    pub fn field_programs(&self) -> impl Iterator<Item = &Arc<FieldProgram>> {
+        self.fields.iter().filter_map(|field| match field {
+            Field::Procedural { program } => Some(program),
+            Field::Uniform { .. } | Field::Drag { .. } => None,
+        })
+    }
+
+    /// Whether there is a procedural field.
+    #[must_use]
+    pub fn has_procedural_fields(&self) -> bool {
+        self.field_programs().next().is_some()
     }
 
     /// Sum over all drag fields of the rate per axis \[1/s\].
@@ -211,7 +234,7 @@ impl Model {
     pub fn drag_rate(&self) -> [f64; 3] {
         self.fields.iter().fold([0.0; 3], |sum, field| match field {
             Field::Drag { rate } => std::array::from_fn(|k| sum[k] + rate[k]),
-            Field::Uniform { .. } => sum,
+            Field::Uniform { .. } | Field::Procedural { .. } => sum,
         })
     }
 }

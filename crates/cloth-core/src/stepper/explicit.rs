@@ -13,6 +13,9 @@ pub fn substep<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Resul
     let contact = kernels.model().self_contact().is_some();
     let penalty = kernels.contact_is_penalty();
     kernels.field_forces()?;
+    if kernels.model().has_procedural_fields() {
+        kernels.procedural_forces(substep)?;
+    }
     kernels.spring_forces()?;
     if kernels.model().air().is_some() {
         kernels.aerodynamic_forces(substep)?;

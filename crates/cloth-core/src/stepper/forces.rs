@@ -10,6 +10,9 @@ use super::Substep;
 /// Those of the stages.
 pub(super) fn external<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Result<()> {
     kernels.field_forces()?;
+    if kernels.model().has_procedural_fields() {
+        kernels.procedural_forces(substep)?;
+    }
     if kernels.model().air().is_some() {
         kernels.aerodynamic_forces(substep)?;
     }

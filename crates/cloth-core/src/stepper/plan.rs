@@ -1,6 +1,6 @@
 //! What is known of a frame before it starts.
 
-use crate::{Model, Pose};
+use crate::{GridSets, Model, Pose};
 
 /// A frame as a whole, however it is divided.
 #[derive(Clone, Copy, Debug)]
@@ -56,6 +56,8 @@ pub struct ColliderState {
     pub linear_velocity: [f64; 3],
     /// Angular velocity \[rad/s\].
     pub angular_velocity: [f64; 3],
+    /// The samples of a grid.
+    pub sets: GridSets,
 }
 
 impl FramePlan {
@@ -95,11 +97,13 @@ impl FramePlan {
         }
         self.collider_count = span.from.len();
         self.colliders.clear();
-        let sets = if span.from == span.to { 1 } else { self.substeps.len() };
+        let changes = model.colliders().iter().any(|collider| collider.shape.changes());
+        let rests = span.from == span.to && !changes;
+        let sets = if rests { 1 } else { self.substeps.len() };
         for set in 0..sets {
             let end = self.substeps.get(set).map_or(span.time, |s| s.time + s.length);
             let fraction = if set + 1 == sets { 1.0 } else { (end - span.time) / span.duration };
-            for (from, to) in span.from.iter().zip(span.to) {
+            for ((from, to), collider) in span.from.iter().zip(span.to).zip(model.colliders()) {
                 let (linear_velocity, angular_velocity) = from.velocities_to(to, span.duration);
                 let pose = from.interpolate(to, fraction);
                 self.colliders.push(ColliderState {
@@ -107,6 +111,7 @@ impl FramePlan {
                     rotation: pose.rotation_rows(),
                     linear_velocity,
                     angular_velocity,
+                    sets: collider.shape.sets_at(end),
                 });
             }
         }

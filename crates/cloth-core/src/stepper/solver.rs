@@ -3,9 +3,9 @@
 use std::{sync::Arc, time::Instant};
 
 use crate::{
-    ConstraintStatistics, ContactStatistics, Control, DeferredOutcome, Divergence, DivergenceCause,
-    Error, Frame, Integrator, Kernels, Measures, Model, PinAction, PinWrite, Pose, Result, Solver,
-    SolverReport, State, StepReport, error::positive,
+    ColliderImpulse, ConstraintStatistics, ContactStatistics, Control, DeferredOutcome, Divergence,
+    DivergenceCause, Error, Frame, Integrator, Kernels, Measures, Model, PinAction, PinWrite, Pose,
+    Result, Solver, SolverReport, State, StepReport, error::positive,
 };
 
 use super::{
@@ -241,6 +241,10 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
         self.time_step.download(out);
         out.colliders.clone_from(&self.colliders);
         Ok(())
+    }
+
+    fn collider_impulses(&mut self, out: &mut Vec<ColliderImpulse>) -> Result<()> {
+        self.kernels.collider_impulses(out)
     }
 
     fn normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {

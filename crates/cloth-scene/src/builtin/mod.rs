@@ -14,44 +14,77 @@ pub struct BuiltinScene {
     /// What it shows, in one line.
     pub summary: &'static str,
     /// Its text, with comments: the place to start for a scene of one's own.
-    pub toml: &'static str,
+    pub text: &'static str,
+    /// Language of the text, as the extension of a file: `toml` or `fysl`.
+    pub extension: &'static str,
 }
 
 const BUILTIN: &[BuiltinScene] = &[
     BuiltinScene {
         name: "flag",
         summary: "a flag on a pole in gusts of wind",
-        toml: include_str!("../../scenes/flag.toml"),
+        extension: "toml",
+        text: include_str!("../../scenes/flag.toml"),
     },
     BuiltinScene {
         name: "curtain",
         summary: "a curtain whose hooks let go one after the other",
-        toml: include_str!("../../scenes/curtain.toml"),
+        extension: "toml",
+        text: include_str!("../../scenes/curtain.toml"),
     },
     BuiltinScene {
         name: "drape",
         summary: "a cloth falls over a ball and onto the floor",
-        toml: include_str!("../../scenes/drape.toml"),
+        extension: "toml",
+        text: include_str!("../../scenes/drape.toml"),
     },
     BuiltinScene {
         name: "stack",
         summary: "four cloths of different fabrics fall onto a box, one on top of the other",
-        toml: include_str!("../../scenes/stack.toml"),
+        extension: "toml",
+        text: include_str!("../../scenes/stack.toml"),
     },
     BuiltinScene {
         name: "patch-160",
         summary: "160 x 160 particles with self-contact over a ball, for work on performance",
-        toml: include_str!("../../scenes/patch-160.toml"),
+        extension: "toml",
+        text: include_str!("../../scenes/patch-160.toml"),
     },
     BuiltinScene {
         name: "bench-hang",
         summary: "benchmark: a patch of 160 x 160 particles hangs from two corners",
-        toml: include_str!("../../scenes/bench-hang.toml"),
+        extension: "toml",
+        text: include_str!("../../scenes/bench-hang.toml"),
     },
     BuiltinScene {
         name: "bench-sphere",
         summary: "benchmark: a patch of 160 x 160 particles falls on a ball",
-        toml: include_str!("../../scenes/bench-sphere.toml"),
+        extension: "toml",
+        text: include_str!("../../scenes/bench-sphere.toml"),
+    },
+    BuiltinScene {
+        name: "rigid-pair",
+        summary: "two wedges of wood collide in the air and fall onto a sheet",
+        extension: "fysl",
+        text: include_str!("../../scenes/rigid-pair.fysl"),
+    },
+    BuiltinScene {
+        name: "quad",
+        summary: "a group of 2 x 2 particles swings from one corner",
+        extension: "fysl",
+        text: include_str!("../../scenes/quad.fysl"),
+    },
+    BuiltinScene {
+        name: "ball-on-sheet",
+        summary: "a ball falls into a sheet that hangs from its corners, and lifts its hem",
+        extension: "fysl",
+        text: include_str!("../../scenes/ball-on-sheet.fysl"),
+    },
+    BuiltinScene {
+        name: "tornado",
+        summary: "four flags in a procedural tornado that wanders between them",
+        extension: "fysl",
+        text: include_str!("../../scenes/tornado.fysl"),
     },
 ];
 
@@ -68,7 +101,10 @@ impl Scene {
     /// [`SceneError::Unknown`] with the most similar name.
     pub fn builtin(name: &str) -> Result<Self, SceneError> {
         match BUILTIN.iter().find(|scene| scene.name == name) {
-            Some(scene) => Self::from_toml(scene.toml, &format!("{name}.toml")),
+            Some(BuiltinScene { text, extension: extension @ "fysl", .. }) => {
+                Self::from_fysl(text, &format!("{name}.{extension}"))
+            }
+            Some(scene) => Self::from_toml(scene.text, &format!("{name}.toml")),
             None => {
                 let known = BUILTIN.iter().map(|scene| scene.name.to_owned()).collect();
                 Err(SceneUnknown::error(ScenePlace::default(), "built-in scene", name, known))

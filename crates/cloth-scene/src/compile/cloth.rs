@@ -1,10 +1,10 @@
 //! One cloth, from description to model.
 
-use cloth_core::{Cloth, Geometry};
+use cloth_core::{Cloth, Geometry, TriangleMesh};
 
 use crate::{SceneCloth, SceneError, SceneGeometry};
 
-use super::{Check, CompileOptions, CompiledCloth, grid, material, mesh, pins::PinSets};
+use super::{Check, CompileOptions, CompiledCloth, grid, material, mesh, network, pins::PinSets};
 
 /// The cloth for the model, and the names of its sets of particles.
 pub(super) fn compile(
@@ -27,6 +27,20 @@ pub(super) fn compile(
             let vertices = u32::try_from(mesh.positions.len()).unwrap_or(u32::MAX);
             (Geometry::Mesh(mesh), PinSets::Mesh(vertices, groups))
         }
+        SceneGeometry::Triangles(triangles) => {
+            let mesh = TriangleMesh {
+                positions: triangles.vertices.clone(),
+                triangles: triangles.faces.clone(),
+                ..TriangleMesh::default()
+            };
+            let vertices = u32::try_from(mesh.positions.len()).unwrap_or(u32::MAX);
+            (Geometry::Mesh(mesh), PinSets::Mesh(vertices, Vec::new()))
+        }
+        SceneGeometry::Network(network) => {
+            let network = network::compile(check, &format!("{key}.geometry.network"), network)?;
+            let particles = u32::try_from(network.positions.len()).unwrap_or(u32::MAX);
+            (Geometry::Network(network), PinSets::Mesh(particles, Vec::new()))
+        }
     };
     let material =
         material::compile(check, &format!("{key}.material"), &cloth.material, geometry.spacing())?;
@@ -45,7 +59,9 @@ impl From<&SceneCloth> for CompiledCloth {
             colour: cloth.colour,
             grid: match &cloth.geometry {
                 SceneGeometry::Grid(grid) => Some([grid.columns, grid.rows]),
-                SceneGeometry::Mesh(_) => None,
+                SceneGeometry::Mesh(_)
+                | SceneGeometry::Triangles(_)
+                | SceneGeometry::Network(_) => None,
             },
         }
     }

@@ -5,30 +5,42 @@ use glam::{DQuat, DVec3};
 
 use crate::{SceneCollider, SceneError, SceneRotation, SceneShape};
 
-use super::Check;
+use super::{Check, CompileOptions, solid};
 
 pub(super) fn compile(
     check: &Check<'_>,
     index: usize,
     collider: &SceneCollider,
+    options: &CompileOptions,
 ) -> Result<Collider, SceneError> {
     let key = format!("collider[{index}]");
+    let name = &collider.name;
     if let Some(rotation) = &collider.rotation {
         rotation_check(check, &format!("{key}.rotation"), rotation)?;
     }
-    if let SceneShape::Plane { normal } = collider.shape {
+    if let &SceneShape::Plane { normal } = &collider.shape {
         check.direction(&format!("{key}.shape.plane.normal"), normal)?;
     }
     let rotation = collider.rotation.unwrap_or(SceneRotation::NONE).quaternion();
     Ok(Collider {
         name: collider.name.clone(),
-        shape: match collider.shape {
+        shape: match &collider.shape {
             SceneShape::Plane { .. } => ColliderShape::Plane,
-            SceneShape::Sphere { radius } => ColliderShape::Sphere { radius },
-            SceneShape::Capsule { half_length, radius } => {
+            &SceneShape::Sphere { radius } => ColliderShape::Sphere { radius },
+            &SceneShape::Capsule { half_length, radius } => {
                 ColliderShape::Capsule { half_length, radius }
             }
-            SceneShape::Box { half_extents } => ColliderShape::Box { half_extents },
+            &SceneShape::Box { half_extents } => ColliderShape::Box { half_extents },
+            SceneShape::Mesh(triangles) => {
+                solid::distances(check, &format!("{key}.shape"), name, &solid::mesh(triangles))?
+            }
+            SceneShape::Animation(animation) => {
+                solid::animated(check, &format!("{key}.shape.animation"), name, animation, options)?
+            }
+            SceneShape::Tetrahedron { vertices } => {
+                let mesh = solid::tetrahedron(vertices);
+                solid::distances(check, &format!("{key}.shape"), name, &mesh)?
+            }
         },
         pose: Pose {
             translation: collider.translation,

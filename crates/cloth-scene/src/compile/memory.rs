@@ -1,8 +1,10 @@
 //! How much memory a scene needs, before any of it is taken.
 
-use crate::{Scene, SceneError, SceneGeometry, SceneMesh, ScenePrecision, SceneStencil};
+use crate::{
+    Scene, SceneError, SceneGeometry, SceneMesh, ScenePrecision, SceneShape, SceneStencil,
+};
 
-use super::{CompileOptions, memory_solver, mesh, mesh_vertices::vertex_count};
+use super::{CompileOptions, memory_solver, mesh, mesh_vertices::vertex_count, solid};
 
 /// Estimate of the memory for model and solver together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -60,6 +62,16 @@ impl Scene {
                     };
                     (u64::from(grid.columns) * u64::from(grid.rows), springs, 0)
                 }
+                SceneGeometry::Triangles(triangles) => {
+                    (triangles.vertices.len() as u64, MESH_SPRINGS, MESH_BYTES)
+                }
+                SceneGeometry::Network(network) => {
+                    // A prototype has at most six springs to later particles.
+                    let joints = network.joints.len() as u64;
+                    let particles = network.positions.len() as u64;
+                    let each = 6 * network.prototypes.len() as u64;
+                    (particles, each + joints.div_ceil(particles.max(1)), MESH_BYTES)
+                }
                 SceneGeometry::Mesh(mesh) => {
                     (self.mesh_vertices(mesh, options), MESH_SPRINGS, MESH_BYTES)
                 }
@@ -69,6 +81,16 @@ impl Scene {
             estimate.bytes = estimate.bytes.saturating_add(bytes);
             springs = springs.saturating_add(particles.saturating_mul(springs_each));
         }
+        let is_sampled = |shape: &SceneShape| {
+            matches!(shape, SceneShape::Mesh(_) | SceneShape::Tetrahedron { .. })
+        };
+        let sampled = self.colliders.iter().filter(|collider| is_sampled(&collider.shape)).count();
+        let animated = self.colliders.iter().map(|collider| match &collider.shape {
+            SceneShape::Animation(animation) => u64::from(animation.frames),
+            _ => 0,
+        });
+        let solids = (sampled + self.rigids.len()) as u64 + animated.sum::<u64>();
+        estimate.bytes = estimate.bytes.saturating_add(solids.saturating_mul(solid::BYTES));
         let solver = memory_solver::bytes(&self.simulation, estimate.particles, springs, number);
         estimate.bytes = estimate.bytes.saturating_add(solver);
         estimate

@@ -10,15 +10,19 @@ mod memory_solver;
 mod mesh;
 mod mesh_vertices;
 mod model_error;
+mod network;
 mod options;
 mod pins;
+mod rigid;
 mod settings;
+mod solid;
 mod solver;
 mod timeline;
 
 use std::{borrow::Cow, sync::Arc};
 
 use cloth_core::{Model, ModelBuilder, SolverConfig, TextureMap};
+use cloth_rigid::{RigidBody, RigidJoint};
 
 pub use memory::MemoryEstimate;
 pub use options::CompileOptions;
@@ -46,6 +50,11 @@ pub struct CompiledScene {
     pub timeline: Timeline,
     /// Camera for pictures, if the scene has one.
     pub view: Option<SceneView>,
+    /// Bodies that move by themselves; each is also one of the colliders of the model, the last ones in
+    /// the same order.
+    pub rigids: Vec<RigidBody>,
+    /// Constraints between these bodies.
+    pub rigid_joints: Vec<RigidJoint>,
     /// What a picture needs to know of each cloth, in the order of the model's cloths.
     pub cloths: Vec<CompiledCloth>,
 }
@@ -87,10 +96,15 @@ impl Scene {
             settings::view_check(view, &check)?;
         }
         memory::check(self, options)?;
-        let mut builder = settings::surroundings(self, ModelBuilder::new());
+        let mut builder = settings::surroundings(self, &check, ModelBuilder::new())?;
+        let mut colliders = Vec::with_capacity(self.colliders.len());
         for (index, collider) in self.colliders.iter().enumerate() {
-            builder = builder.collider(collider::compile(&check, index, collider)?);
+            colliders.push(collider::compile(&check, index, collider, options)?);
         }
+        let rigid::Bodies { bodies: rigids, joints: rigid_joints, solids } =
+            rigid::compile(self, &check, &colliders)?;
+        builder = builder.collider_impulses(!rigids.is_empty());
+        builder = colliders.into_iter().chain(solids).fold(builder, ModelBuilder::collider);
         // Events name pins by sets of the geometry, which the model does not keep.
         let mut pin_sets = Vec::with_capacity(self.cloths.len());
         for (index, cloth) in self.cloths.iter().enumerate() {
@@ -109,6 +123,8 @@ impl Scene {
             frames_per_second: self.simulation.frames_per_second,
             timeline,
             view: self.view,
+            rigids,
+            rigid_joints,
             cloths: self.cloths.iter().map(CompiledCloth::from).collect(),
         })
     }

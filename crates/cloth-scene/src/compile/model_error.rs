@@ -34,6 +34,14 @@ fn table(scene: &Scene, message: &str) -> String {
         message.contains(&format!("collider {name:?}"))
             || message.contains(&format!("colliders are called {name:?}"))
     });
+    let rigid = scene.rigids.iter().rposition(|rigid| {
+        let name = &rigid.name;
+        message.contains(&format!("collider {name:?}"))
+            || message.contains(&format!("colliders are called {name:?}"))
+    });
+    if let Some(index) = rigid {
+        return format!("rigid[{index}]");
+    }
     let field = (0..scene.fields.len()).find(|i| message.contains(&format!("of field {i} ")));
     match (cloth, collider, field) {
         (Some(index), ..) => format!("cloth[{index}]"),

@@ -1,8 +1,10 @@
 //! The settings that belong to the scene as a whole.
 
+use std::sync::Arc;
+
 use cloth_core::{
-    Air, ContactResponse, Field, Gust, ModelBuilder, Precision, SelfContact, SolverConfig,
-    SpringClass, StrainLimit,
+    Air, ContactResponse, Field, FieldAxes, FieldError, FieldProgram, Gust, ModelBuilder,
+    Precision, SelfContact, SolverConfig, SpringClass, StrainLimit,
 };
 
 use crate::{
@@ -48,13 +50,38 @@ const fn spring_class(class: SceneSpringClass) -> SpringClass {
     }
 }
 
+/// A procedural field from the text at `key`.
+fn procedural(
+    check: &Check<'_>,
+    key: &str,
+    source: &str,
+    axes: FieldAxes,
+) -> Result<Field, SceneError> {
+    let program = FieldProgram::compile_in(source, axes).map_err(|error| {
+        let FieldError { line, column, problem } = &error;
+        check.error(key, &format!("at its line {line}, column {column}: {problem}"))
+    })?;
+    Ok(Field::Procedural { program: Arc::new(program) })
+}
+
 /// Adds gravity, fields, air and contact.
-pub(super) fn surroundings(scene: &Scene, mut builder: ModelBuilder) -> ModelBuilder {
+pub(super) fn surroundings(
+    scene: &Scene,
+    check: &Check<'_>,
+    mut builder: ModelBuilder,
+) -> Result<ModelBuilder, SceneError> {
     builder = builder.gravity(scene.gravity);
-    for field in &scene.fields {
-        builder = builder.field(match *field {
-            SceneField::Uniform { acceleration } => Field::Uniform { acceleration },
-            SceneField::Drag { rate } => Field::Drag { rate },
+    for (index, field) in scene.fields.iter().enumerate() {
+        builder = builder.field(match field {
+            &SceneField::Uniform { acceleration } => Field::Uniform { acceleration },
+            &SceneField::Drag { rate } => Field::Drag { rate },
+            SceneField::Expression(source) => {
+                procedural(check, &format!("field[{index}].expression"), source, FieldAxes::Engine)?
+            }
+            SceneField::ExpressionLeftHanded(source) => {
+                let key = format!("field[{index}].expression_left_handed");
+                procedural(check, &key, source, FieldAxes::LeftHanded)?
+            }
         });
     }
     if let Some(wind) = &scene.wind {
@@ -77,7 +104,7 @@ pub(super) fn surroundings(scene: &Scene, mut builder: ModelBuilder) -> ModelBui
         };
         builder = builder.self_contact(SelfContact { distance: contact.distance, response });
     }
-    builder
+    Ok(builder)
 }
 
 pub(super) fn view_check(view: &SceneView, check: &Check<'_>) -> Result<(), SceneError> {

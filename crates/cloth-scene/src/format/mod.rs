@@ -1,5 +1,6 @@
 //! Files of scenes. Each format converts to and from [`Scene`](crate::Scene).
 
+pub(crate) mod fysl;
 mod lines;
 mod toml;
 mod toml_places;

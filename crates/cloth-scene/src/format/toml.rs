@@ -15,11 +15,15 @@ use super::{
 /// A scene of ten thousand pins has a few hundred kilobytes.
 const FILE_SIZE_MAX: u64 = 64 << 20;
 
+/// Extensions of files that are read as FYSL; all others are TOML.
+pub(crate) const FYSL_EXTENSIONS: &[&str] = &["fysl", "xml"];
+
 impl Scene {
-    /// Reads a scene from the TOML file `path`. Meshes are looked for in the folder of the file.
+    /// Reads a scene from the file `path`: FYSL if its extension is `fysl` or `xml`, else TOML. Meshes are looked for in the folder of the file.
     ///
     /// # Errors
-    /// [`SceneError::Read`], [`SceneError::Size`], and those of [`Scene::from_toml`].
+    /// [`SceneError::Read`], [`SceneError::Size`], and those of [`Scene::from_toml`] and
+    /// [`Scene::from_fysl`].
     pub fn read(path: &Path) -> Result<Self, SceneError> {
         let file = path.display().to_string();
         let mut bytes = Vec::new();
@@ -41,7 +45,15 @@ impl Scene {
                 problem: "the text is not UTF-8".into(),
             }
         })?;
-        let mut scene = Self::from_toml(&text, &file)?;
+        let is_fysl = path.extension().is_some_and(|extension| {
+            FYSL_EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
+        });
+        let mut scene = if is_fysl {
+            // Editors put a mark there that says what UTF-8 need not say.
+            Self::from_fysl(text.strip_prefix('\u{feff}').unwrap_or(&text), &file)?
+        } else {
+            Self::from_toml(&text, &file)?
+        };
         scene.origin.directory = path.parent().map(Path::to_path_buf).unwrap_or_default();
         Ok(scene)
     }

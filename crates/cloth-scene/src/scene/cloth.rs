@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{SceneColour, SceneMaterial, ScenePin, SceneRotation};
+use super::{SceneColour, SceneMaterial, SceneNetwork, ScenePin, SceneRotation, SceneTriangles};
 
 /// One cloth.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -33,6 +33,10 @@ pub enum SceneGeometry {
     Grid(SceneGrid),
     /// A triangle mesh from a file.
     Mesh(SceneMesh),
+    /// A triangle mesh in the scene itself.
+    Triangles(SceneTriangles),
+    /// Particles and springs without a surface.
+    Network(SceneNetwork),
 }
 
 /// A rectangular patch of particles. Particle (column i, row j) has index j columns + i.

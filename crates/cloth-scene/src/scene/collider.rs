@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::SceneRotation;
+use super::{SceneRotation, SceneTriangles};
 
-/// A rigid obstacle, at rest or moved by keyframes.
+/// An obstacle, at rest or moved by keyframes.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneCollider {
@@ -31,7 +31,7 @@ pub struct SceneCollider {
 }
 
 /// Shape of a collider in its local frame.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 pub enum SceneShape {
     /// The half space on the side of the local origin that the normal points away from.
@@ -57,6 +57,46 @@ pub enum SceneShape {
         /// Half the side lengths \[m\].
         half_extents: [f64; 3],
     },
+    /// A closed triangle mesh, known to the cloth as signed distances with 64 samples along its longest
+    /// side.
+    Mesh(SceneTriangles),
+    /// A mesh that changes its shape, from a file for each frame.
+    Animation(SceneAnimation),
+    /// A tetrahedron, known in the same way; either order of its vertices.
+    Tetrahedron {
+        /// Its corners \[m\].
+        vertices: [[f64; 3]; 4],
+    },
+}
+
+/// A mesh that changes its shape. All files have the same faces, and other vertices; holes are closed by a flat cap.
+/// Between two files distances change linearly, and the surface moves along its normal with the
+/// velocity that follows from that; the last file holds from its time on. Not beside rigid bodies, which would not
+/// feel it change.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneAnimation {
+    /// The files, relative to the folder of the scene file, with `{}` in the place of the number.
+    pub file: String,
+    /// Number of the first file; 0 if not given.
+    #[serde(default)]
+    pub first: u32,
+    /// Number of files.
+    pub frames: u32,
+    /// Files for a second \[1/s\].
+    pub rate: f64,
+    /// Samples of the distance along the longest side, 4 to 400; 64 if not given.
+    #[serde(default = "cells_default")]
+    pub cells: u32,
+    /// Factor on all coordinates, above zero; 1 if not given.
+    #[serde(default = "one")]
+    pub scale: f64,
+    /// Rotation about the origin of the mesh; none if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<SceneRotation>,
+    /// Translation of the mesh \[m\], before that of the collider; none if not given.
+    #[serde(default)]
+    pub translation: [f64; 3],
 }
 
 /// Where a collider is at one time.
@@ -73,6 +113,14 @@ pub struct SceneKeyframe {
     /// shorter arc.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotation: Option<SceneRotation>,
+}
+
+const fn cells_default() -> u32 {
+    64
+}
+
+const fn one() -> f64 {
+    1.0
 }
 
 const fn friction_default() -> f64 {

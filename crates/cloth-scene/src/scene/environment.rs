@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// A force field.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 pub enum SceneField {
     /// The same acceleration everywhere.
@@ -16,6 +16,13 @@ pub enum SceneField {
         /// Rate for each axis \[1/s\].
         rate: [f64; 3],
     },
+    /// A force on each particle \[N\] as an expression of its position `x`, velocity `v`, mass `m`
+    /// and index `id`, and of the time `t`: see [`FieldProgram`](cloth_core::FieldProgram).
+    Expression(String),
+    /// The same in the coordinates of FYSL, left handed with y up, for what the expression reads and
+    /// for the force.
+    #[serde(rename = "expression_left_handed")]
+    ExpressionLeftHanded(String),
 }
 
 /// The air and its wind.

@@ -1,5 +1,6 @@
 //! The description of a scene: plain data, the same for every file format.
 
+mod bounds;
 mod cloth;
 mod collider;
 mod colour;
@@ -8,27 +9,34 @@ mod environment;
 mod event;
 mod material;
 mod named;
+mod network;
 mod origin;
 mod pin;
+mod rigid;
 mod rotation;
 mod simulation;
 mod solver;
+mod triangles;
 mod view;
 
 use serde::{Deserialize, Serialize};
 
+pub use bounds::SceneBounds;
 pub use cloth::{SceneCloth, SceneGeometry, SceneGrid, SceneMesh, SceneStencil};
-pub use collider::{SceneCollider, SceneKeyframe, SceneShape};
+pub use collider::{SceneAnimation, SceneCollider, SceneKeyframe, SceneShape};
 pub use colour::SceneColour;
 pub use contact::{SceneContact, SceneContactResponse};
 pub use environment::{SceneField, SceneGust, SceneWind};
 pub use event::{SceneAction, SceneEvent};
 pub use material::{SceneAerodynamics, SceneBend, SceneMass, SceneMaterial, SceneSpring};
+pub use network::{SceneJoint, SceneNetwork, ScenePrototype};
 pub use origin::SceneOrigin;
 pub use pin::ScenePin;
+pub use rigid::{SceneRigid, SceneRigidJoint, SceneRigidJointKind, SceneRigidShape};
 pub use rotation::SceneRotation;
 pub use simulation::{ScenePrecision, SceneSimulation, SceneSpringClass, SceneStrainLimit};
 pub use solver::{SceneAdaptive, SceneImplicit, SceneSemiImplicit, SceneSolver};
+pub use triangles::SceneTriangles;
 pub use view::SceneView;
 
 /// All that a scene file says.
@@ -54,6 +62,12 @@ pub struct Scene {
     /// Solid obstacles.
     #[serde(default, rename = "collider", skip_serializing_if = "Vec::is_empty")]
     pub colliders: Vec<SceneCollider>,
+    /// Solid bodies that move by themselves.
+    #[serde(default, rename = "rigid", skip_serializing_if = "Vec::is_empty")]
+    pub rigids: Vec<SceneRigid>,
+    /// Constraints between these.
+    #[serde(default, rename = "rigid_joint", skip_serializing_if = "Vec::is_empty")]
+    pub rigid_joints: Vec<SceneRigidJoint>,
     /// Force fields beside gravity.
     #[serde(default, rename = "field", skip_serializing_if = "Vec::is_empty")]
     pub fields: Vec<SceneField>,
@@ -66,6 +80,9 @@ pub struct Scene {
     /// What happens to pins in the course of time.
     #[serde(default, rename = "event", skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<SceneEvent>,
+    /// The part of space that the scene is about.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bounds: Option<SceneBounds>,
     /// Camera for pictures.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub view: Option<SceneView>,
@@ -85,10 +102,13 @@ impl Scene {
             simulation: SceneSimulation::default(),
             cloths: Vec::new(),
             colliders: Vec::new(),
+            rigids: Vec::new(),
+            rigid_joints: Vec::new(),
             fields: Vec::new(),
             wind: None,
             contact: None,
             events: Vec::new(),
+            bounds: None,
             view: None,
             origin: SceneOrigin::default(),
         }

@@ -17,6 +17,13 @@ impl SceneRotation {
     /// No rotation.
     pub const NONE: Self = Self { axis: [0.0, 0.0, 1.0], degrees: 0.0 };
 
+    /// The rotation of a unit quaternion x, y, z, w.
+    #[must_use]
+    pub fn from_quaternion(quaternion: [f64; 4]) -> Self {
+        let (axis, angle) = DQuat::from_array(quaternion).to_axis_angle();
+        Self { axis: axis.into(), degrees: angle.to_degrees() }
+    }
+
     /// The axis with unit length; z where the given one has no direction.
     pub(crate) fn axis_unit(&self) -> DVec3 {
         DVec3::from(self.axis).normalize_or(DVec3::Z)

@@ -39,7 +39,7 @@ pub(super) fn contact_particles(model: &Model, state: &State) -> Vec<u32> {
                 state.positions[range.clone()].iter().zip(&mut touching[range])
             {
                 let offset = DVec3::from(position) - DVec3::from(pose.translation);
-                *touches |= signed_distance(&collider.shape, inverse * offset) < reach;
+                *touches |= signed_distance(&collider.shape, inverse * offset, state.time) < reach;
             }
         }
     }
@@ -72,7 +72,7 @@ fn self_contacts(model: &Model, state: &State, distance: f64, touching: &mut [bo
 }
 
 /// Signed distances as in NUMERICS §7, in the local frame.
-fn signed_distance(shape: &ColliderShape, point: DVec3) -> f64 {
+fn signed_distance(shape: &ColliderShape, point: DVec3, time: f64) -> f64 {
     match *shape {
         ColliderShape::Plane => point.z,
         ColliderShape::Sphere { radius } => point.length() - radius,
@@ -84,6 +84,7 @@ fn signed_distance(shape: &ColliderShape, point: DVec3) -> f64 {
             let outside = point.abs() - DVec3::from(half_extents);
             outside.max(DVec3::ZERO).length() + outside.max_element().min(0.0)
         }
+        ColliderShape::Grid(ref grid) => grid.distance_at(point.to_array(), time),
     }
 }
 
@@ -126,11 +127,11 @@ mod tests {
             (ColliderShape::Capsule { half_length: 2.0, radius: 1.0 }, 4.0),
             (ColliderShape::Box { half_extents: [1.0, 3.0, 2.0] }, 4.0),
         ] {
-            assert!((signed_distance(&shape, point) - expected).abs() < 1e-12, "{shape:?}");
+            assert!((signed_distance(&shape, point, 0.0) - expected).abs() < 1e-12, "{shape:?}");
         }
         let inside = DVec3::new(0.5, 0.0, 0.0);
         let cube = ColliderShape::Box { half_extents: [1.0; 3] };
-        assert!((signed_distance(&cube, inside) + 0.5).abs() < 1e-12);
+        assert!((signed_distance(&cube, inside, 0.0) + 0.5).abs() < 1e-12);
     }
 
     #[test]

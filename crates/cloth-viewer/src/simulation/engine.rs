@@ -98,6 +98,16 @@ impl EngineSolver {
     }
 }
 
+/// Refuses what the viewer shows, but cannot simulate.
+pub(super) fn can_simulate(scene: &CompiledScene) -> Result<(), ViewerError> {
+    if scene.rigids.is_empty() {
+        return Ok(());
+    }
+    let feature =
+        "rigid bodies (run the scene with `cloth run`, then open the folder that it wrote)";
+    Err(Error::Unsupported { backend: "viewer", feature: feature.to_owned() }.into())
+}
+
 impl Engine {
     /// Makes ready to run `scene` from its start. With the backend `wgpu` it runs on the device that
     /// draws, and positions stay there; `auto` chooses.
@@ -111,6 +121,7 @@ impl Engine {
         backend: &str,
     ) -> Result<Self, ViewerError> {
         let compiled = scene.compile(&options)?;
+        can_simulate(&compiled)?;
         let (solver, backend) = EngineSolver::choose(gpu, backend, &compiled)?;
         let state = compiled.model.initial_state();
         Ok(Self {

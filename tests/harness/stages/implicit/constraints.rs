@@ -175,7 +175,7 @@ impl Constraints {
                     uncertain |= surface.uncertain;
                 }
                 if inside && constraint.touches.len() < TOUCHES_MAX {
-                    let carried = colliders::carried(state, x);
+                    let carried = colliders::carried(state, x) + normal.scaled(surface.speed);
                     let coefficients =
                         [collider.restitution, collider.friction].map(Tracked::rounded);
                     let mass = Tracked::rounded(model.masses()[i]);
@@ -236,9 +236,10 @@ fn fields(model: &Model) -> (TrackedVector, TrackedVector) {
     let mut acceleration = TrackedVector::rounded(model.gravity());
     let mut rate = TrackedVector::ZERO;
     for field in model.fields() {
-        match *field {
-            Field::Uniform { acceleration: more } => acceleration += TrackedVector::rounded(more),
-            Field::Drag { rate: more } => rate += TrackedVector::rounded(more),
+        match field {
+            Field::Uniform { acceleration: more } => acceleration += TrackedVector::rounded(*more),
+            Field::Drag { rate: more } => rate += TrackedVector::rounded(*more),
+            Field::Procedural { .. } => {}
         }
     }
     (acceleration, rate)

@@ -128,8 +128,8 @@ impl LinearSystem {
         let h = Tracked::rounded(length);
         let mut rate = TrackedVector::ZERO;
         for field in model.fields() {
-            if let Field::Drag { rate: more } = *field {
-                rate += TrackedVector::rounded(more);
+            if let Field::Drag { rate: more } = field {
+                rate += TrackedVector::rounded(*more);
             }
         }
         let jacobians = air_jacobians(model, particles, wind_velocity);

@@ -1,0 +1,86 @@
+//! Scenes in FYSL: run, converted both ways, and given back.
+
+use cloth::scene::{Scene, fysl::FyslFeedback};
+
+use crate::place::{Place, TINY};
+
+/// A ball of 50 g falls into a small sheet.
+const FALL: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
+<fysl version="1.0">
+  <scene name="fall" frame_rate="30"/>
+  <simulation interval="0.0005" steps="12">
+    <procedural>vec3(0, 0.1 * m * sin(t), 0)</procedural>
+  </simulation>
+  <actors>
+    <group id="1" name="sheet" pins="corners">
+      <grid width="9" height="9" spacing="0.05" centre="0 0.5 0" width_axis="1 0 0" height_axis="0 0 1"/>
+      <fabric preset="jersey"/>
+    </group>
+    <rigid id="2" name="ball">
+      <transform translation="0 0.62 0"/>
+      <linear mass="0.05"/>
+      <sphere radius="0.08"/>
+    </rigid>
+  </actors>
+</fysl>
+"#;
+
+#[test]
+fn feedback_read_back_is_the_final_state() {
+    let place = Place::with("fall.fysl", FALL);
+    let arguments =
+        ["run", "fall.fysl", "--out", "o", "--format", "obj", "--feedback", "back.fysl"];
+    place.succeeds(&arguments);
+    let text = String::from_utf8(place.read("back.fysl")).unwrap();
+    let feedback = FyslFeedback::from_fysl(&text, "back.fysl").unwrap();
+    assert_eq!(feedback.frames.len(), 12);
+    let last = &feedback.frames[11];
+    assert_eq!((last.number, last.groups.len(), last.rigids.len()), (12, 1, 1));
+    // The mesh of the last frame has the same vertices.
+    let obj = String::from_utf8(place.read("o/obj/fall_000012.obj")).unwrap();
+    let vertices: Vec<Vec<f64>> = obj
+        .lines()
+        .filter_map(|line| line.strip_prefix("v "))
+        .map(|line| line.split_whitespace().map(|number| number.parse().unwrap()).collect())
+        .collect();
+    assert_eq!(vertices.len(), 81);
+    for (found, wanted) in last.groups[0].vertices.iter().zip(&vertices) {
+        for (found, wanted) in found.iter().zip(wanted) {
+            assert!((found - wanted).abs() < 1e-6, "{found} {wanted}");
+        }
+    }
+    let ball = last.rigids[0].translation;
+    assert!((0.5..0.57).contains(&ball[2]), "it fell, and not through: {ball:?}");
+    let lowest = last.groups[0].vertices.iter().map(|x| x[2]).fold(f64::INFINITY, f64::min);
+    assert!(lowest < 0.49 && ball[2] > lowest, "the sheet holds the ball: {lowest} {ball:?}");
+    assert_eq!(
+        Scene::from_fysl(&text, "back.fysl").unwrap(),
+        Scene::from_fysl(FALL, "fall.fysl").unwrap(),
+        "and the scene is in it"
+    );
+    place.fails(3, &["run", "fall.fysl", "--out", "o", "--resume"]);
+}
+
+#[test]
+fn scenes_are_converted_both_ways() {
+    let place = Place::with("fall.fysl", FALL);
+    place.succeeds(&["convert", "fall.fysl", "fall.toml"]);
+    place.succeeds(&["convert", "fall.toml", "again.xml"]);
+    let read = |name: &str| String::from_utf8(place.read(name)).unwrap();
+    let scene = Scene::from_fysl(FALL, "fall.fysl").unwrap();
+    assert_eq!(Scene::from_toml(&read("fall.toml"), "fall.toml").unwrap(), scene);
+    assert_eq!(Scene::from_fysl(&read("again.xml"), "again.xml").unwrap(), scene);
+    let place = Place::with("tiny.toml", TINY);
+    place.succeeds(&["convert", "tiny.toml", "tiny.fysl"]);
+    place.succeeds(&["run", "tiny.fysl", "--format", "none"]);
+    let text = place.fails(2, &["convert", "tiny.toml", "tiny.txt"]);
+    assert!(text.contains("toml or fysl"), "{text}");
+}
+
+#[test]
+fn errors_name_file_line_and_column() {
+    let place = Place::with("bad.fysl", FALL.replace("<sphere", "<sfere"));
+    let text = place.fails(3, &["run", "bad.fysl"]);
+    assert!(text.contains("bad.fysl`, line 15, column 7"), "{text}");
+    assert!(text.contains("did you mean `sphere`?"), "{text}");
+}

@@ -1,0 +1,24 @@
+//! Rigid bodies, and solids of any shape as colliders for cloth.
+//!
+//! [`RigidWorld`] moves bodies that collide with each other and with the colliders of a model
+//! (through the library rapier), and that a [`RigidJoint`] may join. [`distance_grid`] samples the signed distance of a closed mesh
+//! (through parry), the form in which every backend knows such a solid; [`distance_grid_sequence`] those of a mesh
+//! that moves.
+//!
+//! Cloth and bodies meet in short parts of each frame: the bodies move first, the cloth then feels them as
+//! colliders on their way, and [`RigidWorld::apply`] gives them the impulses that the cloth took, reversed.
+//! What one side gains the other loses, so that momentum is conserved to rounding. A body feels the cloth
+//! one part of a frame late, so that it must not be much lighter than the cloth that rests on it.
+
+mod distance_grid;
+mod error;
+mod joint;
+mod mesh;
+mod shape;
+mod world;
+
+pub use distance_grid::{distance_grid, distance_grid_sequence};
+pub use error::RigidError;
+pub use joint::{RigidJoint, RigidJointKind};
+pub use shape::{RigidBody, RigidShape};
+pub use world::RigidWorld;

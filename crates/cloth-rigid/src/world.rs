@@ -1,0 +1,164 @@
+//! All bodies of a scene.
+
+use cloth_core::{Collider, ColliderImpulse, ColliderShape, Pose};
+use rapier3d_f64::prelude::{
+    ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, SharedShape,
+};
+
+use rapier3d_f64::utils::AngularInertiaOps;
+
+use crate::{
+    RigidBody, RigidError, RigidJoint,
+    mesh::vector,
+    shape::{pose, solid},
+};
+
+/// Longest step of the bodies \[s\].
+const STEP_MAX: f64 = 1.0 / 240.0;
+
+/// Bodies that collide with each other and with the colliders of a scene. Deterministic: the same
+/// calls give the same bits.
+pub struct RigidWorld {
+    world: PhysicsWorld,
+    bodies: Vec<RigidBodyHandle>,
+    /// The colliders of the scene, moved from outside, with where they are.
+    kinematic: Vec<(RigidBodyHandle, Pose)>,
+}
+
+impl RigidWorld {
+    /// Puts `bodies` among `colliders` under `gravity` \[m/s^2\].
+    ///
+    /// # Errors
+    /// [`RigidError`] for shapes that are not closed, and numbers that make no sense.
+    pub fn new(
+        bodies: &[RigidBody],
+        colliders: &[Collider],
+        gravity: [f64; 3],
+    ) -> Result<Self, RigidError> {
+        let mut world = PhysicsWorld { gravity: vector(gravity), ..PhysicsWorld::default() };
+        let mut handles = Vec::with_capacity(bodies.len());
+        for body in bodies {
+            body.validate()?;
+            let (collider, properties) = body.build()?;
+            let builder = RigidBodyBuilder::dynamic()
+                .pose(pose(&body.pose))
+                .linvel(vector(body.velocity))
+                .angvel(vector(body.angular_velocity))
+                .additional_mass_properties(properties)
+                .ccd_enabled(true)
+                // Cloth can push a body at any time.
+                .can_sleep(false);
+            let collider = collider.friction(body.friction).restitution(body.restitution);
+            let (handle, _) = world.insert(builder, collider);
+            let inserted = &mut world.bodies[handle];
+            inserted.recompute_mass_properties_from_colliders(&world.colliders);
+            inserted.add_force(vector(body.force), true);
+            inserted.add_torque(vector(body.torque), true);
+            handles.push(handle);
+        }
+        let mut kinematic = Vec::with_capacity(colliders.len());
+        for collider in colliders {
+            if collider.shape.changes() {
+                return Err(RigidError::Changes { name: collider.name.clone() });
+            }
+            let shape = match &collider.shape {
+                ColliderShape::Plane => {
+                    ColliderBuilder::new(SharedShape::halfspace(vector([0.0, 0.0, 1.0])))
+                }
+                ColliderShape::Sphere { radius } => ColliderBuilder::ball(*radius),
+                // Ours lie along z, and so do these.
+                ColliderShape::Capsule { half_length, radius } => {
+                    ColliderBuilder::capsule_z(*half_length, *radius)
+                }
+                ColliderShape::Box { half_extents: [x, y, z] } => {
+                    ColliderBuilder::cuboid(*x, *y, *z)
+                }
+                ColliderShape::Grid(grid) => {
+                    solid(&collider.name, &grid.surface, &grid.surface.triangles)?
+                }
+            };
+            let shape = shape.friction(collider.friction).restitution(collider.restitution);
+            let builder = RigidBodyBuilder::kinematic_position_based().pose(pose(&collider.pose));
+            kinematic.push((world.insert(builder, shape).0, collider.pose));
+        }
+        Ok(Self { world, bodies: handles, kinematic })
+    }
+
+    /// Adds joints between `bodies`, those of this world, to be called before the first step.
+    ///
+    /// # Errors
+    /// [`RigidError::Joint`] for bodies that do not exist and numbers that make no sense.
+    pub fn join(&mut self, bodies: &[RigidBody], joints: &[RigidJoint]) -> Result<(), RigidError> {
+        for (index, joint) in joints.iter().enumerate() {
+            let built = joint.build(index, bodies)?;
+            let to = match joint.to.and_then(|to| self.bodies.get(to)) {
+                Some(&to) => to,
+                None => self.world.insert_body(RigidBodyBuilder::fixed()),
+            };
+            if let Some(&from) = self.bodies.get(joint.from) {
+                self.world.insert_impulse_joint(to, from, built);
+            }
+        }
+        Ok(())
+    }
+
+    /// Moves all bodies on by `duration` \[s\], while the colliders go to `targets`; a collider without
+    /// one stays.
+    pub fn advance(&mut self, duration: f64, targets: &[Option<Pose>]) {
+        let steps = (duration / STEP_MAX).ceil().clamp(1.0, 1e6);
+        self.world.integration_parameters.dt = duration / steps;
+        for step in 1..=steps as u32 {
+            let fraction = f64::from(step) / steps;
+            for ((handle, from), target) in self.kinematic.iter().zip(targets) {
+                if let Some(target) = target {
+                    let way = from.interpolate(target, fraction);
+                    self.world.bodies[*handle].set_next_kinematic_position(pose(&way));
+                }
+            }
+            self.world.step();
+        }
+        for ((_, at), target) in self.kinematic.iter_mut().zip(targets) {
+            *at = target.unwrap_or(*at);
+        }
+    }
+
+    /// Gives a body the reaction to what it did to the cloth.
+    pub fn apply(&mut self, body: usize, impulse: &ColliderImpulse) {
+        let Some(&handle) = self.bodies.get(body) else { return };
+        let body = &mut self.world.bodies[handle];
+        let linear = -vector(impulse.linear);
+        let angular = -vector(impulse.angular) - body.center_of_mass().cross(linear);
+        body.apply_impulse(linear, true);
+        body.apply_torque_impulse(angular, true);
+    }
+
+    /// Where the local frames of the bodies are.
+    #[must_use]
+    pub fn poses(&self) -> Vec<Pose> {
+        let at = |&handle: &RigidBodyHandle| {
+            let pose = self.world.bodies[handle].position();
+            Pose {
+                translation: pose.translation.to_array(),
+                rotation: pose.rotation.normalize().to_array(),
+            }
+        };
+        self.bodies.iter().map(at).collect()
+    }
+
+    /// Sum of the momenta of all bodies \[kg m/s\], and of their angular momenta about the origin
+    /// \[kg m^2/s\].
+    #[must_use]
+    pub fn momentum(&self) -> ([f64; 3], [f64; 3]) {
+        let mut linear = vector([0.0; 3]);
+        let mut angular = vector([0.0; 3]);
+        for &handle in &self.bodies {
+            let body = &self.world.bodies[handle];
+            let momentum = body.mass() * body.linvel();
+            let inverse = body.mass_properties().effective_world_inv_inertia;
+            linear += momentum;
+            angular += body.center_of_mass().cross(momentum);
+            angular += inverse.inverse().transform_vector(body.angvel());
+        }
+        (linear.to_array(), angular.to_array())
+    }
+}

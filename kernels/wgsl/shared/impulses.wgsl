@@ -1,0 +1,15 @@
+// NUMERICS section 7: what each collider did to each particle since the host asked. Entry 2 (c n + i) is the
+// impulse of collider c on particle i [kg m/s], the next one its moment about the origin [kg m^2/s].
+
+@group(0) @binding(55) var<storage, read_write> impulses: array<vec4f>;
+
+fn impulse_add(particle: u32, collider: u32, mass: f32, before: vec3f, after: Moved) {
+    let change = after.velocity - before;
+    if all(change == vec3f(0.0)) {
+        return;
+    }
+    let at = 2u * (collider * model.particle_count + particle);
+    impulses[at] = vec4f(add_scaled(impulses[at].xyz, mass, change), 0.0);
+    let moment = cross_product(after.position, change);
+    impulses[at + 1u] = vec4f(add_scaled(impulses[at + 1u].xyz, mass, moment), 0.0);
+}
