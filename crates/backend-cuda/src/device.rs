@@ -18,6 +18,9 @@ use crate::{
     fault::{BACKEND, DriverResult, words},
 };
 
+/// Bytes of dynamic shared memory that a kernel may be started with; every GPU since Volta has more.
+const SHARED_MAX: i32 = 60 << 10;
+
 /// A GPU.
 pub(crate) struct Device {
     handle: sys::CUdevice,
@@ -168,11 +171,15 @@ impl Device {
         shared: usize,
     ) -> Result<u32> {
         self.bind()?;
-        // Beyond 48 KiB the driver wants to be told.
-        let attribute = sys::CUfunction_attribute::CU_FUNC_ATTRIBUTE_MAX_DYNAMIC_SHARED_SIZE_BYTES;
-        // SAFETY: the kernel belongs to a loaded module.
-        unsafe { result::function::set_function_attribute(kernel.0, attribute, shared as i32) }
-            .engine()?;
+        if shared > 0 {
+            // Beyond 48 KiB the driver wants to be told. Always the same, as other solvers start the kernel with
+            // other sizes.
+            let attribute =
+                sys::CUfunction_attribute::CU_FUNC_ATTRIBUTE_MAX_DYNAMIC_SHARED_SIZE_BYTES;
+            // SAFETY: the kernel belongs to a loaded module.
+            unsafe { result::function::set_function_attribute(kernel.0, attribute, SHARED_MAX) }
+                .engine()?;
+        }
         // SAFETY: as above.
         let blocks = unsafe {
             result::occupancy::max_active_block_per_multiprocessor(kernel.0, threads as i32, shared)

@@ -39,6 +39,17 @@ fn compare(stage: &str, pair: &mut [Box<dyn Kernels>; 2]) -> Verdict {
     ensure(a.held == b.held, || format!("{stage}: held particles differ"))
 }
 
+/// Speed \[m/s\] beyond which a state has flown apart: products then overflow, and backends multiply other
+/// infinities by zero where a packet has lanes to spare.
+const SPEED_MAX: f64 = 1e12;
+
+/// Whether the numbers of a state are still such that all arithmetic with them is.
+fn is_moderate(kernels: &mut dyn Kernels) -> cloth_core::Result<bool> {
+    let mut state = State::default();
+    kernels.state_read(&mut state)?;
+    Ok(state.velocities.iter().flatten().all(|speed| speed.abs() < SPEED_MAX))
+}
+
 /// Every stage of an explicit substep, and what looks at the state, on both backends.
 ///
 /// # Errors
@@ -57,6 +68,9 @@ pub fn bits_of_explicit_stages(candidates: [&Candidate; 2], description: &Descri
         compare(stage, pair)
     };
     for substep in &case.plan.substeps {
+        if !is_moderate(&mut *pair[0])? {
+            break;
+        }
         both(&mut pair, "field_forces", &|kernels| kernels.field_forces())?;
         both(&mut pair, "procedural_forces", &|kernels| kernels.procedural_forces(substep))?;
         both(&mut pair, "spring_forces", &|kernels| kernels.spring_forces())?;
