@@ -275,3 +275,26 @@ fn what_is_under_the_pointer_is_where_it_is_seen() {
         assert_eq!(engine.pick(&ray).unwrap(), Some(particle));
     }
 }
+
+#[test]
+fn rigid_bodies_fall_are_drawn_where_they_are_and_start_again() {
+    let gpu = gpu();
+    for backend in ["cpu", "wgpu"] {
+        let scene = Scene::builtin("ball-on-sheet").unwrap();
+        let mut engine = Engine::new(&gpu, scene, CompileOptions::default(), backend).unwrap();
+        let start = engine.snapshot(Overlays::default()).unwrap().shapes;
+        let place = |engine: &mut Engine| {
+            engine.state().unwrap().colliders.last().map(|pose| pose.translation[2]).unwrap()
+        };
+        let before = place(&mut engine);
+        for _ in 0..3 {
+            engine.step().unwrap();
+        }
+        assert!(place(&mut engine) < before - 1e-3, "{backend}: the ball falls");
+        assert_ne!(engine.snapshot(Overlays::default()).unwrap().shapes, start, "{backend}");
+        engine.reset().unwrap();
+        assert!((place(&mut engine) - before).abs() < 1e-6, "{backend}");
+        engine.step().unwrap();
+        assert!(place(&mut engine) > before - 1e-2, "{backend}: from rest again");
+    }
+}

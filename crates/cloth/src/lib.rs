@@ -41,6 +41,7 @@ mod backends;
 mod checkpoint;
 mod output;
 mod pose_log;
+mod rigid_exchange;
 mod simulation;
 
 /// How the engine is built and how it is extended.
@@ -63,6 +64,7 @@ pub use cloth_io as io;
 pub use cloth_rigid as rigid;
 /// Scene descriptions.
 pub use cloth_scene as scene;
-pub use output::{picture_style, picture_style_moving, topology};
+pub use output::{picture_shapes, picture_style, picture_style_moving, topology};
 pub use pose_log::PoseLog;
+pub use rigid_exchange::RigidExchange;
 pub use simulation::{FrameOutcome, Simulation};

@@ -76,12 +76,17 @@ pub fn picture_style_moving(scene: &CompiledScene, poses: PoseLog) -> PictureSty
         let model = Arc::clone(&scene.model);
         let rate = scene.frames_per_second;
         style.shapes = PictureShapes::moving(move |time| {
-            let poses = poses.at((time * rate).round() as usize);
-            let shapes = model.colliders().iter().zip(&poses);
-            shapes.map(|(collider, pose)| shape_at(&collider.shape, pose, time)).collect()
+            picture_shapes(&model, &poses.at((time * rate).round() as usize), time)
         });
     }
     style
+}
+
+/// The colliders of a model where `poses` has them, at `time` \[s\].
+#[must_use]
+pub fn picture_shapes(model: &Model, poses: &[Pose], time: f64) -> Vec<PictureShape> {
+    let shapes = model.colliders().iter().zip(poses);
+    shapes.map(|(collider, pose)| shape_at(&collider.shape, pose, time)).collect()
 }
 
 fn camera(view: &SceneView) -> Camera {

@@ -2,18 +2,11 @@
 
 use std::sync::Arc;
 
-use cloth_core::{
-    Backend, ColliderControl, ColliderImpulse, Control, Error, Frame, Integrator, Model, PinAction,
-    Pose, Result, Solver, State, StepReport,
-};
+use cloth_core::{Backend, Control, Error, Frame, Model, Result, Solver, State, StepReport};
 use cloth_rigid::RigidWorld;
 use cloth_scene::CompiledScene;
 
-use crate::{Checkpoint, PoseLog};
-
-/// Longest time that a body waits for the reaction of the cloth \[s\]. A body on a cloth is a mass on a
-/// spring, and a force that comes late feeds its swing: this is a small part of its period.
-const EXCHANGE_INTERVAL: f64 = 2e-3;
+use crate::{Checkpoint, PoseLog, RigidExchange};
 
 /// A scene in progress. Frame 0 is the start; frame k is the state after k frames, at the time
 /// k / frames per second.
@@ -24,8 +17,7 @@ pub struct Simulation {
     state: State,
     normals: Vec<[f64; 3]>,
     report: StepReport,
-    rigid: Option<RigidWorld>,
-    impulses: Vec<ColliderImpulse>,
+    rigid: Option<RigidExchange>,
     poses: PoseLog,
 }
 
@@ -82,26 +74,10 @@ impl Simulation {
     ) -> Result<Self> {
         let mut normals = Vec::new();
         solver.normals(&mut normals)?;
-        let mut impulses = Vec::new();
-        let rigid = if scene.rigids.is_empty() {
-            None
-        } else {
-            // So that a backend that cannot take part says so before the first frame.
-            solver.collider_impulses(&mut impulses)?;
-            let own = scene.model.colliders().len() - scene.rigids.len();
-            let colliders = &scene.model.colliders()[..own];
-            let world = RigidWorld::new(&scene.rigids, colliders, scene.model.gravity()).and_then(
-                |mut world| world.join(&scene.rigids, &scene.rigid_joints).map(|()| world),
-            );
-            // Compiling the scene has made the same world.
-            Some(world.map_err(|error| Error::Unsupported {
-                backend: "rigid body",
-                feature: error.to_string(),
-            })?)
-        };
+        let rigid = RigidExchange::new(&scene, solver.as_mut())?;
         let poses = PoseLog::new(state.colliders.clone());
         let report = StepReport::default();
-        Ok(Self { scene, solver, frame, state, normals, report, rigid, impulses, poses })
+        Ok(Self { scene, solver, frame, state, normals, report, rigid, poses })
     }
 
     /// Advances by one frame, under the control that the scene has for it. Runs on past the last
@@ -123,8 +99,10 @@ impl Simulation {
         let mut control = self.scene.timeline.control(self.frame);
         change(&mut control);
         let frame = Frame::per_second(self.scene.frames_per_second);
-        if self.rigid.is_some() {
-            self.step_rigid(frame, &control)?;
+        if let Some(rigid) = &mut self.rigid {
+            let integrator = &self.scene.config.integrator;
+            let start = (&self.state, &control);
+            self.report = rigid.step(self.solver.as_mut(), integrator, start, frame)?;
         } else {
             self.solver.set_control(&control)?;
             self.solver.advance(frame)?;
@@ -142,82 +120,10 @@ impl Simulation {
         })
     }
 
-    /// Advances cloth and bodies together, in parts short enough that each feels the other in time.
-    fn step_rigid(&mut self, frame: Frame, control: &Control) -> Result<()> {
-        // The implicit integrator does not say what colliders do, so that there is nothing to wait for.
-        let parts = match self.scene.config.integrator {
-            Integrator::Implicit(_) => 1.0,
-            _ => (frame.duration / EXCHANGE_INTERVAL).ceil().clamp(1.0, 1e4),
-        };
-        let part = Frame { duration: frame.duration / parts };
-        let (mut substeps, mut wall_time) = (0, std::time::Duration::ZERO);
-        for number in 1..=parts as u32 {
-            let mut control = self.control_part(control, number, f64::from(number) / parts);
-            self.rigid_advance(part, &mut control);
-            self.solver.set_control(&control)?;
-            self.solver.advance(part)?;
-            self.report = self.solver.synchronize()?;
-            self.rigid_react()?;
-            substeps += self.report.substeps;
-            wall_time += self.report.wall_time;
-        }
-        self.report.substeps = substeps;
-        self.report.wall_time = wall_time;
-        Ok(())
-    }
-
-    /// What holds for a part of a frame that ends at `fraction` of it: whatever moves is then that far
-    /// on its way from where it was when the frame began.
-    fn control_part(&self, control: &Control, number: u32, fraction: f64) -> Control {
-        let mut part = control.clone();
-        // Pins are held and released once.
-        part.pins.retain(|pin| number == 1 || matches!(pin.action, PinAction::MoveTo(_)));
-        for pin in &mut part.pins {
-            let start = self.state.positions.get(pin.particle as usize);
-            if let (PinAction::MoveTo(target), Some(start)) = (&mut pin.action, start) {
-                *target = std::array::from_fn(|k| start[k] + fraction * (target[k] - start[k]));
-            }
-        }
-        for collider in &mut part.colliders {
-            if let Some(start) = self.state.colliders.get(collider.collider as usize) {
-                collider.pose = start.interpolate(&collider.pose, fraction);
-            }
-        }
-        part
-    }
-
-    /// Moves the rigid bodies, and lets the cloth feel them on their way.
-    fn rigid_advance(&mut self, frame: Frame, control: &mut Control) {
-        let Some(rigid) = &mut self.rigid else { return };
-        let colliders = self.scene.model.colliders().len();
-        let own = colliders - self.scene.rigids.len();
-        let mut targets: Vec<Option<Pose>> = vec![None; own];
-        for control in &control.colliders {
-            if let Some(target) = targets.get_mut(control.collider as usize) {
-                *target = Some(control.pose);
-            }
-        }
-        rigid.advance(frame.duration, &targets);
-        for (index, pose) in (own..colliders).zip(rigid.poses()) {
-            control.colliders.push(ColliderControl { collider: index as u32, pose });
-        }
-    }
-
-    /// Gives the bodies what the cloth took from them.
-    fn rigid_react(&mut self) -> Result<()> {
-        let Some(rigid) = &mut self.rigid else { return Ok(()) };
-        self.solver.collider_impulses(&mut self.impulses)?;
-        let own = self.scene.model.colliders().len() - self.scene.rigids.len();
-        for (body, impulse) in self.impulses[own..].iter().enumerate() {
-            rigid.apply(body, impulse);
-        }
-        Ok(())
-    }
-
     /// The rigid bodies, if the scene has any.
     #[must_use]
-    pub const fn rigid(&self) -> Option<&RigidWorld> {
-        self.rigid.as_ref()
+    pub fn rigid(&self) -> Option<&RigidWorld> {
+        self.rigid.as_ref().map(RigidExchange::world)
     }
 
     /// Where all colliders were in each frame so far; goes on growing.

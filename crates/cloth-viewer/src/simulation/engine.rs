@@ -3,10 +3,10 @@
 use std::{sync::Arc, time::Instant};
 
 use cloth::{
-    AUTO, Backend, Control, Error, Frame, PinAction, PinControl, Solver, State, StepReport,
-    backend_create,
+    AUTO, Backend, Control, Error, Frame, PinAction, PinControl, RigidExchange, Solver, State,
+    StepReport, backend_create,
     io::PictureStyle,
-    picture_style,
+    picture_shapes, picture_style,
     scene::{CompileOptions, CompiledScene, Scene},
     wgpu::WgpuSolver,
 };
@@ -34,6 +34,8 @@ pub struct Engine {
     style: PictureStyle,
     settings: Settings,
     solver: EngineSolver,
+    /// The rigid bodies of the scene, if it has any.
+    rigid: Option<RigidExchange>,
     frame: u64,
     time: f64,
     /// The state on the host, as of the frame `state_frame`.
@@ -98,16 +100,6 @@ impl EngineSolver {
     }
 }
 
-/// Refuses what the viewer shows, but cannot simulate.
-pub(super) fn can_simulate(scene: &CompiledScene) -> Result<(), ViewerError> {
-    if scene.rigids.is_empty() {
-        return Ok(());
-    }
-    let feature =
-        "rigid bodies (run the scene with `cloth run`, then open the folder that it wrote)";
-    Err(Error::Unsupported { backend: "viewer", feature: feature.to_owned() }.into())
-}
-
 impl Engine {
     /// Makes ready to run `scene` from its start. With the backend `wgpu` it runs on the device that
     /// draws, and positions stay there; `auto` chooses.
@@ -121,8 +113,8 @@ impl Engine {
         backend: &str,
     ) -> Result<Self, ViewerError> {
         let compiled = scene.compile(&options)?;
-        can_simulate(&compiled)?;
-        let (solver, backend) = EngineSolver::choose(gpu, backend, &compiled)?;
+        let (mut solver, backend) = EngineSolver::choose(gpu, backend, &compiled)?;
+        let rigid = RigidExchange::new(&compiled, solver.get())?;
         let state = compiled.model.initial_state();
         Ok(Self {
             gpu: gpu.clone(),
@@ -133,6 +125,7 @@ impl Engine {
             scene,
             options,
             solver,
+            rigid,
             frame: 0,
             time: 0.0,
             held: state.held.clone(),
@@ -223,11 +216,23 @@ impl Engine {
     fn step_plain(&mut self) -> Result<(), ViewerError> {
         let control = self.control();
         let frame = Frame::per_second(self.compiled.frames_per_second);
-        let solver = self.solver.get();
-        solver.set_control(&control)?;
-        solver.advance(frame)?;
-        self.report = solver.synchronize()?;
+        self.report = self.advance(&control, frame)?;
         Ok(())
+    }
+
+    /// Cloth and bodies for a frame or a part of one.
+    fn advance(&mut self, control: &Control, frame: Frame) -> Result<StepReport, ViewerError> {
+        if self.rigid.is_some() {
+            self.state()?;
+        }
+        let solver = self.solver.get();
+        if let Some(rigid) = &mut self.rigid {
+            let integrator = &self.compiled.config.integrator;
+            return Ok(rigid.step(solver, integrator, (&self.state, control), frame)?);
+        }
+        solver.set_control(control)?;
+        solver.advance(frame)?;
+        Ok(solver.synchronize()?)
     }
 
     /// A frame in slices, with a pull of the pointer before each.
@@ -243,11 +248,8 @@ impl Engine {
             self.state()?;
             let part = part_of(&control, &self.state, slices - slice, slice == 0);
             grab.pull(&mut self.state, duration);
-            let solver = self.solver.get();
-            solver.upload(&self.state)?;
-            solver.set_control(&part)?;
-            solver.advance(Frame { duration })?;
-            let report = solver.synchronize()?;
+            self.solver.get().upload(&self.state)?;
+            let report = self.advance(&part, Frame { duration })?;
             add(&mut total, report);
         }
         self.report = total;
@@ -261,6 +263,7 @@ impl Engine {
     pub fn reset(&mut self) -> Result<(), ViewerError> {
         self.state = self.compiled.model.initial_state();
         self.solver.get().upload(&self.state)?;
+        self.rigid = RigidExchange::new(&self.compiled, self.solver.get())?;
         self.held.clone_from(&self.state.held);
         self.state_is_current = true;
         self.frame = 0;
@@ -383,12 +386,18 @@ impl Engine {
             }
             None => None,
         };
+        let shapes = if self.rigid.is_some() {
+            self.state()?;
+            picture_shapes(&self.compiled.model, &self.state.colliders, self.time)
+        } else {
+            self.style.shapes.at(self.time)
+        };
         let held = (0..).zip(&self.held).filter_map(|(particle, &h)| (h == 1).then_some(particle));
         Ok(Snapshot {
             frame: self.frame,
             time: self.time,
             buffers,
-            shapes: self.style.shapes.at(self.time),
+            shapes,
             held: held.collect(),
             contacts: found,
             bins,

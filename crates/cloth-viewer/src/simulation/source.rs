@@ -8,7 +8,7 @@ use cloth::{
     topology,
 };
 
-use super::{FrameFiles, engine::can_simulate};
+use super::FrameFiles;
 use crate::ViewerError;
 
 /// Something to look at.
@@ -74,7 +74,7 @@ impl Source {
     pub fn check(&self) -> Result<(), ViewerError> {
         match self {
             Self::Scene(scene, options) => {
-                can_simulate(&scene.compile(options)?)?;
+                scene.compile(options)?;
             }
             Self::Run { scene, options, store } => {
                 FrameStore::open_read_only(store, &topology(&scene.compile(options)?))?;

@@ -1,0 +1,127 @@
+//! Rigid bodies and cloth, step by step together.
+
+use cloth_core::{
+    ColliderControl, ColliderImpulse, Control, Error, Frame, Integrator, PinAction, Pose, Result,
+    Solver, State, StepReport,
+};
+use cloth_rigid::RigidWorld;
+use cloth_scene::CompiledScene;
+
+/// Longest time that a body waits for the reaction of the cloth \[s\]. A body on a cloth is a mass on a
+/// spring, and a force that comes late feeds its swing: this is a small part of its period.
+const EXCHANGE_INTERVAL: f64 = 2e-3;
+
+/// The rigid bodies of a scene, which are the last of its colliders, and what the cloth does to them.
+pub struct RigidExchange {
+    world: RigidWorld,
+    /// Colliders that are no bodies.
+    own: usize,
+    impulses: Vec<ColliderImpulse>,
+}
+
+impl RigidExchange {
+    /// The bodies of a scene at its start, or `None` if it has none.
+    ///
+    /// # Errors
+    /// What [`Solver::collider_impulses`] reports: a backend that cannot take part says so before the first
+    /// frame. [`Error::Unsupported`] for bodies that cannot be made, which compiling the scene excludes.
+    pub fn new(scene: &CompiledScene, solver: &mut dyn Solver) -> Result<Option<Self>> {
+        if scene.rigids.is_empty() {
+            return Ok(None);
+        }
+        let mut impulses = Vec::new();
+        solver.collider_impulses(&mut impulses)?;
+        let own = scene.model.colliders().len() - scene.rigids.len();
+        let colliders = &scene.model.colliders()[..own];
+        let world = RigidWorld::new(&scene.rigids, colliders, scene.model.gravity())
+            .and_then(|mut world| world.join(&scene.rigids, &scene.rigid_joints).map(|()| world))
+            .map_err(|error| Error::Unsupported {
+                backend: "rigid body",
+                feature: error.to_string(),
+            })?;
+        Ok(Some(Self { world, own, impulses }))
+    }
+
+    /// The bodies.
+    #[must_use]
+    pub const fn world(&self) -> &RigidWorld {
+        &self.world
+    }
+
+    /// Advances bodies and cloth from `state`, in parts short enough that each feels the other in time.
+    ///
+    /// # Errors
+    /// Those of the solver.
+    pub fn step(
+        &mut self,
+        solver: &mut dyn Solver,
+        integrator: &Integrator,
+        (state, control): (&State, &Control),
+        frame: Frame,
+    ) -> Result<StepReport> {
+        // The implicit integrator does not say what colliders do, so that there is nothing to wait for.
+        let parts = match integrator {
+            Integrator::Implicit(_) => 1.0,
+            _ => (frame.duration / EXCHANGE_INTERVAL).ceil().clamp(1.0, 1e4),
+        };
+        let part = Frame { duration: frame.duration / parts };
+        let mut report = StepReport::default();
+        let (mut substeps, mut wall_time) = (0, std::time::Duration::ZERO);
+        for number in 1..=parts as u32 {
+            let mut control = control_part(state, control, number, f64::from(number) / parts);
+            self.advance(part, &mut control);
+            solver.set_control(&control)?;
+            solver.advance(part)?;
+            report = solver.synchronize()?;
+            self.react(solver)?;
+            substeps += report.substeps;
+            wall_time += report.wall_time;
+        }
+        report.substeps = substeps;
+        report.wall_time = wall_time;
+        Ok(report)
+    }
+
+    /// Moves the bodies, and lets the cloth feel them on their way.
+    fn advance(&mut self, frame: Frame, control: &mut Control) {
+        let mut targets: Vec<Option<Pose>> = vec![None; self.own];
+        for control in &control.colliders {
+            if let Some(target) = targets.get_mut(control.collider as usize) {
+                *target = Some(control.pose);
+            }
+        }
+        self.world.advance(frame.duration, &targets);
+        for (index, pose) in (self.own..).zip(self.world.poses()) {
+            control.colliders.push(ColliderControl { collider: index as u32, pose });
+        }
+    }
+
+    /// Gives the bodies what the cloth took from them.
+    fn react(&mut self, solver: &mut dyn Solver) -> Result<()> {
+        solver.collider_impulses(&mut self.impulses)?;
+        for (body, impulse) in self.impulses[self.own..].iter().enumerate() {
+            self.world.apply(body, impulse);
+        }
+        Ok(())
+    }
+}
+
+/// What holds for a part of a frame that ends at `fraction` of it: whatever moves is then that far
+/// on its way from where it was when the frame began.
+fn control_part(state: &State, control: &Control, number: u32, fraction: f64) -> Control {
+    let mut part = control.clone();
+    // Pins are held and released once.
+    part.pins.retain(|pin| number == 1 || matches!(pin.action, PinAction::MoveTo(_)));
+    for pin in &mut part.pins {
+        let start = state.positions.get(pin.particle as usize);
+        if let (PinAction::MoveTo(target), Some(start)) = (&mut pin.action, start) {
+            *target = std::array::from_fn(|k| start[k] + fraction * (target[k] - start[k]));
+        }
+    }
+    for collider in &mut part.colliders {
+        if let Some(start) = state.colliders.get(collider.collider as usize) {
+            collider.pose = start.interpolate(&collider.pose, fraction);
+        }
+    }
+    part
+}
