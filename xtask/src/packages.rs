@@ -16,6 +16,25 @@ pub(crate) fn install(packages: &[&str]) -> Result<(), String> {
     command::run(&mut apt_get(&arguments))
 }
 
+/// Installs packages of which something is missing, if that can be done here. Other systems than Linux are
+/// not asked.
+///
+/// # Errors
+/// What is needed, and the one line that installs it.
+pub(crate) fn ensure(
+    need: &str,
+    packages: &[&str],
+    is_there: impl Fn() -> bool,
+) -> Result<(), String> {
+    if !cfg!(target_os = "linux") || is_there() {
+        return Ok(());
+    }
+    match install(packages) {
+        Ok(()) if is_there() => Ok(()),
+        _ => Err(format!("{need}; run: {}", install_line(packages))),
+    }
+}
+
 /// The line with which the user installs them.
 pub(crate) fn install_line(packages: &[&str]) -> String {
     format!("sudo apt-get install --yes {}", packages.join(" "))

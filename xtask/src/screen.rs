@@ -11,16 +11,7 @@ const PACKAGES: [&str; 2] = ["xvfb", "xdotool"];
 /// The one line that installs it.
 pub(crate) fn ensure() -> Result<(), String> {
     // The tests of the window are for X11.
-    if !cfg!(target_os = "linux") || is_there() {
-        return Ok(());
-    }
-    match packages::install(&PACKAGES) {
-        Ok(()) if is_there() => Ok(()),
-        _ => Err(format!(
-            "the tests of the window need a virtual screen; run: {}",
-            packages::install_line(&PACKAGES)
-        )),
-    }
+    packages::ensure("the tests of the window need a virtual screen", &PACKAGES, is_there)
 }
 
 fn is_there() -> bool {

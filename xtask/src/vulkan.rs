@@ -15,16 +15,7 @@ const DRIVER_FOLDERS: [&str; 3] =
 /// The one line that installs it.
 pub(crate) fn ensure() -> Result<(), String> {
     // Other systems come with Metal or DirectX.
-    if !cfg!(target_os = "linux") || is_there() {
-        return Ok(());
-    }
-    match packages::install(&PACKAGES) {
-        Ok(()) if is_there() => Ok(()),
-        _ => Err(format!(
-            "the wgpu backend needs a Vulkan driver; run: {}",
-            packages::install_line(&PACKAGES)
-        )),
-    }
+    packages::ensure("the wgpu backend needs a Vulkan driver", &PACKAGES, is_there)
 }
 
 /// Whether the loader and a driver are there.
