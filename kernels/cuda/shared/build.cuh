@@ -43,6 +43,14 @@ __device__ __forceinline__ Cover cover_of(const Solver& s, const Box& region) {
     return cover;
 }
 
+// Cell `number` of a cover.
+__device__ __forceinline__ void cover_cell(const Cover& cover, uint number, int* at) {
+    uint rest = number / cover.size[0];
+    at[0] = cover.low[0] + (int)(number % cover.size[0]);
+    at[1] = cover.low[1] + (int)(rest % cover.size[1]);
+    at[2] = cover.low[2] + (int)(rest / cover.size[1]);
+}
+
 // The region of a group for the time from now on.
 __device__ __forceinline__ Box region_of(const Solver& s, bool exists, const vec3& x, const vec3& v) {
     vec3 later = x + s.list_horizon * v;
@@ -84,8 +92,8 @@ __device__ __forceinline__ void list_build(const Solver& s, ulong* barrier, cons
         if (cover.count > COVER_MAX) {
             if (lane == 0) s.status->large = tick;
         } else if (lane < cover.count) {
-            uint x = lane % cover.size[0], rest = lane / cover.size[0];
-            int at[3] = {cover.low[0] + (int)x, cover.low[1] + (int)(rest % cover.size[1]), cover.low[2] + (int)(rest / cover.size[1])};
+            int at[3];
+            cover_cell(cover, lane, at);
             uint node = group * COVER_MAX + lane;
             ulong head = (ulong)tick << 32 | (ulong)(node + 1);
             ulong before = atomicExch(&s.cell_heads[cell_of(s, at[0], at[1], at[2])], head);
@@ -109,8 +117,8 @@ __device__ __forceinline__ void list_build(const Solver& s, ulong* barrier, cons
                 if (boxes_meet(near, box_load(s.group_regions, other))) row_add(s, group, other, &found[warp]);
             }
         } else if (lane < cover.count) {
-            uint x = lane % cover.size[0], rest = lane / cover.size[0];
-            int at[3] = {cover.low[0] + (int)x, cover.low[1] + (int)(rest % cover.size[1]), cover.low[2] + (int)(rest / cover.size[1])};
+            int at[3];
+            cover_cell(cover, lane, at);
             uint name = cell_name(at[0], at[1], at[2]);
             ulong head = s.cell_heads[cell_of(s, at[0], at[1], at[2])];
             uint node = (uint)(head >> 32) == tick ? (uint)head : 0;
