@@ -1,6 +1,6 @@
 //! What the outside does to a running simulation.
 
-use crate::{Model, ModelError, Pose, error::finite_all};
+use crate::{Model, ModelError, Pose, State, error::finite_all};
 
 /// Inputs that hold from the next frame on, until they are changed.
 ///
@@ -46,6 +46,26 @@ pub struct ColliderControl {
 }
 
 impl Control {
+    /// What holds for a part of the time: whatever moves gets `fraction` of its way from where it is in `state`. Pins are
+    /// held and released in the first part alone.
+    #[must_use]
+    pub fn part(&self, state: &State, fraction: f64, is_first: bool) -> Self {
+        let mut part = self.clone();
+        part.pins.retain(|pin| is_first || matches!(pin.action, PinAction::MoveTo(_)));
+        for pin in &mut part.pins {
+            let start = state.positions.get(pin.particle as usize);
+            if let (PinAction::MoveTo(target), Some(start)) = (&mut pin.action, start) {
+                *target = std::array::from_fn(|k| start[k] + fraction * (target[k] - start[k]));
+            }
+        }
+        for collider in &mut part.colliders {
+            if let Some(start) = state.colliders.get(collider.collider as usize) {
+                collider.pose = start.interpolate(&collider.pose, fraction);
+            }
+        }
+        part
+    }
+
     /// Checks every index against the model and every number for being finite.
     ///
     /// # Errors

@@ -1,8 +1,8 @@
 //! Rigid bodies and cloth, step by step together.
 
 use cloth_core::{
-    ColliderControl, ColliderImpulse, Control, Error, Frame, Integrator, PinAction, Pose, Result,
-    Solver, State, StepReport,
+    ColliderControl, ColliderImpulse, Control, Error, Frame, Integrator, Pose, Result, Solver,
+    State, StepReport,
 };
 use cloth_rigid::RigidWorld;
 use cloth_scene::CompiledScene;
@@ -68,7 +68,7 @@ impl RigidExchange {
         let mut report = StepReport::default();
         let (mut substeps, mut wall_time) = (0, std::time::Duration::ZERO);
         for number in 1..=parts as u32 {
-            let mut control = control_part(state, control, number, f64::from(number) / parts);
+            let mut control = control.part(state, f64::from(number) / parts, number == 1);
             self.advance(part, &mut control);
             solver.set_control(&control)?;
             solver.advance(part)?;
@@ -104,24 +104,4 @@ impl RigidExchange {
         }
         Ok(())
     }
-}
-
-/// What holds for a part of a frame that ends at `fraction` of it: whatever moves is then that far
-/// on its way from where it was when the frame began.
-fn control_part(state: &State, control: &Control, number: u32, fraction: f64) -> Control {
-    let mut part = control.clone();
-    // Pins are held and released once.
-    part.pins.retain(|pin| number == 1 || matches!(pin.action, PinAction::MoveTo(_)));
-    for pin in &mut part.pins {
-        let start = state.positions.get(pin.particle as usize);
-        if let (PinAction::MoveTo(target), Some(start)) = (&mut pin.action, start) {
-            *target = std::array::from_fn(|k| start[k] + fraction * (target[k] - start[k]));
-        }
-    }
-    for collider in &mut part.colliders {
-        if let Some(start) = state.colliders.get(collider.collider as usize) {
-            collider.pose = start.interpolate(&collider.pose, fraction);
-        }
-    }
-    part
 }

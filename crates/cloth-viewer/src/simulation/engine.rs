@@ -246,7 +246,9 @@ impl Engine {
         for slice in 0..slices {
             self.state_is_current &= slice == 0;
             self.state()?;
-            let part = part_of(&control, &self.state, slices - slice, slice == 0);
+            // The state that is uploaded already has what was done once.
+            let left = f64::from(slices - slice);
+            let part = control.part(&self.state, left.recip(), slice == 0);
             grab.pull(&mut self.state, duration);
             self.solver.get().upload(&self.state)?;
             let report = self.advance(&part, Frame { duration })?;
@@ -409,26 +411,6 @@ impl Engine {
             recorded: None,
         })
     }
-}
-
-/// The control of one of the slices of a frame, of which `left` are to come, itself included:
-/// what moves goes that part of the way that is left.
-fn part_of(control: &Control, state: &State, left: u32, first: bool) -> Control {
-    let share = 1.0 / f64::from(left);
-    let mut part = control.clone();
-    // The state that is uploaded already has what was done once.
-    part.pins.retain(|pin| first || matches!(pin.action, PinAction::MoveTo(_)));
-    for pin in &mut part.pins {
-        if let PinAction::MoveTo(target) = &mut pin.action {
-            let place = state.positions[pin.particle as usize];
-            *target = std::array::from_fn(|k| place[k] + share * (target[k] - place[k]));
-        }
-    }
-    for collider in &mut part.colliders {
-        let present = state.colliders[collider.collider as usize];
-        collider.pose = present.interpolate(&collider.pose, share);
-    }
-    part
 }
 
 /// Adds the report of a slice: work adds up, figures are those of the end.
