@@ -1,16 +1,20 @@
 //! The CUDA backend on the common workload, timed by events on the device: medians of frames 10 to 70.
 //!
-//! `cargo bench --bench cuda -- [--quick] [--sides 160,1024] [--only free|contact|implicit] [--reference PROGRAM]`. A reference program is run as `PROGRAM 160,1024` and
+//! `cargo bench --bench cuda -- [--quick] [--sides 160,1024] [--only free|contact|implicit] [--ladder] [--reference PROGRAM]`. `--ladder`
+//! prints the table of the historical ladder alone. A reference program is run as `PROGRAM 160,1024` and
 //! prints its own rows.
 
 use std::{process::Command, time::Instant};
 
 use cloth::{
     Backend, ImplicitSettings, Integrator, LinearMethod, Preconditioner, Result, StepReport,
+    cuda::{CudaBackend, CudaOptions, ladder::Ladder},
     scene::BenchKind,
 };
-use cloth_backend_cuda::{CudaBackend, CudaOptions};
-use cloth_benches::{FRAMES_MEASURED, HangWorkload, RunningWorkload, Workload};
+use cloth_benches::{
+    FRAMES_MEASURED, HangWorkload, LADDER_SIDES, RunningWorkload, Workload, ladder_heading,
+    ladder_line, ladder_row,
+};
 
 /// Bytes that a device of this kind copies in a second, read and written: the floor is made of it.
 const BANDWIDTH: f64 = 4.28e12;
@@ -81,6 +85,19 @@ fn explicit(backend: &dyn Backend, label: &str, side: u32, contact: bool) -> Res
     Ok(())
 }
 
+/// The table of the ladder; without a GPU only its base.
+fn ladder(sides: &[u32]) -> Result<()> {
+    let ladder = Ladder::new(CudaOptions::default());
+    if let Err(error) = &ladder {
+        println!("cuda: not run here: {error}");
+    }
+    println!("{}", ladder_heading());
+    for &side in sides {
+        println!("{}", ladder_line(&ladder_row(ladder.as_ref().ok(), side)?));
+    }
+    Ok(())
+}
+
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().collect();
     let has = |name: &str| arguments.iter().any(|argument| argument == name);
@@ -91,8 +108,13 @@ fn main() -> Result<()> {
         let at = arguments.iter().position(|argument| argument == name)?;
         arguments.get(at + 1).map(String::as_str)
     };
-    let sides: Vec<u32> = match value("--sides") {
-        Some(text) => text.split(',').filter_map(|side| side.parse().ok()).collect(),
+    let given = value("--sides").map(|text| text.split(',').filter_map(|side| side.parse().ok()));
+    let given: Option<Vec<u32>> = given.map(Iterator::collect);
+    if has("--ladder") {
+        return ladder(given.as_deref().unwrap_or(&LADDER_SIDES));
+    }
+    let sides: Vec<u32> = match given {
+        Some(sides) => sides,
         None if has("--quick") => vec![160, 512],
         None => vec![160, 512, 1024, 2048],
     };

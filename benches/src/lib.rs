@@ -1,9 +1,13 @@
 //! Workloads that the engine is measured by, and the programs it is measured beside.
 
 mod hang;
+mod ladder;
 mod reference;
 mod workload;
 
 pub use hang::{HANG_STEP, HangWorkload};
+pub use ladder::{
+    LADDER_PUBLISHED, LADDER_SIDES, LadderRow, LadderTime, ladder_heading, ladder_line, ladder_row,
+};
 pub use reference::{ReferenceRow, reference_build, reference_run};
 pub use workload::{FRAMES_BEFORE, FRAMES_MEASURED, RunningWorkload, Workload};

@@ -13,16 +13,22 @@ pub struct CudaModule {
     pub name: &'static str,
     /// The options it knows beside those of all.
     pub options: &'static [&'static str],
+    /// Options of all modules of its kind.
+    common: &'static [&'static str],
+    /// What comes before it, by name.
+    parts: &'static [(&'static str, &'static str)],
     source: &'static str,
 }
 
 macro_rules! modules {
     ($($name:literal $options:expr,)*) => {
-        /// All modules.
+        /// All modules that compute stages.
         pub const CUDA_MODULES: &[CudaModule] = &[
             $(CudaModule {
                 name: $name,
                 options: &$options,
+                common: &COMMON,
+                parts: SHARED,
                 source: include_str!(concat!("../cuda/", $name, ".cu")),
             },)*
         ];
@@ -75,7 +81,30 @@ shared! {
     "linear" "constraint"
 }
 
-/// Options of every module.
+macro_rules! ladder {
+    ($($name:literal)*) => {
+        /// The modules of the historical ladder: an explicit step with self-contact, done as it was done before.
+        pub const CUDA_LADDER_MODULES: &[CudaModule] = &[
+            $(CudaModule {
+                name: concat!("ladder_", $name),
+                options: &[],
+                common: &[],
+                parts: LADDER_SHARED,
+                source: include_str!(concat!("../cuda/ladder/", $name, ".cu")),
+            },)*
+        ];
+    };
+}
+
+ladder! { "naive" "constants" "math" "bins" }
+
+/// The parts of the modules of the ladder.
+const LADDER_SHARED: &[(&str, &str)] = &[
+    ("real", include_str!("../cuda/shared/real.cuh")),
+    ("ladder", include_str!("../cuda/ladder/ladder.cuh")),
+];
+
+/// Options of every module that computes a stage.
 const COMMON: [&str; 2] = ["f64", "fast"];
 
 /// An option that a module does not know.
@@ -97,7 +126,7 @@ impl CudaModule {
     /// The module called `name`.
     #[must_use]
     pub fn find(name: &str) -> Option<&'static Self> {
-        CUDA_MODULES.iter().find(|module| module.name == name)
+        CUDA_MODULES.iter().chain(CUDA_LADDER_MODULES).find(|module| module.name == name)
     }
 
     /// The text with these options.
@@ -120,12 +149,12 @@ impl CudaModule {
     ) -> Result<String, CudaOptionError> {
         let mut text = String::new();
         for option in options {
-            if !(COMMON.contains(&option) || self.options.contains(&option)) {
+            if !(self.common.contains(&option) || self.options.contains(&option)) {
                 return Err(CudaOptionError { module: self.name, option: option.to_owned() });
             }
             text += &format!("#define CLOTH_{}\n", option.to_uppercase());
         }
-        for (name, part) in SHARED {
+        for (name, part) in self.parts {
             let given = parts.iter().find(|(given, _)| given == name);
             text += given.map_or(*part, |(_, given)| *given);
         }
@@ -137,7 +166,7 @@ impl CudaModule {
     /// springs from the table.
     #[must_use]
     pub fn option_sets(&self) -> Vec<Vec<&'static str>> {
-        let all: Vec<&str> = COMMON.iter().chain(self.options).copied().collect();
+        let all: Vec<&str> = self.common.iter().chain(self.options).copied().collect();
         let chosen = |set: u32| {
             let chosen = all.iter().enumerate().filter(|(k, _)| set >> k & 1 == 1);
             chosen.map(|(_, option)| *option).collect()
@@ -185,6 +214,8 @@ mod tests {
         assert_eq!(folder("cuda", "cu"), listed);
         let listed = SHARED.iter().map(|(name, _)| (*name).to_owned()).collect();
         assert_eq!(folder("cuda/shared", "cuh"), listed);
+        let listed = CUDA_LADDER_MODULES.iter().map(|module| module.name.replace("ladder_", ""));
+        assert_eq!(folder("cuda/ladder", "cu"), listed.collect());
     }
 
     #[test]

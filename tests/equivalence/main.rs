@@ -1,6 +1,7 @@
 //! Every backend computes what NUMERICS.md says, stage by stage and as a whole.
 
 mod cuda_bits;
+mod cuda_ladder;
 mod implicit_stages;
 mod invariants;
 mod negative_control;

@@ -115,6 +115,7 @@ pub fn kernels_compile(architecture: &str) -> Result<usize> {
     let [single, double] = [part(Precision::F32), part(Precision::F64)];
     let mut work: Vec<(_, _, Option<&str>)> = cloth_kernels::CUDA_MODULES
         .iter()
+        .chain(cloth_kernels::CUDA_LADDER_MODULES)
         .flat_map(|module| module.option_sets().into_iter().map(move |set| (module, set, None)))
         .collect();
     // With procedural fields every option of the frame kernel need not be tried again.

@@ -15,6 +15,7 @@ mod contact;
 mod device;
 mod fault;
 mod kernels;
+pub mod ladder;
 mod layout;
 mod linear;
 mod measure;

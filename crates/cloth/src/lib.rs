@@ -55,6 +55,8 @@ pub use backends::{
 };
 pub use checkpoint::{CHECKPOINT_VERSION, Checkpoint, CheckpointError};
 /// GPU backend: adapters, and solvers that lend their buffers to a renderer.
+#[cfg(feature = "cuda")]
+pub use cloth_backend_cuda as cuda;
 #[cfg(feature = "wgpu")]
 pub use cloth_backend_wgpu as wgpu;
 pub use cloth_core::*;
