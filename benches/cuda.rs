@@ -1,6 +1,6 @@
 //! The CUDA backend on the common workload, timed by events on the device: medians of frames 10 to 70.
 //!
-//! `cargo bench --bench cuda -- [--quick] [--sides 160,1024] [--only free|contact|implicit] [--ladder] [--reference PROGRAM]`. `--ladder`
+//! `cargo bench --bench cuda -- [--quick] [--sides 160,1024] [--only free|contact|implicit|field] [--ladder] [--reference PROGRAM]`. `--ladder`
 //! prints the table of the historical ladder alone. A reference program is run as `PROGRAM 160,1024` and
 //! prints its own rows.
 
@@ -12,8 +12,8 @@ use cloth::{
     scene::BenchKind,
 };
 use cloth_benches::{
-    FRAMES_MEASURED, HangWorkload, LADDER_SIDES, RunningWorkload, Workload, ladder_heading,
-    ladder_line, ladder_row,
+    FRAMES_MEASURED, HangWorkload, LADDER_SIDES, RunningWorkload, Workload, field_cost,
+    ladder_heading, ladder_line, ladder_row,
 };
 
 /// Bytes that a device of this kind copies in a second, read and written: the floor is made of it.
@@ -141,6 +141,17 @@ fn main() -> Result<()> {
                 }
                 explicit(&backend, label, side, contact)?;
             }
+        }
+        if patches && is_wanted("field") {
+            let side = if has("--quick") { 512 } else { 1024 };
+            let cost = field_cost(&backend, side)?;
+            println!(
+                "{label:<12} {side:>5} field   built in {:>9.1} us/frame  as an expression {:>9.1}  {:+.1} %  difference {:.1e}",
+                cost.built_in * 1e6,
+                cost.expression * 1e6,
+                cost.share() * 100.0,
+                cost.deviation,
+            );
         }
         for method in [LinearMethod::ConjugateGradient, LinearMethod::Jacobi] {
             for side in [60, 160, 512, 1024] {

@@ -1,6 +1,6 @@
 //! The common workloads on the GPU: time of a frame, of its stages, and what that means in bytes.
 //!
-//! `cargo bench -p cloth-benches --bench gpu [-- explicit|implicit] [SIDE ...]`. Times are medians of frames 10 to 70. A frame
+//! `cargo bench -p cloth-benches --bench gpu [-- explicit|implicit|field] [SIDE ...]`. Times are medians of frames 10 to 70. A frame
 //! is timed in two ways: with its report, as an application runs that looks at every frame; and in a row
 //! of frames with one wait at their end, which is what the device itself takes.
 
@@ -12,7 +12,9 @@ use cloth::{
     scene::{BenchKind, CompileOptions, bench_scene},
     wgpu::{WgpuBackend, WgpuOptions, wgpu},
 };
-use cloth_benches::{FRAMES_BEFORE, FRAMES_MEASURED, HANG_STEP, HangWorkload, Workload};
+use cloth_benches::{
+    FRAMES_BEFORE, FRAMES_MEASURED, HANG_STEP, HangWorkload, Workload, field_cost,
+};
 
 /// Bytes of the state that a substep must read and write for each particle: position, velocity, inverse
 /// mass and mass.
@@ -40,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let sides: Vec<u32> = words.iter().filter_map(|word| word.parse().ok()).collect();
     let wants = |table: &str| {
-        let tables = ["explicit", "implicit"];
+        let tables = ["explicit", "implicit", "field"];
         let named = words.iter().any(|word| tables.contains(&word.as_str()));
         !named || words.iter().any(|word| word == table)
     };
@@ -54,6 +56,18 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     if wants("implicit") {
         implicit(&backend, &timed, &sides_of(&[60, 160, 1024]), copy)?;
+    }
+    if wants("field") {
+        for side in sides_of(&[1024]) {
+            let cost = field_cost(&backend, side)?;
+            println!(
+                "\nN {side:>5} field: built in {:.4} ms, as an expression {:.4} ms ({:+.1} %), difference {:.1e}",
+                cost.built_in * 1e3,
+                cost.expression * 1e3,
+                cost.share() * 100.0,
+                cost.deviation,
+            );
+        }
     }
     Ok(())
 }

@@ -1,12 +1,14 @@
 //! Workloads that the engine is measured by, and the programs it is measured beside.
 
 mod chosen;
+mod field;
 mod hang;
 mod ladder;
 mod reference;
 mod workload;
 
 pub use chosen::{ChosenBackend, chosen_backends};
+pub use field::{FieldCost, field_cost};
 pub use hang::{HANG_STEP, HangWorkload};
 pub use ladder::{
     LADDER_PUBLISHED, LADDER_SIDES, LadderRow, LadderTime, ladder_heading, ladder_line, ladder_row,

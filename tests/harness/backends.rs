@@ -245,13 +245,45 @@ pub fn gpu_candidate(label: &str, backend: Box<dyn Backend>) -> Candidate {
 
 /// What the CUDA backend does not offer.
 const CUDA_MISSING: &[Feature] = &[
-    Feature::SemiImplicit,
     Feature::Direct,
     Feature::IncompleteCholesky,
     Feature::Assembled,
     Feature::Factorisation,
     Feature::DenseInverse,
 ];
+
+/// The first NVIDIA GPU, shared by all tests of a process.
+#[derive(Clone, Copy)]
+pub struct SharedCuda(&'static CudaBackend);
+
+impl SharedCuda {
+    /// As [`cuda`] with the default options.
+    #[must_use]
+    pub fn new() -> Option<Self> {
+        static CUDA: LazyLock<Option<CudaBackend>> = LazyLock::new(|| cuda(CudaOptions::default()));
+        CUDA.as_ref().map(Self)
+    }
+}
+
+impl Backend for SharedCuda {
+    fn info(&self) -> &BackendInfo {
+        self.0.info()
+    }
+
+    fn create_solver(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Solver>> {
+        self.0.create_solver(model, config)
+    }
+
+    fn create_kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Kernels>> {
+        self.0.create_kernels(model, config)
+    }
+}
+
+/// A candidate for a backend that computes through CUDA.
+#[must_use]
+pub fn cuda_candidate(label: &str, backend: Box<dyn Backend>, precision: Precision) -> Candidate {
+    Candidate { missing: CUDA_MISSING, ..Candidate::new(label, backend, precision) }
+}
 
 /// Whether `CLOTH_LEAVE_OUT` names a backend: a machine for one kind of GPU may lack what another needs.
 #[must_use]
@@ -280,11 +312,10 @@ pub fn candidates() -> &'static [Candidate] {
             Candidate::new("cpu", Box::new(cpu(2)), Precision::F32),
         ];
         for precision in [Precision::F64, Precision::F32] {
-            let backend = cuda(CudaOptions::default());
-            candidates.extend(backend.map(|backend| Candidate {
-                missing: CUDA_MISSING,
-                ..Candidate::new("cuda", Box::new(backend), precision)
-            }));
+            let backend = SharedCuda::new();
+            candidates.extend(
+                backend.map(|backend| cuda_candidate("cuda", Box::new(backend), precision)),
+            );
         }
         if is_left_out("wgpu") {
             eprintln!("wgpu is left out: CLOTH_LEAVE_OUT says so");

@@ -40,7 +40,11 @@ pub(crate) fn run(arguments: &BenchArguments) -> bool {
 
 fn program() -> std::process::Command {
     let run = ["run", "--release", "--package", "cloth-benches", "--bin", "cloth-bench", "--"];
-    command::cargo(&run)
+    let mut program = command::cargo(&run);
+    if let Some(revision) = command::revision() {
+        program.env("CLOTH_REVISION", revision);
+    }
+    program
 }
 
 fn readme(arguments: &BenchArguments) -> Result<(), String> {

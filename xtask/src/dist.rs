@@ -1,4 +1,4 @@
-//! `cargo xtask dist`: programs for a GPU machine that has no Rust.
+//! `cargo xtask dist`: the program, tests and benchmarks for a GPU machine that has no Rust.
 
 use std::{
     fs,
@@ -6,29 +6,64 @@ use std::{
     process::Stdio,
 };
 
-use crate::command::cargo;
+use crate::command::{self, cargo};
 
 /// Runs everything and prints a short table. Logs stay beside it.
 const SCRIPT: &str = r#"#!/bin/sh
-# Runs the tests, the benchmark and the program of this folder on a machine with an NVIDIA GPU.
-# NVRTC is looked for in the usual places; LD_LIBRARY_PATH can name others.
+# Runs the tests, the benchmarks and the program of this folder on a machine with an NVIDIA GPU that has no Rust.
+# `./run.sh --quick` leaves the benchmarks out. Logs are kept in the folder `logs`, the page of the benchmark in `bench`.
+# NVRTC is looked for in the usual places; LD_LIBRARY_PATH can name others. What goes through Vulkan is left out, and listed as that,
+# where Vulkan finds no NVIDIA GPU; CLOTH_LEAVE_OUT=wgpu leaves it out anywhere.
 cd "$(dirname "$0")" || exit 1
 for folder in /usr/local/cuda*/lib64 /usr/local/cuda*/targets/*/lib; do
     [ -e "$folder/libnvrtc.so.13" ] && LD_LIBRARY_PATH="$folder:$LD_LIBRARY_PATH"
 done
-export LD_LIBRARY_PATH CLOTH_REQUIRE_CUDA=1 CLOTH_LEAVE_OUT="${CLOTH_LEAVE_OUT-wgpu}"
+export LD_LIBRARY_PATH CLOTH_REQUIRE_CUDA=1
+mkdir -p logs
 failed=0
 row() {
-    if "$@" >"$name.log" 2>&1; then result=passed; else result=FAILED; failed=1; fi
-    printf '%-14s %s\n' "$name" "$result"
+    name=$1; shift
+    started=$(date +%s)
+    if "$@" >"logs/$name.log" 2>&1; then result=passed; else result=FAILED; failed=1; fi
+    printf '%-16s %-8s %5s s\n' "$name" "$result" $(($(date +%s) - started))
+    [ $result = passed ] || tail -n 5 "logs/$name.log" | sed 's/^/    /'
 }
-name=program; row ./cloth backends
-name=drape; row ./cloth run drape --backend cuda --frames 5 --format none --out drape.out
-for name in equivalence validation bad_input; do row "./$name"; done
-name=cuda-bench; row ./cuda-bench
-cat cuda-bench.log
+left_out() { printf '%-16s left out: %s\n' "$1" "$2"; }
+row program ./cloth backends
+case ",$CLOTH_LEAVE_OUT," in
+*,wgpu,*) reason='CLOTH_LEAVE_OUT says so' ;;
+*)
+    reason=
+    if ! ./cloth backends 2>/dev/null | grep wgpu | grep -q NVIDIA; then
+        reason='Vulkan finds no NVIDIA GPU here'
+        CLOTH_LEAVE_OUT="${CLOTH_LEAVE_OUT:+$CLOTH_LEAVE_OUT,}wgpu"
+    fi
+    ;;
+esac
+export CLOTH_LEAVE_OUT
+backends=cuda
+[ -z "$reason" ] && backends='cuda wgpu'
+for backend in $backends; do
+    for solver in explicit implicit semi-implicit; do
+        row "drape-$backend-$solver" ./cloth run drape --backend $backend --solver $solver --frames 5 --format none \
+            --out "logs/drape-$backend-$solver"
+    done
+done
+for name in equivalence validation bad_input; do row $name "./$name"; done
+if [ -z "$reason" ]; then row gpu ./gpu; else left_out gpu "$reason"; fi
+if [ "$1" != --quick ]; then
+    row cuda-bench ./cuda-bench
+    row bench ./cloth-bench --suite full --out bench
+    if [ -z "$reason" ]; then row gpu-bench ./gpu-bench; else left_out gpu-bench "$reason"; fi
+    row workload-bench ./workload-bench
+    cat logs/bench.log logs/cuda-bench.log
+fi
 exit $failed
 "#;
+
+/// Tests and benchmarks that are gathered; the others need the sources.
+const TESTS: [&str; 4] = ["equivalence", "validation", "gpu", "bad_input"];
+const BENCHES: [&str; 3] = ["cuda", "gpu", "workload"];
 
 /// Builds and gathers; whether it succeeded.
 pub(crate) fn run() -> bool {
@@ -46,30 +81,43 @@ pub(crate) fn run() -> bool {
 
 fn gather() -> Result<PathBuf, String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."));
-    let target =
-        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
-    let folder = target.join("dist");
+    let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
+    let folder = root.join(target).join("dist");
     fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
-    let builds: [&[&str]; 3] = [
-        &["build", "--release", "--package", "cloth-cli"],
-        &["test", "--no-run", "--package", "cloth-tests"],
-        &["bench", "--no-run", "--package", "cloth-benches", "--bench", "cuda"],
-    ];
-    for arguments in builds {
-        for (name, path) in executables(arguments)? {
-            let name = if name == "cuda" { "cuda-bench" } else { &name };
-            fs::copy(&path, folder.join(name)).map_err(|error| format!("{name}: {error}"))?;
-        }
-    }
+    let program = ["build", "--release", "--package", "cloth-cli", "--bin", "cloth"];
+    copy(&folder, &program, |name| name.to_owned())?;
+    let bench = ["build", "--release", "--package", "cloth-benches", "--bin", "cloth-bench"];
+    copy(&folder, &bench, |name| name.to_owned())?;
+    let mut tests = vec!["test", "--release", "--no-run", "--package", "cloth-tests"];
+    tests.extend(TESTS.iter().flat_map(|name| ["--test", name]));
+    copy(&folder, &tests, |name| name.to_owned())?;
+    let mut benches = vec!["bench", "--no-run", "--package", "cloth-benches"];
+    benches.extend(BENCHES.iter().flat_map(|name| ["--bench", name]));
+    // A test has the name of a benchmark.
+    copy(&folder, &benches, |name| format!("{name}-bench"))?;
     let script = folder.join("run.sh");
     fs::write(&script, SCRIPT).map_err(|error| error.to_string())?;
     executable(&script).map_err(|error| error.to_string())?;
     Ok(folder)
 }
 
+/// Builds, and copies each program that came of it under the name that `named` makes of its own.
+fn copy(folder: &Path, arguments: &[&str], named: impl Fn(&str) -> String) -> Result<(), String> {
+    for (name, path) in executables(arguments)? {
+        let name = named(&name);
+        fs::copy(&path, folder.join(&name)).map_err(|error| format!("{name}: {error}"))?;
+        println!("dist: {name}");
+    }
+    Ok(())
+}
+
 /// Builds, and gives name and place of each program that came of it.
 fn executables(arguments: &[&str]) -> Result<Vec<(String, PathBuf)>, String> {
     let mut command = cargo(arguments);
+    // The benchmark says of which sources it was made, also where they are not.
+    if let Some(revision) = command::revision() {
+        command.env("CLOTH_REVISION", revision);
+    }
     command.args(["--message-format", "json-render-diagnostics"]).stderr(Stdio::inherit());
     let output = command.output().map_err(|error| error.to_string())?;
     if !output.status.success() {

@@ -6,6 +6,7 @@ use super::motion::compare_state;
 use crate::{
     Verdict,
     backends::Candidate,
+    feature::Feature,
     models::{Case, Description},
     stages::{Particles, Surplus, angular_surplus, pieces, semi_implicit_residual},
     tracked::{Tracked, TrackedVector},
@@ -63,6 +64,9 @@ impl Solved {
 /// What is wrong.
 pub fn semi_implicit_solve(candidate: &Candidate, description: &Description) -> Verdict {
     for solve in [SemiImplicitSolve::Factorisation, SemiImplicitSolve::DenseInverse] {
+        if solve == SemiImplicitSolve::DenseInverse && !candidate.offers(Feature::DenseInverse) {
+            continue;
+        }
         // From steps that an explicit integrator could take to some that it could not.
         for factor in [1.0, 30.0] {
             let mut solved = Solved::new(candidate, description, factor, solve)?;

@@ -23,7 +23,7 @@ pub(super) fn unsupported<R>(feature: impl Into<String>) -> Result<R> {
 
 impl<T: CudaReal> CudaKernels<T> {
     /// The memory of the linear system, taken when it is first needed.
-    fn linear(&mut self) -> Result<&mut LinearMemory<T>> {
+    pub(super) fn linear(&mut self) -> Result<&mut LinearMemory<T>> {
         if self.linear.is_none() {
             self.linear = Some(Box::new(LinearMemory::new(&self.memory, &self.model)?));
         }
@@ -34,7 +34,7 @@ impl<T: CudaReal> CudaKernels<T> {
     }
 
     /// Starts a kernel of the linear system.
-    fn linear_start(
+    pub(super) fn linear_start(
         &mut self,
         name: (&'static str, &'static str),
         launch: Launch,
@@ -47,7 +47,7 @@ impl<T: CudaReal> CudaKernels<T> {
     }
 
     /// A stage that is one kernel over all particles.
-    fn linear_stage(
+    pub(super) fn linear_stage(
         &mut self,
         (module, name): (&'static str, &'static str),
         more: &[*mut c_void],
@@ -178,6 +178,8 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
     fn spring_linearise(&mut self, substep: &Substep) -> Result<()> {
         self.length_set(substep)?;
         self.linear()?.data.has_pairs = 0;
+        // The constant matrix lies in the same memory.
+        self.semi_implicit.length = None;
         self.linear_stage(("spring_linearise", "spring_linearise"), &[])
     }
 

@@ -10,8 +10,8 @@ mod state;
 use std::{ffi::c_void, sync::Arc};
 
 use cloth_core::{
-    ColliderImpulse, ContactStatistics, Integrator, Kernels, Measures, Model, PinWrite, Result,
-    SelfContact, SolverConfig, StageTime, State,
+    ColliderImpulse, ContactStatistics, DeferredOutcome, Integrator, Kernels, Measures, Model,
+    PinWrite, Result, SelfContact, SolverConfig, StageTime, State,
     stepper::{FramePlan, Substep},
 };
 
@@ -27,6 +27,7 @@ use crate::{
 
 use explicit::FrameQueue;
 pub(crate) use impulses::ImpulseMemory;
+use semi_implicit::SemiImplicit;
 
 /// The stages on a GPU.
 pub(crate) struct CudaKernels<T> {
@@ -41,6 +42,21 @@ pub(crate) struct CudaKernels<T> {
     has_force: bool,
     /// Memory of the linear system, once it is needed.
     linear: Option<Box<LinearMemory<T>>>,
+    semi_implicit: SemiImplicit,
+}
+
+/// Whether settings make sense, and ask for what this backend has: to be known before any memory is taken.
+///
+/// # Errors
+/// `Invalid`; `Unsupported` with what it has not.
+pub(crate) fn check_config(config: &SolverConfig) -> Result<()> {
+    config.validate()?;
+    match &config.integrator {
+        Integrator::Explicit => Ok(()),
+        Integrator::Implicit(settings) => implicit::check_settings(&settings.linear),
+        Integrator::SemiImplicit(settings) => semi_implicit::check_solve(settings.solve),
+        other => implicit::unsupported(format!("the integrator {other:?}")),
+    }
 }
 
 impl<T: CudaReal> CudaKernels<T> {
@@ -50,14 +66,7 @@ impl<T: CudaReal> CudaKernels<T> {
         config: &SolverConfig,
         options: CudaOptions,
     ) -> Result<Self> {
-        config.validate()?;
-        match &config.integrator {
-            Integrator::Implicit(settings) => implicit::check_settings(&settings.linear)?,
-            Integrator::SemiImplicit(_) => {
-                return implicit::unsupported("the semi-implicit integrator");
-            }
-            _ => {}
-        }
+        check_config(config)?;
         let memory = Memory::new(device, &model, config, (options.fast, options.patches))?;
         let mut kernels = Self {
             memory,
@@ -67,11 +76,15 @@ impl<T: CudaReal> CudaKernels<T> {
             statistics: ContactStatistics::default(),
             has_force: false,
             linear: None,
+            semi_implicit: SemiImplicit::default(),
             config: config.clone(),
             model,
         };
         let state = kernels.model.initial_state();
         kernels.state_write(&state)?;
+        if kernels.config.integrator != Integrator::Explicit {
+            kernels.linear()?;
+        }
         Ok(kernels)
     }
 
@@ -291,6 +304,11 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
         self.frame_push(substep)
     }
 
+    fn deferred_outcome(&mut self) -> Result<DeferredOutcome> {
+        let report = std::mem::take(&mut self.semi_implicit.report);
+        Ok(DeferredOutcome { report, broken: None })
+    }
+
     fn batch<R: Send>(&mut self, work: impl FnOnce(&mut Self) -> R + Send) -> R {
         work(self)
     }
@@ -300,5 +318,55 @@ impl<T: CudaReal> CudaKernels<T> {
     /// Share of an overlap that impulses take back.
     fn recovery(length: f64) -> T {
         T::from_f64(SelfContact::recovery(length))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cloth_core::{
+        Error, ImplicitSettings, LinearMethod, MatrixForm, Preconditioner, SemiImplicitSettings,
+        SemiImplicitSolve,
+    };
+
+    use super::*;
+
+    fn refused(integrator: Integrator) -> String {
+        match check_config(&SolverConfig { integrator, ..SolverConfig::default() }) {
+            Ok(()) => String::new(),
+            Err(Error::Unsupported { backend, feature }) => {
+                assert_eq!(backend, "cuda");
+                feature
+            }
+            Err(error) => panic!("{error}"),
+        }
+    }
+
+    #[test]
+    fn what_is_not_offered_is_refused_by_name() {
+        let implicit = |change: &dyn Fn(&mut ImplicitSettings)| {
+            let mut settings = ImplicitSettings::default();
+            settings.linear.method = LinearMethod::ConjugateGradient;
+            settings.linear.preconditioner = Preconditioner::Block;
+            settings.linear.matrix = MatrixForm::MatrixFree;
+            change(&mut settings);
+            refused(Integrator::Implicit(settings))
+        };
+        let semi_implicit =
+            |solve| refused(Integrator::SemiImplicit(SemiImplicitSettings { solve }));
+        assert_eq!(refused(Integrator::Explicit), "");
+        assert_eq!(implicit(&|_| ()), "");
+        assert_eq!(implicit(&|settings| settings.linear.method = LinearMethod::Jacobi), "");
+        assert_eq!(semi_implicit(SemiImplicitSolve::Factorisation), "");
+        let direct = implicit(&|settings| settings.linear.method = LinearMethod::Direct);
+        assert_eq!(direct, "the linear solver direct");
+        let assembled = implicit(&|settings| settings.linear.matrix = MatrixForm::Assembled);
+        assert_eq!(assembled, "the matrix form assembled");
+        let incomplete = Preconditioner::IncompleteCholesky;
+        let incomplete = implicit(&|settings| settings.linear.preconditioner = incomplete);
+        assert_eq!(incomplete, "the preconditioner incomplete-cholesky");
+        let dense = semi_implicit(SemiImplicitSolve::DenseInverse);
+        assert!(dense.contains("dense-inverse"), "{dense}");
+        let negative = SolverConfig { time_step: -1.0, ..SolverConfig::default() };
+        assert!(matches!(check_config(&negative), Err(Error::Invalid(_))));
     }
 }

@@ -34,6 +34,7 @@ impl<T: CudaReal> CudaKernels<T> {
         let present = self.memory.present();
         self.memory.position[present].write(&self.memory.queue, 0, &position)?;
         self.memory.velocity[present].write(&self.memory.queue, 0, &velocity)?;
+        self.semi_implicit.held_set(&state.held);
         self.memory.status_reset()
     }
 
@@ -64,6 +65,9 @@ impl<T: CudaReal> CudaKernels<T> {
 
     pub(super) fn pins_upload(&mut self, pins: &[PinWrite]) -> Result<()> {
         self.settle()?;
+        for pin in pins {
+            self.semi_implicit.held_write(pin.particle, pin.held);
+        }
         let data: Vec<PinData<T>> = pins
             .iter()
             .map(|pin| PinData {

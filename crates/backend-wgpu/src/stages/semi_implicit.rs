@@ -11,7 +11,7 @@ use crate::{
     dispatch::WORKGROUP,
     fault::BACKEND,
     layout::{CALL_REFINE, Call},
-    tables::pieces::{PieceTables, pieces},
+    tables::pieces::PieceTables,
 };
 
 /// How the system is solved: as far as single precision allows.
@@ -135,7 +135,7 @@ impl Stages {
         if let Some(free) = self.semi_implicit.free {
             return Ok(free);
         }
-        let pieces = self.semi_implicit.pieces.get_or_insert_with(|| pieces(&self.model));
+        let pieces = self.semi_implicit.pieces.get_or_insert_with(|| self.model.connected_pieces());
         let tables = PieceTables::new(pieces, &self.held);
         let free = [tables.rows.len(), tables.blocks.len()].map(|count| count as u32);
         for (name, contents) in [

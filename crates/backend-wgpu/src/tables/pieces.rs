@@ -1,7 +1,5 @@
 //! Connected pieces of cloth, for what conserves angular momentum (`shared/piece.wgsl`).
 
-use cloth_core::Model;
-
 /// Particles of a block, the unit of the sums.
 const BLOCK: usize = 4096;
 /// No piece.
@@ -14,31 +12,6 @@ pub(crate) struct PieceTables {
     pub(crate) blocks: Vec<[u32; 4]>,
     pub(crate) particles: Vec<u32>,
     pub(crate) piece_of: Vec<u32>,
-}
-
-/// The particles of each connected piece of two and more, ascending.
-pub(crate) fn pieces(model: &Model) -> Vec<Vec<u32>> {
-    let mut parent: Vec<u32> = (0..model.particle_count() as u32).collect();
-    fn root(parent: &mut [u32], mut particle: u32) -> u32 {
-        while parent[particle as usize] != particle {
-            let above = parent[parent[particle as usize] as usize];
-            parent[particle as usize] = above;
-            particle = above;
-        }
-        particle
-    }
-    for spring in model.springs().iter() {
-        let [a, b] = spring.particles.map(|particle| root(&mut parent, particle));
-        // The smaller one, so that pieces come in the order of their first particles.
-        parent[a.max(b) as usize] = a.min(b);
-    }
-    let mut members = vec![Vec::new(); parent.len()];
-    for particle in 0..parent.len() as u32 {
-        let root = root(&mut parent, particle);
-        members[root as usize].push(particle);
-    }
-    members.retain(|piece| piece.len() > 1);
-    members
 }
 
 impl PieceTables {
@@ -78,7 +51,7 @@ mod tests {
         };
         let builder = ModelBuilder::new().cloth(cloth("a", 3)).cloth(cloth("b", 70));
         let model = builder.build().unwrap();
-        let pieces = pieces(&model);
+        let pieces = model.connected_pieces();
         assert_eq!(pieces, [(0..9).collect::<Vec<_>>(), (9..9 + 4900).collect()]);
         let mut held = vec![false; model.particle_count()];
         let free = PieceTables::new(&pieces, &held);

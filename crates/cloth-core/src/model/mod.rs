@@ -13,6 +13,7 @@ mod geometry;
 mod groups;
 mod material;
 mod material_preset;
+mod pieces;
 mod springs;
 mod stability;
 mod winged_edge;
