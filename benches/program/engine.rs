@@ -1,13 +1,10 @@
 //! The backends, and what the memory of their devices can do.
 
-mod copy_cpu;
-mod copy_cuda;
-mod copy_wgpu;
-
 use std::sync::Arc;
 
 use cloth::cuda::{CudaBackend, CudaOptions};
 use cloth::{Backend, Error, wgpu::WgpuBackend, wgpu::WgpuOptions};
+use cloth_benches::{copy_rate_cpu, copy_rate_cuda, copy_rate_wgpu};
 use cudarc::driver::CudaContext;
 
 use crate::{arguments::BackendName, record::EngineFacts};
@@ -36,7 +33,7 @@ impl Engine {
         let (kind, copy_rate) = match name {
             BackendName::Cpu => {
                 let backend = cloth::backend_create("cpu", None).map_err(|e| e.to_string())?;
-                (Kind::Cpu(backend), copy_cpu::rate())
+                (Kind::Cpu(backend), copy_rate_cpu())
             }
             BackendName::Wgpu => {
                 let backend = WgpuBackend::new(adapter).map_err(|e| e.to_string())?;
@@ -46,14 +43,14 @@ impl Engine {
                     ..WgpuOptions::default()
                 });
                 let timed = timed.map_err(|e| e.to_string())?;
-                let rate = copy_wgpu::rate(&backend)?;
+                let rate = copy_rate_wgpu(&backend)?;
                 (Kind::Wgpu(Box::new(backend), Box::new(timed)), rate)
             }
             BackendName::Cuda => {
                 let backend =
                     CudaBackend::new(CudaOptions::default()).map_err(|e| e.to_string())?;
                 let context = CudaContext::new(0).map_err(|e| e.to_string())?;
-                let rate = copy_cuda::rate(&context).map_err(|e| e.to_string())?;
+                let rate = copy_rate_cuda(&context).map_err(|e| e.to_string())?;
                 (Kind::Cuda(Box::new(backend), context), rate)
             }
         };

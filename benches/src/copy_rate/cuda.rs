@@ -10,7 +10,10 @@ const COUNT: usize = 1 << 28;
 const COPIES: usize = 16;
 
 /// GB/s, read and written counted.
-pub(super) fn rate(context: &Arc<CudaContext>) -> Result<f64, DriverError> {
+///
+/// # Errors
+/// What the driver reports, out of memory among it.
+pub fn copy_rate_cuda(context: &Arc<CudaContext>) -> Result<f64, DriverError> {
     let stream = context.new_stream()?;
     let source = stream.alloc_zeros::<f32>(COUNT)?;
     let mut copied = stream.alloc_zeros::<f32>(COUNT)?;

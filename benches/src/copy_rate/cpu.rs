@@ -10,7 +10,8 @@ const COUNT: usize = 1 << 26;
 const COPIES: usize = 5;
 
 /// GB/s, read and written counted, with all threads.
-pub(super) fn rate() -> f64 {
+#[must_use]
+pub fn copy_rate_cpu() -> f64 {
     let source = vec![1.0_f32; COUNT];
     let mut copied = vec![0.0_f32; COUNT];
     let chunk = COUNT / rayon::current_num_threads().max(1);

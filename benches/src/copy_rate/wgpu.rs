@@ -17,7 +17,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
 ";
 
 /// GB/s, read and written counted.
-pub(super) fn rate(backend: &WgpuBackend) -> Result<f64, String> {
+///
+/// # Errors
+/// If the device does not answer.
+pub fn copy_rate_wgpu(backend: &WgpuBackend) -> Result<f64, String> {
     let (device, queue) = (backend.device(), backend.queue());
     let rows: u32 = if backend.is_processor() { 1 } else { 32 };
     let [columns, copies] = [1 << 11, 32];
