@@ -120,7 +120,6 @@ impl Case {
             time_step: CURTAIN_STEP,
             integrator,
             strain_limit: limit,
-            strain_bound: 10.0,
             ..SolverConfig::default()
         };
         Self {
