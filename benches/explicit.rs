@@ -3,21 +3,20 @@
 use std::{hint::black_box, time::Duration, time::Instant};
 
 use cloth::scene::BenchKind;
-use cloth_benches::Workload;
+use cloth_benches::{Workload, chosen_backends};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 
 fn explicit(criterion: &mut Criterion) {
-    for info in cloth::backends() {
-        let backend = cloth::backend_create(info.name, None).expect("a listed backend starts");
+    for chosen in chosen_backends() {
         for kind in [BenchKind::Hang, BenchKind::Sphere] {
             for contact in [false, true] {
                 let scene = Workload::new(kind, 2, contact).scene();
                 let suffix = if contact { "contact" } else { "plain" };
-                let name = format!("explicit/{}/{scene}-{suffix}", info.name);
+                let name = format!("explicit/{}/{scene}-{suffix}", chosen.name);
                 let mut group = criterion.benchmark_group(name);
-                for side in [160, 256] {
+                for side in chosen.sides(&[160, 256]) {
                     let workload = Workload::new(kind, side, contact);
-                    let mut running = workload.start(&*backend).expect("the workload runs");
+                    let mut running = workload.start(&*chosen.backend).expect("the workload runs");
                     let substeps = u64::from(running.step().expect("the workload runs").substeps);
                     group.throughput(Throughput::Elements(workload.particles() * substeps));
                     group.bench_function(BenchmarkId::from_parameter(side), |bencher| {

@@ -6,18 +6,17 @@ use cloth::{
     Backend, Error, ImplicitSettings, Integrator, LinearSettings, Preconditioner,
     SemiImplicitSettings,
 };
-use cloth_benches::HangWorkload;
+use cloth_benches::{HangWorkload, chosen_backends};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 
 /// Steps before the measured ones: the patch then hangs stretched.
 const STEPS_BEFORE: usize = 20;
 
 fn measure(criterion: &mut Criterion, name: &str, sides: &[u32], integrator: &Integrator) {
-    for info in cloth::backends() {
-        let backend = cloth::backend_create(info.name, None).expect("a listed backend starts");
-        let mut group = criterion.benchmark_group(format!("{name}/{}", info.name));
-        for &side in sides {
-            side_measure(&mut group, &*backend, HangWorkload::new(side), integrator);
+    for chosen in chosen_backends() {
+        let mut group = criterion.benchmark_group(format!("{name}/{}", chosen.name));
+        for side in chosen.sides(sides) {
+            side_measure(&mut group, &*chosen.backend, HangWorkload::new(side), integrator);
         }
         group.finish();
     }

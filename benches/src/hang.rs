@@ -29,8 +29,12 @@ const MASS: f64 = 1e-4;
 /// One size of the workload.
 #[derive(Clone, Copy, Debug)]
 pub struct HangWorkload {
-    /// Particles along a side.
+    /// Particles along the edge that hangs from its ends.
     pub side: u32,
+    /// Rows of particles below each other; as many as `side` in the square that most tables use.
+    pub rows: u32,
+    /// Length of a step, which is a frame \[s\].
+    pub time_step: f64,
     /// Precision of the solver.
     pub precision: Precision,
     /// Threads, or all there are.
@@ -38,16 +42,17 @@ pub struct HangWorkload {
 }
 
 impl HangWorkload {
-    /// In f32 on all threads.
+    /// A square in f32 on all threads, in steps of [`HANG_STEP`].
     #[must_use]
     pub const fn new(side: u32) -> Self {
-        Self { side, precision: Precision::F32, threads: None }
+        let (precision, threads) = (Precision::F32, None);
+        Self { side, rows: side, time_step: HANG_STEP, precision, threads }
     }
 
     /// Number of particles.
     #[must_use]
     pub fn particles(&self) -> u64 {
-        u64::from(self.side) * u64::from(self.side)
+        u64::from(self.side) * u64::from(self.rows)
     }
 
     /// The model. Stiffness goes with one over the length of a spring, five values in all, more than
@@ -56,15 +61,15 @@ impl HangWorkload {
     /// # Errors
     /// For a side of less than two particles.
     pub fn model(&self) -> Result<Arc<Model>, ModelError> {
-        let side = i64::from(self.side);
+        let [side, rows] = [self.side, self.rows].map(i64::from);
         let place = |column: i64, row: i64| (row * side + column) as u32;
         let mut network = SpringNetwork::default();
-        for row in 0..side {
+        for row in 0..rows {
             for column in 0..side {
                 network.positions.push([column as f64 * SPACING, row as f64 * SPACING, 0.0]);
                 for &([across, up], class) in Stencil::Neighbours24.upper_offsets() {
                     let [i, j] = [column + i64::from(across), row + i64::from(up)];
-                    if (0..side).contains(&i) && (0..side).contains(&j) {
+                    if (0..side).contains(&i) && (0..rows).contains(&j) {
                         network.springs.push(spring(
                             [place(column, row), place(i, j)],
                             class,
@@ -86,12 +91,12 @@ impl HangWorkload {
         ModelBuilder::new().cloth(cloth).build().map(Arc::new)
     }
 
-    /// Settings for this integrator in steps of [`HANG_STEP`].
+    /// Settings for this integrator.
     #[must_use]
     pub fn config(&self, integrator: Integrator) -> SolverConfig {
         SolverConfig {
             precision: self.precision,
-            time_step: HANG_STEP,
+            time_step: self.time_step,
             integrator,
             threads: self.threads,
             // The weight stretches the springs to many times their length: that is no divergence.
@@ -111,24 +116,24 @@ impl HangWorkload {
         before: usize,
     ) -> Result<RunningWorkload> {
         let solver = backend.create_solver(self.model()?, &self.config(integrator))?;
-        RunningWorkload::new(solver, Frame { duration: HANG_STEP }, before)
+        RunningWorkload::new(solver, Frame { duration: self.time_step }, before)
     }
 
     /// Mean of |l/L - 1| over the springs along the threads.
     #[must_use]
     pub fn strain_mean(&self, state: &State) -> f64 {
-        let side = self.side as usize;
+        let [side, rows] = [self.side, self.rows].map(|count| count as usize);
         let length = |a: usize, b: usize| {
             let [a, b] = [state.positions[a], state.positions[b]];
             (0..3).map(|k| (b[k] - a[k]).powi(2)).sum::<f64>().sqrt()
         };
         let mut sum = 0.0;
         let mut count = 0_u32;
-        for row in 0..side {
+        for row in 0..rows {
             for column in 0..side {
                 let here = row * side + column;
                 for (inside, there) in
-                    [(column + 1 < side, here + 1), (row + 1 < side, here + side)]
+                    [(column + 1 < side, here + 1), (row + 1 < rows, here + side)]
                 {
                     if inside {
                         sum += (length(here, there) / SPACING - 1.0).abs();

@@ -1,11 +1,15 @@
 //! Workloads that the engine is measured by, and the programs it is measured beside.
 
+mod chosen;
+mod copy_rate;
 mod field;
 mod hang;
 mod ladder;
 mod reference;
 mod workload;
 
+pub use chosen::{ChosenBackend, chosen_backends};
+pub use copy_rate::{copy_rate_cpu, copy_rate_cuda, copy_rate_wgpu};
 pub use field::{FieldCost, field_cost};
 pub use hang::{HANG_STEP, HangWorkload};
 pub use ladder::{

@@ -15,6 +15,15 @@ pub(crate) fn cargo(arguments: &[&str]) -> Command {
     command
 }
 
+/// The revision of the sources, if they are under version control.
+pub(crate) fn revision() -> Option<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."));
+    let describe = ["describe", "--always", "--dirty"];
+    let output = Command::new("git").args(describe).current_dir(root).output().ok()?;
+    let text = String::from_utf8(output.stdout).ok().filter(|_| output.status.success())?;
+    Some(text.trim().to_owned())
+}
+
 /// Runs a command to its end; its output goes to the terminal.
 ///
 /// # Errors

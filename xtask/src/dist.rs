@@ -6,12 +6,12 @@ use std::{
     process::Stdio,
 };
 
-use crate::command::cargo;
+use crate::command::{self, cargo};
 
 /// Runs everything and prints a short table. Logs stay beside it.
 const SCRIPT: &str = r#"#!/bin/sh
 # Runs the tests, the benchmarks and the program of this folder on a machine with an NVIDIA GPU that has no Rust.
-# `./run.sh --quick` leaves the benchmarks out. Logs are kept in the folder `logs`.
+# `./run.sh --quick` leaves the benchmarks out. Logs are kept in the folder `logs`, the page of the benchmark in `bench`.
 # NVRTC is looked for in the usual places; LD_LIBRARY_PATH can name others. What goes through Vulkan is left out, and listed as that,
 # where Vulkan finds no NVIDIA GPU; CLOTH_LEAVE_OUT=wgpu leaves it out anywhere.
 cd "$(dirname "$0")" || exit 1
@@ -53,10 +53,10 @@ for name in equivalence validation bad_input; do row $name "./$name"; done
 if [ -z "$reason" ]; then row gpu ./gpu; else left_out gpu "$reason"; fi
 if [ "$1" != --quick ]; then
     row cuda-bench ./cuda-bench
-    row cuda-ladder ./cuda-bench --ladder
+    row bench ./cloth-bench --suite full --out bench
     if [ -z "$reason" ]; then row gpu-bench ./gpu-bench; else left_out gpu-bench "$reason"; fi
     row workload-bench ./workload-bench
-    cat logs/cuda-bench.log logs/cuda-ladder.log
+    cat logs/bench.log logs/cuda-bench.log
 fi
 exit $failed
 "#;
@@ -86,6 +86,8 @@ fn gather() -> Result<PathBuf, String> {
     fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
     let program = ["build", "--release", "--package", "cloth-cli", "--bin", "cloth"];
     copy(&folder, &program, |name| name.to_owned())?;
+    let bench = ["build", "--release", "--package", "cloth-benches", "--bin", "cloth-bench"];
+    copy(&folder, &bench, |name| name.to_owned())?;
     let mut tests = vec!["test", "--release", "--no-run", "--package", "cloth-tests"];
     tests.extend(TESTS.iter().flat_map(|name| ["--test", name]));
     copy(&folder, &tests, |name| name.to_owned())?;
@@ -112,6 +114,10 @@ fn copy(folder: &Path, arguments: &[&str], named: impl Fn(&str) -> String) -> Re
 /// Builds, and gives name and place of each program that came of it.
 fn executables(arguments: &[&str]) -> Result<Vec<(String, PathBuf)>, String> {
     let mut command = cargo(arguments);
+    // The benchmark says of which sources it was made, also where they are not.
+    if let Some(revision) = command::revision() {
+        command.env("CLOTH_REVISION", revision);
+    }
     command.args(["--message-format", "json-render-diagnostics"]).stderr(Stdio::inherit());
     let output = command.output().map_err(|error| error.to_string())?;
     if !output.status.success() {

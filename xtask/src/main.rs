@@ -29,12 +29,8 @@ enum Task {
     Test,
     /// Check that every GPU kernel, with every set of its options, is valid. Needs no GPU.
     Kernels,
-    /// Run the benchmarks; arguments go to `cargo bench`.
-    Bench {
-        /// Arguments for `cargo bench`, such as a filter, or `-- --save-baseline before`.
-        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-        arguments: Vec<String>,
-    },
+    /// Measure every backend of this machine, check its results, and write one page about it.
+    Bench(bench::BenchArguments),
     /// Gather prebuilt tests, benchmark and program for a GPU machine without Rust, with a script that runs them.
     Dist,
     /// What continuous integration runs: the same as `test`.
@@ -46,8 +42,7 @@ fn main() -> ExitCode {
         Task::Test | Task::Ci => test::run(),
         Task::Kernels => kernels::run(),
         Task::Dist => dist::run(),
-        // As they were typed: clap drops a leading `--`, which means something to cargo.
-        Task::Bench { .. } => bench::run(std::env::args_os().skip(2)),
+        Task::Bench(arguments) => bench::run(&arguments),
     };
     if success { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

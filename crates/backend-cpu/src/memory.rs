@@ -20,22 +20,50 @@ pub(crate) const fn packets(count: usize) -> usize {
 
 /// Three components of a vector for each particle. In memory every component has `margin` unused
 /// entries on both sides, and the last packet is filled up, all with zeros.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct VectorField<T> {
-    components: [Vec<T>; 3],
+    /// The components, one behind the other.
+    values: Vec<T>,
+    /// Where the first component begins.
+    start: usize,
+    /// From one component to the next.
+    stride: usize,
     margin: usize,
     count: usize,
 }
 
+/// Entries in a line of the cache, if they are of single precision; whole lines also otherwise.
+const LINE: usize = 16;
+/// Lines after which the first level of the cache begins anew with the same places.
+const LINES: usize = 64;
+
 impl<T: Real> VectorField<T> {
     pub(crate) fn new(count: usize, margin: usize) -> Self {
+        let margin = margin.next_multiple_of(LANES);
         let length = 2 * margin + packets(count) * LANES;
-        Self { components: std::array::from_fn(|_| vec![T::ZERO; length]), margin, count }
+        // Passes read many arrays at the same index. If these lay at the same places of the cache they would
+        // drive each other out, so components begin a third of it apart, and fields at places that differ.
+        let stride =
+            length + (LINES / 3 * LINE + LINES * LINE - length % (LINES * LINE)) % (LINES * LINE);
+        let values = vec![T::ZERO; 3 * stride + (LINES + 1) * LINE];
+        let address = values.as_ptr().addr();
+        let start = values.as_ptr().align_offset(LINE * size_of::<f32>());
+        let start = if start > LINE { 0 } else { start + ((address >> 12) * 11 % LINES) * LINE };
+        Self { values, start, stride, margin, count }
     }
 
     /// The components with margins. Particle i is at `margin + i`.
     pub(crate) fn padded(&self) -> [&[T]; 3] {
-        self.components.each_ref().map(Vec::as_slice)
+        let length = 2 * self.margin + packets(self.count) * LANES;
+        std::array::from_fn(|axis| &self.values[self.start + axis * self.stride..][..length])
+    }
+
+    /// The components without margins.
+    fn inner_mut(&mut self) -> [&mut [T]; 3] {
+        let length = packets(self.count) * LANES;
+        let (x, rest) = self.values[self.start + self.margin..].split_at_mut(self.stride);
+        let (y, z) = rest.split_at_mut(self.stride);
+        [x, y, z].map(|component| &mut component[..length])
     }
 
     pub(crate) const fn margin(&self) -> usize {
@@ -44,16 +72,21 @@ impl<T: Real> VectorField<T> {
 
     /// Sets everything to zero.
     pub(crate) fn clear(&mut self) {
-        self.components.iter_mut().for_each(|component| component.fill(T::ZERO));
+        self.values.fill(T::ZERO);
+    }
+
+    fn place(&self, axis: usize, particle: usize) -> usize {
+        self.start + axis * self.stride + self.margin + particle
     }
 
     pub(crate) fn get(&self, particle: usize) -> [T; 3] {
-        self.components.each_ref().map(|component| component[self.margin + particle])
+        std::array::from_fn(|axis| self.values[self.place(axis, particle)])
     }
 
     pub(crate) fn set(&mut self, particle: usize, value: [T; 3]) {
-        for (component, value) in self.components.iter_mut().zip(value) {
-            component[self.margin + particle] = value;
+        for (axis, value) in value.into_iter().enumerate() {
+            let place = self.place(axis, particle);
+            self.values[place] = value;
         }
     }
 
@@ -63,13 +96,8 @@ impl<T: Real> VectorField<T> {
         &mut self,
         length: usize,
     ) -> impl IndexedParallelIterator<Item = [&mut [T]; 3]> + '_ {
-        let inner = self.margin..self.margin + packets(self.count) * LANES;
-        let [x, y, z] = &mut self.components;
-        (
-            x[inner.clone()].par_chunks_mut(length),
-            y[inner.clone()].par_chunks_mut(length),
-            z[inner].par_chunks_mut(length),
-        )
+        let [x, y, z] = self.inner_mut();
+        (x.par_chunks_mut(length), y.par_chunks_mut(length), z.par_chunks_mut(length))
             .into_par_iter()
             .map(|(x, y, z)| [x, y, z])
     }
@@ -82,10 +110,9 @@ impl<T: Real> VectorField<T> {
 
     /// Takes over another field of as many particles.
     pub(crate) fn copy_from(&mut self, other: FieldView<'_, T>) {
-        let inner = self.margin..self.margin + packets(self.count) * LANES;
         let from = other.range(0, packets(self.count) * LANES);
-        for (component, from) in self.components.iter_mut().zip(from) {
-            component[inner.clone()].copy_from_slice(from);
+        for (component, from) in self.inner_mut().into_iter().zip(from) {
+            component.copy_from_slice(from);
         }
     }
 
@@ -151,7 +178,7 @@ impl<'a, T: Real> FieldView<'a, T> {
 }
 
 /// Positions and velocities.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Motion<T> {
     pub(crate) position: VectorField<T>,
     pub(crate) velocity: VectorField<T>,
@@ -169,9 +196,17 @@ impl<T: Real> Motion<T> {
     pub(crate) const fn is_empty(&self) -> bool {
         self.position.count == 0
     }
-}
 
-impl<T: Real> Motion<T> {
+    /// Takes over another motion, with as much memory as that takes.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        let VectorField { count, margin, .. } = other.position;
+        if self.position.count != count {
+            *self = Self::new(count, margin);
+        }
+        self.position.copy_from(FieldView::new(&other.position));
+        self.velocity.copy_from(FieldView::new(&other.velocity));
+    }
+
     /// Positions and velocities of runs of `length` particles.
     pub(crate) fn chunks_mut(
         &mut self,

@@ -46,9 +46,9 @@ pub use mesh::{TextureMap, TriangleMesh, VertexGroup};
 pub use model::{
     Aerodynamics, Air, BUCKLING_COEFFICIENTS, BendModel, Buckling, Cloth, ClothRange, Collider,
     ColliderShape, ContactResponse, DistanceGrid, Field, Geometry, GridPatch, GridSets, Gust, Mass,
-    Material, MaterialPreset, Model, ModelBuilder, NONE, NetworkSpring, Pose, SelfContact, Spring,
-    SpringClass, SpringCoefficients, SpringColouring, SpringKind, SpringNetwork, SpringRows,
-    Springs, Stencil, WingedEdge, WingedEdges,
+    Material, MaterialPreset, Model, ModelBuilder, NONE, NetworkSpring, PieceBlocks, Pose,
+    SelfContact, Spring, SpringClass, SpringCoefficients, SpringColouring, SpringKind,
+    SpringNetwork, SpringRows, Springs, Stencil, WingedEdge, WingedEdges,
 };
 pub use real::Real;
 pub use report::{Measures, SolverReport, StageTime, StepReport, TimeStepChange, TimeStepReason};

@@ -2,15 +2,14 @@
 
 use cloth_core::Real;
 
-use super::{matrix::Matrix, spring_factors::Factors};
+use super::{
+    matrix::Matrix,
+    spring_factors::{Factors, GROUP, Group},
+};
 use crate::{
     memory::{FieldView, LANES, Lanes, lanes, lanes_mut},
     springs::{Neighbours, SpringColumns},
 };
-
-/// Packets of a run that are worked on together: enough to hide what it takes to find the numbers of
-/// a term, few enough that all sums stay in registers.
-const GROUP: usize = 4;
 
 /// The rows of A of the particles from `first` on, as many as `to` has, times a vector, for a model
 /// of `count` particles.
@@ -26,14 +25,11 @@ pub(super) fn rows<T: Real>(
     let mut packet_index = first / LANES;
     while packet_index < end {
         let local = packet_index * LANES - first;
-        let run = if matrix.contacts.is_empty() && packet_index + GROUP <= end {
-            matrix.factors.run(packet_index, GROUP)
-        } else {
-            None
-        };
-        match run {
-            Some(offsets) => {
-                let sums = group(matrix, offsets, vector, first + local);
+        let whole =
+            if matrix.contacts.is_empty() { matrix.factors.group(packet_index) } else { None };
+        match whole {
+            Some(whole) => {
+                let sums = group(matrix, &whole, vector, first + local);
                 for (number, sum) in sums.iter().enumerate() {
                     for axis in 0..3 {
                         *lanes_mut(to[axis], local + number * LANES) = sum[axis];
@@ -52,11 +48,11 @@ pub(super) fn rows<T: Real>(
     }
 }
 
-/// [`GROUP`] packets of a run.
+/// [`GROUP`] packets that have the same offsets.
 #[inline(always)]
 fn group<T: Real>(
     matrix: &Matrix<T>,
-    offsets: &[i32],
+    Group { offsets, columns }: &Group<'_, T>,
     vector: FieldView<'_, T>,
     first: usize,
 ) -> [[Lanes<T>; 3]; GROUP] {
@@ -68,9 +64,7 @@ fn group<T: Real>(
     let position = FieldView::new(&matrix.factors.position);
     let own = vector.range(first as isize, GROUP * LANES);
     let own_at = position.range(first as isize, GROUP * LANES);
-    let factors: [_; GROUP] =
-        std::array::from_fn(|number| matrix.factors.packet(first / LANES + number));
-    for (term, &offset) in offsets.iter().enumerate() {
+    for (&offset, factors) in offsets.iter().zip(*columns) {
         let neighbour = first as isize + offset as isize;
         let other = vector.range(neighbour, GROUP * LANES);
         let other_at = position.range(neighbour, GROUP * LANES);
@@ -78,7 +72,7 @@ fn group<T: Real>(
             let at = number * LANES;
             let ends = [packet_of(own_at, at), packet_of(other_at, at)];
             let vectors = [packet_of(own, at), packet_of(other, at)];
-            spring(&mut sums[number], &factors[number][term], ends, vectors);
+            spring(&mut sums[number], &factors[number], ends, vectors);
         }
     }
     sums

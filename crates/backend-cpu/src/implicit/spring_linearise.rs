@@ -6,7 +6,7 @@ use cloth_core::Real;
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
-use super::spring_factors::{Factors, SpringFactors};
+use super::spring_factors::{Factors, FactorsTask, SpringFactors};
 use crate::{
     elasticity::{Elasticity, Linear},
     memory::{BLOCK, FieldView, LANES, Lanes},
@@ -25,9 +25,9 @@ pub(super) fn run<T: Real>(
     arch: pulp::Arch,
 ) {
     factors.position.copy_from(position);
-    factors.tasks(TASK).enumerate().for_each(|(task, entries)| {
+    factors.tasks(TASK).enumerate().for_each(|(task, factors)| {
         let packets = task * TASK..((task + 1) * TASK).min(springs.packet_count());
-        arch.dispatch(Task { springs, packets, position, length, entries });
+        arch.dispatch(Task { springs, packets, position, length, factors });
     });
 }
 
@@ -37,18 +37,18 @@ struct Task<'a, 'b, T> {
     packets: Range<usize>,
     position: FieldView<'a, T>,
     length: T,
-    entries: &'b mut [Factors<T>],
+    factors: FactorsTask<'b, T>,
 }
 
 impl<T: Real> NullaryFnOnce for Task<'_, '_, T> {
     type Output = ();
 
     #[inline(always)]
-    fn call(self) {
-        let mut entries = self.entries.iter_mut();
-        for packet in self.packets {
+    fn call(mut self) {
+        for (number, packet) in self.packets.enumerate() {
             let first = (packet * LANES) as isize;
-            for (column, entry) in self.springs.packet(packet).iter().zip(&mut entries) {
+            let entries = self.factors.packet_mut(number);
+            for (column, entry) in self.springs.packet(packet).iter().zip(entries) {
                 *entry = linearise(column, self.position, first, self.length);
             }
         }

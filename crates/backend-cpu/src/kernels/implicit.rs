@@ -13,7 +13,7 @@ use super::CpuKernels;
 use crate::{
     implicit::{ImplicitSystem, Surroundings},
     integrate_implicit,
-    memory::Motion,
+    memory::{FieldView, Motion},
 };
 
 impl<T: Real> CpuKernels<T> {
@@ -48,13 +48,13 @@ impl<T: Real> CpuKernels<T> {
 
 impl<T: Real> ImplicitKernels for CpuKernels<T> {
     fn state_keep(&mut self) -> Result<()> {
-        self.kept.clone_from(&self.present);
+        self.kept.copy_from(&self.present);
         self.impulses_kept.clone_from(&self.impulses);
         Ok(())
     }
 
     fn state_restore(&mut self) -> Result<()> {
-        self.present.clone_from(&self.kept);
+        self.present.copy_from(&self.kept);
         self.impulses.clone_from(&self.impulses_kept);
         Ok(())
     }
@@ -203,7 +203,7 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
     }
 
     fn position_from_kept(&mut self, length: f64) -> Result<()> {
-        self.present.position.clone_from(&self.kept.position);
+        self.present.position.copy_from(FieldView::new(&self.kept.position));
         if length == 0.0 { Ok(()) } else { self.position_advance(length) }
     }
 

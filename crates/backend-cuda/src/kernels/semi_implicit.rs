@@ -3,15 +3,14 @@
 
 use cloth_core::{
     Divergence, DivergenceCause, Error, ImplicitKernels, LinearMethod, LinearSettings, LinearStart,
-    LinearVector, MatrixForm, Model, ModelError, Preconditioner, Result, SemiImplicitKernels,
-    SemiImplicitSolve, SolverReport, stepper::Substep,
+    LinearVector, MatrixForm, Model, ModelError, PieceBlocks, Preconditioner, Result,
+    SemiImplicitKernels, SemiImplicitSolve, SolverReport, stepper::Substep,
 };
 
 use super::{CudaKernels, implicit};
 use crate::{
     layout::CudaReal,
     queue::{Buffer, Launch, Queue, argument},
-    tables::PieceTables,
 };
 
 /// Iterations of a solve at most.
@@ -109,7 +108,7 @@ struct PieceData {
 }
 
 impl FreePieces {
-    fn new(queue: &Queue, tables: &PieceTables) -> Result<Self> {
+    fn new(queue: &Queue, tables: &PieceBlocks) -> Result<Self> {
         let table = |entries: &[u32]| Buffer::of(queue, entries);
         let tables_held = [
             table(bytemuck::cast_slice(&tables.rows))?,
@@ -197,7 +196,7 @@ impl<T: CudaReal> CudaKernels<T> {
         let SemiImplicit { held, pieces, free, .. } = &mut self.semi_implicit;
         if free.is_none() {
             let pieces = pieces.get_or_insert_with(|| self.model.connected_pieces());
-            *free = Some(FreePieces::new(&self.memory.queue, &PieceTables::new(pieces, held))?);
+            *free = Some(FreePieces::new(&self.memory.queue, &PieceBlocks::new(pieces, held))?);
         }
         Ok(())
     }

@@ -2,14 +2,12 @@
 
 mod dependencies;
 mod patch;
-mod pieces;
 mod springs;
 mod strain_limit;
 mod triangles;
 
 pub(crate) use dependencies::Dependencies;
 pub(crate) use patch::Patch;
-pub(crate) use pieces::PieceTables;
 pub(crate) use springs::SpringTables;
 pub(crate) use strain_limit::StrainTables;
 pub(crate) use triangles::TriangleTables;

@@ -2,7 +2,7 @@
 //! of the implicit one.
 
 use cloth_core::{
-    Error, LinearMethod, LinearSettings, LinearStart, MatrixForm, Model, ModelError,
+    Error, LinearMethod, LinearSettings, LinearStart, MatrixForm, Model, ModelError, PieceBlocks,
     Preconditioner, Result, SemiImplicitSolve, stepper::Substep,
 };
 
@@ -11,7 +11,6 @@ use crate::{
     dispatch::WORKGROUP,
     fault::BACKEND,
     layout::{CALL_REFINE, Call},
-    tables::pieces::PieceTables,
 };
 
 /// How the system is solved: as far as single precision allows.
@@ -136,7 +135,7 @@ impl Stages {
             return Ok(free);
         }
         let pieces = self.semi_implicit.pieces.get_or_insert_with(|| self.model.connected_pieces());
-        let tables = PieceTables::new(pieces, &self.held);
+        let tables = PieceBlocks::new(pieces, &self.held);
         let free = [tables.rows.len(), tables.blocks.len()].map(|count| count as u32);
         for (name, contents) in [
             ("piece_rows", bytemuck::cast_slice(&tables.rows)),

@@ -3,7 +3,6 @@
 pub(crate) mod distance_grids;
 mod exclusions;
 pub(crate) mod links;
-pub(crate) mod pieces;
 mod rows;
 pub(crate) mod springs;
 mod strain_limit;

@@ -1,6 +1,6 @@
 //! Scenes in FYSL: run, converted both ways, and given back.
 
-use cloth::scene::{Scene, fysl::FyslFeedback};
+use cloth::scene::{Scene, builtin_scenes, fysl::FyslFeedback};
 
 use crate::place::{Place, TINY};
 
@@ -25,6 +25,40 @@ const FALL: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 </fysl>
 "#;
 
+/// The vertices of the last frame are those of this mesh.
+fn assert_mesh(place: &Place, mesh: &str, feedback: &FyslFeedback) {
+    let obj = String::from_utf8(place.read(mesh)).unwrap();
+    let vertices: Vec<Vec<f64>> = obj
+        .lines()
+        .filter_map(|line| line.strip_prefix("v "))
+        .map(|line| line.split_whitespace().map(|number| number.parse().unwrap()).collect())
+        .collect();
+    let found: Vec<[f64; 3]> =
+        feedback.frames.last().unwrap().groups.iter().flat_map(|g| g.vertices.clone()).collect();
+    assert_eq!(found.len(), vertices.len(), "{mesh}");
+    for (found, wanted) in found.iter().flatten().zip(vertices.iter().flatten()) {
+        assert!((found - wanted).abs() < 1e-6, "{mesh}: {found} {wanted}");
+    }
+}
+
+#[test]
+fn the_built_in_scenes_run_on_every_backend_and_give_their_final_state_back() {
+    for backend in cloth::backends() {
+        for scene in builtin_scenes().iter().filter(|scene| scene.extension == "fysl") {
+            let place = Place::new();
+            let command = format!(
+                "run {} --backend {} --frames 6 --out o --format obj --feedback back.fysl",
+                scene.name, backend.name
+            );
+            place.succeeds(&command.split(' ').collect::<Vec<_>>());
+            let text = String::from_utf8(place.read("back.fysl")).unwrap();
+            let feedback = FyslFeedback::from_fysl(&text, "back.fysl").unwrap();
+            assert_eq!(feedback.frames.len(), 6, "{} on {}", scene.name, backend.name);
+            assert_mesh(&place, &format!("o/obj/{}_000006.obj", scene.name), &feedback);
+        }
+    }
+}
+
 #[test]
 fn feedback_read_back_is_the_final_state() {
     let place = Place::with("fall.fysl", FALL);
@@ -36,19 +70,7 @@ fn feedback_read_back_is_the_final_state() {
     assert_eq!(feedback.frames.len(), 12);
     let last = &feedback.frames[11];
     assert_eq!((last.number, last.groups.len(), last.rigids.len()), (12, 1, 1));
-    // The mesh of the last frame has the same vertices.
-    let obj = String::from_utf8(place.read("o/obj/fall_000012.obj")).unwrap();
-    let vertices: Vec<Vec<f64>> = obj
-        .lines()
-        .filter_map(|line| line.strip_prefix("v "))
-        .map(|line| line.split_whitespace().map(|number| number.parse().unwrap()).collect())
-        .collect();
-    assert_eq!(vertices.len(), 81);
-    for (found, wanted) in last.groups[0].vertices.iter().zip(&vertices) {
-        for (found, wanted) in found.iter().zip(wanted) {
-            assert!((found - wanted).abs() < 1e-6, "{found} {wanted}");
-        }
-    }
+    assert_mesh(&place, "o/obj/fall_000012.obj", &feedback);
     let ball = last.rigids[0].translation;
     assert!((0.5..0.57).contains(&ball[2]), "it fell, and not through: {ball:?}");
     let lowest = last.groups[0].vertices.iter().map(|x| x[2]).fold(f64::INFINITY, f64::min);

@@ -13,6 +13,7 @@ mod geometry;
 mod groups;
 mod material;
 mod material_preset;
+mod piece_blocks;
 mod pieces;
 mod springs;
 mod stability;
@@ -30,6 +31,7 @@ pub use environment::{Air, Field, Gust};
 pub use geometry::{Geometry, GridPatch, NetworkSpring, SpringNetwork, Stencil};
 pub use material::{Aerodynamics, BendModel, Mass, Material, SpringCoefficients};
 pub use material_preset::MaterialPreset;
+pub use piece_blocks::PieceBlocks;
 pub use springs::{Spring, SpringClass, SpringKind, SpringRows, Springs};
 pub use winged_edge::{NONE, WingedEdge, WingedEdges};
 
