@@ -5,6 +5,7 @@
 #define TORQUE_THREADS 256
 // Mass; its moments, squares and products; momentum; angular momentum.
 #define TORQUE_SUMS 16
+#define TURN_NUMBERS 9
 // An axis has no inertia if it has less than this share of the largest one.
 #define INERTIA_SHARE_MIN 1e-12
 
@@ -18,7 +19,8 @@ struct Pieces {
     // The piece of each particle.
     const uint* piece_of;
     double* sums;
-    // Centre of mass and angular velocity of each piece.
+    // First particle of each piece, centre of mass as seen from there, and angular velocity. Apart, as far from the origin a sum of the
+    // first two would lose what the correction needs.
     double* turns;
 };
 
@@ -122,11 +124,8 @@ extern "C" __global__ void torque_correct_turn(const __grid_constant__ Solver s,
     double rate[3];
     turning_rate(tensor, momentum, rate);
     double_vec origin = piece_origin(s, pieces, blockIdx.x);
-    double* turn = pieces.turns + 6 * blockIdx.x;
-    turn[0] = origin.x + c.x;
-    turn[1] = origin.y + c.y;
-    turn[2] = origin.z + c.z;
-    for (uint axis = 0; axis < 3; axis++) turn[3 + axis] = rate[axis];
+    double turn[TURN_NUMBERS] = {origin.x, origin.y, origin.z, c.x, c.y, c.z, rate[0], rate[1], rate[2]};
+    for (uint k = 0; k < TURN_NUMBERS; k++) pieces.turns[TURN_NUMBERS * blockIdx.x + k] = turn[k];
 }
 
 extern "C" __global__ void torque_correct(const __grid_constant__ Solver s, const __grid_constant__ Linear l, const __grid_constant__ Pieces pieces) {
@@ -134,9 +133,10 @@ extern "C" __global__ void torque_correct(const __grid_constant__ Solver s, cons
     if (i >= s.count) return;
     uint piece = pieces.piece_of[i];
     if (piece == NO_PIECE) return;
-    const double* turn = pieces.turns + 6 * piece;
+    const double* turn = pieces.turns + TURN_NUMBERS * piece;
     double_vec x = double_of(xyz(s.position[s.present][i]));
-    double_vec change = cross_of({turn[3], turn[4], turn[5]}, {x.x - turn[0], x.y - turn[1], x.z - turn[2]});
+    double_vec arm = {x.x - turn[0] - turn[3], x.y - turn[1] - turn[4], x.z - turn[2] - turn[5]};
+    double_vec change = cross_of({turn[6], turn[7], turn[8]}, arm);
     real4 y = l.vectors[SOLUTION][i];
     y.x = (real)((double)y.x - change.x);
     y.y = (real)((double)y.y - change.y);

@@ -7,10 +7,10 @@ use cloth_backend_cuda::{
     CudaOptions,
     ladder::{self, FRAME, Ladder, Rung, single_thread},
 };
-use cloth_core::{Backend, Frame, Precision, State};
+use cloth_core::{Backend, Error, Frame, Precision, State};
 use harness::{
     Verdict,
-    backends::cpu,
+    backends::{cpu, cuda},
     models::fold,
     perturbed::{Defect, PerturbedBackend, Stage},
     random::Random,
@@ -91,16 +91,18 @@ fn the_single_thread_computes_what_the_solver_does() {
     }
 }
 
+/// The ladder on the GPU of this machine; without one `None`, which is said, or a failure where it is required.
+fn ladder_of_this_machine() -> Option<Ladder> {
+    cuda(CudaOptions::default())?;
+    match Ladder::new(CudaOptions::default()) {
+        Ok(ladder) => Some(ladder),
+        Err(error) => panic!("{error}"),
+    }
+}
+
 #[test]
 fn every_rung_computes_what_the_solver_does() {
-    let ladder = match Ladder::new(CudaOptions::default()) {
-        Ok(ladder) => ladder,
-        Err(error) => {
-            // Says that it was not run, or fails where a GPU is required.
-            assert!(harness::backends::cuda(CudaOptions::default()).is_none(), "{error}");
-            return;
-        }
-    };
+    let Some(ladder) = ladder_of_this_machine() else { return };
     let backend = cpu(2);
     for side in SIDES {
         let single = solved(&backend, Precision::F32, side);
@@ -118,4 +120,30 @@ fn every_rung_computes_what_the_solver_does() {
             assert!(check(&label, &run.state, [&single, &double]).is_err(), "{label}: not seen");
         }
     }
+}
+
+/// The patch pressed together to a quarter of its width: more particles in a bin than there is room for at first.
+fn pressed(side: u32) -> State {
+    let mut state = folded(side);
+    for x in &mut state.positions {
+        *x = x.map(|coordinate| f64::from((0.25 * coordinate) as f32));
+    }
+    state
+}
+
+#[test]
+fn bins_grow_and_lost_particles_are_reported() {
+    let Some(ladder) = ladder_of_this_machine() else { return };
+    let side = 20;
+    let expected = single_thread(side, &pressed(side), 1).unwrap().state;
+    let size = expected.positions.iter().flatten().fold(0.0, |a: f64, b| a.max(b.abs()));
+    let run = ladder.run_from(Rung::Bins, side, &pressed(side), 1).unwrap();
+    let found = distance(&run.state, &expected);
+    assert!(found <= 1e-4 * size, "{found:e} m off in {size} m");
+    let mut fast = folded(side);
+    // Several of the 16 bins along that axis, in which it is not expected.
+    fast.velocities[7] = [400.0, 0.0, 0.0];
+    let lost = ladder.run_from(Rung::Neighbours, side, &fast, 1);
+    assert!(matches!(lost, Err(Error::LimitExceeded { .. })), "{:?}", lost.err());
+    assert!(ladder.run_from(Rung::Bins, side, &fast, 1).is_ok());
 }

@@ -122,7 +122,7 @@ pub fn kernels_compile(architecture: &str) -> Result<usize> {
     for module in cloth_kernels::CUDA_MODULES {
         let options: &[_] = match module.name {
             "procedural_forces" => &[],
-            "explicit_substep" => &["extras"],
+            "explicit_substep" => &["penalty", "table", "grid"],
             _ => continue,
         };
         for (precision, part) in [(None, &single), (Some("fast"), &single), (Some("f64"), &double)]

@@ -230,11 +230,7 @@ impl<T: CudaReal> Memory<T> {
             options.push("penalty");
         }
         let has_impulses = self.impulses.is_some();
-        if model.air().is_some()
-            || self.springs.can_buckle
-            || self.procedural.is_some()
-            || has_impulses
-        {
+        if model.air().is_some() || self.springs.can_buckle || has_impulses {
             options.push("extras");
         }
         if in_shared {

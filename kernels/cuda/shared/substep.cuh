@@ -105,7 +105,8 @@ __device__ __forceinline__ Moved particle_advance(
 ) {
     vec3 xi = xyz(own), vi = xyz(rate);
     vec3 force = field_force(s, rate.w, vi);
-    if (EXTRAS) force = procedural_force(substep, i, xi, vi, rate.w, force);
+    // Nothing without procedural fields.
+    force = procedural_force(substep, i, xi, vi, rate.w, force);
     real closest = REAL_MAX;
     uint2 header = {0, 0};
     if (TABLE) {

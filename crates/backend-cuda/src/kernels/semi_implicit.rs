@@ -23,7 +23,7 @@ const SUM_THREADS: u32 = 256;
 const TURN_THREADS: u32 = 32;
 /// Sums of a block of particles, and numbers of the rotation of a piece.
 const SUMS: usize = 16;
-const TURN: usize = 6;
+const TURN: usize = 9;
 
 /// How the system is solved: as far as the precision allows.
 fn settings<T: CudaReal>() -> LinearSettings {

@@ -35,7 +35,8 @@ fn root(parent: &mut [u32], mut particle: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use crate::{
-        Cloth, Geometry, MaterialPreset, ModelBuilder, NetworkSpring, SpringClass, SpringNetwork,
+        Cloth, Geometry, Mass, MaterialPreset, ModelBuilder, NetworkSpring, SpringClass,
+        SpringNetwork,
     };
 
     #[test]
@@ -47,17 +48,20 @@ mod tests {
             coefficients: None,
         };
         let network = SpringNetwork {
-            positions: (0..7).map(|i| [f64::from(i), 0.0, 0.0]).collect(),
-            springs: [[5, 6], [1, 4], [0, 2], [4, 2]].map(spring).to_vec(),
+            positions: (0..6).map(|i| [f64::from(i), 0.0, 0.0]).collect(),
+            springs: [[3, 5], [1, 4], [0, 2], [4, 2]].map(spring).to_vec(),
         };
+        let mut material = MaterialPreset::ALL[0].material(1.0);
+        // It has no area.
+        material.mass = Mass::PerParticle(1.0);
         let cloth = Cloth {
             name: "net".into(),
             geometry: Geometry::Network(network),
-            material: MaterialPreset::ALL[0].material(1.0),
+            material,
             pins: vec![],
             velocity: [0.0; 3],
         };
         let model = ModelBuilder::new().cloth(cloth).build().unwrap();
-        assert_eq!(model.connected_pieces(), [vec![0, 1, 2, 4], vec![5, 6]]);
+        assert_eq!(model.connected_pieces(), [vec![0, 1, 2, 4], vec![3, 5]]);
     }
 }
