@@ -8,6 +8,9 @@ use crate::{
     dispatch::WORKGROUP,
 };
 
+/// Frames that may be under way before the host asks whether they are good.
+const FRAMES_AHEAD: usize = 8;
+
 impl Stages {
     /// Runs a command. Where the device may turn out to have been given too little to do, or too little
     /// room, it becomes part of an open frame; outside a batch that is settled at once.
@@ -44,6 +47,13 @@ impl Stages {
         OpenFrame { slots: self.slots.clone(), plan: self.plan.clone(), commands: Vec::new() }
     }
 
+    /// Whether frames may follow each other before the host knows that they are good.
+    pub(super) fn looks_ahead(&self) -> bool {
+        self.solve_policy.is_none()
+            && self.failure.is_none()
+            && self.open.as_ref().is_some_and(|open| open.frames.len() < FRAMES_AHEAD)
+    }
+
     /// Whether the device decides how the solves of an implicit substep go on.
     pub(crate) const fn defers(&self) -> bool {
         self.is_batch && self.solve_policy.is_some()
@@ -56,7 +66,8 @@ impl Stages {
 
     pub(crate) fn batch_begin(&mut self) {
         self.is_batch = true;
-        if let Err(error) = self.settle().and_then(|()| self.constrained_reset()) {
+        let settled = if self.looks_ahead() { Ok(()) } else { self.settle() };
+        if let Err(error) = settled.and_then(|()| self.constrained_reset()) {
             self.failure = Some(error);
         }
     }

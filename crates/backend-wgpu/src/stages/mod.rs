@@ -376,7 +376,9 @@ impl Stages {
     }
 
     pub(crate) fn frame_begin(&mut self, plan: &FramePlan) -> Result<()> {
-        self.settle()?;
+        if !self.looks_ahead() {
+            self.settle()?;
+        }
         self.slots.fill(plan);
         self.slots.ticks();
         self.slots_write()?;
