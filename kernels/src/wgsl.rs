@@ -45,11 +45,10 @@ modules! {
     "constraint_filter" ["colliders"],
     "constraint_project" ["colliders"],
     "constraint_release" [],
-    "contact_candidates_check" [],
-    "contact_candidates_count" [],
+    "contact_candidates_boxes" [],
+    "contact_candidates_groups" [],
     "contact_candidates_list" ["exclusions"],
-    "contact_candidates_scan" [],
-    "contact_candidates_scatter" [],
+    "contact_candidates_regions" [],
     "contact_forces" [],
     "contact_impulses" [],
     "contact_impulses_count" [],
@@ -98,8 +97,10 @@ macro_rules! shared {
 
 shared! {
     "air" "air_jacobian" "air_jacobian_none" "call" "cells" "collider" "constraint"
-    "constraint_change" "constraint_none" "contact_list" "contact_partners" "contact_penalty"
-    "contact_row" "contact_row_none" "distance_grid" "distance_grid_none" "field" "filter" "finite" "force" "impulses" "impulses_none" "integrate" "link_kinds"
+    "constraint_change" "constraint_none" "contact_counts" "contact_exclusions" "contact_exclusions_none"
+    "contact_force" "contact_kept" "contact_pair" "contact_partners" "contact_penalty" "contact_row" "contact_row_none"
+    "contact_search" "contact_spill" "contact_wanted" "distance_grid" "distance_grid_none" "field" "filter" "finite" "force"
+    "group" "group_box" "group_check" "group_region" "group_rows" "impulses" "impulses_none" "integrate" "link_kinds"
     "links" "matrix" "matrix_diagonal" "matrix_row" "measure_sum" "model" "motion" "motion_out"
     "piece" "preconditioner" "procedural" "solve" "solve_check" "spring" "spring_buckling" "spring_linear"
     "status" "substep" "symmetric" "triangles" "vectors"

@@ -1,5 +1,5 @@
 // NUMERICS section 8, impulses: momentum exchange and separation of all pairs in contact.
-//!include model substep status motion motion_out contact_partners
+//!include model substep status motion motion_out contact_pair contact_partners contact_counts
 
 struct Change {
     position: vec3f,

@@ -1,5 +1,5 @@
 // NUMERICS section 8, impulses, first pass: how many particles each one is in contact with.
-//!include model substep status motion contact_list contact_partners
+//!include model substep status motion contact_pair contact_partners contact_counts
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -11,7 +11,6 @@ fn main(
         return;
     }
     let position = position_in[particle].xyz;
-    contact_list_verify(particle, position);
     let row = contact_rows[particle];
     var count = 0u;
     for (var at = row.x; at < row.x + row.y; at += 1u) {

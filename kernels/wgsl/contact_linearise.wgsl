@@ -1,5 +1,5 @@
 // NUMERICS section 5: u of every pair in contact, kept with each candidate of both particles.
-//!include model substep status motion contact_partners
+//!include model substep status motion contact_pair contact_partners
 
 @group(0) @binding(45) var<storage, read_write> contact_factors: array<vec4f>;
 

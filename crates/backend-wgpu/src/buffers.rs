@@ -6,7 +6,7 @@ use cloth_core::{Error, Model, Result};
 use wgpu::util::DeviceExt;
 
 use crate::{
-    contact::policy::ContactSizes,
+    contact::policy::{COVER_MAX, ContactSizes},
     device::DeviceContext,
     dispatch::MEASURE_BLOCK,
     fault::{BACKEND, fault},
@@ -24,6 +24,8 @@ pub(crate) struct Buffers {
     named: HashMap<&'static str, wgpu::Buffer>,
     positions: Vec<wgpu::Buffer>,
     velocities: Vec<wgpu::Buffer>,
+    /// The boxes around groups at these positions.
+    boxes: Vec<wgpu::Buffer>,
     /// Bytes taken so far.
     bytes: u64,
 }
@@ -64,15 +66,13 @@ impl<'a> Plan<'a> {
         }
         if let Some(sizes) = contact {
             plan.zeroed("contact", size_of::<crate::layout::Contact>() as u64);
-            plan.zeroed("contact_reference", VECTOR_SIZE * particles);
+            plan.filled("group_members", bytemuck::cast_slice(&tables.group_members));
+            plan.zeroed("group_rows", VECTOR_SIZE * sizes.row_words());
+            plan.zeroed("cell_heads", 2 * 4 * u64::from(sizes.cells));
+            plan.zeroed("cell_nodes", 8 * u64::from(COVER_MAX * sizes.groups));
             plan.zeroed("contact_rows", 8 * particles);
             plan.zeroed("contact_entries", 4 * u64::from(sizes.entries));
             plan.zeroed("contact_counts", 4 * particles);
-            plan.zeroed("cell_of_particle", 8 * particles);
-            plan.zeroed("cell_counts", 4 * u64::from(sizes.cells));
-            plan.zeroed("cell_ranges", 8 * u64::from(sizes.cells));
-            plan.zeroed("sorted_positions", VECTOR_SIZE * particles);
-            plan.zeroed("sorted_velocities", 4 * particles);
             plan.filled("exclusions", bytemuck::cast_slice(&tables.exclusions));
         }
         plan
@@ -127,8 +127,13 @@ impl Buffers {
             size_check(&context.limits, name, size)?;
         }
         size_check(&context.limits, "positions", motion)?;
-        let mut buffers =
-            Self { named: HashMap::new(), positions: vec![], velocities: vec![], bytes: 0 };
+        let mut buffers = Self {
+            named: HashMap::new(),
+            positions: vec![],
+            velocities: vec![],
+            boxes: vec![],
+            bytes: 0,
+        };
         for (name, size, contents) in plan.0 {
             buffers.create(context, name, size, contents)?;
         }
@@ -145,6 +150,11 @@ impl Buffers {
             let velocity = buffers.allocate(context, label, motion, None)?;
             buffers.positions.push(position);
             buffers.velocities.push(velocity);
+            if let Some(sizes) = contact {
+                let size = 2 * VECTOR_SIZE * u64::from(sizes.groups);
+                let boxes = buffers.allocate(context, "boxes of groups", size, None)?;
+                buffers.boxes.push(boxes);
+            }
         }
         Ok(buffers)
     }
@@ -212,6 +222,8 @@ impl Buffers {
             "velocity_in" => self.velocities.get(input),
             "position_out" => self.positions.get(output),
             "velocity_out" => self.velocities.get(output),
+            "group_boxes_in" => self.boxes.get(input),
+            "group_boxes_out" => self.boxes.get(output),
             _ => self.named.get(name),
         };
         found.ok_or_else(|| Error::Unsupported {
@@ -259,7 +271,7 @@ fn limit_name(buffer: &'static str) -> &'static str {
         | "impulse_partials" => "bytes of a buffer of colliders on this device",
         "vectors" | "matrix_base" | "matrix_diagonal" | "inverse" | "factors" | "link_entries"
         | "constraints" => "bytes of a buffer of the linear system on this device",
-        "contact_entries" | "contact_factors" => {
+        "contact_entries" | "contact_factors" | "group_rows" => {
             "bytes of a buffer of contact candidates on this device"
         }
         _ => "bytes of a buffer on this device",

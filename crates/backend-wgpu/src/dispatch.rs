@@ -6,11 +6,8 @@ use cloth_core::{Error, Result};
 pub(crate) const WORKGROUP: u32 = 64;
 /// Particles that a workgroup of the stage `measure` sums up.
 pub(crate) const MEASURE_BLOCK: u32 = 1024;
-/// Cells that a workgroup of `contact_candidates_scan` goes through.
-pub(crate) const SCAN_BLOCK: u32 = 1024;
-
-/// Particles that a workgroup of `contact_candidates_list` searches for (`PARTICLES` there).
-pub(crate) const LIST_PARTICLES: u32 = 8;
+/// Particles of a group, each in a workgroup of its own (`GROUP` in `shared/group.wgsl`).
+pub(crate) const GROUP: u32 = 32;
 /// Threads of a workgroup of the linear solvers (`SOLVE_THREADS` in `shared/solve.wgsl`).
 const SOLVE_THREADS: u32 = 256;
 /// Most partial sums of a linear solver (`PARTIALS_MAX` in `shared/solve.wgsl`).

@@ -61,8 +61,6 @@ shared_struct! {
 
 /// The last substep of a frame: contacts are counted.
 pub(crate) const FLAG_COUNT_CONTACTS: u32 = 1;
-/// The candidate list is built, needed or not.
-pub(crate) const FLAG_CONTACT_REBUILD: u32 = 2;
 
 shared_struct! {
     /// `shared/status.wgsl`.
@@ -70,23 +68,23 @@ shared_struct! {
         stopped: u32,
         invalid: u32,
         contact_stale: u32,
-        contact_building: u32,
         contact_built: u32,
-        contact_built_time: f32,
-        contact_entries: u32,
         contact_rebuilds: u32,
-        cell_particles: u32,
+        contact_table: u32,
+        contact_large: u32,
+        contact_listed: u32,
+        contact_group_needed: u32,
         contact_needed: u32,
+        contact_spilled: [u32; 2],
         broken: u32,
-        contact_spilled: u32,
     }
 }
 
 /// No substep has left a number that is not finite.
 pub(crate) const STOPPED_NEVER: u32 = u32::MAX;
-/// A candidate list was used too long.
+/// A list of groups was used too long.
 pub(crate) const INVALID_LIST: u32 = 1;
-/// The candidates did not fit.
+/// Rows of groups or of particles did not fit.
 pub(crate) const INVALID_OVERFLOW: u32 = 2;
 /// A linear solver needs more iterations than were recorded.
 pub(crate) const INVALID_ITERATIONS: u32 = 4;
@@ -164,18 +162,16 @@ pub(crate) const SOLVE_CONVERGED: u32 = 2;
 pub(crate) const SOLVE_ENDED: u32 = 3;
 
 shared_struct! {
-    /// `shared/contact_list.wgsl`.
+    /// `shared/group.wgsl`.
     Contact {
-        drift: [f32; 3],
-        velocity_max: f32,
-        allowance: f32,
-        reach: f32,
-        horizon: f32,
-        cells_per_metre: f32,
-        list_distance: f32,
+        group_count: u32,
+        group_capacity: u32,
         cell_mask: u32,
-        list_capacity: u32,
+        entries_capacity: u32,
+        margin: f32,
+        horizon: f32,
         lead: f32,
+        cells_per_metre: f32,
     }
 }
 

@@ -123,6 +123,12 @@ impl Recorder {
         encoder.copy_buffer_to_buffer(source, source_offset, target, target_offset, Some(size));
     }
 
+    /// Records that all of a buffer becomes zero.
+    pub(crate) fn clear(&mut self, context: &DeviceContext, buffer: &wgpu::Buffer) {
+        self.pass = None;
+        Self::encoder(&mut self.encoder, context).clear_buffer(buffer, 0, None);
+    }
+
     /// Hands everything recorded to the device.
     ///
     /// # Errors

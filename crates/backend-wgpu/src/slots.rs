@@ -6,10 +6,10 @@ use cloth_core::{
     stepper::{self, FramePlan},
 };
 
-use crate::layout::{FLAG_CONTACT_REBUILD, FLAG_COUNT_CONTACTS, Substep};
+use crate::layout::{FLAG_COUNT_CONTACTS, Substep};
 
 /// Parameters of all substeps, and the counters that tell them apart.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Slots {
     /// The substeps of the frame, then the closing one, then the loose one.
     data: Vec<Substep>,
@@ -92,15 +92,11 @@ impl Slots {
         self.current = self.loose_index();
     }
 
-    /// New contact ticks for all entries; with `rebuild` the candidate list is built at every use.
-    pub(crate) fn ticks(&mut self, rebuild: bool) {
+    /// New contact ticks for all entries.
+    pub(crate) fn ticks(&mut self) {
         for entry in &mut self.data {
             entry.contact_tick = self.tick_next;
             self.tick_next += 1;
-            entry.flags &= !FLAG_CONTACT_REBUILD;
-            if rebuild {
-                entry.flags |= FLAG_CONTACT_REBUILD;
-            }
         }
     }
 
@@ -144,7 +140,7 @@ impl Slots {
 
     /// Makes the loose entry one for `substep`, or for another use of the current entry. It has to be
     /// written to the device then.
-    pub(crate) fn loosen(&mut self, substep: Option<&stepper::Substep>, rebuild: bool) -> usize {
+    pub(crate) fn loosen(&mut self, substep: Option<&stepper::Substep>) -> usize {
         let index = self.loose_index();
         let before = self.data[self.current];
         let mut entry = before;
@@ -166,22 +162,13 @@ impl Slots {
         self.serial_next += 1;
         entry.contact_tick = self.tick_next;
         self.tick_next += 1;
-        entry.flags = FLAG_COUNT_CONTACTS | if rebuild { FLAG_CONTACT_REBUILD } else { 0 };
+        entry.flags = FLAG_COUNT_CONTACTS;
         self.data[index] = entry;
         self.current = index;
         index
     }
 
-    /// Starts a frame again: all its entries are unused.
-    pub(crate) fn rewind(&mut self) {
-        self.serial_used = self
-            .data
-            .first()
-            .map_or(0, |first| first.serial.min(self.serial_next).saturating_sub(1));
-        self.current = self.loose_index();
-    }
-
-    /// An entry for building the candidate list: its tick is higher than all that were used for that.
+    /// An entry for a search for candidates: its tick is higher than all that were used for that.
     pub(crate) fn for_candidates(&mut self) -> Option<usize> {
         let next = if self.current < self.plan.len() { self.current } else { 0 };
         let is_unused = |index: &usize| {
@@ -192,7 +179,7 @@ impl Slots {
         Some(index)
     }
 
-    /// Notes that an entry was used for building the list.
+    /// Notes that an entry was used for such a search.
     pub(crate) fn candidates_used(&mut self, index: usize) {
         self.tick_used = self.tick_used.max(self.data[index].contact_tick);
     }

@@ -26,5 +26,3 @@ struct Substep {
 
 // Contacts of every particle are to be counted.
 const FLAG_COUNT_CONTACTS: u32 = 1u;
-// The candidate list is to be built, whatever it is now.
-const FLAG_CONTACT_REBUILD: u32 = 2u;

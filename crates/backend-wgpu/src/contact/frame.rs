@@ -1,8 +1,13 @@
-//! What a frame did, so that it can be done again.
+//! What frames did, so that they can be done again.
 
-use cloth_core::{NewtonStart, PinWrite, stepper::Substep};
+use std::sync::Arc;
 
-use crate::linear::SolveRequest;
+use cloth_core::{
+    NewtonStart, PinWrite,
+    stepper::{FramePlan, Substep},
+};
+
+use crate::{linear::SolveRequest, slots::Slots};
 
 /// Something that changes the state or the forces.
 #[derive(Clone, Debug)]
@@ -35,7 +40,7 @@ pub(crate) enum Command {
 }
 
 impl Command {
-    /// Whether it uses or builds the candidate list.
+    /// Whether it uses or builds the list of groups.
     pub(crate) const fn has_contact(&self) -> bool {
         matches!(
             self,
@@ -47,11 +52,22 @@ impl Command {
     }
 }
 
-/// A frame, or a part of one, that is not yet known to be good.
+/// Frames, or a part of one, that are not yet known to be good.
+#[derive(Debug)]
+pub(crate) struct OpenFrames {
+    /// The motion at their start, which nothing may overwrite.
+    pub(crate) start: usize,
+    /// Each of them.
+    pub(crate) frames: Vec<OpenFrame>,
+}
+
+/// A frame, or a part of one.
 #[derive(Debug)]
 pub(crate) struct OpenFrame {
-    /// The motion at its start, which nothing may overwrite.
-    pub(crate) start: usize,
-    /// What was done since.
+    /// The parameters of its substeps, and the counters at its start.
+    pub(crate) slots: Slots,
+    /// What else varies from one substep to the next, if there was a frame.
+    pub(crate) plan: Option<Arc<FramePlan>>,
+    /// What was done since its start.
     pub(crate) commands: Vec<Command>,
 }

@@ -1,34 +1,46 @@
-//! How long and how often: the sizes behind the candidate list.
+//! How long and how often: the sizes behind the list of groups.
 
-use cloth_core::{Error, Model, Result, SelfContact};
+use cloth_core::{Error, Model, NONE, Result, SelfContact};
 
 use crate::{
-    dispatch::SCAN_BLOCK,
+    dispatch::GROUP,
     layout::{Contact, Status},
 };
 
 /// Capacities of the buffers of contact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ContactSizes {
-    /// Cells of the table, a power of two.
+    /// Groups of particles.
+    pub(crate) groups: u32,
+    /// Groups that each row of the list has room for, a multiple of four.
+    pub(crate) near: u32,
+    /// Cells of each of two tables, a power of two.
     pub(crate) cells: u32,
-    /// Entries of the candidate list.
+    /// Entries of the rows of particles.
     pub(crate) entries: u32,
 }
 
-/// Entries that every particle has in the list (`ROW` in `contact_candidates_list.wgsl`).
-pub(crate) const ROW: u32 = 16;
-/// Further entries at first, for each particle, for those with more candidates.
+impl ContactSizes {
+    /// Words of four numbers of all rows of the list (`group_row` in `shared/group.wgsl`).
+    pub(crate) const fn row_words(&self) -> u64 {
+        self.groups as u64 * (2 + self.near as u64 / 4)
+    }
+}
+
+/// Entries that every particle has a place for (`KEPT` in `shared/contact_kept.wgsl`).
+const ROW: u32 = 16;
+/// Further entries at first, for each particle, for those with more partners.
 const SPILLED_PER_PARTICLE: u32 = 4;
-/// Size of a cell in units of the contact distance. This and the next were chosen for the fewest builds of a
-/// patch of 96 x 96 particles that falls over a ball: four in a frame of 17 substeps, ten candidates a particle.
-const CELL: f64 = 5.0;
-/// How far a particle may stray from its expected way, in units of the contact distance.
-const ALLOWANCE: f64 = 0.75;
-/// Share of the reach that rounding cannot use up.
-const REACH_SAFETY: f64 = 0.99;
-/// Substeps that a list is made for, at least.
-const HORIZON: u32 = 16;
+/// Groups that a row of the list has room for at first.
+const NEAR: u32 = 32;
+/// Cells that a region is put into at most (`COVER_MAX` in `shared/cells.wgsl`).
+pub(crate) const COVER_MAX: u32 = 27;
+/// Cells of a table for each group, at least.
+const CELLS_PER_GROUP: u32 = 4;
+/// What is added to a region on all sides, in units of the contact distance.
+const MARGIN: f64 = 2.0;
+/// Substeps that regions are made for.
+const HORIZON: f64 = 20.0;
 /// Longest interval between two opportunities to build the list \[substep\].
 const INTERVAL_MAX: u32 = 8;
 /// Good frames after which a longer interval is tried: so many at first, twice as many after each trial
@@ -40,63 +52,59 @@ const PATIENCE: [u32; 2] = [2, 8];
 pub(crate) struct ContactPolicy {
     distance: f64,
     time_step: f64,
+    /// Longest side of the groups at rest, on average \[m\].
+    group_side: f64,
     pub(crate) sizes: ContactSizes,
     /// Substeps from one opportunity to build the list to the next.
     pub(crate) interval: u32,
     good_frames: u32,
     patience: u32,
-    drift: [f64; 3],
     /// The constants changed: a list made with the old ones is worthless.
     pub(crate) changed: bool,
 }
 
 impl ContactPolicy {
-    pub(crate) fn new(model: &Model, contact: &SelfContact, time_step: f64) -> Self {
+    /// For particles in groups of `members`.
+    pub(crate) fn new(
+        model: &Model,
+        contact: &SelfContact,
+        time_step: f64,
+        members: &[u32],
+    ) -> Self {
         let particles = model.particle_count() as u32;
+        let groups = (members.len() / GROUP as usize) as u32;
         let sizes = ContactSizes {
-            cells: particles.next_power_of_two().max(SCAN_BLOCK),
+            groups,
+            near: NEAR,
+            cells: (CELLS_PER_GROUP * groups).next_power_of_two(),
             entries: particles.saturating_mul(ROW + SPILLED_PER_PARTICLE).max(1024),
         };
         Self {
             distance: contact.distance,
             time_step,
+            group_side: group_side(model, members),
             sizes,
             interval: 4,
             good_frames: 0,
             patience: PATIENCE[0],
-            drift: [0.0; 3],
             changed: true,
         }
     }
 
-    /// The constants of `shared/contact_list.wgsl`.
+    /// The constants of `shared/group.wgsl`.
     pub(crate) fn constants(&self) -> Contact {
-        let cell = CELL * self.distance;
-        let reach = 0.5 * (cell - self.distance) * REACH_SAFETY;
-        let horizon = f64::from(HORIZON.max(2 * self.interval)) * self.time_step;
-        let allowance = ALLOWANCE * self.distance;
+        let margin = MARGIN * self.distance;
+        // Most regions then touch two cells along each axis at most.
+        let cell = self.group_side + 2.0 * margin + self.distance;
         Contact {
-            drift: self.drift.map(|component| component as f32),
-            velocity_max: (reach / (f64::from(self.interval) * self.time_step)) as f32,
-            allowance: allowance as f32,
-            reach: reach as f32,
-            horizon: (1.001 * horizon) as f32,
-            cells_per_metre: cell.recip() as f32,
-            list_distance: (1.001 * (self.distance + 2.0 * allowance)) as f32,
+            group_count: self.sizes.groups,
+            group_capacity: self.sizes.near,
             cell_mask: self.sizes.cells - 1,
-            list_capacity: self.sizes.entries,
+            entries_capacity: self.sizes.entries,
+            margin: margin as f32,
+            horizon: (HORIZON * self.time_step) as f32,
             lead: (f64::from(self.interval) * self.time_step) as f32,
-        }
-    }
-
-    /// Takes the velocity of the centre of mass \[m/s\] as that of everything, if it differs from the
-    /// one in use by so much that particles would leave their reach.
-    pub(crate) fn drift_suggest(&mut self, velocity: [f64; 3]) {
-        let far = 0.1 * self.distance / (f64::from(self.interval) * self.time_step);
-        let differs = velocity.iter().zip(&self.drift).any(|(new, old)| (new - old).abs() > far);
-        if differs && velocity.iter().all(|component| component.is_finite()) {
-            self.drift = velocity;
-            self.changed = true;
+            cells_per_metre: cell.recip() as f32,
         }
     }
 
@@ -119,29 +127,57 @@ impl ContactPolicy {
         if attempts == 1 {
             self.patience = (2 * self.patience).min(PATIENCE[1]);
         }
-        // An interval of one cannot fail: the list is then built for the very positions it is used for.
+        // An interval of one cannot fail: all groups are then in their regions whenever the list is used.
         self.interval = if attempts > 1 { 1 } else { (self.interval / 2).max(1) };
         self.changed = true;
     }
 
-    /// More entries were needed than there are; the new capacity.
+    /// Rows did not fit: decides on more room for them. `max` is the size of the largest buffer of this device
+    /// \[byte\].
     ///
     /// # Errors
-    /// `Overflow` if no buffer of this device, at most `max` bytes, can hold them.
-    pub(crate) fn entries_grow(&mut self, status: &Status, max: u64) -> Result<u32> {
+    /// `Overflow` if no buffer can hold them.
+    pub(crate) fn grow(&mut self, status: &Status, max: u64) -> Result<()> {
+        let overflow = |buffer, needed: u64, capacity: u64| {
+            if needed > capacity {
+                Err(Error::Overflow { buffer, needed, capacity })
+            } else {
+                Ok(())
+            }
+        };
         let needed = u64::from(status.contact_needed);
-        let possible = (max / 4).min(u64::from(u32::MAX));
-        if needed > possible {
-            return Err(Error::Overflow {
-                buffer: "contact candidates",
-                needed,
-                capacity: possible,
-            });
+        if needed > u64::from(self.sizes.entries) {
+            let possible = (max / 4).min(u64::from(u32::MAX));
+            overflow("contact candidates", needed, possible)?;
+            self.sizes.entries = (needed + needed / 2).min(possible) as u32;
         }
-        self.sizes.entries = (needed + needed / 2).min(possible) as u32;
+        let groups = u64::from(self.sizes.groups);
+        let needed = u64::from(status.contact_group_needed);
+        if needed > u64::from(self.sizes.near) {
+            let possible = 4 * (max / 16 / groups).saturating_sub(2).min(u64::from(u32::MAX / 8));
+            overflow("groups near each other", needed, possible)?;
+            self.sizes.near = (needed + needed / 2).next_multiple_of(4).min(possible) as u32;
+        }
         self.changed = true;
-        Ok(self.sizes.entries)
+        Ok(())
     }
+}
+
+/// The longest side of the boxes around groups at rest, on average \[m\].
+fn group_side(model: &Model, members: &[u32]) -> f64 {
+    let sides = members.chunks(GROUP as usize).map(|group| {
+        let mut low = [f64::INFINITY; 3];
+        let mut high = [f64::NEG_INFINITY; 3];
+        for &particle in group.iter().filter(|&&particle| particle != NONE) {
+            let x = model.positions()[particle as usize];
+            for axis in 0..3 {
+                low[axis] = low[axis].min(x[axis]);
+                high[axis] = high[axis].max(x[axis]);
+            }
+        }
+        (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max)
+    });
+    sides.sum::<f64>() / (members.len() / GROUP as usize).max(1) as f64
 }
 
 #[cfg(test)]
@@ -163,7 +199,7 @@ mod tests {
             velocity: [0.0; 3],
         };
         let model = ModelBuilder::new().cloth(cloth).self_contact(contact).build().unwrap();
-        ContactPolicy::new(&model, &contact, 1e-3)
+        ContactPolicy::new(&model, &contact, 1e-3, &model.particle_groups(GROUP as usize))
     }
 
     #[test]
@@ -195,12 +231,20 @@ mod tests {
     }
 
     #[test]
-    fn a_list_that_no_buffer_can_hold_is_an_error() {
+    fn rows_that_no_buffer_can_hold_are_an_error() {
         let mut policy = policy();
-        let status = |contact_needed| Status { contact_needed, ..Status::default() };
-        assert_eq!(policy.entries_grow(&status(2000), 1 << 20), Ok(3000));
+        let entries = |contact_needed| Status { contact_needed, ..Status::default() };
+        assert_eq!(policy.grow(&entries(2000), 1 << 20), Ok(()));
+        assert_eq!(policy.sizes.entries, 3000);
         let expected =
-            Error::Overflow { buffer: "contact candidates", needed: 2000, capacity: 1000 };
-        assert_eq!(policy.entries_grow(&status(2000), 4000), Err(expected));
+            Error::Overflow { buffer: "contact candidates", needed: 4000, capacity: 1000 };
+        assert_eq!(policy.grow(&entries(4000), 4000), Err(expected));
+        let near = |contact_group_needed| Status { contact_group_needed, ..Status::default() };
+        assert_eq!(policy.grow(&near(33), 1 << 20), Ok(()));
+        assert_eq!(policy.sizes.near, 52);
+        // A group has room for as many rows of sixteen bytes as fit, less two.
+        let expected =
+            Error::Overflow { buffer: "groups near each other", needed: 100, capacity: 92 };
+        assert_eq!(policy.grow(&near(100), 25 * 16), Err(expected));
     }
 }

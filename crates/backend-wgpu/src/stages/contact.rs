@@ -1,9 +1,9 @@
-//! Contact of cloth with itself: building the candidate list, using it.
+//! Contact of cloth with itself: building the list of groups, searching for pairs in contact, using them.
 
-use cloth_core::{Result, stepper::FramePlan, stepper::Substep};
+use cloth_core::{Result, stepper::Substep};
 
 use super::Stages;
-use crate::dispatch::{LIST_PARTICLES, SCAN_BLOCK, WORKGROUP};
+use crate::dispatch::WORKGROUP;
 
 impl Stages {
     /// The entry of the parameters for a call of `contact_candidates` that names no substep.
@@ -15,37 +15,71 @@ impl Stages {
         }
     }
 
-    /// Records what builds the list, if it is time for that. Whether it is then built the device
-    /// decides.
+    /// Records the search for the pairs in contact, with all that it needs.
     pub(super) fn contact_candidates(&mut self, slot: usize) -> Result<()> {
+        self.slots.candidates_used(slot);
+        // Also where the boxes are known: this pass makes room for long rows.
+        self.group_boxes(slot)?;
+        self.group_list(slot)?;
+        self.over_groups("contact_candidates", "contact_candidates_list", self.present, slot)
+    }
+
+    /// Records what the fused substep needs to search for pairs by itself: boxes around groups, if the pass that
+    /// moved the particles did not make them, and the list of groups, if it is time for that.
+    pub(super) fn groups_prepare(&mut self, slot: usize) -> Result<()> {
         let Some(policy) = &self.contact else { return Ok(()) };
-        let (interval, cells) = (policy.interval, policy.sizes.cells);
-        let opportunity = self.list_uses.is_multiple_of(interval);
+        let opportunity = self.list_uses.is_multiple_of(policy.interval);
         self.list_uses += 1;
         self.slots.candidates_used(slot);
-        if self.is_batch && !opportunity {
-            return Ok(());
+        if !self.has_boxes[self.present] {
+            self.group_boxes(slot)?;
         }
-        let particles = (self.particle_count(), WORKGROUP);
-        let passes = [
-            ("contact_candidates_check", particles),
-            ("contact_candidates_count", particles),
-            ("contact_candidates_scan", (cells, SCAN_BLOCK)),
-            ("contact_candidates_scatter", particles),
-            ("contact_candidates_list", (self.particle_count(), LIST_PARTICLES)),
-        ];
-        // In a batch every use of the list has checked it, and the next opportunity is not far.
-        let skipped = usize::from(self.is_batch);
-        for (name, items) in passes.into_iter().skip(skipped) {
-            self.dispatch("contact_candidates", name, items, self.present, (slot, 0))?;
+        if opportunity || !self.is_batch { self.group_list(slot) } else { Ok(()) }
+    }
+
+    fn group_boxes(&mut self, slot: usize) -> Result<()> {
+        self.over_groups("contact_candidates", "contact_candidates_boxes", self.present, slot)?;
+        self.has_boxes[self.present] = true;
+        Ok(())
+    }
+
+    /// Records what builds the list. Whether it is then built the device decides.
+    fn group_list(&mut self, slot: usize) -> Result<()> {
+        for name in ["contact_candidates_regions", "contact_candidates_groups"] {
+            self.over_groups("contact_candidates", name, self.present, slot)?;
         }
         Ok(())
     }
 
+    /// A kernel with one workgroup for each group of particles.
+    fn over_groups(
+        &mut self,
+        stage: &'static str,
+        name: &'static str,
+        output: usize,
+        slot: usize,
+    ) -> Result<()> {
+        let Some(policy) = &self.contact else { return Ok(()) };
+        let items = (policy.sizes.groups, 1);
+        self.dispatch(stage, name, items, output, (slot, 0))
+    }
+
+    /// The fused substep with contact, from the present motion to the next one.
+    pub(super) fn groups_advance(&mut self, slot: usize) -> Result<()> {
+        self.groups_prepare(slot)?;
+        let next = self.free_motion();
+        self.over_groups("explicit_substep", "explicit_substep", next, slot)?;
+        self.has_boxes[next] = true;
+        self.present = next;
+        Ok(())
+    }
+
     pub(super) fn contact_forces(&mut self) -> Result<()> {
-        let is_penalty =
-            self.model.self_contact().is_some_and(|contact| !contact.excludes_neighbours());
-        if is_penalty { self.over_particles("contact_forces", self.slots.current) } else { Ok(()) }
+        if self.is_penalty() {
+            self.over_particles("contact_forces", self.slots.current)
+        } else {
+            Ok(())
+        }
     }
 
     pub(super) fn contact_impulses(&mut self, substep: &Substep) -> Result<()> {
@@ -70,22 +104,10 @@ impl Stages {
             return Ok(());
         };
         policy.changed = false;
+        self.list_uses = 0;
         let constants = policy.constants();
         self.write("contact", 0, bytemuck::bytes_of(&constants))?;
         let offset = std::mem::offset_of!(crate::layout::Status, contact_built) as u64;
         self.write("status", offset, bytemuck::bytes_of(&0_u32))
-    }
-
-    /// Tells the policy how everything moves: as the centre of mass did, on average over the frame.
-    pub(super) fn drift_update(&mut self, plan: &FramePlan) {
-        let (Some(policy), Some(figures)) = (&mut self.contact, &self.figures) else { return };
-        let mass: f64 = self.model.masses().iter().sum();
-        let duration: f64 = plan.substeps.iter().map(|substep| substep.length).sum();
-        let falls = !self.held.contains(&true);
-        let acceleration = self.model.uniform_acceleration();
-        policy.drift_suggest(std::array::from_fn(|axis| {
-            let gained = if falls { 0.5 * duration * acceleration[axis] } else { 0.0 };
-            figures.measures.momentum[axis] / mass + gained
-        }));
     }
 }

@@ -4,35 +4,54 @@ use cloth_core::{Result, stepper::Substep};
 
 use super::Stages;
 use crate::{
-    contact::{Command, OpenFrame},
+    contact::{Command, OpenFrame, OpenFrames},
     dispatch::WORKGROUP,
 };
+
+/// Frames that may be under way before the host asks whether they are good.
+const FRAMES_AHEAD: usize = 8;
 
 impl Stages {
     /// Runs a command. Where the device may turn out to have been given too little to do, or too little
     /// room, it becomes part of an open frame; outside a batch that is settled at once.
     pub(crate) fn execute(&mut self, command: Command) -> Result<()> {
-        let repeats = self.contact.is_some() || (self.solve_policy.is_some() && self.is_batch);
-        if !repeats {
+        if !(self.contact.is_some() || (self.solve_policy.is_some() && self.is_batch)) {
             return self.encode(&command);
         }
         let alone = !self.is_batch && self.open.is_none();
         if alone && matches!(command, Command::ContactForces | Command::ContactImpulses(_)) {
-            // The list for the present positions first, so that the command cannot fail half way.
+            // The pairs at the present positions first, so that the command cannot fail half way.
             self.execute(Command::ContactCandidates)?;
             return self.encode(&command);
         }
         if self.open.is_none() && (self.is_batch || command.has_contact()) {
-            self.open = Some(OpenFrame { start: self.present, commands: Vec::new() });
+            let frames = vec![self.frame_open()];
+            self.open = Some(OpenFrames { start: self.present, frames });
             self.impulses_copy(["impulses", "impulses_of_frame"])?;
-            self.list_uses = 0;
         }
         self.encode(&command)?;
         let has_contact = command.has_contact();
-        if let Some(open) = &mut self.open {
-            open.commands.push(command);
+        if let Some(frame) = self.open.as_mut().and_then(|open| open.frames.last_mut()) {
+            frame.commands.push(command);
         }
         if has_contact && !self.is_batch { self.settle() } else { Ok(()) }
+    }
+
+    /// Whether frames may have to be done again.
+    pub(super) const fn may_repeat(&self) -> bool {
+        self.contact.is_some() || self.solve_policy.is_some()
+    }
+
+    /// A frame that begins now.
+    pub(super) fn frame_open(&self) -> OpenFrame {
+        OpenFrame { slots: self.slots.clone(), plan: self.plan.clone(), commands: Vec::new() }
+    }
+
+    /// Whether frames may follow each other before the host knows that they are good.
+    pub(super) fn looks_ahead(&self) -> bool {
+        self.solve_policy.is_none()
+            && self.failure.is_none()
+            && self.open.as_ref().is_some_and(|open| open.frames.len() < FRAMES_AHEAD)
     }
 
     /// Whether the device decides how the solves of an implicit substep go on.
@@ -47,7 +66,8 @@ impl Stages {
 
     pub(crate) fn batch_begin(&mut self) {
         self.is_batch = true;
-        if let Err(error) = self.settle().and_then(|()| self.constrained_reset()) {
+        let settled = if self.looks_ahead() { Ok(()) } else { self.settle() };
+        if let Err(error) = settled.and_then(|()| self.constrained_reset()) {
             self.failure = Some(error);
         }
     }
@@ -116,6 +136,7 @@ impl Stages {
         let items = (self.particle_count(), WORKGROUP);
         let next = self.free_motion();
         self.dispatch(name, name, items, next, (slot, 0))?;
+        self.has_boxes[next] = false;
         self.present = next;
         Ok(())
     }
@@ -137,8 +158,7 @@ impl Stages {
     }
 
     pub(super) fn slot_loosen(&mut self, substep: Option<&Substep>) -> Result<usize> {
-        let rebuild = self.contact.as_ref().is_some_and(|policy| policy.interval == 1);
-        let slot = self.slots.loosen(substep, rebuild);
+        let slot = self.slots.loosen(substep);
         self.slot_write(slot)?;
         Ok(slot)
     }
@@ -173,8 +193,8 @@ impl Stages {
     /// All forces, integration and, where nothing comes between, colliders.
     fn explicit_pass(&mut self, substep: &Substep) -> Result<()> {
         let slot = self.slot_fresh(substep)?;
-        if self.model.self_contact().is_some_and(|contact| !contact.excludes_neighbours()) {
-            self.contact_candidates(slot)?;
+        if self.is_penalty() {
+            return self.groups_advance(slot);
         }
         self.motion_advance("explicit_substep", slot)
     }

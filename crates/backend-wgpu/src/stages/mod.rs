@@ -18,9 +18,9 @@ use wgpu::BindGroup;
 
 use crate::{
     buffers::{Buffers, uniform_array},
-    contact::{OpenFrame, policy::ContactPolicy},
+    contact::{OpenFrames, policy::ContactPolicy},
     device::{DYNAMIC, DeviceContext, Kernel},
-    dispatch::{Groups, LIST_PARTICLES, MEASURE_BLOCK, WORKGROUP, groups, solve_blocks},
+    dispatch::{Groups, MEASURE_BLOCK, WORKGROUP, groups, solve_blocks},
     fault::BACKEND,
     figures::Figures,
     layout,
@@ -53,13 +53,17 @@ pub(crate) struct Stages {
     colours: Vec<layout::Colour>,
     /// The motion that holds the present state.
     present: usize,
+    /// For each motion whether the boxes around its groups are known.
+    has_boxes: [bool; 3],
     held: Vec<bool>,
     /// Whether one kernel does the composite stage; false on a device that cannot bind enough buffers.
     is_fused: bool,
     has_force: bool,
     contact: Option<ContactPolicy>,
     /// Work that may have to be done again.
-    open: Option<OpenFrame>,
+    open: Option<OpenFrames>,
+    /// The present frame, where it may have to be done again.
+    plan: Option<Arc<FramePlan>>,
     is_batch: bool,
     /// Parameters of single kernels that are on the device.
     calls: Vec<layout::Call>,
@@ -72,7 +76,7 @@ pub(crate) struct Stages {
     constrained: Option<u64>,
     /// Contacts with colliders that changed since somebody asked.
     released: u64,
-    /// Calls of `contact_candidates` since the open frame began.
+    /// Fused substeps with contact since there had to be an opportunity to build the list of groups.
     list_uses: u32,
     /// The last results that were read.
     status: layout::Status,
@@ -128,12 +132,15 @@ impl Stages {
         context.faults.check()?;
         // No kernel is started for more: springs of a colour share no particle.
         let limit = context.limits.max_compute_workgroups_per_dimension;
-        let per_group = if model.self_contact().is_some() { LIST_PARTICLES } else { WORKGROUP };
-        groups(model.particle_count() as u32, per_group, limit)?;
+        let tables = Tables::new(&model, config);
+        let members = &tables.group_members;
         let contact = model
             .self_contact()
-            .map(|contact| ContactPolicy::new(&model, contact, config.time_step));
-        let tables = Tables::new(&model, config);
+            .map(|contact| ContactPolicy::new(&model, contact, config.time_step, members));
+        match &contact {
+            Some(policy) => groups(policy.sizes.groups, 1, limit)?,
+            None => groups(model.particle_count() as u32, WORKGROUP, limit)?,
+        };
         let sizes = contact.as_ref().map(|policy| policy.sizes);
         let repeats = contact.is_some() || solve_policy.is_some();
         let motions = if repeats { 3 } else { 2 };
@@ -149,11 +156,13 @@ impl Stages {
             slots: Slots::new(),
             colours: tables.colours,
             present: 0,
+            has_boxes: [false; 3],
             held: vec![false; model.particle_count()],
             is_fused: true,
             has_force: false,
             contact,
             open: None,
+            plan: None,
             is_batch: false,
             calls: Vec::new(),
             solve_policy,
@@ -177,7 +186,7 @@ impl Stages {
         }
         stages.kernels_prepare()?;
         stages.model_write();
-        stages.slots.ticks(false);
+        stages.slots.ticks();
         stages.slots_write()?;
         let state = stages.model.initial_state();
         stages.state_write(&state)?;
@@ -367,14 +376,22 @@ impl Stages {
     }
 
     pub(crate) fn frame_begin(&mut self, plan: &FramePlan) -> Result<()> {
-        self.settle_measured()?;
-        self.drift_update(plan);
+        if !self.looks_ahead() {
+            self.settle()?;
+        }
         self.slots.fill(plan);
-        let rebuild = self.contact.as_ref().is_some_and(|policy| policy.interval == 1);
-        self.slots.ticks(rebuild);
+        self.slots.ticks();
         self.slots_write()?;
         self.colliders_write(plan)?;
-        self.contact_constants_write()
+        self.contact_constants_write()?;
+        if self.may_repeat() {
+            self.plan = Some(Arc::new(plan.clone()));
+        }
+        let frame = self.open.is_some().then(|| self.frame_open());
+        if let (Some(open), Some(frame)) = (&mut self.open, frame) {
+            open.frames.push(frame);
+        }
+        Ok(())
     }
 
     fn colliders_write(&mut self, plan: &FramePlan) -> Result<()> {

@@ -49,6 +49,7 @@ impl Stages {
         self.failure = None;
         self.recorder.submit(&self.context)?;
         self.present = 0;
+        self.has_boxes = [false; 3];
         let count = state.positions.len();
         let mut vectors: Vec<[f32; 4]> = Vec::with_capacity(count);
         for (particle, position) in state.positions.iter().enumerate() {
@@ -84,7 +85,14 @@ impl Stages {
     pub(super) fn status_reset(&mut self, stopped: u32) -> Result<()> {
         self.status = Status { stopped, broken: STOPPED_NEVER, ..Status::default() };
         let status = self.status;
-        self.write("status", 0, bytemuck::bytes_of(&status))
+        self.list_uses = 0;
+        self.write("status", 0, bytemuck::bytes_of(&status))?;
+        if self.buffers.has("cell_heads") {
+            // Which of the two tables is clear is forgotten with the number of builds.
+            let heads = self.buffers.get("cell_heads", 0, 0)?;
+            self.recorder.clear(&self.context, heads);
+        }
+        Ok(())
     }
 
     /// 1/m \[1/kg\], 0 while the particle is held.
@@ -191,6 +199,8 @@ impl Stages {
         if last.is_empty() {
             return Ok(());
         }
+        // Where they are put may be far away.
+        self.list_uses = 0;
         self.write_growing("pins", &contents)?;
         self.in_place()?;
         let items = (last.len() as u32, WORKGROUP);
@@ -212,6 +222,7 @@ impl Stages {
     /// Records the way back.
     pub(super) fn state_restore(&mut self) -> Result<()> {
         self.in_place()?;
+        self.list_uses = 0;
         self.impulses_copy(["impulses_kept", "impulses"])?;
         self.kept_copy(false)
     }
@@ -237,6 +248,7 @@ impl Stages {
     /// Makes sure that the present motion may be changed in place.
     pub(super) fn in_place(&mut self) -> Result<()> {
         if self.open.as_ref().is_none_or(|open| open.start != self.present) {
+            self.has_boxes[self.present] = false;
             return Ok(());
         }
         let target = self.free_motion();
@@ -249,6 +261,7 @@ impl Stages {
             self.recorder.copy(&self.context, from, 0, to, 0, size);
         }
         self.present = target;
+        self.has_boxes[target] = false;
         Ok(())
     }
 }

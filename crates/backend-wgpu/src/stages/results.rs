@@ -4,9 +4,9 @@ use cloth_core::{ContactStatistics, DeferredOutcome, Error, Measures, Result, St
 
 use super::{SMALL_SIZE, SMALL_SOLVE, SMALL_STATUS, Stages};
 use crate::{
-    buffers::MEASURE_SIZE,
-    contact::{Command, policy::ROW},
-    dispatch::MEASURE_BLOCK,
+    buffers::{MEASURE_SIZE, VECTOR_SIZE},
+    contact::{Command, OpenFrame},
+    dispatch::{GROUP, MEASURE_BLOCK},
     figures::Figures,
     layout::{INVALID_LIST, INVALID_OVERFLOW, STOPPED_NEVER, Solve, Status},
 };
@@ -24,15 +24,6 @@ impl Stages {
             return Ok(());
         }
         self.finish(false)
-    }
-
-    /// The same before a new frame, whose contact wants to know how everything moves.
-    pub(super) fn settle_measured(&mut self) -> Result<()> {
-        if self.open.is_some() && self.failure.is_none() {
-            self.finish(true)
-        } else {
-            self.settle()
-        }
     }
 
     pub(crate) fn measure(&mut self) -> Result<Measures> {
@@ -62,12 +53,12 @@ impl Stages {
         self.rebuilds_reported = self.status.contact_rebuilds;
         Ok(ContactStatistics {
             contacts,
-            candidates: u64::from(self.status.contact_entries),
+            candidates: u64::from(self.status.contact_listed) * u64::from(GROUP * GROUP),
             rebuilds,
         })
     }
 
-    /// Waits for the device, and does the open frame again until it is good.
+    /// Waits for the device, and does the open frames again until they are good.
     fn finish(&mut self, measure: bool) -> Result<()> {
         for attempt in 1..=ATTEMPTS_MAX {
             self.status_read(measure)?;
@@ -125,10 +116,19 @@ impl Stages {
             // With an interval of one only numbers that are not finite count as too far.
             let is_broken = invalid & INVALID_LIST != 0 && policy.interval > 1;
             if invalid & INVALID_OVERFLOW != 0 {
-                let size = 4 * u64::from(policy.entries_grow(&self.status, max)?);
-                self.buffers.create(&self.context, "contact_entries", size, None)?;
-                if self.buffers.has("contact_factors") {
-                    self.contact_factors_create()?;
+                let before = policy.sizes;
+                policy.grow(&self.status, max)?;
+                let sizes = policy.sizes;
+                if sizes.near > before.near {
+                    let size = VECTOR_SIZE * sizes.row_words();
+                    self.buffers.create(&self.context, "group_rows", size, None)?;
+                }
+                if sizes.entries > before.entries {
+                    let size = 4 * u64::from(sizes.entries);
+                    self.buffers.create(&self.context, "contact_entries", size, None)?;
+                    if self.buffers.has("contact_factors") {
+                        self.contact_factors_create()?;
+                    }
                 }
                 self.bind_groups.clear();
                 lacked = true;
@@ -136,7 +136,9 @@ impl Stages {
                 policy.list_was_broken(attempt);
                 lacked = true;
             } else if !lacked {
-                policy.frame_was_good();
+                for _ in self.open.iter().flat_map(|open| &open.frames) {
+                    policy.frame_was_good();
+                }
             }
         }
         Ok(lacked)
@@ -163,8 +165,8 @@ impl Stages {
 
     /// What came of recorded substeps.
     pub(crate) fn deferred_outcome(&mut self) -> Result<DeferredOutcome> {
-        if self.open.is_some() {
-            self.settle_measured()?;
+        if self.solve_policy.is_some() {
+            self.settle()?;
         }
         Ok(std::mem::take(&mut self.deferred))
     }
@@ -176,30 +178,36 @@ impl Stages {
             return Ok(false);
         }
         let Some(open) = &mut self.open else { return Ok(false) };
-        let rebuild = self.contact.as_ref().is_some_and(|policy| policy.interval == 1);
-        let commands = std::mem::take(&mut open.commands);
-        self.semi_implicit.length = None;
+        let frames = std::mem::take(&mut open.frames);
         self.present = open.start;
-        self.list_uses = 0;
-        self.slots.rewind();
-        self.slots.ticks(rebuild);
+        self.semi_implicit.length = None;
         // A frame that was tried began with a device that had not stopped, or it would have been good.
         self.status_reset(STOPPED_NEVER)?;
         self.solve_log_reset()?;
-        if commands.iter().any(|command| matches!(command, Command::ColliderConstraints(_))) {
+        let mut commands = frames.iter().flat_map(|frame| &frame.commands);
+        if commands.any(|command| matches!(command, Command::ColliderConstraints(_))) {
             self.constrained_reset()?;
         }
         self.rebuilds_reported = 0;
         self.impulses_copy(["impulses_of_frame", "impulses"])?;
-        self.slots_write()?;
         self.contact_constants_write()?;
         let was_batch = std::mem::replace(&mut self.is_batch, true);
-        let outcome = commands.iter().try_for_each(|command| self.encode(command));
+        let outcome = frames.iter().try_for_each(|frame| self.frame_encode(frame));
         self.is_batch = was_batch;
         if let Some(open) = &mut self.open {
-            open.commands = commands;
+            open.frames = frames;
         }
         outcome.map(|()| true)
+    }
+
+    /// Records a frame that was recorded before.
+    fn frame_encode(&mut self, frame: &OpenFrame) -> Result<()> {
+        self.slots.clone_from(&frame.slots);
+        self.slots_write()?;
+        if let Some(plan) = &frame.plan {
+            self.colliders_write(plan)?;
+        }
+        frame.commands.iter().try_for_each(|command| self.encode(command))
     }
 
     pub(crate) fn contact_pairs(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {
@@ -211,9 +219,8 @@ impl Stages {
         self.state_read(&mut state)?;
         let count = self.model.particle_count();
         let rows: Vec<[u32; 2]> = self.read_words("contact_rows", 2 * count as u64)?;
-        let spilled = u64::from(self.status.contact_spilled);
-        let entries: Vec<u32> =
-            self.read_words("contact_entries", count as u64 * u64::from(ROW) + spilled)?;
+        let used = rows.iter().map(|row| u64::from(row[0] + row[1])).max().unwrap_or(0);
+        let entries: Vec<u32> = self.read_words("contact_entries", used)?;
         let position = |particle: usize| state.positions[particle].map(|c| c as f32);
         for (particle, [first, length]) in rows.into_iter().enumerate() {
             let x = position(particle);

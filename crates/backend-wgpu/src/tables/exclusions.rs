@@ -1,4 +1,4 @@
-//! Pairs that the impulse response leaves out, in the form of `contact_candidates_list.wgsl`.
+//! Pairs that the impulse response leaves out, in the form of `shared/contact_exclusions.wgsl`.
 
 use std::collections::HashMap;
 

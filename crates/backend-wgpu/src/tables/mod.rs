@@ -2,6 +2,7 @@
 
 pub(crate) mod distance_grids;
 mod exclusions;
+mod groups;
 pub(crate) mod links;
 mod rows;
 pub(crate) mod springs;
@@ -25,6 +26,8 @@ pub(crate) struct Tables {
     pub(crate) colours: Vec<Colour>,
     pub(crate) limited_springs: Vec<[u32; 4]>,
     pub(crate) exclusions: Vec<u32>,
+    /// Particles by groups, if there is contact between cloths.
+    pub(crate) group_members: Vec<u32>,
     pub(crate) distance_grids: Vec<u32>,
 }
 
@@ -42,6 +45,10 @@ impl Tables {
             Some(contact) if contact.excludes_neighbours() => exclusions::table(model, contact),
             _ => Vec::new(),
         };
+        let group_members = match model.self_contact() {
+            Some(_) => groups::members(model),
+            None => Vec::new(),
+        };
         Self {
             spring_rows,
             spring_entries,
@@ -52,6 +59,7 @@ impl Tables {
             colours,
             limited_springs,
             exclusions,
+            group_members,
             distance_grids: distance_grids::distance_grids(model),
         }
     }

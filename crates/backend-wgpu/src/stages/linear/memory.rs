@@ -57,7 +57,7 @@ impl Stages {
         self.buffers.create(&self.context, "solve", size_of::<Solve>() as u64, None)
     }
 
-    /// Takes memory for as many pairs as the candidate list has room for.
+    /// Takes memory for as many pairs as the rows of partners have room for.
     pub(in crate::stages) fn contact_factors_create(&mut self) -> Result<()> {
         let is_penalty = self.is_penalty();
         let entries = self.contact.as_ref().map(|policy| u64::from(policy.sizes.entries));

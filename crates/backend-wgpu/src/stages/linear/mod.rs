@@ -119,6 +119,7 @@ impl Stages {
         let items = (self.particle_count(), WORKGROUP);
         let next = self.free_motion();
         self.dispatch(name, name, items, next, (self.slots.current, call))?;
+        self.has_boxes[next] = false;
         self.present = next;
         Ok(())
     }
