@@ -4,15 +4,20 @@ use plotters::{
     coord::ranged1d::AsRangedCoord,
     prelude::*,
     style::full_palette::{
-        AMBER_700, BLUE_700, CYAN_700, GREEN_700, GREY_700, PURPLE_600, RED_700,
+        AMBER_700, BLUE_700, BROWN_500, CYAN_700, GREEN_700, GREY_700, INDIGO_900, LIME_800,
+        ORANGE_900, PINK_400, PURPLE_600, RED_700,
     },
 };
 
-/// Width and height of a plot in pixels.
-const SIZE: (u32, u32) = (720, 440);
+/// Width and height of a plot in pixels, its legend included.
+const SIZE: (u32, u32) = (860, 440);
+/// Width of the legend in pixels.
+const LEGEND: u32 = 250;
 const FONT: &str = "sans-serif";
-const COLOURS: [RGBColor; 7] =
-    [BLUE_700, RED_700, GREEN_700, PURPLE_600, AMBER_700, CYAN_700, GREY_700];
+const COLOURS: [RGBColor; 12] = [
+    BLUE_700, RED_700, GREEN_700, PURPLE_600, AMBER_700, CYAN_700, GREY_700, PINK_400, BROWN_500,
+    LIME_800, INDIGO_900, ORANGE_900,
+];
 
 /// Points that belong together.
 pub(super) struct Series {
@@ -71,7 +76,8 @@ where
 {
     let area = SVGBackend::with_string(svg, SIZE).into_drawing_area();
     area.fill(&WHITE)?;
-    let mut chart = ChartBuilder::on(&area)
+    let (plot, legend) = area.split_horizontally(SIZE.0 - LEGEND);
+    let mut chart = ChartBuilder::on(&plot)
         .caption(labels.title, (FONT, 18))
         .margin(12)
         .x_label_area_size(44)
@@ -89,20 +95,12 @@ where
         .draw()?;
     for (number, line) in series.iter().enumerate() {
         let colour = COLOURS[number % COLOURS.len()];
-        chart
-            .draw_series(
-                LineSeries::new(line.points.iter().copied(), colour.stroke_width(2)).point_size(3),
-            )?
-            .label(line.name.as_str())
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], colour.stroke_width(2)));
+        let points = line.points.iter().copied();
+        chart.draw_series(LineSeries::new(points, colour.stroke_width(2)).point_size(3))?;
+        let y = 60 + 20 * number as i32;
+        legend.draw(&Rectangle::new([(0, y - 2), (16, y)], colour.filled()))?;
+        legend.draw(&Text::new(line.name.clone(), (22, y - 7), (FONT, 13)))?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
-        .background_style(WHITE.mix(0.85))
-        .border_style(BLACK.mix(0.2))
-        .label_font((FONT, 13))
-        .draw()?;
     area.present()?;
     Ok(())
 }

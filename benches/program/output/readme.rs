@@ -70,7 +70,13 @@ fn columns(results: &[Results]) -> Vec<Column<'_>> {
                 _ => engine.device.clone(),
             };
             let title = format!("{}: {device}", engine.backend);
-            columns.push(Column { title, backend: &engine.backend, results });
+            let column = Column { title, backend: &engine.backend, results };
+            // A GPU that the processor plays has none of these sizes.
+            if ROWS.iter().any(|(group, _, sides)| {
+                sides.iter().any(|&side| cell(&column, group, side).is_some())
+            }) {
+                columns.push(column);
+            }
         }
     }
     columns
@@ -116,12 +122,14 @@ fn cell(column: &Column<'_>, group: &str, side: u32) -> Option<String> {
 
 fn picture(results: &[Results]) -> Result<String, Box<dyn Error>> {
     let mut lines = Vec::new();
-    for results in results {
-        for (group, title) in [(group::EXPLICIT, "explicit"), (group::CONTACT, "with self-contact")]
-        {
+    for column in columns(results) {
+        for (group, title) in [(group::EXPLICIT, "explicit"), (group::CONTACT, "self-contact")] {
             let particles = |record: &Record| record.particles() as f64;
-            for mut line in page::series(results, group, particles, Record::time) {
-                line.name = format!("{}, {} threads: {title}", line.name, results.machine.threads);
+            let series = page::series(column.results, group, particles, Record::time);
+            for mut line in series.into_iter().filter(|line| line.name == column.backend) {
+                let engine = column.results.engines.iter().find(|e| e.backend == column.backend);
+                let device = engine.map_or("", |engine| &engine.device);
+                line.name = format!("{}, {device}: {title}", column.backend);
                 lines.push(line);
             }
         }
