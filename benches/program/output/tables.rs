@@ -34,6 +34,11 @@ pub(super) fn tables(results: &Results) -> Vec<Table> {
     tables.extend(stiffness(results));
     tables.extend(linear(results));
     tables.extend(ladder(results));
+    let details = [
+        (group::TABLE_INTEGRATORS, "What the times of the table of integrators bought."),
+        (group::TABLE_LINEAR, "What the times of the table of linear solvers bought."),
+    ];
+    tables.extend(details.iter().filter_map(|(group, note)| measured(results, group, note)));
     tables.extend(failures(results));
     tables.retain(|table| !table.rows.is_empty());
     tables
