@@ -145,3 +145,20 @@ impl Engines {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_lost_device_is_not_asked_again() {
+        let engine = Engine::open(BackendName::Cpu, None).unwrap();
+        let mut engines = Engines::new(vec![engine]);
+        let unsupported = Error::Unsupported { backend: "cpu", feature: "it".into() };
+        engines.report("cpu", &unsupported);
+        assert!(!engines.is_lost("cpu") && engines.present().count() == 1);
+        let lost = Error::DeviceLost { backend: "cpu", reason: "it fell".into() };
+        engines.report("cpu", &lost);
+        assert!(engines.is_lost("cpu") && engines.present().count() == 0);
+    }
+}

@@ -66,16 +66,8 @@ fn pip_ensure() -> Result<(), String> {
         let pip = Command::new("python3").args(["-m", "pip", "--version"]).output();
         pip.is_ok_and(|output| output.status.success())
     };
-    if is_there() {
-        return Ok(());
-    }
-    match packages::install(&PIP_PACKAGES) {
-        Ok(()) if is_there() => Ok(()),
-        _ => Err(format!(
-            "pip, which fetches NVIDIA's compiler for kernels, is missing; run: {}",
-            packages::install_line(&PIP_PACKAGES)
-        )),
-    }
+    let need = "pip, which fetches NVIDIA's compiler for kernels, is missing";
+    packages::ensure(need, &PIP_PACKAGES, is_there)
 }
 
 /// The Debian packages of pip.

@@ -3,7 +3,7 @@
 use comfy_table::{Table, presets::NOTHING};
 
 use super::tables::digits;
-use crate::record::{Record, Results, Verdict};
+use crate::record::{Record, Results, Statistics, Verdict};
 
 /// Ratios of a run to an older one.
 pub(crate) struct Comparison {
@@ -65,11 +65,16 @@ impl Comparison {
 fn ratio(key: String, old: &Record, new: &Record) -> Ratio {
     // Quartiles of the best clock, or of single frames where that has none.
     let spread = |record: &Record| record.device.unwrap_or(record.frame);
-    let (a, b) = (spread(old), spread(new));
     let times = [old.time(), new.time()];
-    let ratio = times[1] / times[0];
-    let relative = |low: f64, high: f64| ratio * (low / b.median) / (high / a.median);
-    Ratio { key, times, bounds: [relative(b.lower, a.upper), relative(b.upper, a.lower)] }
+    Ratio { key, times, bounds: bounds(times, [spread(old), spread(new)]) }
+}
+
+/// What the ratio would be with the new time at its lower quartile and the old one at its upper, and the other way.
+fn bounds(times: [f64; 2], [old, new]: [Statistics; 2]) -> [f64; 2] {
+    let relative = |new_end: f64, old_end: f64| {
+        times[1] / times[0] * (new_end / new.median) / (old_end / old.median)
+    };
+    [relative(new.lower, old.upper), relative(new.upper, old.lower)]
 }
 
 impl Ratio {
@@ -85,17 +90,12 @@ impl Ratio {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::Statistics;
 
     fn ratio_of(old: [f64; 3], new: [f64; 3]) -> Ratio {
-        let bounds = |[lower, median, upper]: [f64; 3]| Statistics { median, lower, upper };
-        let (a, b) = (bounds(old), bounds(new));
-        let relative = |low: f64, high: f64| low / high;
-        Ratio {
-            key: String::new(),
-            times: [a.median, b.median],
-            bounds: [relative(b.lower, a.upper), relative(b.upper, a.lower)],
-        }
+        let spreads =
+            [old, new].map(|[lower, median, upper]: [f64; 3]| Statistics { median, lower, upper });
+        let times = spreads.map(|spread| spread.median);
+        Ratio { key: String::new(), times, bounds: bounds(times, spreads) }
     }
 
     #[test]

@@ -54,9 +54,10 @@ pub use backends::{
     backend_create, backend_open, backends, backends_missing,
 };
 pub use checkpoint::{CHECKPOINT_VERSION, Checkpoint, CheckpointError};
-/// GPU backend: adapters, and solvers that lend their buffers to a renderer.
+/// NVIDIA backend: its options, and the historical ladder.
 #[cfg(feature = "cuda")]
 pub use cloth_backend_cuda as cuda;
+/// GPU backend: adapters, and solvers that lend their buffers to a renderer.
 #[cfg(feature = "wgpu")]
 pub use cloth_backend_wgpu as wgpu;
 pub use cloth_core::*;
