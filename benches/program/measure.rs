@@ -180,9 +180,8 @@ mod tests {
         let case = Case::sphere(group::CONTACT, 16, true).unwrap().over([2, 3]);
         let record = measure(&engine, engine.backend(), &case).unwrap();
         assert_eq!((record.verdict.clone(), record.substeps), (Verdict::Valid, 17));
-        assert!(
-            record.frame.median > 0.0 && record.rate() > Some(0.0) && record.memory_host > 100.0
-        );
+        // Not the memory: other tests of this process take and free some at the same time.
+        assert!(record.frame.median > 0.0 && record.rate() > Some(0.0));
         assert!(!record.stages.is_empty() && record.quality.strain_max > 0.0);
     }
 }
