@@ -45,6 +45,28 @@ fn the_centre_of_mass_of_a_patch_flies_as_a_point() {
     }
 }
 
+/// Particles that no spring holds fall alike, as many as there are.
+#[test]
+fn particles_without_springs_fall_as_points() {
+    let time_step = 1e-2;
+    for count in [1, 20, 53, 300] {
+        let positions: Vec<[f64; 3]> = (0..count).map(|i| [f64::from(i), 0.0, 0.0]).collect();
+        let model = build(ModelBuilder::new().cloth(particles(&positions, [0.0; 3])));
+        for candidate in candidates() {
+            for integrator in integrators(candidate) {
+                let mut solver = solver_of(candidate, &model, time_step, integrator);
+                let steps = 10;
+                let height =
+                    -GRAVITY * time_step * time_step * f64::from(steps * (steps + 1)) / 2.0;
+                for end in advance(&mut *solver, steps, time_step).positions {
+                    let error = (end[2] - height).abs();
+                    assert!(error <= 100.0 * candidate.epsilon(), "{}: {end:?}", candidate.label);
+                }
+            }
+        }
+    }
+}
+
 fn centre(positions: &[[f64; 3]]) -> DVec3 {
     positions.iter().copied().map(DVec3::from).sum::<DVec3>() / positions.len() as f64
 }

@@ -155,7 +155,8 @@ impl<T> FactorsTask<'_, T> {
     }
 }
 
-/// The offsets of the columns of these packets, if there are as many as make a group and all have the same.
+/// The offsets of the columns of these packets, if there are as many as make a group, all have the same, and there
+/// are any.
 fn offsets_of_all<T: Real>(springs: &SpringColumns<T>, packets: &[usize]) -> Option<Vec<i32>> {
     let offset = |neighbours: &Neighbours| match neighbours {
         Neighbours::Offset(offset) => Some(*offset),
@@ -166,5 +167,5 @@ fn offsets_of_all<T: Real>(springs: &SpringColumns<T>, packets: &[usize]) -> Opt
     };
     let first = offsets_of(packets[0])?;
     let is_same = |&packet: &usize| offsets_of(packet).as_ref() == Some(&first);
-    (packets.len() == GROUP && packets.iter().all(is_same)).then_some(first)
+    (packets.len() == GROUP && !first.is_empty() && packets.iter().all(is_same)).then_some(first)
 }
