@@ -35,6 +35,9 @@ fn main(
         let slope = elastic_slope(kind, numbers.z, stretch);
         let along = fma(square, slope, substep.length * numbers.w);
         let root = sqrt(max(along - max(e, 0.0), 0.0)) * inverse_length;
-        factors[entry.y + particle] = vec4f(root * difference, e);
+        let u = root * difference;
+        // Without a direction all of the stiffness is across; e has nothing to pull along.
+        let across = select(e, along - dot_product(u, u), length <= LENGTH_MIN);
+        factors[entry.y + particle] = vec4f(u, across);
     }
 }

@@ -118,6 +118,16 @@ impl<T: Real> SpringColumns<T> {
         &self.columns[range.start as usize..range.end as usize]
     }
 
+    /// All columns.
+    pub(crate) fn columns(&self) -> &[Column<T>] {
+        &self.columns
+    }
+
+    /// Place of the first column of a packet among all.
+    pub(crate) fn packet_start(&self, packet: usize) -> u32 {
+        self.packets[packet].start
+    }
+
     /// Number of packets.
     pub(crate) fn packet_count(&self) -> usize {
         self.packets.len()

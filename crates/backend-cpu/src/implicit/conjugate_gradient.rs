@@ -12,7 +12,7 @@ use super::{
     vector_operations::Dot,
 };
 use crate::{
-    memory::{BLOCK, FieldView, LANES, VectorField, lanes, lanes_mut},
+    memory::{BLOCK, FieldView, LANES, Lanes, VectorField, lanes, lanes_mut},
     springs::SpringColumns,
 };
 
@@ -175,22 +175,27 @@ impl<T: Real> NullaryFnOnce for UpdateTask<'_, '_, T> {
 impl<T: Real> UpdateTask<'_, '_, T> {
     /// One axis of a packet; returns its residual.
     #[inline(always)]
-    fn axis(&mut self, axis: usize, local: usize, image: &[T; LANES]) -> [T; LANES] {
-        let c = lanes(self.c[axis], local);
-        let p = lanes_mut(self.p[axis], local);
-        let q = lanes_mut(self.q[axis], local);
-        let y = lanes_mut(self.y[axis], local);
-        let r = lanes_mut(self.r[axis], local);
+    fn axis(&mut self, axis: usize, local: usize, image: &Lanes<T>) -> Lanes<T> {
+        // All is loaded before anything is stored, so that no address has to be compared with another.
+        let c = *lanes(self.c[axis], local);
+        let mut p = *lanes(self.p[axis], local);
+        let mut q = *lanes(self.q[axis], local);
+        let mut y = *lanes(self.y[axis], local);
+        let mut r = *lanes(self.r[axis], local);
         // The first iteration has beta = 0, and directions of an earlier solve, finite or not.
-        let first = self.beta == T::ZERO;
+        if self.beta == T::ZERO {
+            (p, q) = ([T::ZERO; LANES], [T::ZERO; LANES]);
+        }
         for lane in 0..LANES {
-            let (p_kept, q_kept) =
-                if first { (T::ZERO, T::ZERO) } else { (self.beta * p[lane], self.beta * q[lane]) };
-            p[lane] = c[lane] + p_kept;
-            q[lane] = image[lane] + q_kept;
+            p[lane] = c[lane] + self.beta * p[lane];
+            q[lane] = image[lane] + self.beta * q[lane];
             y[lane] = self.alpha * p[lane] + y[lane];
             r[lane] = -self.alpha * q[lane] + r[lane];
         }
-        *r
+        *lanes_mut(self.p[axis], local) = p;
+        *lanes_mut(self.q[axis], local) = q;
+        *lanes_mut(self.y[axis], local) = y;
+        *lanes_mut(self.r[axis], local) = r;
+        r
     }
 }

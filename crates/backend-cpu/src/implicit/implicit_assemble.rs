@@ -6,10 +6,11 @@ use rayon::prelude::*;
 
 use super::{
     matrix::{BlockField, Matrix},
-    spring_factors::{Factors, SpringFactors},
+    spring_factors::{Factors, SpringFactors, across},
 };
 use crate::{
     aerodynamic_forces::Aerodynamics,
+    elasticity::{Elasticity, Linear},
     memory::{BLOCK, FieldView, LANES, Lanes, Masses, VectorField, lanes, lanes_mut},
     springs::{Column, Neighbours, SpringColumns},
 };
@@ -61,9 +62,6 @@ impl<T: Real> Assembly<'_, T> {
                 };
                 arch.dispatch(task);
             });
-        factors.entries.par_chunks_mut(BLOCK).for_each(|entries| {
-            entries.iter_mut().for_each(|factors| clamp(&mut factors.e));
-        });
     }
 
     /// B: mass, drag and air.
@@ -93,11 +91,6 @@ impl<T: Real> Assembly<'_, T> {
             }
         }
     }
-}
-
-/// From here on only g = max(0, e) is needed.
-fn clamp<T: Real>(values: &mut [T]) {
-    values.iter_mut().for_each(|value| *value = value.maximum(T::ZERO));
 }
 
 /// One block, compiled for each instruction set.
@@ -147,17 +140,18 @@ impl<T: Real> BlockTask<'_, '_, T> {
         let mut sums = self.start(first);
         let columns = assembly.springs.packet(first / LANES).iter();
         for (column, factors) in columns.zip(self.factors.packet(first / LANES)) {
+            let factors = &factors;
             match &column.neighbours {
                 Neighbours::Offset(offset) => {
                     let at = at + *offset as isize;
                     let other = (assembly.position.packet(at), assembly.velocity.packet(at));
-                    self.spring(&mut sums, column, factors, own, other);
+                    self.column(&mut sums, column, factors, own, other);
                 }
                 Neighbours::Indices(indices) => {
                     let x = assembly.position.gather(indices);
                     let v = assembly.velocity.gather(indices);
                     let other = (x.each_ref(), v.each_ref());
-                    self.spring(&mut sums, column, factors, own, other);
+                    self.column(&mut sums, column, factors, own, other);
                 }
             }
         }
@@ -196,35 +190,52 @@ impl<T: Real> BlockTask<'_, '_, T> {
     }
 
     #[inline(always)]
-    fn spring(
+    fn column(
         &self,
         sums: &mut Sums<T>,
         column: &Column<T>,
-        Factors { root, e }: &Factors<T>,
+        factors: &Factors<'_, T>,
+        own: PacketView<'_, T>,
+        other: PacketView<'_, T>,
+    ) {
+        match &column.buckling {
+            None => self.springs(sums, (column, &Linear), factors, own, other),
+            Some(buckling) => self.springs(sums, (column, &**buckling), factors, own, other),
+        }
+    }
+
+    #[inline(always)]
+    fn springs(
+        &self,
+        sums: &mut Sums<T>,
+        (column, elasticity): (&Column<T>, &impl Elasticity<T>),
+        Factors { root, along }: &Factors<'_, T>,
         ([xi, yi, zi], [ai, bi, ci]): PacketView<'_, T>,
         ([xj, yj, zj], [aj, bj, cj]): PacketView<'_, T>,
     ) {
         let length = self.assembly.length;
-        let inverse = T::ONE / length;
         let iterate = self.assembly.start == NewtonStart::Iterate;
         let smallest = T::LENGTH_MIN * T::LENGTH_MIN;
         for lane in 0..LANES {
             let (dx, dy, dz) = (xj[lane] - xi[lane], yj[lane] - yi[lane], zj[lane] - zi[lane]);
             let (x, y, z) = (root[lane] * dx, root[lane] * dy, root[lane] * dz);
-            let g = e[lane].maximum(T::ZERO);
+            let g = across(along[lane], [x, y, z]);
+            let distance = (dx * dx + dy * dy + dz * dz).sqrt();
+            let stretch = distance - column.rest_length[lane];
+            let tension = elasticity.tension(lane, column.stiffness[lane], stretch);
+            let pull = length * tension / distance.maximum(T::LENGTH_MIN);
             let (a, b, c) = (aj[lane] - ai[lane], bj[lane] - bi[lane], cj[lane] - ci[lane]);
-            let mut along = x * a + y * b + z * c;
+            let mut product = x * a + y * b + z * c;
             let mut across = g;
             if iterate {
                 let share =
                     length * column.damping[lane] / (x * x + y * y + z * z).maximum(smallest);
-                along = share * along;
+                product = share * product;
                 across = T::ZERO;
             }
-            let pull = e[lane] * inverse;
-            sums.right_side[0][lane] += pull * dx + (across * a + x * along);
-            sums.right_side[1][lane] += pull * dy + (across * b + y * along);
-            sums.right_side[2][lane] += pull * dz + (across * c + z * along);
+            sums.right_side[0][lane] += pull * dx + (across * a + x * product);
+            sums.right_side[1][lane] += pull * dy + (across * b + y * product);
+            sums.right_side[2][lane] += pull * dz + (across * c + z * product);
             sums.diagonal[0][lane] += g + x * x;
             sums.diagonal[1][lane] += g + y * y;
             sums.diagonal[2][lane] += g + z * z;

@@ -4,7 +4,7 @@ use cloth_core::{MatrixBlock, Real};
 
 use super::{
     contact_linearise::ContactFactors,
-    spring_factors::{Factors, SpringFactors},
+    spring_factors::{Factors, SpringFactors, across},
 };
 use crate::{
     memory::{LANES, VectorField},
@@ -81,7 +81,7 @@ impl<T: Real> Matrix<T> {
         let (packet, lane) = (particle / LANES, particle % LANES);
         let position = &self.factors.position;
         let columns = springs.packet(packet).iter();
-        for (column, Factors { root, e }) in columns.zip(self.factors.packet(packet)) {
+        for (column, Factors { root, along }) in columns.zip(self.factors.packet(packet)) {
             if column.active[lane] == T::ZERO {
                 continue;
             }
@@ -91,7 +91,7 @@ impl<T: Real> Matrix<T> {
             };
             let (own, other) = (position.get(particle), position.get(neighbour));
             let u = std::array::from_fn(|axis| root[lane] * (other[axis] - own[axis]));
-            visit(neighbour, block(u, e[lane]));
+            visit(neighbour, block(u, across(along[lane], u)));
         }
         for pair in self.contacts.of(particle) {
             visit(pair.partner, block(pair.u, T::ZERO));
@@ -125,8 +125,7 @@ impl<T: Real> Matrix<T> {
 }
 
 /// -(g I + u u^T).
-fn block<T: Real>([x, y, z]: [T; 3], e: T) -> Symmetric<T> {
-    let g = e.maximum(T::ZERO);
+fn block<T: Real>([x, y, z]: [T; 3], g: T) -> Symmetric<T> {
     [-(g + x * x), -(g + y * y), -(g + z * z), -(x * y), -(x * z), -(y * z)]
 }
 

@@ -4,7 +4,7 @@ use cloth_core::Real;
 
 use super::{
     matrix::Matrix,
-    spring_factors::{Factors, GROUP, Group},
+    spring_factors::{Factors, GROUP, Group, across},
 };
 use crate::{
     memory::{FieldView, LANES, Lanes, lanes, lanes_mut},
@@ -52,7 +52,7 @@ pub(super) fn rows<T: Real>(
 #[inline(always)]
 fn group<T: Real>(
     matrix: &Matrix<T>,
-    Group { offsets, columns }: &Group<'_, T>,
+    Group { offsets, roots, along: [first_along, second_along] }: &Group<'_, T>,
     vector: FieldView<'_, T>,
     first: usize,
 ) -> [[Lanes<T>; 3]; GROUP] {
@@ -64,7 +64,9 @@ fn group<T: Real>(
     let position = FieldView::new(&matrix.factors.position);
     let own = vector.range(first as isize, GROUP * LANES);
     let own_at = position.range(first as isize, GROUP * LANES);
-    for (&offset, factors) in offsets.iter().zip(*columns) {
+    let along = first_along.iter().zip(*second_along);
+    for ((&offset, roots), along) in offsets.iter().zip(*roots).zip(along) {
+        let along = [along.0, along.1];
         let neighbour = first as isize + offset as isize;
         let other = vector.range(neighbour, GROUP * LANES);
         let other_at = position.range(neighbour, GROUP * LANES);
@@ -72,7 +74,8 @@ fn group<T: Real>(
             let at = number * LANES;
             let ends = [packet_of(own_at, at), packet_of(other_at, at)];
             let vectors = [packet_of(own, at), packet_of(other, at)];
-            spring(&mut sums[number], &factors[number], ends, vectors);
+            let factors = Factors { root: &roots[number].0, along: &along[number].0 };
+            column(&mut sums[number], factors, ends, vectors);
         }
     }
     sums
@@ -92,17 +95,17 @@ fn packet<T: Real>(
     let (own, own_at) = (vector.packet(at), position.packet(at));
     let mut sum = base(matrix, own, at);
     let columns = springs.packet(first / LANES).iter();
-    for (column, factors) in columns.zip(matrix.factors.packet(first / LANES)) {
-        match &column.neighbours {
+    for (kind, factors) in columns.zip(matrix.factors.packet(first / LANES)) {
+        match &kind.neighbours {
             Neighbours::Offset(offset) => {
                 let neighbour = at + *offset as isize;
                 let ends = [own_at, position.packet(neighbour)];
-                spring(&mut sum, factors, ends, [own, vector.packet(neighbour)]);
+                column(&mut sum, factors, ends, [own, vector.packet(neighbour)]);
             }
             Neighbours::Indices(indices) => {
                 let (other, other_at) = (vector.gather(indices), position.gather(indices));
                 let ends = [own_at, other_at.each_ref()];
-                spring(&mut sum, factors, ends, [own, other.each_ref()]);
+                column(&mut sum, factors, ends, [own, other.each_ref()]);
             }
         }
     }
@@ -141,23 +144,27 @@ fn packet_of<T: Real>([x, y, z]: [&[T]; 3], start: usize) -> [&Lanes<T>; 3] {
     [lanes(x, start), lanes(y, start), lanes(z, start)]
 }
 
-/// Factors of springs, positions of their ends, vectors of their ends.
+/// Positions of the ends of springs, or vectors there.
+type Ends<'a, T> = [[&'a Lanes<T>; 3]; 2];
+
+/// Adds the springs of a column: their factors, positions of their ends, vectors of their ends.
 #[inline(always)]
-fn spring<T: Real>(
+fn column<T: Real>(
     sum: &mut [Lanes<T>; 3],
-    Factors { root, e: g }: &Factors<T>,
-    [[xi, yi, zi], [xj, yj, zj]]: [[&Lanes<T>; 3]; 2],
-    [[ai, bi, ci], [aj, bj, cj]]: [[&Lanes<T>; 3]; 2],
+    Factors { root, along }: Factors<'_, T>,
+    [[xi, yi, zi], [xj, yj, zj]]: Ends<'_, T>,
+    [[ai, bi, ci], [aj, bj, cj]]: Ends<'_, T>,
 ) {
     for lane in 0..LANES {
         let (a, b, c) = (ai[lane] - aj[lane], bi[lane] - bj[lane], ci[lane] - cj[lane]);
         let x = root[lane] * (xj[lane] - xi[lane]);
         let y = root[lane] * (yj[lane] - yi[lane]);
         let z = root[lane] * (zj[lane] - zi[lane]);
-        let along = x * a + y * b + z * c;
-        sum[0][lane] += g[lane] * a + x * along;
-        sum[1][lane] += g[lane] * b + y * along;
-        sum[2][lane] += g[lane] * c + z * along;
+        let g = across(along[lane], [x, y, z]);
+        let product = x * a + y * b + z * c;
+        sum[0][lane] += g * a + x * product;
+        sum[1][lane] += g * b + y * product;
+        sum[2][lane] += g * c + z * product;
     }
 }
 

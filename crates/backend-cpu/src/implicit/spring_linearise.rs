@@ -6,7 +6,7 @@ use cloth_core::Real;
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
-use super::spring_factors::{Factors, FactorsTask, SpringFactors};
+use super::spring_factors::{FactorsTask, SpringFactors};
 use crate::{
     elasticity::{Elasticity, Linear},
     memory::{BLOCK, FieldView, LANES, Lanes},
@@ -25,6 +25,7 @@ pub(super) fn run<T: Real>(
     arch: pulp::Arch,
 ) {
     factors.position.copy_from(position);
+    factors.step_set(springs, length);
     factors.tasks(TASK).enumerate().for_each(|(task, factors)| {
         let packets = task * TASK..((task + 1) * TASK).min(springs.packet_count());
         arch.dispatch(Task { springs, packets, position, length, factors });
@@ -47,22 +48,28 @@ impl<T: Real> NullaryFnOnce for Task<'_, '_, T> {
     fn call(mut self) {
         for (number, packet) in self.packets.enumerate() {
             let first = (packet * LANES) as isize;
-            let entries = self.factors.packet_mut(number);
-            for (column, entry) in self.springs.packet(packet).iter().zip(entries) {
-                *entry = linearise(column, self.position, first, self.length);
+            let (mut roots, mut alongs) = self.factors.packet_mut(number);
+            for column in self.springs.packet(packet) {
+                let [root, along] = linearise(column, self.position, first, self.length);
+                if let Some(entry) = roots.next() {
+                    *entry = root;
+                }
+                if let Some(entry) = alongs.as_mut().and_then(Iterator::next) {
+                    *entry = along;
+                }
             }
         }
     }
 }
 
-/// The springs of one column of the packet that starts at particle `first`.
+/// `root` of the springs of one column of the packet that starts at particle `first`, and the stiffness along them.
 #[inline(always)]
 fn linearise<T: Real>(
     column: &Column<T>,
     position: FieldView<'_, T>,
     first: isize,
     length: T,
-) -> Factors<T> {
+) -> [Lanes<T>; 2] {
     match &column.buckling {
         None => elastic(column, &Linear, position, first, length),
         Some(buckling) => elastic(column, &**buckling, position, first, length),
@@ -76,7 +83,7 @@ fn elastic<T: Real>(
     position: FieldView<'_, T>,
     first: isize,
     length: T,
-) -> Factors<T> {
+) -> [Lanes<T>; 2] {
     let own = position.packet(first);
     match &column.neighbours {
         Neighbours::Offset(offset) => {
@@ -97,8 +104,8 @@ fn factors<T: Real>(
     [xi, yi, zi]: [&Lanes<T>; 3],
     [xj, yj, zj]: [&Lanes<T>; 3],
     step: T,
-) -> Factors<T> {
-    let mut factors = Factors { root: [T::ZERO; LANES], e: [T::ZERO; LANES] };
+) -> [Lanes<T>; 2] {
+    let mut factors = [[T::ZERO; LANES]; 2];
     let square = step * step;
     for lane in 0..LANES {
         let dx = xj[lane] - xi[lane];
@@ -111,8 +118,9 @@ fn factors<T: Real>(
         let slope = elasticity.tension_derivative(lane, column.stiffness[lane], stretch);
         let e = square * tension * inverse_length;
         let along = square * slope + step * column.damping[lane];
-        factors.root[lane] = (along - e.maximum(T::ZERO)).maximum(T::ZERO).sqrt() * inverse_length;
-        factors.e[lane] = e;
+        let root = (along - e.maximum(T::ZERO)).maximum(T::ZERO).sqrt() * inverse_length;
+        factors[0][lane] = root;
+        factors[1][lane] = along;
     }
     factors
 }

@@ -19,7 +19,7 @@ pub struct Term {
     pub particles: [usize; 2],
     /// h^2 T / l.
     pub e: Tracked,
-    /// max(0, e).
+    /// What u leaves of the stiffness along the spring.
     pub g: Tracked,
     /// The direction with its weight.
     pub u: TrackedVector,
@@ -56,10 +56,11 @@ pub fn spring_terms(
             particles.uncertain[j] = true;
         }
         let e = h * h * tension / divisor;
-        let g = positive(e, epsilon);
-        let rest = positive(h * h * slope + h * damping - g, epsilon);
+        let along = h * h * slope + h * damping;
+        let rest = positive(along - positive(e, epsilon), epsilon);
         let root = if rest.value > 0.0 { rest.sqrt() } else { ZERO };
         let u = difference.divided(divisor).scaled(root);
+        let g = positive(along - u.dot(u), epsilon);
         Term { particles: [i, j], e, g, u, damping: Some(damping) }
     };
     model.springs().iter().map(term).collect()
