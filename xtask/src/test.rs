@@ -1,6 +1,6 @@
 //! `cargo xtask test`: every check, the next one even if one failed.
 
-use std::{fs, time::Instant};
+use std::{env, fs, process::Command, time::Instant};
 
 use crate::{
     command::{self, cargo},
@@ -55,8 +55,11 @@ fn tests() -> Result<(), String> {
 
 /// The program, as the tests have built it, simulates a scene and leaves frames behind.
 fn smoke_run() -> Result<(), String> {
-    let folder = std::env::temp_dir().join(format!("cloth-smoke-{}", std::process::id()));
-    let mut command = cargo(&["run", "--package", "cloth-cli", "--"]);
+    let folder = env::temp_dir().join(format!("cloth-smoke-{}", std::process::id()));
+    // Beside this program. Cargo itself would build it once more, as it has other features when it is built alone.
+    let name = format!("cloth{}", env::consts::EXE_SUFFIX);
+    let program = env::current_exe().map_err(|error| error.to_string())?.with_file_name(name);
+    let mut command = Command::new(program);
     let ran = command::run(command.args(["run", "drape", "--frames", "2", "--out"]).arg(&folder));
     let files = fs::read_dir(&folder).map_or(0, Iterator::count);
     // The folder may not exist if the run failed; that failure is the one to report.
