@@ -3,7 +3,8 @@
 // All blocks are resident; each owns a run of particles, or of tiles of a regular patch, which it holds in shared
 // memory with their surroundings. Without contact a block waits for those whose particles it reads, and for no
 // others; with contact all wait for all, as anything may touch anything, and so that they can build the list of groups
-// together when some group has left its region. In a tile with contact a warp has the particles of a group.
+// together when some group has left its region. In a tile with contact a warp has the particles of a group. Patches of few
+// tiles and without contact have a kernel of their own, `explicit_substep_patch.cu`.
 
 #ifdef CLOTH_PENALTY
 #define PENALTY true
@@ -27,8 +28,16 @@
 #define GRID false
 #endif
 
+#ifdef CLOTH_STENCIL
+#define STENCIL true
+#else
+#define STENCIL false
+#endif
+
 // Colliders that are kept in shared memory.
 #define COLLIDERS_NEAR 4
+// Substeps whose numbers are, a power of two.
+#define SUBSTEPS_NEAR 4
 
 extern __shared__ __align__(16) unsigned char frame_memory[];
 
@@ -37,7 +46,7 @@ extern __shared__ __align__(16) unsigned char frame_memory[];
 __device__ __forceinline__ unsigned char* table_load(const Solver& s, const TableEntry*& table, const uint2*& headers) {
     TableEntry* entries = (TableEntry*)frame_memory;
     uint2* rows = (uint2*)(entries + s.entry_count);
-    if (!TABLE) return frame_memory;
+    if (!TABLE || STENCIL) return frame_memory;
     int columns = (int)s.columns;
     for (uint at = threadIdx.x; at < s.entry_count; at += blockDim.x) {
         uint2 entry = s.spring_entries[at];
@@ -56,8 +65,9 @@ __device__ __forceinline__ unsigned char* table_load(const Solver& s, const Tabl
     return (unsigned char*)(rows + ((s.header_count + 1) & ~1u));
 }
 
-// Two tiles in turn, so that the next one is on its way while one is worked on.
-#ifdef CLOTH_F64
+// Two tiles in turn, so that the next one is on its way while one is worked on. With contact the caches have more use for
+// the memory.
+#if defined(CLOTH_F64) || defined(CLOTH_PENALTY)
 #define TILES 1
 #else
 #define TILES 2
@@ -86,15 +96,48 @@ struct TilePlace {
     }
 };
 
+// Particles of a tile and around it that a thread loads.
+#define LOADS ((TILE_WIDTH * TILE_HEIGHT + 255) / 256)
+
+// One of them: its number less that of the first particle of the tile, its column and row counted from there, and its entry.
+struct TileLoad {
+    int relative;
+    uint packed;
+
+    __device__ __forceinline__ static TileLoad of_thread(const Solver& s, uint number) {
+        uint at = threadIdx.x + 256 * number;
+        uint row = at / TILE_WIDTH, column = at % TILE_WIDTH;
+        int relative = ((int)row - HALO) * (int)s.columns + (int)column - HALO;
+        if (row >= TILE_HEIGHT) return {0, 0xffffffffu};
+        return {relative, row * TILE_STRIDE + column | row << 16 | column << 24};
+    }
+    __device__ __forceinline__ bool exists() const { return packed != 0xffffffffu; }
+    __device__ __forceinline__ uint entry() const { return packed & 0xffffu; }
+    __device__ __forceinline__ uint row() const { return packed >> 16 & 0xffu; }
+    __device__ __forceinline__ uint column() const { return packed >> 24; }
+};
+
+#if defined(CLOTH_PENALTY) && !defined(CLOTH_WIDE)
+#define KEEPS_LOADS false
+#else
+#define KEEPS_LOADS true
+#endif
+
 // Starts to load a tile with its surroundings.
-__device__ __forceinline__ void tile_start(const Solver& s, const Motion& motion, const TilePlace& place, real4* x, real4* v) {
-    int column = (int)(place.column * TILE_COLUMNS) - HALO, row = (int)(place.row * TILE_ROWS) - HALO;
-    for (uint entry = threadIdx.x; entry < TILE_ENTRIES; entry += blockDim.x) {
-        int c = column + (int)(entry % TILE_STRIDE), r = row + (int)(entry / TILE_STRIDE);
-        if ((uint)c < s.columns && (uint)r < s.rows) {
-            uint j = (uint)r * s.columns + (uint)c;
-            copy_start(&x[entry], &motion.x[j]);
-            copy_start(&v[entry], &motion.v[j]);
+__device__ __forceinline__ void tile_start(const Solver& s, const Motion& motion, const TilePlace& place, const TileLoad* loads, real4* x, real4* v) {
+    uint column = place.column * TILE_COLUMNS, row = place.row * TILE_ROWS;
+    uint first = row * s.columns + column;
+    bool inside = column >= HALO && row >= HALO && column + TILE_COLUMNS + HALO <= s.columns && row + TILE_ROWS + HALO <= s.rows;
+#pragma unroll
+    for (uint number = 0; number < LOADS; number++) {
+        // With contact there are no registers to keep them in.
+        const TileLoad load = KEEPS_LOADS ? loads[number] : TileLoad::of_thread(s, number);
+        bool exists = load.exists();
+        if (!inside) exists &= column + load.column() - HALO < s.columns && row + load.row() - HALO < s.rows;
+        if (exists) {
+            uint j = first + load.relative;
+            copy_start(&x[load.entry()], &motion.x[j]);
+            copy_start(&v[load.entry()], &motion.v[j]);
         }
     }
 }
@@ -102,6 +145,14 @@ __device__ __forceinline__ void tile_start(const Solver& s, const Motion& motion
 // Copies words; all threads of the block take part.
 __device__ __forceinline__ void words_copy(void* to, const void* from, uint bytes) {
     for (uint at = threadIdx.x; at < bytes / 4; at += blockDim.x) ((uint*)to)[at] = ((const uint*)from)[at];
+}
+
+// The same while work goes on; all threads of the block take part.
+__device__ __forceinline__ void words_copy_start(void* to, const void* from, uint bytes) {
+    for (uint at = threadIdx.x; at < bytes / 8; at += blockDim.x) {
+        uint address = (uint)__cvta_generic_to_shared((char*)to + 8 * at);
+        asm volatile("cp.async.ca.shared.global [%0], [%1], 8;" : : "r"(address), "l"((const char*)from + 8 * at) : "memory");
+    }
 }
 
 // Stores a particle; books a number that is not finite.
@@ -127,6 +178,31 @@ __device__ __forceinline__ vec3 substep_store(
     return moved.position;
 }
 
+// The same with the springs of a tile in `forces`, and those that its thread has computed in `springs` unless that is null.
+// `inside` says that the particle has all springs.
+template <bool HAS_OWN>
+__device__ __forceinline__ vec3 stencil_substep_store(
+    const Solver& s, const Motion& motion, const SubstepData& substep, const Collider* colliders, const real4& own, const real4& rate, uint i,
+    const real4* partners, uint found, bool stopped, real4* next_x, real4* next_v, uint& total,
+    const real* forces, uint row, uint column, bool inside, const vec3* springs, real offset
+) {
+    uint contacts = 0;
+    Moved moved = {xyz(own), xyz(rate)};
+    if (!stopped) {
+        vec3 force = field_force(s, rate.w, xyz(rate));
+        force = procedural_force(substep, i, xyz(own), xyz(rate), rate.w, force);
+        if (inside) {
+            force = stencil_sum<true, HAS_OWN>(forces, row, column, 0, springs, force);
+        } else {
+            force = stencil_sum<false, HAS_OWN>(forces, row, column, stencil_mask(s, i / s.columns, i % s.columns), springs, force);
+        }
+        moved = particle_finish<PENALTY, EXTRAS>(s, motion, substep, colliders, i, own, rate, partners, found, true, force, offset, contacts);
+    }
+    particle_store(s, next_x, next_v, substep, i, moved, own, rate);
+    total += contacts;
+    return moved.position;
+}
+
 // The column and row in a tile, 32 by 8, such that a warp has a group, 8 by 4.
 __device__ __forceinline__ void tile_place_in_group(uint& column, uint& row) {
     uint lane = threadIdx.x & 31, warp = threadIdx.x / 32;
@@ -144,8 +220,8 @@ __device__ __forceinline__ void tile_place_in_group(uint& column, uint& row) {
 #endif
 
 extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(const __grid_constant__ Solver s, uint substeps) {
-    __shared__ SubstepData substep;
-    __shared__ Collider near[COLLIDERS_NEAR];
+    __shared__ SubstepData near_substeps[SUBSTEPS_NEAR];
+    __shared__ Collider near_colliders[2][COLLIDERS_NEAR];
 #ifdef CLOTH_PENALTY
     __shared__ real4 stages[256];
 #else
@@ -154,10 +230,17 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
     const TableEntry* table = nullptr;
     const uint2* headers = nullptr;
     real4* tiles = (real4*)table_load(s, table, headers);
+#ifdef CLOTH_STENCIL
+    real* forces = (real*)(tiles + TILES * 2 * TILE_ENTRIES);
+    real offset = s.offsets[0];
+    StencilOuter outer = StencilOuter::of_thread();
+#endif
     Motion motion = present_motion(s);
     real4* next_x = s.position[1 - s.present];
     real4* next_v = s.velocity[1 - s.present];
     uint lane = threadIdx.x & 31, warp = threadIdx.x / 32;
+    TileLoad loads[LOADS];
+    for (uint number = 0; number < LOADS; number++) loads[number] = TileLoad::of_thread(s, number);
     uint across = (s.columns + TILE_COLUMNS - 1) / TILE_COLUMNS;
     // Runs of 256 particles, or tiles.
     uint first = blockIdx.x * s.chunk;
@@ -171,18 +254,23 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
         if (!holds || s.status->built == 0) s.status->stale[tick & 3] = tick;
         grid_barrier(&s.status->barrier[0]);
     }
+    bool has_near = s.collider_count <= COLLIDERS_NEAR;
+    words_copy(near_substeps, s.substeps, min(substeps, 2u) * sizeof(SubstepData));
+    if (has_near) words_copy(near_colliders[0], s.colliders + s.substeps[0].collider_first, s.collider_count * sizeof(Collider));
     bool stopped = false;
     // Of the positions by group, those that hold.
     uint side = 0;
     for (uint number = 0; number < substeps; number++) {
-        words_copy(&substep, &s.substeps[number], sizeof(SubstepData));
-        const Collider* colliders = s.colliders + s.substeps[number].collider_first;
-        if (s.collider_count <= COLLIDERS_NEAR) {
-            words_copy(near, colliders, s.collider_count * sizeof(Collider));
-            colliders = near;
-        }
+        copies_wait();
         if (!PENALTY && number > 0) wait_for_dependencies(s, s.epoch + number);
         else __syncthreads();
+        const SubstepData& substep = near_substeps[number % SUBSTEPS_NEAR];
+        const Collider* colliders = has_near ? near_colliders[number & 1] : s.colliders + substep.collider_first;
+        if (number + 2 < substeps) words_copy_start(&near_substeps[(number + 2) % SUBSTEPS_NEAR], &s.substeps[number + 2], sizeof(SubstepData));
+        if (has_near && number + 1 < substeps) {
+            uint next = near_substeps[(number + 1) % SUBSTEPS_NEAR].collider_first;
+            words_copy_start(near_colliders[(number + 1) & 1], s.colliders + next, s.collider_count * sizeof(Collider));
+        }
         // Without contact a frame goes to its end; with it, blocks agree on when something went wrong.
         if (PENALTY || number == 0) stopped = *(volatile ulong*)&s.status->non_finite_step < substep.step;
         uint tick = substep.tick;
@@ -197,7 +285,7 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
         uint total = 0;
         bool holds = true;
         TilePlace place = GRID ? TilePlace{first % across, first / across} : TilePlace{0, 0};
-        if (GRID && TILES == 2) tile_start(s, motion, place, tiles, tiles + TILE_ENTRIES);
+        if (GRID && TILES == 2) tile_start(s, motion, place, loads, tiles, tiles + TILE_ENTRIES);
         uint turn = 0;
         for (uint run = first; run < end; run += step) {
             uint i = run + threadIdx.x;
@@ -205,11 +293,16 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
             const real4* x = motion.x;
             const real4* v = motion.v;
             uint at = i;
+#ifdef CLOTH_STENCIL
+            uint tile_row = 0, tile_column = 0;
+            bool inside = false;
+            vec3 springs[STENCIL_KINDS];
+#endif
             if (GRID) {
                 real4* tile = tiles + 2 * TILE_ENTRIES * turn;
                 if (TILES == 1) {
                     __syncthreads();
-                    tile_start(s, motion, place, tile, tile + TILE_ENTRIES);
+                    tile_start(s, motion, place, loads, tile, tile + TILE_ENTRIES);
                 }
                 copies_wait();
                 __syncthreads();
@@ -220,13 +313,20 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
                 if (TILES == 2) {
                     turn = 1 - turn;
                     real4* other = tiles + 2 * TILE_ENTRIES * turn;
-                    if (run + 1 < end) tile_start(s, motion, place, other, other + TILE_ENTRIES);
+                    if (run + 1 < end) tile_start(s, motion, place, loads, other, other + TILE_ENTRIES);
                 }
                 exists = column < s.columns && row < s.rows;
                 i = row * s.columns + column;
                 at = (r + HALO) * TILE_STRIDE + c + HALO;
                 x = tile;
                 v = tile + TILE_ENTRIES;
+#ifdef CLOTH_STENCIL
+                tile_row = r;
+                tile_column = c;
+                inside = stencil_is_inside(s, row - r, column - c);
+                stencil_springs(s, x, v, r, c, outer, forces, springs);
+                __syncthreads();
+#endif
             }
             if (PENALTY && GRID) {
                 uint group = run * (TILE_COLUMNS * TILE_ROWS / GROUP) + warp;
@@ -234,16 +334,8 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
                 const real4* kept = partners;
                 uint found = 0;
                 if (!stopped) {
-                    uint2 header = exists ? headers[s.spring_row[i]] : uint2{0, 0};
-                    TileRow springs = {table + header.x, header.y & 0xffffffu, x, v, at};
-                    group_contacts_visit(s, side, group, lane, stages + warp * GROUP, [&](uint other, uint k, const real4& partner) {
-                        uint j = number_unpack(partner.w);
-                        int rows = (int)(k / 8) - (int)(lane / 8), columns = (int)(k % 8) - (int)(lane % 8);
-                        if (other != group) {
-                            rows = (int)(j / s.columns) - (int)(i / s.columns);
-                            columns = (int)(j % s.columns) - (int)(i % s.columns);
-                        }
-                        if (springs.joins(rows, columns)) return;
+                    // Also those that springs join to the particle.
+                    group_contacts_visit(s, side, group, lane, stages + warp * GROUP, [&](uint, uint, const real4& partner) {
                         partner_add(partners, found, partner);
                         found++;
                     });
@@ -253,11 +345,27 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
                     }
                 }
                 vec3 position = {0, 0, 0};
+#ifdef CLOTH_STENCIL
+                if (exists) {
+                    position = stencil_substep_store<false>(
+                        s, motion, substep, colliders, x[at], v[at], i, kept, found, stopped, next_x, next_v, total,
+                        forces, tile_row, tile_column, inside, nullptr, offset
+                    );
+                }
+#else
                 if (exists) position = substep_store(s, table, headers, motion, substep, colliders, x, v, at, i, kept, found, stopped, next_x, next_v, total);
+#endif
                 if (!last) holds &= group_store(s, 1 - side, group, lane, exists, position, i);
             } else if (exists) {
                 uint found = PENALTY ? s.candidate_counts[i] : 0;
+#ifdef CLOTH_STENCIL
+                stencil_substep_store<true>(
+                    s, motion, substep, colliders, x[at], v[at], i, nullptr, found, stopped, next_x, next_v, total,
+                    forces, tile_row, tile_column, inside, springs, offset
+                );
+#else
                 substep_store(s, table, headers, motion, substep, colliders, x, v, at, i, nullptr, found, stopped, next_x, next_v, total);
+#endif
             }
         }
         if (PENALTY) {

@@ -48,7 +48,8 @@ modules! {
     "contact_forces" [],
     "contact_impulses" [],
     "contact_linearise" [],
-    "explicit_substep" ["penalty", "extras", "table", "grid", "wide"],
+    "explicit_substep" ["penalty", "extras", "table", "grid", "wide", "stencil", "packed"],
+    "explicit_substep_patch" [],
     "field_forces" [],
     "implicit_assemble" [],
     "implicit_motion" [],
@@ -80,7 +81,7 @@ macro_rules! shared {
 
 shared! {
     "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "sync" "build"
-    "substep"
+    "substep" "stencil"
     "linear" "constraint"
 }
 
@@ -165,8 +166,8 @@ impl CudaModule {
         Ok(text)
     }
 
-    /// Every set of options that backends use: `fast` is for single precision, and the tiles of `grid` read their
-    /// springs from the table.
+    /// Every set of options that backends use: `fast` is for single precision; the tiles of `grid` read their springs from
+    /// the table, or, in single precision, have those of `stencil`; springs that are not in the table may be `packed`.
     #[must_use]
     pub fn option_sets(&self) -> Vec<Vec<&'static str>> {
         let all: Vec<&str> = self.common.iter().chain(self.options).copied().collect();
@@ -176,7 +177,10 @@ impl CudaModule {
         };
         let is_used = |set: &Vec<&str>| {
             let has = |option| set.contains(&option);
-            !(has("f64") && has("fast") || has("grid") && !has("table"))
+            !(has("f64") && has("fast")
+                || has("grid") && !has("table")
+                || has("stencil") && (!has("grid") || has("f64"))
+                || has("packed") && has("table"))
         };
         (0..1_u32 << all.len()).map(chosen).filter(is_used).collect()
     }
@@ -228,6 +232,6 @@ mod tests {
             module.compose(vec!["penalty", "f64"]).unwrap().contains("#define CLOTH_PENALTY\n")
         );
         assert!(module.compose(vec!["air"]).is_err());
-        assert_eq!(module.option_sets().len(), 3 * 2 * 2 * 3 * 2);
+        assert_eq!(module.option_sets().len(), 2 * 2 * 2 * (5 + 5 + 4));
     }
 }

@@ -7,7 +7,7 @@ use cloth_core::{ContactResponse, ImplicitSettings, Integrator, Precision};
 use harness::{
     Verdict,
     backends::{Candidate, candidates, cpu, cuda},
-    checks::{self, Scenario, same_bits},
+    checks::{self, PatchFrames, Scenario, same_bits},
     models::{Contact, Deformation, Description, Piece, description},
     stages::PROCEDURAL_COUNT,
 };
@@ -116,6 +116,23 @@ fn a_thousand_substeps_with_contact_end_in_the_bits_of_the_cpu() {
             ] {
                 let scenario = Scenario { side: 40, response, precision, substeps, integrator };
                 assert_eq!(same_bits(&[&*CPU, &gpu], &scenario), Ok(()));
+            }
+        }
+    }
+}
+
+#[test]
+fn frames_of_a_patch_give_the_bits_of_the_cpu() {
+    let Some(gpu) = cuda(CudaOptions::default()) else { return };
+    let cpu = cpu(2);
+    // Frames of one substep, of an even and of an odd number; a patch of one tile, of some with and without surroundings
+    // all around, of more than there are multiprocessors.
+    let frames = &[1, 2, 17, 6];
+    for [columns, rows] in [[19, 5], [101, 37], [130, 30], [230, 190]] {
+        for contact in [false, true] {
+            for precision in [Precision::F32, Precision::F64] {
+                let patch = PatchFrames { columns, rows, contact, precision, frames };
+                assert_eq!(checks::patch_frames([&cpu, &gpu], &patch), Ok(()));
             }
         }
     }

@@ -121,7 +121,7 @@ pub fn kernels_compile(architecture: &str) -> Result<usize> {
     // With procedural fields every option of the frame kernel need not be tried again.
     for module in cloth_kernels::CUDA_MODULES {
         let options: &[_] = match module.name {
-            "procedural_forces" => &[],
+            "procedural_forces" | "explicit_substep_patch" => &[],
             "explicit_substep" => &["penalty", "table", "grid"],
             _ => continue,
         };

@@ -111,6 +111,7 @@ pub(crate) struct SolverData<T> {
     pub(crate) spring_row: u64,
     pub(crate) spring_headers: u64,
     pub(crate) spring_entries: u64,
+    pub(crate) spring_packed: u64,
     pub(crate) spring_kinds: u64,
     pub(crate) spring_buckling: u64,
     pub(crate) offsets: u64,
@@ -140,6 +141,7 @@ pub(crate) struct SolverData<T> {
     pub(crate) longest: u64,
     pub(crate) partials: u64,
     pub(crate) impulses: u64,
+    pub(crate) packets: u64,
     pub(crate) count: u32,
     pub(crate) header_count: u32,
     pub(crate) entry_count: u32,
@@ -167,6 +169,7 @@ pub(crate) struct SolverData<T> {
     pub(crate) list_margin: T,
     pub(crate) list_horizon: T,
     pub(crate) cells_per_metre: T,
+    pub(crate) stencil: [[T; 3]; 6],
 }
 
 macro_rules! plain {

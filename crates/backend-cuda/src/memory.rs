@@ -23,7 +23,9 @@ pub(crate) const FIGURES: usize = 16;
 /// Particles up to which the linear solver is compiled for few threads.
 const SOLVER_SMALL: usize = 1 << 17;
 /// Particles of a tile and around it, as in `explicit_substep.cu`.
-const TILE_ENTRIES: usize = 36 * 12;
+const TILE_ENTRIES: usize = 37 * 12;
+/// Numbers of the springs of a tile, as in `stencil.cuh`.
+const STENCIL_FORCES: usize = 53 * 37 * 3;
 /// Bytes of shared memory that the table of springs may take in the frame kernel.
 const TABLE_MAX: usize = 20 << 10;
 
@@ -70,12 +72,14 @@ pub(crate) struct Memory<T> {
     pub(crate) impulses: Option<ImpulseMemory>,
     /// The part of kernels that adds the forces of procedural fields, if there are any.
     procedural: Option<String>,
-    /// Launch of the frame kernel, and whether it reads its springs from shared memory.
+    /// Module and launch of the frame kernel.
+    pub(crate) frame_module: &'static str,
     pub(crate) frame: Launch,
     pub(crate) options: Vec<&'static str>,
     /// Held by `data` through their addresses.
     _tables: Vec<Box<dyn std::any::Any + Send>>,
     progress: Buffer<u64>,
+    packets: Buffer<[u32; 4]>,
     kernels: HashMap<(&'static str, &'static str), Kernel>,
     fast: bool,
 }
@@ -137,6 +141,7 @@ impl<T: CudaReal> Memory<T> {
         table!(spring_row, &springs.rows);
         table!(spring_headers, &springs.headers);
         table!(spring_entries, &springs.entries);
+        table!(spring_packed, &springs.packed);
         table!(spring_kinds, &springs.kinds);
         table!(spring_buckling, &springs.buckling);
         table!(offsets, &offsets);
@@ -160,6 +165,7 @@ impl<T: CudaReal> Memory<T> {
             None
         };
         let progress = Buffer::zeros(&queue, 1)?;
+        let packets = Buffer::zeros(&queue, 1)?;
         let mut memory = Self {
             colliders: Buffer::zeros(&queue, 1)?,
             substeps: Buffer::zeros(&queue, 1)?,
@@ -172,6 +178,7 @@ impl<T: CudaReal> Memory<T> {
             grids,
             impulses,
             procedural: procedural::part::<T>(model),
+            frame_module: "explicit_substep",
             frame: Launch::over(1),
             options: Vec::new(),
             _tables: tables,
@@ -186,6 +193,7 @@ impl<T: CudaReal> Memory<T> {
             partials,
             springs,
             progress,
+            packets,
         };
         if model.air().is_some() {
             memory.triangles_prepare(model)?;
@@ -235,16 +243,31 @@ impl<T: CudaReal> Memory<T> {
         }
         if in_shared {
             options.push("table");
+        } else if !self.springs.packed.is_empty() {
+            options.push("packed");
         }
         if patch.is_some() {
             options.push("grid");
         }
+        let has_penalty = options.contains(&"penalty");
+        // In double precision the forces of a tile do not fit beside it.
+        let stencil = patch.filter(|_| !T::DOUBLE).and_then(|patch| patch.stencil(model));
+        let tile = TILE_ENTRIES * 8 * size_of::<T>();
+        // As in `explicit_substep.cu`.
+        let tiles = if T::DOUBLE || has_penalty { 1 } else { 2 };
         let shared = match patch {
-            // Two tiles in turn in single precision.
-            Some(_) => table + TILE_ENTRIES * 64,
+            Some(_) if stencil.is_some() => tiles * tile + STENCIL_FORCES * size_of::<T>(),
+            Some(_) => tiles * tile + table,
             None if in_shared => table,
             None => 0,
         };
+        if let Some(kinds) = stencil {
+            options.push("stencil");
+            self.data.stencil = kinds.map(|kind| {
+                let [rest_length, stiffness, damping, _] = self.springs.kinds[kind as usize];
+                [rest_length, stiffness, damping]
+            });
+        }
         let multiprocessors = self.queue.device.multiprocessors as usize;
         // What is handed out to blocks: tiles of a patch, or particles.
         let (items, unit) = patch.map_or((n, THREADS as usize), |patch| (patch.tiles(), 1));
@@ -252,8 +275,14 @@ impl<T: CudaReal> Memory<T> {
         if is_small {
             options.push("wide");
         }
+        let is_plain = !has_penalty && !options.contains(&"extras");
+        if is_small && is_plain && stencil.is_some() {
+            self.frame_module = "explicit_substep_patch";
+            self.packets = Buffer::zeros(&self.queue, 4 * n)?;
+            self.data.packets = self.packets.address();
+        }
         self.options = options;
-        let kernel = self.kernel("explicit_substep", "explicit_frame")?;
+        let kernel = self.kernel(self.frame_module, "explicit_frame")?;
         let resident = self.queue.device.resident_blocks(kernel, THREADS, shared)? as usize;
         let blocks = if is_small { resident.min(multiprocessors) } else { resident };
         let mut chunk = items.div_ceil(blocks);
@@ -303,7 +332,8 @@ impl<T: CudaReal> Memory<T> {
             "conjugate_gradient" if (self.data.count as usize) < SOLVER_SMALL => &["wide"],
             _ => &[],
         };
-        let has_procedural = ["explicit_substep", "procedural_forces"].contains(&module);
+        let has_procedural =
+            ["explicit_substep", "explicit_substep_patch", "procedural_forces"].contains(&module);
         let procedural = self.procedural.as_deref().filter(|_| has_procedural);
         let target = Target { double: T::DOUBLE, fast: self.fast, options, procedural };
         let kernel = self.queue.device.kernel(source, &target, name)?;

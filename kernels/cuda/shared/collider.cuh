@@ -19,8 +19,8 @@ struct Moved {
 
 // Length and direction of a vector, `fallback` if it has none.
 __device__ __forceinline__ real normalise(const vec3& vector, const vec3& fallback, vec3& direction) {
-    real length = root(dot(vector, vector));
-    real inverse = (real)1 / maximum(length, LENGTH_MIN);
+    real length, inverse;
+    length_of(dot(vector, vector), length, inverse);
     direction = length > LENGTH_MIN ? vector * inverse : fallback;
     return length;
 }
@@ -193,8 +193,7 @@ __device__ __noinline__ void impulse_add(const Solver& s, uint collider, uint pa
 
 // Contact with all colliders, one after the other.
 template <bool IMPULSES>
-__device__ __forceinline__ void collide_all(const Solver& s, const Collider* colliders, uint particle, real inverse_mass, Moved& moved) {
-    real offset = s.offsets[particle];
+__device__ __forceinline__ void collide_all(const Solver& s, const Collider* colliders, uint particle, real offset, real inverse_mass, Moved& moved) {
     for (uint k = 0; k < s.collider_count; k++) {
         vec3 before = moved.velocity;
         collide(colliders[k], offset, moved);

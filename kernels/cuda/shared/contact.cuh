@@ -49,8 +49,8 @@ __device__ __forceinline__ void partners_visit(const Solver& s, const Motion& mo
 // Force of one pair in contact on the first particle, times `normal`'s length, and that normal.
 __device__ __forceinline__ void penalty_add(const Solver& s, const Pair& pair, const vec3& velocity, vec3& sum) {
     if (!(pair.length_squared > LENGTH_SQUARED_MIN)) return;
-    real length = root(pair.length_squared);
-    real inverse = (real)1 / length;
+    real length, inverse;
+    length_of(pair.length_squared, length, inverse);
     vec3 n = pair.difference * inverse;
     real scale = s.contact_stiffness * (s.contact_distance - length) - s.contact_damping * dot(velocity, n);
     sum = sum + scale * n;

@@ -21,6 +21,10 @@ struct __align__(16) real4 {
     real x, y, z, w;
 };
 
+struct __align__(2 * sizeof(real)) real2 {
+    real x, y;
+};
+
 struct vec3 {
     real x, y, z;
 };
@@ -62,6 +66,16 @@ __device__ __forceinline__ float root_in_line(float a) {
     float exact = __fmaf_rn(error, __fmul_rn(r, 0.5f), guess);
     exact = is_small ? exact * 2.32830643653869628906e-10f : exact;
     return exact;
+}
+
+// The same for a number that is not so small that it has to be scaled: from ROOT_PLAIN_MIN on.
+#define ROOT_PLAIN_MIN 7.88860905e-31f
+__device__ __forceinline__ float root_plain(float a) {
+    float r;
+    asm("rsqrt.approx.ftz.f32 %0, %1;" : "=f"(r) : "f"(a));
+    float guess = __fmul_rn(a, r);
+    float error = __fmaf_rn(-guess, guess, a);
+    return __fmaf_rn(error, __fmul_rn(r, 0.5f), guess);
 }
 
 // The correctly rounded reciprocal of a number between 1e-18 and 1e37, in the same way.

@@ -90,6 +90,8 @@ struct Solver {
     const uint* spring_row;
     const uint2* spring_headers;
     const uint2* spring_entries;
+    // The entries in one word each, kind above bit 16, if they fit.
+    const uint* spring_packed;
     const real4* spring_kinds;
     const Buckling* spring_buckling;
     // Half the thickness of the cloth at each particle [m].
@@ -129,6 +131,9 @@ struct Solver {
     // Number 6 c + q of component q of what collider c did to each particle, impulse and moment; null if nobody
     // asks.
     double* impulses;
+    // Of a small patch, two each for two substeps in turn and every particle: position or velocity, and the substep that
+    // it is of.
+    uint4* packets;
 
     uint count;
     uint header_count;
@@ -163,6 +168,8 @@ struct Solver {
     real list_margin;
     real list_horizon;
     real cells_per_metre;
+    // Rest length, stiffness and damping of the springs to the later of 12 neighbours in a patch, if all are alike.
+    real stencil[6][3];
 };
 
 // Positions and velocities that a kernel reads.

@@ -76,7 +76,13 @@ __device__ __forceinline__ SpringRow spring_row(const Solver& s, uint particle) 
 }
 
 __device__ __forceinline__ uint2 spring_entry(const Solver& s, const SpringRow& row, uint k) {
-    return s.spring_entries[row.first + (k << row.shift)];
+    uint at = row.first + (k << row.shift);
+#ifdef CLOTH_PACKED
+    uint packed = s.spring_packed[at];
+    return {(uint)(int)(short)(packed & 0xffffu), packed >> 16};
+#else
+    return s.spring_entries[at];
+#endif
 }
 
 __device__ __forceinline__ SpringKind spring_kind(const Solver& s, uint kind) {
@@ -119,11 +125,19 @@ __device__ __forceinline__ void length_of(real squared, real& length, real& inve
 #endif
 }
 
+// `PLAIN` says that the length is not so small that it needs care.
+template <bool PLAIN = false>
 __device__ __forceinline__ Spring spring_at(const SpringKind& kind, const vec3& xi, const vec3& vi, const vec3& xj, const vec3& vj) {
     Spring spring;
     vec3 d = xj - xi;
     spring.difference = d;
     spring.length_squared = dot(d, d);
+#if !defined(CLOTH_FAST) && !defined(CLOTH_F64)
+    if (PLAIN) {
+        spring.length = root_plain(spring.length_squared);
+        spring.inverse_length = reciprocal_in_line(spring.length);
+    } else
+#endif
     length_of(spring.length_squared, spring.length, spring.inverse_length);
     real rate = ((vj.x - vi.x) * d.x + (vj.y - vi.y) * d.y + (vj.z - vi.z) * d.z) * spring.inverse_length;
     spring.stretch = spring.length - kind.rest_length;

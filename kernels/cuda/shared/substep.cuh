@@ -14,8 +14,11 @@ __device__ __forceinline__ Moved integrate(real length, real inverse_mass, const
 #define TILE_COLUMNS 32
 #define TILE_ROWS 8
 #define HALO 2
-#define TILE_STRIDE (TILE_COLUMNS + 2 * HALO)
-#define TILE_ENTRIES (TILE_STRIDE * (TILE_ROWS + 2 * HALO))
+#define TILE_WIDTH (TILE_COLUMNS + 2 * HALO)
+#define TILE_HEIGHT (TILE_ROWS + 2 * HALO)
+// Odd, so that the entries of a column are in different banks.
+#define TILE_STRIDE (TILE_WIDTH + 1)
+#define TILE_ENTRIES (TILE_STRIDE * TILE_HEIGHT)
 
 // Springs of a particle that are loaded before the first is used.
 #ifdef CLOTH_WIDE
@@ -33,24 +36,7 @@ struct __align__(16) TableEntry {
 };
 
 // Partners that a thread keeps by itself.
-#define PARTNERS_NEAR 12
-
-// A row of springs and the particles around, in a tile of a patch.
-struct TileRow {
-    const TableEntry* entries;
-    uint count;
-    const real4* x;
-    const real4* v;
-    uint at;
-
-    // Whether a spring reaches as far as this.
-    __device__ __forceinline__ bool joins(int rows, int columns) const {
-        if (max(abs(rows), abs(columns)) > HALO) return false;
-        bool joined = false;
-        for (uint k = 0; k < count; k++) joined |= (int)entries[k].offset == rows * TILE_STRIDE + columns;
-        return joined;
-    }
-};
+#define PARTNERS_NEAR 24
 
 // Puts a partner, its number last, among `count` ascending ones, as far as there is room.
 __device__ __forceinline__ void partner_add(real4* partners, uint count, const real4& partner) {
@@ -63,41 +49,45 @@ __device__ __forceinline__ void partner_add(real4* partners, uint count, const r
     partners[k] = partner;
 }
 
-// Penalty force on a particle of a tile, its partners in ascending order: those that springs join to it, and others.
-// Both are ordered by row, then column.
+// Penalty force on a particle of a tile from all its partners, also those that springs join to it, in ascending order.
 __device__ __forceinline__ void penalty_force_in_tile(
-    const Solver& s, const TileRow& row, const Motion& motion, const real4* partners, uint found, uint i, const vec3& xi, const vec3& vi,
-    vec3& sum, uint& contacts
+    const Solver& s, const Motion& motion, const real4* partners, uint found, const vec3& xi, const vec3& vi, vec3& sum, uint& contacts
 ) {
     sum = make_vec3(0, 0, 0);
     contacts = found;
-    uint k = 0;
-    real4 next = found > 0 ? motion.v[number_unpack(partners[0].w)] : real4{0, 0, 0, 0};
-    for (uint l = 0; l <= found; l++) {
-        // Where it stands among the offsets of the row, which reach two columns and rows at most.
-        int place = 0x7fffffff;
-        real4 other = {0, 0, 0, 0};
+    real4 next = motion.v[number_unpack(partners[0].w)];
+    for (uint k = 0; k < found; k++) {
         real4 rate = next;
-        if (l < found) {
-            if (l + 1 < found) next = motion.v[number_unpack(partners[l + 1].w)];
-            other = partners[l];
-            uint j = number_unpack(other.w);
-            int rows = (int)(j / s.columns) - (int)(i / s.columns), columns = (int)(j % s.columns) - (int)(i % s.columns);
-            place = rows * TILE_STRIDE + max(-HALO - 1, min(HALO + 1, columns));
-        }
-        for (; k < row.count && (int)row.entries[k].offset < place; k++) {
-            uint j = row.at + row.entries[k].offset;
-            Pair pair = pair_of(xi, xyz(row.x[j]));
-            if (!is_in_contact(s, pair.length_squared)) continue;
-            contacts++;
-            penalty_add(s, pair, vi - xyz(row.v[j]), sum);
-        }
-        if (l < found) penalty_add(s, pair_of(xi, xyz(other)), vi - xyz(rate), sum);
+        if (k + 1 < found) next = motion.v[number_unpack(partners[k + 1].w)];
+        penalty_add(s, pair_of(xi, xyz(partners[k])), vi - xyz(rate), sum);
     }
 }
 
-// Neighbour k is at `at` plus its offset in `x` and `v`: those of all particles, or of a tile of a patch. With the penalty
-// response `found` others are in contact with the particle: `partners`, or those of its row in memory if that is null.
+// What comes after the springs. `found` partners are in contact with the particle: those of `partners`, or, if that is
+// null, those of its row in memory, beside which springs may join it to others that are `close`.
+template <bool PENALTY, bool EXTRAS>
+__device__ __forceinline__ Moved particle_finish(
+    const Solver& s, const Motion& motion, const SubstepData& substep, const Collider* colliders, uint i, const real4& own, const real4& rate,
+    const real4* partners, uint found, bool close, vec3 force, real offset, uint& contacts
+) {
+    vec3 xi = xyz(own), vi = xyz(rate);
+    if (EXTRAS && s.has_air) force = force + air_force(s, motion, i, substep.wind);
+    if (PENALTY && (found > 0 || partners == nullptr && close)) {
+        vec3 contact;
+        if (partners != nullptr) {
+            penalty_force_in_tile(s, motion, partners, found, xi, vi, contact, contacts);
+        } else {
+            // Both kinds of partners have to be summed in one order.
+            penalty_force(s, motion, i, xi, vi, contact, contacts);
+        }
+        if (contacts > 0) force = force + contact;
+    }
+    Moved moved = integrate(substep.length, own.w, force, xi, vi);
+    if (colliders != nullptr && own.w > 0) collide_all<EXTRAS>(s, colliders, i, offset, own.w, moved);
+    return moved;
+}
+
+// Neighbour k is at `at` plus its offset in `x` and `v`: those of all particles, or of a tile of a patch. Partners as above.
 template <bool PENALTY, bool EXTRAS, bool TABLE>
 __device__ __forceinline__ Moved particle_advance(
     const Solver& s, const TableEntry* table, const uint2* headers, const Motion& motion, const SubstepData& substep, const Collider* colliders,
@@ -108,9 +98,10 @@ __device__ __forceinline__ Moved particle_advance(
     // Nothing without procedural fields.
     force = procedural_force(substep, i, xi, vi, rate.w, force);
     real closest = REAL_MAX;
-    uint2 header = {0, 0};
+    // Long before it is used.
+    real offset = colliders != nullptr ? s.offsets[i] : 0;
     if (TABLE) {
-        header = headers[s.spring_row[i]];
+        uint2 header = headers[s.spring_row[i]];
         const TableEntry* entry = table + header.x;
         uint count = header.y & 0xffffffu;
 UNROLL
@@ -140,19 +131,5 @@ UNROLL
             if (PENALTY) closest = minimum(spring.length_squared, closest);
         }
     }
-    if (EXTRAS && s.has_air) force = force + air_force(s, motion, i, substep.wind);
-    if (PENALTY && (found > 0 || is_in_contact(s, closest))) {
-        // Both kinds of partners have to be summed in one order.
-        vec3 contact;
-        if (TABLE && partners != nullptr) {
-            TileRow row = {table + header.x, header.y & 0xffffffu, x, v, at};
-            penalty_force_in_tile(s, row, motion, partners, found, i, xi, vi, contact, contacts);
-        } else {
-            penalty_force(s, motion, i, xi, vi, contact, contacts);
-        }
-        if (contacts > 0) force = force + contact;
-    }
-    Moved moved = integrate(substep.length, own.w, force, xi, vi);
-    if (colliders != nullptr && own.w > 0) collide_all<EXTRAS>(s, colliders, i, own.w, moved);
-    return moved;
+    return particle_finish<PENALTY, EXTRAS>(s, motion, substep, colliders, i, own, rate, partners, found, is_in_contact(s, closest), force, offset, contacts);
 }

@@ -11,6 +11,7 @@ mod implicit;
 mod invariants;
 mod motion;
 mod outputs;
+mod patch_frames;
 mod reproducibility;
 mod scenario;
 mod semi_implicit;
@@ -37,6 +38,7 @@ pub use motion::{
     collider_impulses, collider_response, contact_impulses, integrate_explicit, strain_limit,
 };
 pub use outputs::{measure, vertex_normals};
+pub use patch_frames::{PatchFrames, patch_frames};
 pub use reproducibility::{resumes_with_same_bits, same_bits};
 pub use scenario::Scenario;
 pub use semi_implicit::{semi_implicit_solve, solution_motion, torque_correct};

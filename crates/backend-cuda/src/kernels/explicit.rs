@@ -187,10 +187,10 @@ impl<T: CudaReal> CudaKernels<T> {
             return Ok(());
         }
         let count = substeps.len() as u32;
-        let launch = self.memory.frame;
+        let (module, launch) = (self.memory.frame_module, self.memory.frame);
         self.contacts_clear()?;
         self.stage("explicit_substep", |kernels| {
-            kernels.start(("explicit_substep", "explicit_frame"), launch, &[argument(&count)])
+            kernels.start((module, "explicit_frame"), launch, &[argument(&count)])
         })?;
         self.memory.data.epoch += u64::from(count);
         self.memory.data.present ^= count & 1;

@@ -37,6 +37,8 @@ pub(crate) struct SpringTables<T> {
     pub(crate) headers: Vec<[u32; 2]>,
     /// Offset and kind.
     pub(crate) entries: Vec<[u32; 2]>,
+    /// The same in one word each: the kind above bit 16, the offset below, with its sign. Empty if some do not fit.
+    pub(crate) packed: Vec<u32>,
     /// Where the factors of the entry are kept in a linear system: a slot, in which each particle has the
     /// spring to a later one, or, with bit 31, the number of a spring after all slots.
     pub(crate) slots: Vec<u32>,
@@ -82,6 +84,7 @@ impl<T: CudaReal> SpringTables<T> {
             rows: Vec::with_capacity(count),
             headers: Vec::new(),
             entries: Vec::new(),
+            packed: Vec::new(),
             slots: Vec::new(),
             slot_count: offsets.len() as u32,
             own_count: 0,
@@ -135,6 +138,10 @@ impl<T: CudaReal> SpringTables<T> {
             tables.push_slice(slice, &offsets, &mut own);
         }
         tables.own_count = own.len() as u32;
+        tables.packed = tables.entries.iter().map_while(|&entry| packed(entry)).collect();
+        if tables.packed.len() < tables.entries.len() {
+            tables.packed.clear();
+        }
         tables
     }
 
@@ -162,6 +169,13 @@ impl<T: CudaReal> SpringTables<T> {
             }
         }
     }
+}
+
+/// An entry in one word, if it fits.
+fn packed([offset, kind]: [u32; 2]) -> Option<u32> {
+    let offset = i16::try_from(offset as i32).ok()?;
+    let kind = u16::try_from(kind).ok()?;
+    Some(u32::from(kind) << 16 | u32::from(offset as u16))
 }
 
 /// The slot of springs to a particle at this offset, either way.
@@ -234,6 +248,10 @@ mod tests {
                 })
                 .collect()
         };
+        for (entry, packed) in tables.entries.iter().zip(&tables.packed) {
+            assert_eq!([(*packed as i16) as i32 as u32, packed >> 16], *entry);
+        }
+        assert_eq!(tables.packed.len(), tables.entries.len());
         (0..count).map(row).collect()
     }
 
@@ -277,5 +295,12 @@ mod tests {
         assert_eq!(tables(40).entries.len(), tables(80).entries.len());
         assert!(tables(40).is_regular && tables(80).is_regular);
         assert!(!SpringTables::<f32>::new(&fan(), true).is_regular);
+    }
+
+    #[test]
+    fn an_entry_that_is_too_large_is_not_packed() {
+        assert_eq!(packed([0_u32.wrapping_sub(1), 7]), Some(7 << 16 | 0xffff));
+        assert_eq!(packed([1 << 15, 0]), None);
+        assert_eq!(packed([1, 1 << 16]), None);
     }
 }

@@ -1,0 +1,152 @@
+// The composite stage for a regular patch of few tiles: a whole frame in one launch, in which each block keeps a tile in
+// shared memory from substep to substep.
+//
+// Blocks send each other the particles at the edges of their tiles in words of 16 bytes that are stored and loaded
+// whole, and that carry the number of the substep: who waits for a particle has it as soon as it sees the number, and
+// nothing else has to be waited for. There are two words for each, used in turn: a block sends those of the next
+// substep only when it has seen that all around have read those of the last one, as they have sent what they made of them.
+
+// Colliders that are kept in shared memory.
+#define COLLIDERS_NEAR 4
+// Substeps whose numbers are kept there, a power of two.
+#define SUBSTEPS_NEAR 4
+
+extern __shared__ __align__(16) unsigned char frame_memory[];
+
+__device__ __forceinline__ void packet_send(uint4* to, const vec3& a, uint number) {
+    ulong low = (ulong)__float_as_uint(a.y) << 32 | __float_as_uint(a.x);
+    ulong high = (ulong)number << 32 | __float_as_uint(a.z);
+    asm volatile("{ .reg .b128 word; mov.b128 word, {%1, %2}; st.relaxed.gpu.global.b128 [%0], word; }" : : "l"(to), "l"(low), "l"(high) : "memory");
+}
+
+// Whether the packet is that of a substep; gives what it carries.
+__device__ __forceinline__ bool packet_take(const uint4* from, uint number, vec3& a) {
+    ulong low, high;
+    asm volatile("{ .reg .b128 word; ld.relaxed.gpu.global.b128 word, [%2]; mov.b128 {%0, %1}, word; }" : "=l"(low), "=l"(high) : "l"(from) : "memory");
+    a = {__uint_as_float((uint)low), __uint_as_float((uint)(low >> 32)), __uint_as_float((uint)high)};
+    return (uint)(high >> 32) == number;
+}
+
+// Copies words by the lanes of a warp.
+__device__ __forceinline__ void words_copy(void* to, const void* from, uint bytes, uint lane) {
+    for (uint at = lane; at < bytes / 4; at += 32) ((uint*)to)[at] = ((const uint*)from)[at];
+}
+
+// Entry `number` of those around the tile: rows before it, after it, and what is beside it.
+__device__ __forceinline__ void surrounding_entry(uint number, uint& row, uint& column) {
+    const uint before = HALO * TILE_WIDTH;
+    if (number < 2 * before) {
+        row = number / TILE_WIDTH + (number < before ? 0 : TILE_ROWS);
+        column = number % TILE_WIDTH;
+    } else {
+        uint beside = number - 2 * before;
+        row = HALO + beside / (2 * HALO);
+        column = beside % (2 * HALO);
+        if (column >= HALO) column += TILE_COLUMNS;
+    }
+}
+
+#define SURROUNDING (TILE_WIDTH * TILE_HEIGHT - TILE_COLUMNS * TILE_ROWS)
+
+extern "C" __global__ void __launch_bounds__(256, 1) explicit_frame(const __grid_constant__ Solver s, uint substeps) {
+    __shared__ SubstepData near_substeps[SUBSTEPS_NEAR];
+    __shared__ Collider near_colliders[2][COLLIDERS_NEAR];
+    real4* x = (real4*)frame_memory;
+    real4* v = x + TILE_ENTRIES;
+    real* forces = (real*)(v + TILE_ENTRIES);
+    uint across = (s.columns + TILE_COLUMNS - 1) / TILE_COLUMNS;
+    uint first_column = blockIdx.x % across * TILE_COLUMNS, first_row = blockIdx.x / across * TILE_ROWS;
+    bool inside = stencil_is_inside(s, first_row, first_column);
+    Motion motion = present_motion(s);
+    real4* last_x = s.position[s.present ^ substeps & 1];
+    real4* last_v = s.velocity[s.present ^ substeps & 1];
+    for (uint entry = threadIdx.x; entry < TILE_ENTRIES; entry += blockDim.x) {
+        uint column = first_column + entry % TILE_STRIDE - HALO, row = first_row + entry / TILE_STRIDE - HALO;
+        bool exists = column < s.columns && row < s.rows;
+        x[entry] = exists ? motion.x[row * s.columns + column] : real4{0, 0, 0, 0};
+        v[entry] = exists ? motion.v[row * s.columns + column] : real4{0, 0, 0, 0};
+    }
+    bool has_near = s.collider_count <= COLLIDERS_NEAR;
+    uint lane = threadIdx.x & 31;
+    // The last warp has time to read ahead while others wait for particles around the tile.
+    bool reads_ahead = threadIdx.x / 32 == blockDim.x / 32 - 1;
+    if (reads_ahead) {
+        words_copy(&near_substeps[0], s.substeps, min(substeps, 2u) * sizeof(SubstepData), lane);
+        if (has_near) words_copy(near_colliders[0], s.colliders + s.substeps[0].collider_first, s.collider_count * sizeof(Collider), lane);
+    }
+    uint tile_column = threadIdx.x % TILE_COLUMNS, tile_row = threadIdx.x / TILE_COLUMNS;
+    uint column = first_column + tile_column, row = first_row + tile_row;
+    bool exists = column < s.columns && row < s.rows;
+    uint i = row * s.columns + column;
+    uint at = (tile_row + HALO) * TILE_STRIDE + tile_column + HALO;
+    uint mask = stencil_mask(s, row, column);
+    bool sends = exists && (tile_column < HALO || tile_column >= TILE_COLUMNS - HALO || tile_row < HALO || tile_row >= TILE_ROWS - HALO);
+    // What the thread waits for.
+    uint around_row = 0, around_column = 0;
+    surrounding_entry(min(threadIdx.x, SURROUNDING - 1), around_row, around_column);
+    uint around = around_row * TILE_STRIDE + around_column;
+    around_row += first_row - HALO;
+    around_column += first_column - HALO;
+    bool takes = threadIdx.x < SURROUNDING && around_row < s.rows && around_column < s.columns;
+    uint around_i = around_row * s.columns + around_column;
+    real offset = s.offsets[0];
+    StencilOuter outer = StencilOuter::of_thread();
+    __syncthreads();
+    bool stopped = *(volatile ulong*)&s.status->non_finite_step < near_substeps[0].step;
+    if (stopped) {
+        if (exists) {
+            last_x[i] = x[at];
+            last_v[i] = v[at];
+        }
+        return;
+    }
+    real inverse_mass = x[at].w, mass = v[at].w;
+    for (uint number = 0; number < substeps; number++) {
+        const SubstepData& substep = near_substeps[number % SUBSTEPS_NEAR];
+        const Collider* colliders = has_near ? near_colliders[number & 1] : s.colliders + substep.collider_first;
+        vec3 springs[STENCIL_KINDS];
+        stencil_springs(s, x, v, tile_row, tile_column, outer, forces, springs);
+        __syncthreads();
+        vec3 xi = xyz(x[at]), vi = xyz(v[at]);
+        vec3 force = field_force(s, mass, vi);
+        force = procedural_force(substep, i, xi, vi, mass, force);
+        if (inside) {
+            force = stencil_sum<true, true>(forces, tile_row, tile_column, 0, springs, force);
+        } else {
+            force = stencil_sum<false, true>(forces, tile_row, tile_column, mask, springs, force);
+        }
+        Moved moved = integrate(substep.length, inverse_mass, force, xi, vi);
+        if (exists && inverse_mass > 0) collide_all<false>(s, colliders, i, offset, inverse_mass, moved);
+        if (exists && !(is_finite(moved.position) && is_finite(moved.velocity))) atomicMin(&s.status->non_finite_step, substep.step);
+        if (number + 1 == substeps) {
+            if (exists) {
+                last_x[i] = with_w(moved.position, inverse_mass);
+                last_v[i] = with_w(moved.velocity, mass);
+            }
+            break;
+        }
+        uint tag = (uint)s.epoch + number + 1;
+        uint4* packets = s.packets + (size_t)(tag & 1) * 2 * s.count;
+        if (sends) {
+            packet_send(packets + 2 * i, moved.position, tag);
+            packet_send(packets + 2 * i + 1, moved.velocity, tag);
+        }
+        x[at] = with_w(moved.position, inverse_mass);
+        v[at] = with_w(moved.velocity, mass);
+        if (reads_ahead) {
+            if (number + 2 < substeps) words_copy(&near_substeps[(number + 2) % SUBSTEPS_NEAR], &s.substeps[number + 2], sizeof(SubstepData), lane);
+            const SubstepData& next = near_substeps[(number + 1) % SUBSTEPS_NEAR];
+            if (has_near) words_copy(near_colliders[(number + 1) & 1], s.colliders + next.collider_first, s.collider_count * sizeof(Collider), lane);
+        }
+        if (takes) {
+            vec3 position, velocity;
+            while (!packet_take(packets + 2 * around_i, tag, position)) {
+            }
+            while (!packet_take(packets + 2 * around_i + 1, tag, velocity)) {
+            }
+            x[around] = with_w(position, 0);
+            v[around] = with_w(velocity, 0);
+        }
+        __syncthreads();
+    }
+}

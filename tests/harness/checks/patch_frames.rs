@@ -1,0 +1,106 @@
+//! Frames of many substeps of one regular patch, which backends may do in a way of their own.
+
+use std::sync::Arc;
+
+use cloth_core::{
+    Backend, Collider, ColliderShape, ContactResponse, Frame, GridPatch, Model, ModelBuilder, Pose,
+    Precision, SelfContact, SolverConfig, State,
+};
+
+use crate::{
+    Verdict,
+    bits::first_difference,
+    models::{fold, grid_cloth, material},
+    verdict::ensure,
+};
+
+/// Length of a substep \[s\].
+const TIME_STEP: f64 = 5e-4;
+/// Distance of neighbouring particles \[m\].
+const SPACING: f64 = 0.02;
+
+/// A patch, part of it folded over, that falls on a ball.
+#[derive(Clone, Copy, Debug)]
+pub struct PatchFrames {
+    /// Particles along the first side.
+    pub columns: u32,
+    /// Particles along the second side.
+    pub rows: u32,
+    /// Whether it is in contact with itself, by penalties.
+    pub contact: bool,
+    /// Precision.
+    pub precision: Precision,
+    /// Substeps of each frame.
+    pub frames: &'static [u32],
+}
+
+impl PatchFrames {
+    fn model(&self) -> cloth_core::Result<Arc<Model>> {
+        let patch = GridPatch {
+            columns: self.columns,
+            rows: self.rows,
+            ..GridPatch::horizontal(2, SPACING, 0.03)
+        };
+        let ball = Collider {
+            name: "ball".into(),
+            shape: ColliderShape::Sphere { radius: 0.15 },
+            pose: Pose::from_translation([0.0, 0.0, -0.13]),
+            friction: 0.3,
+            restitution: 0.0,
+        };
+        let mut material = material(1e-4, 10.0, 2e-3);
+        material.bend.stiffness = 2.0;
+        for springs in [&mut material.stretch, &mut material.shear, &mut material.bend] {
+            springs.damping = 5e-3;
+        }
+        let mut cloth = grid_cloth("cloth", patch, material);
+        cloth.pins = vec![0, self.columns - 1];
+        let mut builder = ModelBuilder::new().cloth(cloth).collider(ball);
+        if self.contact {
+            let response = ContactResponse::Penalty { stiffness: 30.0, damping: 0.01 };
+            builder = builder.self_contact(SelfContact { distance: 0.9 * SPACING, response });
+        }
+        Ok(Arc::new(builder.build()?))
+    }
+
+    fn run(&self, backend: &dyn Backend) -> cloth_core::Result<State> {
+        let model = self.model()?;
+        let mut state = model.initial_state();
+        fold(&mut state, 0.1 * SPACING, 0.8 * SPACING);
+        // Springs without a length, one of them at the edge.
+        let [columns, rows] = [self.columns, self.rows].map(|side| side as usize);
+        for particle in [1, rows / 2 * columns + columns / 2] {
+            state.positions[particle] = state.positions[particle + 1];
+        }
+        let config = SolverConfig {
+            precision: self.precision,
+            time_step: TIME_STEP,
+            strain_bound: 1e3,
+            ..SolverConfig::default()
+        };
+        let mut solver = backend.create_solver(model, &config)?;
+        solver.upload(&state)?;
+        for &substeps in self.frames {
+            solver.advance(Frame { duration: f64::from(substeps) * TIME_STEP })?;
+        }
+        solver.download(&mut state)?;
+        Ok(state)
+    }
+}
+
+/// Both backends end in the same bits, which are not those of the start.
+///
+/// # Errors
+/// The first difference.
+pub fn patch_frames(backends: [&dyn Backend; 2], patch: &PatchFrames) -> Verdict {
+    let [first, second] = [patch.run(backends[0])?, patch.run(backends[1])?];
+    let difference = first_difference(&first, &second);
+    ensure(difference.is_none(), || {
+        let i = difference.unwrap_or_default();
+        let of = |state: &State| (state.positions[i], state.velocities[i]);
+        format!("{patch:?}: particle {i} is at {:?} and {:?}", of(&first), of(&second))
+    })?;
+    let speeds = first.velocities.iter().map(|v| v.iter().map(|v| v * v).sum::<f64>());
+    let fastest = speeds.fold(0.0, f64::max);
+    ensure(fastest > 0.1 && fastest < 100.0, || format!("{patch:?}: the fastest has {fastest}"))
+}
