@@ -69,6 +69,9 @@ pub(crate) struct Stages {
     calls: Vec<layout::Call>,
     /// How much of a solve is recorded, if the device decides how solves go on.
     solve_policy: Option<SolvePolicy>,
+    /// Largest distance of the numbers of two particles that a spring joins, if an iteration of the conjugate
+    /// gradient method is one kernel.
+    solve_reach: Option<u32>,
     semi_implicit: SemiImplicit,
     /// What came of recorded solves, for the next one who asks.
     deferred: DeferredOutcome,
@@ -166,6 +169,7 @@ impl Stages {
             is_batch: false,
             calls: Vec::new(),
             solve_policy,
+            solve_reach: None,
             semi_implicit: SemiImplicit::default(),
             deferred: DeferredOutcome::default(),
             constrained: None,
@@ -267,7 +271,8 @@ impl Stages {
                 colliders.into_iter().chain(is_penalty.then_some("penalty")).collect()
             }
             "matrix_apply" => is_penalty.then_some("penalty").into_iter().collect(),
-            "conjugate_gradient_step"
+            "conjugate_gradient_iteration"
+            | "conjugate_gradient_step"
             | "constraint_filter"
             | "constraint_project"
             | "linear_start"
