@@ -57,6 +57,8 @@ modules! {
     "explicit_substep" ["air", "buckling", "grids", "impulses", "penalty"],
     "field_forces" [],
     "implicit_assemble" ["air", "buckling", "colliders", "penalty"],
+    "implicit_motion" [],
+    "implicit_system" ["air", "buckling"],
     "integrate_explicit" [],
     "jacobi" [],
     "linear_begin" [],

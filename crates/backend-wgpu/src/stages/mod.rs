@@ -58,6 +58,8 @@ pub(crate) struct Stages {
     held: Vec<bool>,
     /// Whether one kernel does the composite stage; false on a device that cannot bind enough buffers.
     is_fused: bool,
+    /// Whether two kernels do all of an implicit substep but its iterations.
+    is_step_fused: bool,
     has_force: bool,
     contact: Option<ContactPolicy>,
     /// Work that may have to be done again.
@@ -162,6 +164,7 @@ impl Stages {
             has_boxes: [false; 3],
             held: vec![false; model.particle_count()],
             is_fused: true,
+            is_step_fused: false,
             has_force: false,
             contact,
             open: None,
@@ -187,6 +190,7 @@ impl Stages {
         };
         if stages.solve_policy.is_some() {
             stages.linear_prepare()?;
+            stages.is_step_fused = stages.implicit_step_prepare()?;
         }
         stages.kernels_prepare()?;
         stages.model_write();
@@ -262,6 +266,10 @@ impl Stages {
             | "semi_implicit_solve"
             | "spring_forces"
             | "spring_linearise" => buckling.into_iter().collect(),
+            "implicit_system" => {
+                let air = self.model.air().is_some().then_some("air");
+                air.into_iter().chain(buckling).collect()
+            }
             "implicit_assemble" => {
                 let air = self.model.air().is_some().then_some("air");
                 let penalty = is_penalty.then_some("penalty");
