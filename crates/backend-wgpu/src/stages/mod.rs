@@ -151,7 +151,7 @@ impl Stages {
         let motions = if repeats { 3 } else { 2 };
         let buffers = Buffers::new(&context, &model, &tables, sizes.as_ref(), motions)?;
         let mut stages = Self {
-            recorder: Recorder::new(&context),
+            recorder: Recorder::new(&context, solve_policy.is_some()),
             small: Readback::new(&context, SMALL_SIZE),
             large: None,
             kernels: HashMap::new(),
