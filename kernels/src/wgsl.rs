@@ -41,6 +41,7 @@ modules! {
     "collider_impulses" [],
     "collider_response" ["grids", "impulses"],
     "conjugate_gradient_image" ["colliders", "penalty"],
+    "conjugate_gradient_iteration" ["colliders"],
     "conjugate_gradient_step" ["colliders"],
     "constraint_filter" ["colliders"],
     "constraint_project" ["colliders"],
@@ -56,6 +57,8 @@ modules! {
     "explicit_substep" ["air", "buckling", "grids", "impulses", "penalty"],
     "field_forces" [],
     "implicit_assemble" ["air", "buckling", "colliders", "penalty"],
+    "implicit_motion" [],
+    "implicit_system" ["air", "buckling"],
     "integrate_explicit" [],
     "jacobi" [],
     "linear_begin" [],
@@ -96,14 +99,15 @@ macro_rules! shared {
 }
 
 shared! {
-    "air" "air_jacobian" "air_jacobian_none" "call" "cells" "collider" "constraint"
+    "air" "air_jacobian" "air_jacobian_none" "assemble" "call" "cells" "collider" "constraint"
     "constraint_change" "constraint_none" "contact_counts" "contact_exclusions" "contact_exclusions_none"
-    "contact_force" "contact_kept" "contact_pair" "contact_partners" "contact_penalty" "contact_row" "contact_row_none"
-    "contact_search" "contact_spill" "contact_wanted" "distance_grid" "distance_grid_none" "field" "filter" "finite" "force"
-    "group" "group_box" "group_check" "group_region" "group_rows" "impulses" "impulses_none" "integrate" "link_kinds"
-    "links" "matrix" "matrix_diagonal" "matrix_row" "measure_sum" "model" "motion" "motion_out"
-    "piece" "preconditioner" "procedural" "solve" "solve_check" "spring" "spring_buckling" "spring_linear"
-    "status" "substep" "symmetric" "triangles" "vectors"
+    "contact_force" "contact_kept" "contact_pair" "contact_partners" "contact_penalty" "contact_row"
+    "contact_row_none" "contact_search" "contact_spill" "contact_wanted" "distance_grid" "distance_grid_none"
+    "field" "filter" "finite" "force" "group" "group_box" "group_check" "group_region" "group_rows" "impulses"
+    "impulses_none" "integrate" "link_kinds" "links" "matrix" "matrix_diagonal" "matrix_entry" "matrix_row"
+    "measure_sum" "model" "motion" "motion_out" "piece" "preconditioner" "preconditioner_block" "procedural"
+    "solve" "solve_begin" "solve_check" "solve_outcome" "spring" "spring_buckling" "spring_factor"
+    "spring_linear" "status" "substep" "symmetric" "triangles" "vectors"
 }
 
 /// A resource that a module binds.

@@ -1,5 +1,6 @@
 // NUMERICS section 5: B, D and b.
 //!include model substep status call motion force links link_kinds vectors symmetric matrix matrix_diagonal
+//!include assemble
 //!if buckling
 //!include spring_buckling
 //!end
@@ -43,15 +44,11 @@ fn main(
     let iterates = call_has(CALL_ITERATE);
     let length = substep.length;
     let air = air_jacobian(particle);
-    var base = Symmetric(
-        fma(vec3f(length), air.on, velocity.w * (vec3f(1.0) + length * model.drag_rate)),
-        length * air.off,
-    );
-    var right_side = length * force[particle].xyz;
+    var base = base_of(velocity.w, air);
+    var parts = Parts(Symmetric(vec3f(0.0), vec3f(0.0)), length * force[particle].xyz);
     if iterates {
-        right_side -= velocity.w * (velocity.xyz - velocity_kept[particle].xyz);
+        parts.right_side -= velocity.w * (velocity.xyz - velocity_kept[particle].xyz);
     }
-    var diagonal = Symmetric(vec3f(0.0), vec3f(0.0));
     let row = link_row(particle);
     for (var at = row.first; at < row.end; at += row.stride) {
         let entry = link_entries[at];
@@ -60,8 +57,7 @@ fn main(
         let u = factor.xyz;
         let relative = velocity_in[other].xyz - velocity.xyz;
         var along = dot_product(u, relative);
-        let g = max(factor.w, 0.0);
-        var across = g;
+        var across = max(factor.w, 0.0);
         if iterates {
             let damping = bitcast<f32>(spring_word(link_kind(at)).w);
             let square = dot_product(u, u);
@@ -69,11 +65,8 @@ fn main(
             across = 0.0;
         }
         let difference = position_in[other].xyz - position.xyz;
-        var pull = fma(vec3f(along), u, across * relative);
-        pull = fma(vec3f(factor.w / length), difference, pull);
-        right_side += pull;
-        diagonal.on += vec3f(g);
-        diagonal = symmetric_add_outer(diagonal, 1.0, u);
+        let pull = SpringPull(relative, difference, along, across);
+        parts = spring_assemble(parts, factor, pull);
     }
 //!if penalty
     let stiffness = length * model.contact_stiffness;
@@ -84,8 +77,8 @@ fn main(
         if factor.w != 0.0 {
             let relative = velocity_in[contact_entries[at]].xyz - velocity.xyz;
             let along = share * dot_product(factor.xyz, relative);
-            right_side = add_scaled(right_side, along, factor.xyz);
-            diagonal = symmetric_add_outer(diagonal, 1.0, factor.xyz);
+            parts.right_side = add_scaled(parts.right_side, along, factor.xyz);
+            parts.diagonal = symmetric_add_outer(parts.diagonal, 1.0, factor.xyz);
         }
     }
 //!end
@@ -95,13 +88,8 @@ fn main(
         let drag = constraint_drag(&constraint, velocity.xyz);
         base.on += drag.plane.on;
         base.off += drag.plane.off;
-        right_side -= drag.impulse;
+        parts.right_side -= drag.impulse;
     }
 //!end
-    let kind = filter_kind_now(particle, position.w);
-    matrix_base[2u * particle] = vec4f(base.on, kind);
-    matrix_base[2u * particle + 1u] = vec4f(base.off, 0.0);
-    matrix_diagonal[2u * particle] = vec4f(base.on + diagonal.on, 0.0);
-    matrix_diagonal[2u * particle + 1u] = vec4f(base.off + diagonal.off, 0.0);
-    vector_set(VECTOR_RIGHT_SIDE, particle, right_side);
+    system_set(particle, base, filter_kind_now(particle, position.w), parts);
 }

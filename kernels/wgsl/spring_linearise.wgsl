@@ -1,5 +1,5 @@
 // NUMERICS section 5: u and e of every spring, by the particle with the smaller number.
-//!include model substep status motion links link_kinds
+//!include model substep status motion links link_kinds spring_factor
 //!if buckling
 //!include spring_buckling
 //!end
@@ -25,19 +25,7 @@ fn main(
             continue;
         }
         let kind = link_kind(at);
-        let numbers = bitcast<vec4f>(spring_word(kind));
         let difference = position_in[other].xyz - position;
-        let length = sqrt(dot_product(difference, difference));
-        let inverse_length = 1.0 / max(length, LENGTH_MIN);
-        let stretch = length - numbers.y;
-        let square = substep.length * substep.length;
-        let e = square * elastic_tension(kind, numbers.z, stretch) * inverse_length;
-        let slope = elastic_slope(kind, numbers.z, stretch);
-        let along = fma(square, slope, substep.length * numbers.w);
-        let root = sqrt(max(along - max(e, 0.0), 0.0)) * inverse_length;
-        let u = root * difference;
-        // Without a direction all of the stiffness is across; e has nothing to pull along.
-        let across = select(e, along - dot_product(u, u), length <= LENGTH_MIN);
-        factors[entry.y + particle] = vec4f(u, across);
+        factors[entry.y + particle] = spring_factor(kind, spring_word(kind), difference);
     }
 }

@@ -23,6 +23,18 @@ fn few_workgroups_along_one_dimension_give_the_same_bits() {
 }
 
 #[test]
+fn little_workgroup_memory_gives_the_same_bits() {
+    // Too little for an iteration of the conjugate gradient method in one kernel: it has two.
+    let narrow = lowered(|limits| limits.max_compute_workgroup_storage_size = 8 << 10);
+    for response in [None, Some(IMPULSE)] {
+        let model = model(71, response);
+        let implicit = implicit_config();
+        let run = |backend: &dyn Backend| run_with(backend, &model, &implicit, 2);
+        assert_eq!(first_difference(&run(gpu()), &run(&narrow)), None);
+    }
+}
+
+#[test]
 fn too_few_workgroups_are_refused() {
     let narrow = lowered(|limits| limits.max_compute_workgroups_per_dimension = 4);
     let error = narrow.create_solver(model(71, None), &config()).map(|_| ()).unwrap_err();

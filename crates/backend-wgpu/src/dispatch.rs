@@ -12,6 +12,18 @@ pub(crate) const GROUP: u32 = 32;
 const SOLVE_THREADS: u32 = 256;
 /// Most partial sums of a linear solver (`PARTIALS_MAX` in `shared/solve.wgsl`).
 pub(crate) const PARTIALS_MAX: u32 = 1024;
+/// Particles around those of a workgroup that it keeps in an iteration of one kernel (`WINDOW` in
+/// `conjugate_gradient_iteration.wgsl`).
+const WINDOW: u32 = 1024;
+/// Workgroup memory of that kernel \[byte\]: its window, sums, a phase.
+const WINDOW_MEMORY: u32 = 12 * WINDOW + 8 * SOLVE_THREADS + 16;
+
+/// Whether an iteration of the conjugate gradient method can be one kernel, on a device with `memory` bytes for each
+/// workgroup, in a model whose springs join particles with numbers that differ by `reach` at most.
+pub(crate) const fn iterates_at_once(particles: u32, reach: u32, memory: u32) -> bool {
+    let [_, repeats] = solve_blocks(particles);
+    repeats == 1 && reach <= (WINDOW - SOLVE_THREADS) / 2 && memory >= WINDOW_MEMORY
+}
 
 /// Workgroups of the linear solvers, and particles of each of their threads.
 pub(crate) const fn solve_blocks(particles: u32) -> [u32; 2] {
@@ -53,6 +65,14 @@ mod tests {
             assert!(blocks <= PARTIALS_MAX);
             assert!(u64::from(blocks) * u64::from(repeats) * 256 >= u64::from(particles));
         }
+    }
+
+    #[test]
+    fn an_iteration_is_one_kernel_where_its_window_suffices() {
+        let patch = |side: u32| iterates_at_once(side * side, 2 * side + 2, 16 << 10);
+        assert!(patch(60) && patch(190) && !patch(192));
+        assert!(!iterates_at_once(3600, 122, 8 << 10));
+        assert!(!iterates_at_once(1 << 20, 2, 16 << 10));
     }
 
     #[test]

@@ -104,8 +104,8 @@ shared_struct! {
         flags: u32,
         pass_number: u32,
         pass_count: u32,
-        padding_0: u32,
-        padding_1: u32,
+        reach: u32,
+        padding: u32,
     }
 }
 
@@ -116,6 +116,7 @@ pub(crate) const CALL_FROM_SOLUTION: u32 = 4;
 pub(crate) const CALL_DEFERRED: u32 = 8;
 pub(crate) const CALL_REFERENCE: u32 = 16;
 pub(crate) const CALL_REFINE: u32 = 32;
+pub(crate) const CALL_ODD: u32 = 64;
 
 shared_struct! {
     /// `shared/solve.wgsl`.

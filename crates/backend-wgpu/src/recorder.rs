@@ -15,7 +15,17 @@ pub(crate) struct Recorder {
     encoder: Option<wgpu::CommandEncoder>,
     pass: Option<wgpu::ComputePass<'static>>,
     clock: Option<Clock>,
+    /// Dispatches at which what is recorded is handed over early, if that is to be.
+    early: Option<u32>,
+    /// Dispatches recorded since the last call of `submit`.
+    count: u32,
 }
+
+/// Dispatches after which the first work is handed over early: what the device has to do for as long as the host
+/// takes for some tens more.
+const EARLY_FIRST: u32 = 10;
+/// How much more of them there are the next time.
+const EARLY_GROWTH: u32 = 4;
 
 /// Time stamps of passes.
 #[derive(Debug)]
@@ -34,7 +44,9 @@ const CLOCK_PASSES: u32 = 1024;
 const CLOCK_SIZE: u64 = 2 * CLOCK_PASSES as u64 * wgpu::QUERY_SIZE as u64;
 
 impl Recorder {
-    pub(crate) fn new(context: &DeviceContext) -> Self {
+    /// With `is_early` the device begins with the first work while more is recorded: worth it where the host waits for the
+    /// end of a frame before it records another one.
+    pub(crate) fn new(context: &DeviceContext, is_early: bool) -> Self {
         let clock = context.stage_times().then(|| Clock {
             queries: context.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("stage times"),
@@ -51,7 +63,8 @@ impl Recorder {
             stages: Vec::new(),
             times: Vec::new(),
         });
-        Self { encoder: None, pass: None, clock }
+        let early = is_early.then_some(EARLY_FIRST);
+        Self { encoder: None, pass: None, clock, early, count: 0 }
     }
 
     /// Whether nothing is recorded.
@@ -105,6 +118,11 @@ impl Recorder {
         pass.set_pipeline(&kernel.pipeline);
         pass.set_bind_group(0, bind_group, offsets);
         pass.dispatch_workgroups(groups[0], groups[1], 1);
+        self.count += 1;
+        if !timed && self.early == Some(self.count) {
+            self.early = Some(self.count * EARLY_GROWTH);
+            return self.hand_over(context);
+        }
         Ok(())
     }
 
@@ -134,6 +152,12 @@ impl Recorder {
     /// # Errors
     /// What the device reports.
     pub(crate) fn submit(&mut self, context: &DeviceContext) -> Result<()> {
+        self.count = 0;
+        self.early = self.early.map(|_| EARLY_FIRST);
+        self.hand_over(context)
+    }
+
+    fn hand_over(&mut self, context: &DeviceContext) -> Result<()> {
         self.pass = None;
         let Some(mut encoder) = self.encoder.take() else { return context.faults.check() };
         match self.clock.as_mut().filter(|clock| !clock.stages.is_empty()) {

@@ -19,8 +19,9 @@ struct Call {
     pass_number: u32,
     // Solves within a substep at most.
     pass_count: u32,
-    padding_0: u32,
-    padding_1: u32,
+    // Largest distance of the numbers of two particles that a spring joins.
+    reach: u32,
+    padding: u32,
 }
 
 @group(0) @binding(33) var<uniform> call: Call;
@@ -38,6 +39,8 @@ const CALL_REFERENCE: u32 = 16u;
 
 // A solve that goes on from the one before, with the residual computed anew.
 const CALL_REFINE: u32 = 32u;
+// An odd number of iterations of one kernel each lies behind: their scalars are in `solve.current`.
+const CALL_ODD: u32 = 64u;
 
 fn call_has(flag: u32) -> bool {
     return (call.flags & flag) != 0u;

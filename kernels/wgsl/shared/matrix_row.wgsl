@@ -1,11 +1,5 @@
 // NUMERICS section 5, matrix_apply: a row of A times a vector.
 
-// The sum with one spring more.
-fn matrix_entry(sum: vec3f, factor: vec4f, difference: vec3f) -> vec3f {
-    let along = dot_product(factor.xyz, difference);
-    return add_scaled(add_scaled(sum, max(factor.w, 0.0), difference), along, factor.xyz);
-}
-
 // Eight springs at a time, so that the device waits once for what they read; what lies beyond the row is read
 // again and left out.
 fn matrix_row(particle: u32, vector: u32) -> vec3f {

@@ -4,7 +4,11 @@
 
 // S P^-1 y; blocks are read only if the preconditioner has any.
 fn preconditioned(particle: u32, kind: f32, y: vec3f) -> vec3f {
-    let on = inverse[2u * particle];
+    return preconditioned_by(inverse[2u * particle], particle, kind, y);
+}
+
+// The same, with the first of both places known.
+fn preconditioned_by(on: vec4f, particle: u32, kind: f32, y: vec3f) -> vec3f {
     var result = on.xyz * y;
     if on.w != 0.0 {
         result = symmetric_apply(Symmetric(on.xyz, inverse[2u * particle + 1u].xyz), y);

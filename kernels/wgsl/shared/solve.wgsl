@@ -1,6 +1,6 @@
 // NUMERICS section 5, linear solvers: the scalars of an iteration, and what became of all solves. An iteration
 // has two kernels. The first reads `next` and makes `current` of it, the second reads `current` and
-// writes `next`: so nobody reads what another workgroup writes.
+// writes `next`: so nobody reads what another workgroup writes. Where it has one kernel, `next` and `current` take turns.
 
 struct SolveState {
     // One of the SOLVE_ constants.
@@ -64,6 +64,8 @@ const SOLVE_BROKEN: u32 = 4u;
 const SOLVE_THREADS: u32 = 256u;
 // Most blocks of particles: partial sums of one kind.
 const PARTIALS_MAX: u32 = 1024u;
+// Where the sums are that an odd iteration of one kernel reads.
+const PARTIALS_ODD: u32 = 2048u;
 
 var<workgroup> sums: array<vec2f, SOLVE_THREADS>;
 var<workgroup> shared_phase: u32;
@@ -82,18 +84,9 @@ fn workgroup_sum(thread: u32, own: vec2f) -> vec2f {
     return workgroupUniformLoad(&sums[0]);
 }
 
-// Partial sums that every thread adds up by itself.
-const PARTIALS_FEW: u32 = 32u;
-
 // The sum of all partial sums from place `first` on, for all threads.
 fn partials_total(thread: u32, first: u32) -> vec2f {
     var own = vec2f(0.0);
-    if model.solve_blocks <= PARTIALS_FEW {
-        for (var block = 0u; block < model.solve_blocks; block += 1u) {
-            own += partials[first + block];
-        }
-        return own;
-    }
     for (var block = thread; block < model.solve_blocks; block += SOLVE_THREADS) {
         own += partials[first + block];
     }

@@ -10,6 +10,10 @@ const VECTOR_PRECONDITIONED: u32 = 3u;
 const VECTOR_IMAGE: u32 = 4u;
 const VECTOR_DIRECTION: u32 = 5u;
 const VECTOR_DIRECTION_IMAGE: u32 = 6u;
+// Residual, image and image of the direction again: where an iteration is one kernel, two copies take turns.
+const VECTOR_RESIDUAL_ODD: u32 = 7u;
+const VECTOR_IMAGE_ODD: u32 = 8u;
+const VECTOR_DIRECTION_IMAGE_ODD: u32 = 9u;
 
 fn vector_get(vector: u32, particle: u32) -> vec3f {
     return vectors[vector * model.particle_count + particle].xyz;

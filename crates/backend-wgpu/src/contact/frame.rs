@@ -31,6 +31,7 @@ pub(crate) enum Command {
     ImplicitAssemble(Substep, NewtonStart),
     ColliderConstraints(Substep),
     ImplicitSolve(Substep, SolveRequest),
+    ImplicitStep(Substep, SolveRequest),
     VelocityAdd(f64),
     PositionAdvance(f64),
     PositionFromKept(f64),

@@ -155,13 +155,17 @@ impl Kernels for WgpuKernels {
             return outcome;
         }
         report.newton_iterations += 1;
+        let is_warm = settings.linear.warm_start && substep.index > 0;
+        let start = if is_warm { LinearStart::Solution } else { LinearStart::Constraints };
+        let request = SolveRequest::new(settings, start);
+        if self.stages.steps_at_once() {
+            self.stages.execute(Command::ImplicitStep(*substep, request))?;
+            return Ok(true);
+        }
         if !self.model().colliders().is_empty() {
             self.collider_constraints(substep)?;
         }
         stepper::implicit::system(self, substep, NewtonStart::StepStart)?;
-        let is_warm = settings.linear.warm_start && substep.index > 0;
-        let start = if is_warm { LinearStart::Solution } else { LinearStart::Constraints };
-        let request = SolveRequest::new(settings, start);
         self.stages.execute(Command::ImplicitSolve(*substep, request))?;
         self.velocity_add(1.0)?;
         stepper::implicit::advance(self, substep)?;

@@ -29,3 +29,5 @@ pub(crate) const fn vector_number(vector: LinearVector) -> u32 {
 
 /// Vectors of the linear system.
 pub(crate) const VECTOR_COUNT: u64 = LinearVector::ALL.len() as u64;
+/// Vectors of which there are two copies where an iteration is one kernel.
+pub(crate) const VECTOR_COPIES: u64 = 3;

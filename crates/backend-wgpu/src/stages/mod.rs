@@ -58,6 +58,8 @@ pub(crate) struct Stages {
     held: Vec<bool>,
     /// Whether one kernel does the composite stage; false on a device that cannot bind enough buffers.
     is_fused: bool,
+    /// Whether two kernels do all of an implicit substep but its iterations.
+    is_step_fused: bool,
     has_force: bool,
     contact: Option<ContactPolicy>,
     /// Work that may have to be done again.
@@ -69,6 +71,9 @@ pub(crate) struct Stages {
     calls: Vec<layout::Call>,
     /// How much of a solve is recorded, if the device decides how solves go on.
     solve_policy: Option<SolvePolicy>,
+    /// Largest distance of the numbers of two particles that a spring joins, if an iteration of the conjugate
+    /// gradient method is one kernel.
+    solve_reach: Option<u32>,
     semi_implicit: SemiImplicit,
     /// What came of recorded solves, for the next one who asks.
     deferred: DeferredOutcome,
@@ -146,7 +151,7 @@ impl Stages {
         let motions = if repeats { 3 } else { 2 };
         let buffers = Buffers::new(&context, &model, &tables, sizes.as_ref(), motions)?;
         let mut stages = Self {
-            recorder: Recorder::new(&context),
+            recorder: Recorder::new(&context, solve_policy.is_some()),
             small: Readback::new(&context, SMALL_SIZE),
             large: None,
             kernels: HashMap::new(),
@@ -159,6 +164,7 @@ impl Stages {
             has_boxes: [false; 3],
             held: vec![false; model.particle_count()],
             is_fused: true,
+            is_step_fused: false,
             has_force: false,
             contact,
             open: None,
@@ -166,6 +172,7 @@ impl Stages {
             is_batch: false,
             calls: Vec::new(),
             solve_policy,
+            solve_reach: None,
             semi_implicit: SemiImplicit::default(),
             deferred: DeferredOutcome::default(),
             constrained: None,
@@ -183,6 +190,7 @@ impl Stages {
         };
         if stages.solve_policy.is_some() {
             stages.linear_prepare()?;
+            stages.is_step_fused = stages.implicit_step_prepare()?;
         }
         stages.kernels_prepare()?;
         stages.model_write();
@@ -258,6 +266,10 @@ impl Stages {
             | "semi_implicit_solve"
             | "spring_forces"
             | "spring_linearise" => buckling.into_iter().collect(),
+            "implicit_system" => {
+                let air = self.model.air().is_some().then_some("air");
+                air.into_iter().chain(buckling).collect()
+            }
             "implicit_assemble" => {
                 let air = self.model.air().is_some().then_some("air");
                 let penalty = is_penalty.then_some("penalty");
@@ -267,7 +279,8 @@ impl Stages {
                 colliders.into_iter().chain(is_penalty.then_some("penalty")).collect()
             }
             "matrix_apply" => is_penalty.then_some("penalty").into_iter().collect(),
-            "conjugate_gradient_step"
+            "conjugate_gradient_iteration"
+            | "conjugate_gradient_step"
             | "constraint_filter"
             | "constraint_project"
             | "linear_start"

@@ -20,6 +20,8 @@ pub(crate) struct LinkTables {
     pub(crate) kinds: Vec<u32>,
     /// Places of springs.
     pub(crate) places: usize,
+    /// Largest distance of the numbers of two particles that a spring joins.
+    pub(crate) reach: u32,
 }
 
 impl LinkTables {
@@ -31,6 +33,7 @@ impl LinkTables {
         let columns = (0..count).map(later).max().unwrap_or(0).min(COLUMNS_MAX);
         let mut place = vec![0_u32; gather.columns.len()];
         let mut next = columns * count;
+        let mut reach = 0;
         // Places given by the earlier particle, in the order in which the later one meets them.
         let mut given = vec![Vec::new(); count];
         for i in 0..count {
@@ -38,6 +41,7 @@ impl LinkTables {
             let mut rank = 0;
             for at in range(i) {
                 let j = gather.columns[at] as usize;
+                reach = reach.max(i.abs_diff(j) as u32);
                 if j < i {
                     place[at] = earlier.next().unwrap_or_default();
                     continue;
@@ -65,6 +69,7 @@ impl LinkTables {
             kinds: entries.iter().map(|&[_, _, kind]| kind).collect(),
             entries: entries.into_iter().map(|[offset, place, _]| [offset, place]).collect(),
             places: next,
+            reach,
         }
     }
 
@@ -117,6 +122,7 @@ mod tests {
         let small = check(patch(30, Stencil::Neighbours24));
         let large = check(patch(60, Stencil::Neighbours24));
         assert_eq!(small.entries.len(), large.entries.len(), "patches share their rows");
+        assert_eq!((small.reach, large.reach), (62, 122), "two rows and two columns");
         check(patch(9, Stencil::Neighbours12));
         let rim = 50_u32;
         let mesh = TriangleMesh {

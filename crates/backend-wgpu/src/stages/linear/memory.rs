@@ -5,9 +5,9 @@ use cloth_core::Result;
 use super::{CALLS_MAX, Stages};
 use crate::{
     buffers::{VECTOR_SIZE, uniform_stride},
-    dispatch::PARTIALS_MAX,
+    dispatch::{PARTIALS_MAX, iterates_at_once},
     layout::{Call, Solve},
-    linear::VECTOR_COUNT,
+    linear::{VECTOR_COPIES, VECTOR_COUNT},
     tables::{links::LinkTables, spring_kinds},
 };
 
@@ -24,13 +24,18 @@ impl Stages {
         let links = LinkTables::new(&self.model);
         let kinds = spring_kinds(&self.model);
         let calls = uniform_stride(&self.context.limits, size_of::<Call>()) * CALLS_MAX as u64;
+        let memory = self.context.limits.max_compute_workgroup_storage_size;
+        let fits = iterates_at_once(particles as u32, links.reach, memory);
+        let at_once = fits && !self.is_penalty();
+        self.solve_reach = at_once.then_some(links.reach);
+        let copies = if at_once { VECTOR_COPIES } else { 0 };
         let mut zeroed = vec![
-            ("vectors", VECTOR_COUNT * VECTOR_SIZE * particles),
+            ("vectors", (VECTOR_COUNT + copies) * VECTOR_SIZE * particles),
             ("factors", VECTOR_SIZE * links.places as u64),
             ("matrix_base", 2 * VECTOR_SIZE * particles),
             ("matrix_diagonal", 2 * VECTOR_SIZE * particles),
             ("inverse", 2 * VECTOR_SIZE * particles),
-            ("partials", 2 * 8 * u64::from(PARTIALS_MAX)),
+            ("partials", 4 * 8 * u64::from(PARTIALS_MAX)),
             ("call", calls),
         ];
         for name in super::super::motion::KEPT {

@@ -4,6 +4,7 @@ mod constraints;
 mod memory;
 mod read;
 mod solve;
+mod step;
 
 use cloth_core::{LinearVector, MatrixForm, NewtonStart, Preconditioner, Result, stepper::Substep};
 

@@ -8,7 +8,8 @@ use cloth_core::{
 use super::{Stages, vectors_call};
 use crate::{
     layout::{
-        CALL_DEFERRED, CALL_REFERENCE, Call, SOLVE_CONVERGED, SOLVE_ENDED, SOLVE_RUNNING, Solve,
+        CALL_DEFERRED, CALL_FROM_SOLUTION, CALL_ODD, CALL_REFERENCE, Call, SOLVE_CONVERGED,
+        SOLVE_ENDED, SOLVE_RUNNING, Solve,
     },
     linear::{SolveRequest, call_of, linear_check, vector_number},
 };
@@ -46,27 +47,56 @@ impl Stages {
 
     /// Everything before the first iteration.
     fn solve_begin(&mut self, stage: &'static str, slot: usize, call: Call) -> Result<()> {
-        let starts_at_solution = call.flags & crate::layout::CALL_FROM_SOLUTION != 0;
+        let starts_at_solution = call.flags & CALL_FROM_SOLUTION != 0;
         self.single(stage, "linear_begin", slot, call)?;
         let items = (self.particle_count(), crate::dispatch::WORKGROUP);
         let index = self.call(call)?;
         self.dispatch(stage, "linear_start", items, self.present, (slot, index))?;
-        let residual = |vector, flags| Call {
-            vector_from: vector_number(vector),
-            flags: call.flags | flags,
+        let reference = Call {
+            vector_from: vector_number(LinearVector::Direction),
+            flags: call.flags | CALL_REFERENCE,
             ..call
         };
-        let reference = residual(LinearVector::Direction, CALL_REFERENCE);
         self.solve_kernel(stage, "linear_residual", reference)?;
-        if starts_at_solution {
-            self.single(stage, "linear_reference", slot, call)?;
-            let solution = residual(LinearVector::Solution, 0);
-            self.solve_kernel(stage, "linear_residual", solution)?;
-        }
-        Ok(())
+        if starts_at_solution { self.residual_of_solution(stage, slot, call) } else { Ok(()) }
     }
 
-    fn solve_iterate(&mut self, method: LinearMethod, count: u32, call: Call) -> Result<()> {
+    /// The residual of the solution, after that of the start at z.
+    pub(super) fn residual_of_solution(
+        &mut self,
+        stage: &'static str,
+        slot: usize,
+        call: Call,
+    ) -> Result<()> {
+        self.single(stage, "linear_reference", slot, call)?;
+        let vector_from = vector_number(LinearVector::Solution);
+        self.solve_kernel(stage, "linear_residual", Call { vector_from, ..call })
+    }
+
+    /// Records `count` iterations after the first `done` ones. Returns what tells later kernels where the last one
+    /// left its scalars.
+    fn solve_iterate(
+        &mut self,
+        method: LinearMethod,
+        (done, count): (u32, u32),
+        call: Call,
+    ) -> Result<Call> {
+        let reach = self.solve_reach.filter(|_| method != LinearMethod::Jacobi);
+        if let Some(reach) = reach {
+            let stage = "conjugate_gradient";
+            let after = |done: u32| Call {
+                flags: call.flags | if done % 2 == 1 { CALL_ODD } else { 0 },
+                reach,
+                ..call
+            };
+            if done == 0 {
+                self.solve_kernel(stage, "conjugate_gradient_image", call)?;
+            }
+            for number in done..done + count {
+                self.solve_kernel(stage, "conjugate_gradient_iteration", after(number))?;
+            }
+            return Ok(after(done + count));
+        }
         for _ in 0..count {
             if method == LinearMethod::Jacobi {
                 self.solve_kernel("jacobi", "jacobi", call)?;
@@ -78,7 +108,18 @@ impl Stages {
                 self.solve_kernel(stage, "conjugate_gradient_step", call)?;
             }
         }
-        Ok(())
+        Ok(call)
+    }
+
+    /// Records as many iterations as the solve of this call is likely to need.
+    pub(super) fn solve_iterate_recorded(
+        &mut self,
+        method: LinearMethod,
+        call: Call,
+    ) -> Result<Call> {
+        let policy = self.solve_policy.as_ref();
+        let count = policy.map_or(0, |policy| policy.iterations(call.pass_number));
+        self.solve_iterate(method, (0, count), call)
     }
 
     /// Solves the system with the preconditioner that was built last, and waits for what comes of it.
@@ -92,12 +133,12 @@ impl Stages {
         let stage = stage_of(method);
         let call = call_of(settings, start);
         self.solve_begin(stage, self.slots.current, call)?;
-        let mut left = settings.iterations_max;
+        let mut done = 0;
         loop {
-            let count = left.min(CHUNK);
-            left -= count;
-            self.solve_iterate(method, count, call)?;
-            self.single(stage, "linear_end", self.slots.current, call)?;
+            let count = CHUNK.min(settings.iterations_max - done);
+            let after = self.solve_iterate(method, (done, count), call)?;
+            done += count;
+            self.single(stage, "linear_end", self.slots.current, after)?;
             let solve = self.solve_read()?;
             if solve.outcome_phase != SOLVE_RUNNING {
                 return Ok(outcome(&solve));
@@ -144,19 +185,17 @@ impl Stages {
         slot: usize,
         call: Call,
     ) -> Result<Call> {
-        let pass = call.pass_number;
-        let count = self.solve_policy.as_ref().map_or(0, |policy| policy.iterations(pass));
         let stage = stage_of(linear.method);
         let settings = call_of(linear, start);
         let call = Call {
             flags: call.flags | settings.flags | CALL_DEFERRED,
-            pass_number: pass,
+            pass_number: call.pass_number,
             pass_count: call.pass_count,
             ..settings
         };
         self.solve_begin(stage, slot, call)?;
-        self.solve_iterate(linear.method, count, call)?;
-        self.single(stage, "linear_end", slot, call)?;
+        let after = self.solve_iterate_recorded(linear.method, call)?;
+        self.single(stage, "linear_end", slot, after)?;
         Ok(call)
     }
 
@@ -178,7 +217,7 @@ impl Stages {
 
     /// Lets the device count constrained particles anew.
     pub(in crate::stages) fn constrained_reset(&mut self) -> Result<()> {
-        if !self.buffers.has("solve") {
+        if !self.buffers.has("solve") || self.model.colliders().is_empty() {
             return Ok(());
         }
         self.solve_write(std::mem::offset_of!(Solve, constrained), &[0])
@@ -194,7 +233,7 @@ impl Stages {
     }
 }
 
-const fn stage_of(method: LinearMethod) -> &'static str {
+pub(super) const fn stage_of(method: LinearMethod) -> &'static str {
     match method {
         LinearMethod::Jacobi => "jacobi",
         _ => "conjugate_gradient",
