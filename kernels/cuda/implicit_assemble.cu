@@ -53,10 +53,11 @@ extern "C" __global__ void implicit_assemble(const __grid_constant__ Solver s, c
         uint at = row.first + (k << row.shift);
         uint2 link = l.links[at];
         uint j = i + link.x;
-        real4 f = l.factors[factor_place(s, l, link.y, i, j)];
-        real g = maximum(f.w, (real)0);
+        Factors factors = l.factors[factor_place(s, l, link.y, i, j)];
+        real g = maximum(factors.e, (real)0);
         vec3 w = xyz(motion.v[j]) - vi;
         vec3 d = xyz(motion.x[j]) - xi;
+        vec3 f = factors.root * d;
         real along = f.x * w.x + f.y * w.y + f.z * w.z;
         real across = g;
         if (is_iterate) {
@@ -65,7 +66,7 @@ extern "C" __global__ void implicit_assemble(const __grid_constant__ Solver s, c
             along = share * along;
             across = 0;
         }
-        real pull = f.w * inverse;
+        real pull = factors.e * inverse;
         right.x += pull * d.x + (across * w.x + f.x * along);
         right.y += pull * d.y + (across * w.y + f.y * along);
         right.z += pull * d.z + (across * w.z + f.z * along);

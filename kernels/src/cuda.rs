@@ -40,7 +40,7 @@ modules! {
     "collider_constraints" [],
     "collider_impulses" [],
     "collider_response" [],
-    "conjugate_gradient" ["wide"],
+    "conjugate_gradient" ["wide", "resident"],
     "constraint_filter" [],
     "constraint_project" [],
     "constraint_release" [],
@@ -81,7 +81,7 @@ macro_rules! shared {
 shared! {
     "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "sync" "build"
     "substep"
-    "linear" "constraint"
+    "linear" "sum" "resident" "constraint"
 }
 
 macro_rules! ladder {
@@ -165,8 +165,8 @@ impl CudaModule {
         Ok(text)
     }
 
-    /// Every set of options that backends use: `fast` is for single precision, and the tiles of `grid` read their
-    /// springs from the table.
+    /// Every set of options that backends use: `fast` and the `resident` form of the linear solver are for single precision, and
+    /// the tiles of `grid` read their springs from the table.
     #[must_use]
     pub fn option_sets(&self) -> Vec<Vec<&'static str>> {
         let all: Vec<&str> = self.common.iter().chain(self.options).copied().collect();
@@ -176,7 +176,8 @@ impl CudaModule {
         };
         let is_used = |set: &Vec<&str>| {
             let has = |option| set.contains(&option);
-            !(has("f64") && has("fast") || has("grid") && !has("table"))
+            let double = has("f64") && (has("fast") || has("resident"));
+            !(double || has("wide") && has("resident") || has("grid") && !has("table"))
         };
         (0..1_u32 << all.len()).map(chosen).filter(is_used).collect()
     }
@@ -229,5 +230,7 @@ mod tests {
         );
         assert!(module.compose(vec!["air"]).is_err());
         assert_eq!(module.option_sets().len(), 3 * 2 * 2 * 3 * 2);
+        let solver = CudaModule::find("conjugate_gradient").unwrap();
+        assert_eq!(solver.option_sets().len(), 2 * 3 + 2);
     }
 }
