@@ -48,9 +48,9 @@ fn implicit(backend: &dyn Backend, label: &str, side: u32, method: LinearMethod)
     for _ in 0..STEPS[0] {
         device.push(device_time(&running.step()?));
     }
-    // In each iteration twelve factors, six vectors read, five written, two blocks.
+    // In each iteration twelve pairs of factors, seven vectors read, six written, two blocks, two positions.
     let particles = workload.particles() as f64;
-    let floor = f64::from(ITERATIONS) * particles * 16.0 * 25.0 / BANDWIDTH * 1e6;
+    let floor = f64::from(ITERATIONS) * particles * 16.0 * 23.0 / BANDWIDTH * 1e6;
     let time = median(device);
     println!("{label:<12} {side:>5} {method:<7} {time:>9.1} us/step   floor {floor:>7.1}");
     Ok(())

@@ -1,11 +1,20 @@
-// NUMERICS section 5, `conjugate_gradient` and `jacobi`: a whole solve in one cooperative launch. Blocks of 512
-// particles, two meetings of all blocks in each iteration.
+// NUMERICS section 5, `conjugate_gradient` and `jacobi`: a whole solve in one cooperative launch, in one of two forms. In general,
+// particles are handed out to blocks in steps, with two meetings of all blocks in each iteration. With `resident`, for models of
+// which a multiprocessor has a few hundred particles, all that a particle needs stays in registers from one iteration to the
+// next, and blocks do not meet at all (`shared/resident.cuh`).
 
-#if defined(CLOTH_F64) || defined(CLOTH_WIDE)
+#if defined(CLOTH_RESIDENT)
+#define THREADS RESIDENT_THREADS
+#define SOLVER_BLOCKS 1
+#elif defined(CLOTH_F64) || defined(CLOTH_WIDE)
+#define THREADS 512
 #define SOLVER_BLOCKS 1
 #else
+#define THREADS 512
 #define SOLVER_BLOCKS 2
 #endif
+
+typedef SumMemory<THREADS> Sums;
 
 struct Solve {
     double reference;
@@ -14,6 +23,30 @@ struct Solve {
     double gamma;
     // Whether there is something to do.
     bool iterates;
+};
+
+// The steps of a block.
+struct Work {
+    uint first;
+    uint stride;
+    uint count;
+
+    __device__ __forceinline__ uint step(uint k) const { return first + k * stride; }
+    __device__ __forceinline__ uint particle(uint k) const { return step(k) * THREADS + threadIdx.x; }
+};
+
+__device__ __forceinline__ Work work_of(uint count) {
+    uint steps = (count + THREADS - 1) / THREADS;
+    return {blockIdx.x, gridDim.x, (steps - blockIdx.x + gridDim.x - 1) / gridDim.x};
+}
+
+// Sums that are published, those of particles beyond the last included.
+__device__ __forceinline__ uint units_of(uint count) { return (count + THREADS - 1) / THREADS * Sums::UNITS; }
+
+// What a particle adds to one sum or two.
+struct Products {
+    real a;
+    real b;
 };
 
 __device__ __forceinline__ void finish(const Linear& l, uint iterations, double residual, bool converged, bool breakdown) {
@@ -26,55 +59,73 @@ __device__ __forceinline__ void finish(const Linear& l, uint iterations, double 
 
 __device__ __forceinline__ bool is_finite(double a) { return fabs(a) <= 1.7976931348623157e308; }
 
+// Calls `visit` for each particle of this block, its steps in descending order: the pass before it has ended with those that
+// are still in the cache. Its products are summed.
+template <typename Visit>
+__device__ __forceinline__ void for_particles(const Solver& s, Sums& memory, uint count, double* first, double* second, Visit visit) {
+    Work work = work_of(s.count);
+    for (uint end = work.count; end > 0;) {
+        uint turns = min(end, Sums::TURNS);
+        for (uint turn = 0; turn < turns; turn++) {
+            uint i = work.particle(end - 1 - turn);
+            Products products = {0, 0};
+            if (i < s.count) products = visit(i);
+            for (uint which = 0; which < count; which++) memory.put(turn, which, which == 0 ? products.a : products.b);
+        }
+        __syncthreads();
+        memory.finish(turns, count, first, second, work.step(end - 1), -(int)work.stride);
+        __syncthreads();
+        end -= turns;
+    }
+}
+
 // r = S (b - A y) and c = S P^-1 r for a vector y whose entries all blocks have written, or r = S b without
 // one; then |r| and r . c.
-__device__ void residual_of(const Solver& s, const Linear& l, SumMemory& memory, const real4* y, double& residual, double& gamma) {
-    uint blocks = (s.count + SUM_BLOCK - 1) / SUM_BLOCK;
-    for (uint block = blockIdx.x; block < blocks; block += gridDim.x) {
-        uint i = block * SUM_BLOCK + threadIdx.x;
-        vec3 r = {0, 0, 0}, c = {0, 0, 0};
-        if (i < s.count) {
-            r = xyz(l.vectors[RIGHT_SIDE][i]);
-            if (y != nullptr) r = r - matrix_row(s, l, y, i);
-            r = filtered(s, l, i, r);
-            c = filtered(s, l, i, preconditioned(l, i, r));
-            l.vectors[RESIDUAL][i] = with_w(r, 0);
-            l.vectors[PRECONDITIONED][i] = with_w(c, 0);
-        }
-        sum_put(memory, 0, r, c);
-        sum_put(memory, 1, r, r);
-        sum_block(memory, 2, &l.partials[blocks + block], &l.partials[2 * blocks + block]);
+__device__ __forceinline__ void residual_of(const Solver& s, const Linear& l, Sums& memory, const real4* y, double& residual, double& gamma) {
+    uint units = units_of(s.count);
+    double* sums[2] = {l.partials + units, l.partials + 2 * units};
+    auto visit = [&](uint i, const vec3& row) {
+        vec3 r = filtered(s, l, i, xyz(l.vectors[RIGHT_SIDE][i]) - row);
+        vec3 c = filtered(s, l, i, preconditioned(l, i, r));
+        l.vectors[RESIDUAL][i] = with_w(r, 0);
+        l.vectors[PRECONDITIONED][i] = with_w(c, 0);
+        return Products{dot(r, c), dot(r, r)};
+    };
+    if (y == nullptr) {
+        for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) { return visit(i, vec3{0, 0, 0}); });
+    } else {
+        for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) { return visit(i, matrix_row(s, l, y, i)); });
     }
     grid_barrier(&s.status->barrier[2]);
     double square;
-    sum_total(memory, l.partials + blocks, l.partials + 2 * blocks, blocks, gamma, square);
+    memory.add_blocks(2, sums[0], sums[1], units, gamma, square);
     residual = sqrt(square);
 }
 
 // Puts the solution where the iteration starts, and its residual with it.
-__device__ Solve begin(const Solver& s, const Linear& l, SumMemory& memory, uint from_solution) {
-    uint blocks = (s.count + SUM_BLOCK - 1) / SUM_BLOCK;
-    for (uint block = blockIdx.x; block < blocks; block += gridDim.x) {
-        uint i = block * SUM_BLOCK + threadIdx.x;
-        vec3 z = {0, 0, 0};
-        if (i < s.count) {
-            z = projected(s, l, i, z);
+__device__ __forceinline__ Solve begin(const Solver& s, const Linear& l, Sums& memory, uint from_solution) {
+    uint units = units_of(s.count);
+    Work work = work_of(s.count);
+    bool is_constrained = false;
+    if (l.has_constraints) {
+        for_particles(s, memory, 1, l.partials, l.partials, [&](uint i) {
+            vec3 z = projected(s, l, i, vec3{0, 0, 0});
             l.vectors[DIRECTION][i] = with_w(z, 0);
-        }
-        sum_put(memory, 0, z, z);
-        sum_block(memory, 1, &l.partials[block], &l.partials[block]);
+            return Products{dot(z, z), 0};
+        });
+        grid_barrier(&s.status->barrier[2]);
+        double square, unused;
+        memory.add_blocks(1, l.partials, l.partials, units, square, unused);
+        is_constrained = square != 0;
     }
-    grid_barrier(&s.status->barrier[2]);
-    double square, unused;
-    sum_total(memory, l.partials, l.partials, blocks, square, unused);
     Solve solve;
-    residual_of(s, l, memory, square == 0 ? nullptr : l.vectors[DIRECTION], solve.reference, solve.gamma);
+    residual_of(s, l, memory, is_constrained ? l.vectors[DIRECTION] : nullptr, solve.reference, solve.gamma);
     solve.residual = solve.reference;
     solve.iterates = true;
     if (solve.reference == 0 || !from_solution) {
-        for (uint block = blockIdx.x; block < blocks; block += gridDim.x) {
-            uint i = block * SUM_BLOCK + threadIdx.x;
-            if (i < s.count) l.vectors[SOLUTION][i] = l.vectors[DIRECTION][i];
+        for (uint k = 0; k < work.count; k++) {
+            uint i = work.particle(k);
+            if (i < s.count) l.vectors[SOLUTION][i] = l.has_constraints ? l.vectors[DIRECTION][i] : real4{0, 0, 0, 0};
         }
     }
     if (solve.reference == 0) {
@@ -83,8 +134,8 @@ __device__ Solve begin(const Solver& s, const Linear& l, SumMemory& memory, uint
         return solve;
     }
     if (from_solution) {
-        for (uint block = blockIdx.x; block < blocks; block += gridDim.x) {
-            uint i = block * SUM_BLOCK + threadIdx.x;
+        for (uint k = 0; k < work.count; k++) {
+            uint i = work.particle(k);
             if (i < s.count) l.vectors[SOLUTION][i] = with_w(projected(s, l, i, xyz(l.vectors[SOLUTION][i])), 0);
         }
         grid_barrier(&s.status->barrier[2]);
@@ -97,12 +148,142 @@ __device__ Solve begin(const Solver& s, const Linear& l, SumMemory& memory, uint
     return solve;
 }
 
-extern "C" __global__ void __launch_bounds__(512, SOLVER_BLOCKS) conjugate_gradient(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
-    __shared__ SumMemory memory;
+// How the conjugate gradient method goes on: step length and share of the last direction.
+struct Recurrence {
+    double alpha;
+    double gamma;
+
+    // Whether the curvature along the direction is positive.
+    __device__ __forceinline__ bool advance(double next_gamma, double delta, double& beta) {
+        beta = 0;
+        double curvature = delta;
+        if (alpha != 0) {
+            beta = next_gamma / gamma;
+            curvature = delta - beta * next_gamma / alpha;
+        }
+        double next = next_gamma / curvature;
+        if (!(curvature > 0 && is_finite(next))) return false;
+        alpha = next;
+        gamma = next_gamma;
+        return true;
+    }
+};
+
+#define HALVINGS_MAX 20
+
+// How the Jacobi method goes on.
+struct Damping {
+    double omega;
+    uint halvings;
+
+    // Whether it goes on at all after r . c was `norm` and is `next`.
+    __device__ __forceinline__ bool advance(double norm, double next) {
+        if (!(next >= norm)) return true;
+        if (halvings == HALVINGS_MAX) return false;
+        halvings++;
+        omega *= 0.5;
+        return true;
+    }
+};
+
+#ifdef CLOTH_RESIDENT
+extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_gradient(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
+    extern __shared__ real4 window[];
+    __shared__ Sums memory;
     Solve solve = begin(s, l, memory, from_solution);
     if (!solve.iterates) return;
-    uint blocks = (s.count + SUM_BLOCK - 1) / SUM_BLOCK;
-    double gamma = solve.gamma, residual = solve.residual, alpha = 0, gamma_before = 0;
+    Resident<THREADS> own(s, l, window);
+    Recurrence recurrence = {0, 0};
+    vec3 y = own.load(l.vectors[SOLUTION]), r = own.load(l.vectors[RESIDUAL]), c = own.load(l.vectors[PRECONDITIONED]);
+    vec3 p = {0, 0, 0}, q = {0, 0, 0};
+    double sums[3] = {solve.gamma, solve.residual * solve.residual, 0};
+    double residual = solve.residual;
+    for (uint iteration = 0;; iteration++) {
+        // The image of c is worked out before it is known whether it is needed, so that blocks meet once.
+        bool is_last = iteration == iterations_max;
+        uint stamp = l.stamp + iteration + 1;
+        vec3 image = {0, 0, 0};
+        if (!is_last) own.publish(l, stamp, c);
+        if (iteration > 0) {
+            memory.put(0, 0, dot(r, c));
+            memory.put(0, 1, dot(r, r));
+            __syncthreads();
+            own.sums_publish(l, memory, 0, 0, 2, stamp);
+        }
+        if (!is_last) {
+            own.collect(s, l, stamp);
+            __syncthreads();
+            image = own.filtered(l, own.row(l, c));
+            memory.put(1, 0, dot(c, image));
+            __syncthreads();
+            own.sums_publish(l, memory, 1, 2, 1, stamp);
+        }
+        own.sums_collect(l, memory, iteration > 0 ? 0 : 2, is_last ? 2 : 3, stamp, sums);
+        if (iteration > 0) residual = sqrt(sums[1]);
+        double gamma = sums[0], beta;
+        bool converged = residual <= tolerance * solve.reference;
+        bool breakdown = !(is_finite(residual) && is_finite(gamma));
+        bool is_done = converged || breakdown || gamma == 0 || is_last;
+        if (is_done || !recurrence.advance(gamma, sums[2], beta)) {
+            own.store(l.vectors[SOLUTION], y);
+            finish(l, iteration, residual / solve.reference, converged, is_done ? breakdown : iteration == 0);
+            return;
+        }
+        real a = (real)recurrence.alpha, b = (real)beta;
+        p = b != 0 ? c + b * p : c;
+        q = b != 0 ? image + b * q : image;
+        y = a * p + y;
+        r = (-a) * q + r;
+        c = own.filtered(l, own.preconditioned(l, r));
+    }
+}
+
+extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) jacobi(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
+    extern __shared__ real4 window[];
+    __shared__ Sums memory;
+    Solve solve = begin(s, l, memory, from_solution);
+    if (!solve.iterates) return;
+    Resident<THREADS> own(s, l, window);
+    Damping damping = {1, 0};
+    vec3 y = own.load(l.vectors[SOLUTION]), c = own.load(l.vectors[PRECONDITIONED]);
+    vec3 right_side = own.load(l.vectors[RIGHT_SIDE]);
+    double sums[3] = {solve.gamma, 0, 0};
+    double residual = solve.residual;
+    for (uint iteration = 0;; iteration++) {
+        double norm = sums[0];
+        bool converged = residual <= tolerance * solve.reference;
+        bool breakdown = !(is_finite(residual) && is_finite(norm));
+        bool is_done = converged || breakdown || norm == 0 || iteration == iterations_max;
+        if (!is_done) {
+            uint stamp = l.stamp + iteration + 1;
+            y = (real)damping.omega * c + y;
+            own.publish(l, stamp, y);
+            own.collect(s, l, stamp);
+            __syncthreads();
+            vec3 r = own.filtered(l, right_side - own.row(l, y));
+            c = own.filtered(l, own.preconditioned(l, r));
+            memory.put(0, 0, dot(r, c));
+            memory.put(0, 1, dot(r, r));
+            __syncthreads();
+            own.sums_publish(l, memory, 0, 0, 2, stamp);
+            own.sums_collect(l, memory, 0, 2, stamp, sums);
+            residual = sqrt(sums[1]);
+        }
+        if (is_done || !damping.advance(norm, sums[0])) {
+            own.store(l.vectors[SOLUTION], y);
+            finish(l, iteration, residual / solve.reference, converged, breakdown);
+            return;
+        }
+    }
+}
+#else
+extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_gradient(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
+    __shared__ Sums memory;
+    Solve solve = begin(s, l, memory, from_solution);
+    if (!solve.iterates) return;
+    uint units = units_of(s.count);
+    Recurrence recurrence = {0, 0};
+    double gamma = solve.gamma, residual = solve.residual;
     for (uint iteration = 0;; iteration++) {
         bool converged = residual <= tolerance * solve.reference;
         bool breakdown = !(is_finite(residual) && is_finite(gamma));
@@ -110,70 +291,52 @@ extern "C" __global__ void __launch_bounds__(512, SOLVER_BLOCKS) conjugate_gradi
             finish(l, iteration, residual / solve.reference, converged, breakdown);
             return;
         }
-        for (uint block = blockIdx.x; block < blocks; block += gridDim.x) {
-            uint i = block * SUM_BLOCK + threadIdx.x;
-            vec3 c = {0, 0, 0}, image = {0, 0, 0};
-            if (i < s.count) {
-                c = xyz(l.vectors[PRECONDITIONED][i]);
-                image = filtered(s, l, i, matrix_row(s, l, l.vectors[PRECONDITIONED], i));
-                l.vectors[IMAGE][i] = with_w(image, 0);
-            }
-            sum_put(memory, 0, c, image);
-            sum_block(memory, 1, &l.partials[block], &l.partials[block]);
-        }
+        for_particles(s, memory, 1, l.partials, l.partials, [&](uint i) {
+            vec3 c = xyz(l.vectors[PRECONDITIONED][i]);
+            vec3 image = filtered(s, l, i, matrix_row(s, l, l.vectors[PRECONDITIONED], i));
+            l.vectors[IMAGE][i] = with_w(image, 0);
+            return Products{dot(c, image), 0};
+        });
         grid_barrier(&s.status->barrier[2]);
-        double delta, unused;
-        sum_total(memory, l.partials, l.partials, blocks, delta, unused);
-        double beta = 0, curvature = delta;
-        if (alpha != 0) {
-            beta = gamma / gamma_before;
-            curvature = delta - beta * gamma / alpha;
-        }
-        double next = gamma / curvature;
-        if (!(curvature > 0 && is_finite(next))) {
+        double delta, unused, beta;
+        memory.add_blocks(1, l.partials, l.partials, units, delta, unused);
+        if (!recurrence.advance(gamma, delta, beta)) {
             finish(l, iteration, residual / solve.reference, converged, iteration == 0);
             return;
         }
-        alpha = next;
-        gamma_before = gamma;
-        real a = (real)alpha, b = (real)beta;
-        for (uint block = blockIdx.x; block < blocks; block += gridDim.x) {
-            uint i = block * SUM_BLOCK + threadIdx.x;
-            vec3 r = {0, 0, 0}, c = {0, 0, 0};
-            if (i < s.count) {
-                vec3 p = xyz(l.vectors[PRECONDITIONED][i]), q = xyz(l.vectors[IMAGE][i]);
-                if (b != 0) {
-                    p = p + b * xyz(l.vectors[DIRECTION][i]);
-                    q = q + b * xyz(l.vectors[DIRECTION_IMAGE][i]);
-                }
-                l.vectors[DIRECTION][i] = with_w(p, 0);
-                l.vectors[DIRECTION_IMAGE][i] = with_w(q, 0);
-                l.vectors[SOLUTION][i] = with_w(a * p + xyz(l.vectors[SOLUTION][i]), 0);
-                r = (-a) * q + xyz(l.vectors[RESIDUAL][i]);
-                c = filtered(s, l, i, preconditioned(l, i, r));
-                l.vectors[RESIDUAL][i] = with_w(r, 0);
-                l.vectors[PRECONDITIONED][i] = with_w(c, 0);
+        real a = (real)recurrence.alpha, b = (real)beta;
+        double* sums[2] = {l.partials + units, l.partials + 2 * units};
+        for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) {
+            vec3 p = xyz(l.vectors[PRECONDITIONED][i]), q = xyz(l.vectors[IMAGE][i]);
+            if (b != 0) {
+                p = p + b * xyz(l.vectors[DIRECTION][i]);
+                q = q + b * xyz(l.vectors[DIRECTION_IMAGE][i]);
             }
-            sum_put(memory, 0, r, c);
-            sum_put(memory, 1, r, r);
-            sum_block(memory, 2, &l.partials[blocks + block], &l.partials[2 * blocks + block]);
-        }
+            l.vectors[DIRECTION][i] = with_w(p, 0);
+            l.vectors[DIRECTION_IMAGE][i] = with_w(q, 0);
+            l.vectors[SOLUTION][i] = with_w(a * p + xyz(l.vectors[SOLUTION][i]), 0);
+            vec3 r = (-a) * q + xyz(l.vectors[RESIDUAL][i]);
+            vec3 c = preconditioned(l, i, r);
+            // Without colliders the filter keeps held particles alone, whose r is zero.
+            if (l.has_constraints) c = filtered(s, l, i, c);
+            l.vectors[RESIDUAL][i] = with_w(r, 0);
+            l.vectors[PRECONDITIONED][i] = with_w(c, 0);
+            return Products{dot(r, c), dot(r, r)};
+        });
         grid_barrier(&s.status->barrier[2]);
         double square;
-        sum_total(memory, l.partials + blocks, l.partials + 2 * blocks, blocks, gamma, square);
+        memory.add_blocks(2, sums[0], sums[1], units, gamma, square);
         residual = sqrt(square);
     }
 }
 
-#define HALVINGS_MAX 20
-
-extern "C" __global__ void __launch_bounds__(512, SOLVER_BLOCKS) jacobi(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
-    __shared__ SumMemory memory;
+extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) jacobi(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
+    __shared__ Sums memory;
     Solve solve = begin(s, l, memory, from_solution);
     if (!solve.iterates) return;
-    uint blocks = (s.count + SUM_BLOCK - 1) / SUM_BLOCK;
-    double norm = solve.gamma, residual = solve.residual, omega = 1;
-    uint halvings = 0;
+    Work work = work_of(s.count);
+    Damping damping = {1, 0};
+    double norm = solve.gamma, residual = solve.residual;
     for (uint iteration = 0;; iteration++) {
         bool converged = residual <= tolerance * solve.reference;
         bool breakdown = !(is_finite(residual) && is_finite(norm));
@@ -181,9 +344,9 @@ extern "C" __global__ void __launch_bounds__(512, SOLVER_BLOCKS) jacobi(const __
             finish(l, iteration, residual / solve.reference, converged, breakdown);
             return;
         }
-        real w = (real)omega;
-        for (uint block = blockIdx.x; block < blocks; block += gridDim.x) {
-            uint i = block * SUM_BLOCK + threadIdx.x;
+        real w = (real)damping.omega;
+        for (uint k = work.count; k > 0; k--) {
+            uint i = work.particle(k - 1);
             if (i < s.count) {
                 vec3 y = w * xyz(l.vectors[PRECONDITIONED][i]) + xyz(l.vectors[SOLUTION][i]);
                 l.vectors[SOLUTION][i] = with_w(y, 0);
@@ -192,13 +355,10 @@ extern "C" __global__ void __launch_bounds__(512, SOLVER_BLOCKS) jacobi(const __
         grid_barrier(&s.status->barrier[2]);
         double before = norm;
         residual_of(s, l, memory, l.vectors[SOLUTION], residual, norm);
-        if (norm >= before) {
-            if (halvings == HALVINGS_MAX) {
-                finish(l, iteration, residual / solve.reference, converged, breakdown);
-                return;
-            }
-            halvings++;
-            omega *= 0.5;
+        if (!damping.advance(before, norm)) {
+            finish(l, iteration, residual / solve.reference, converged, breakdown);
+            return;
         }
     }
 }
+#endif

@@ -46,26 +46,27 @@ extern "C" __global__ void implicit_assemble(const __grid_constant__ Solver s, c
         vec3 change = vi - xyz(s.kept_velocity[i]);
         right = {right.x + -(mass * change.x), right.y + -(mass * change.y), right.z + -(mass * change.z)};
     }
-    real inverse = (real)1 / length;
     real smallest = LENGTH_MIN * LENGTH_MIN;
     SpringRow row = spring_row(s, i);
     for (uint k = 0; k < row.count; k++) {
         uint at = row.first + (k << row.shift);
         uint2 link = l.links[at];
         uint j = i + link.x;
-        real4 f = l.factors[factor_place(s, l, link.y, i, j)];
-        real g = maximum(f.w, (real)0);
+        Factors factors = l.factors[factor_place(s, l, link.y, i, j)];
+        real g = factors.across;
         vec3 w = xyz(motion.v[j]) - vi;
         vec3 d = xyz(motion.x[j]) - xi;
+        vec3 f = factors.root * d;
         real along = f.x * w.x + f.y * w.y + f.z * w.z;
         real across = g;
+        SpringKind kind = spring_kind(s, s.spring_entries[at].y);
         if (is_iterate) {
-            real damping = s.spring_kinds[s.spring_entries[at].y].z;
-            real share = length * damping / maximum(f.x * f.x + f.y * f.y + f.z * f.z, smallest);
+            real share = length * kind.damping / maximum(f.x * f.x + f.y * f.y + f.z * f.z, smallest);
             along = share * along;
             across = 0;
         }
-        real pull = f.w * inverse;
+        real distance = root(dot(d, d));
+        real pull = length * kind.tension(distance - kind.rest_length) / maximum(distance, LENGTH_MIN);
         right.x += pull * d.x + (across * w.x + f.x * along);
         right.y += pull * d.y + (across * w.y + f.y * along);
         right.z += pull * d.z + (across * w.z + f.z * along);

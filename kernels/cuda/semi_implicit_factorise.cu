@@ -15,10 +15,11 @@ extern "C" __global__ void semi_implicit_factorise(const __grid_constant__ Solve
         SpringKind kind = spring_kind(s, entry.y);
         real weight = step * step * kind.stiffness + step * kind.damping;
         weights += weight;
-        if ((int)entry.x > 0) l.factors[factor_place(s, l, l.links[at].y, i, i + entry.x)] = {0, 0, 0, weight};
+        if ((int)entry.x > 0) l.factors[factor_place(s, l, l.links[at].y, i, i + entry.x)] = {0, weight};
     }
     real mass = maximum(s.velocity[s.present][i].w, MASS_SHARE_MIN * weights);
     real4 zero = {0, 0, 0, 0};
+    l.origin[i] = {0, 0, 0, s.position[s.present][i].w};
     l.base[0][i] = {mass, mass, mass, 0};
     l.base[1][i] = zero;
     l.diagonal[0][i] = {mass + weights, mass + weights, mass + weights, 0};

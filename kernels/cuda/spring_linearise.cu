@@ -1,10 +1,12 @@
-// NUMERICS section 5, `spring_linearise`: direction and factors of every spring, by its first particle.
+// NUMERICS section 5, `spring_linearise`: the factors of every spring, by its first particle.
 
 extern "C" __global__ void spring_linearise(const __grid_constant__ Solver s, const __grid_constant__ Linear l) {
     uint i = blockIdx.x * blockDim.x + threadIdx.x;
     if (i >= s.count) return;
     const real4* x = s.position[s.present];
-    vec3 xi = xyz(x[i]);
+    real4 own = x[i];
+    l.origin[i] = own;
+    vec3 xi = xyz(own);
     real step = l.length;
     real square = step * step;
     SpringRow row = spring_row(s, i);
@@ -23,6 +25,8 @@ extern "C" __global__ void spring_linearise(const __grid_constant__ Solver s, co
         real e = square * tension * inverse;
         real along = square * slope + step * kind.damping;
         real scale = root(maximum(along - maximum(e, (real)0), (real)0)) * inverse;
-        l.factors[factor_place(s, l, l.links[at].y, i, j)] = with_w(scale * d, e);
+        vec3 u = scale * d;
+        real across = maximum(along - dot(u, u), (real)0);
+        l.factors[factor_place(s, l, l.links[at].y, i, j)] = {scale, across};
     }
 }

@@ -40,7 +40,7 @@ modules! {
     "collider_constraints" [],
     "collider_impulses" [],
     "collider_response" [],
-    "conjugate_gradient" ["wide"],
+    "conjugate_gradient" ["wide", "resident"],
     "constraint_filter" [],
     "constraint_project" [],
     "constraint_release" [],
@@ -82,7 +82,7 @@ macro_rules! shared {
 shared! {
     "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "sync" "build"
     "substep" "stencil"
-    "linear" "constraint"
+    "linear" "sum" "resident" "constraint"
 }
 
 macro_rules! ladder {
@@ -166,8 +166,9 @@ impl CudaModule {
         Ok(text)
     }
 
-    /// Every set of options that backends use: `fast` is for single precision; the tiles of `grid` read their springs from
-    /// the table, or, in single precision, have those of `stencil`; springs that are not in the table may be `packed`.
+    /// Every set of options that backends use: `fast` and the `resident` form of the linear solver are for single precision;
+    /// the tiles of `grid` read their springs from the table, or, in single precision, have those of `stencil`; springs that
+    /// are not in the table may be `packed`.
     #[must_use]
     pub fn option_sets(&self) -> Vec<Vec<&'static str>> {
         let all: Vec<&str> = self.common.iter().chain(self.options).copied().collect();
@@ -177,9 +178,11 @@ impl CudaModule {
         };
         let is_used = |set: &Vec<&str>| {
             let has = |option| set.contains(&option);
-            !(has("f64") && has("fast")
+            let single = has("fast") || has("resident") || has("stencil");
+            !(has("f64") && single
+                || has("wide") && has("resident")
                 || has("grid") && !has("table")
-                || has("stencil") && (!has("grid") || has("f64"))
+                || has("stencil") && !has("grid")
                 || has("packed") && has("table"))
         };
         (0..1_u32 << all.len()).map(chosen).filter(is_used).collect()
@@ -233,5 +236,7 @@ mod tests {
         );
         assert!(module.compose(vec!["air"]).is_err());
         assert_eq!(module.option_sets().len(), 2 * 2 * 2 * (5 + 5 + 4));
+        let solver = CudaModule::find("conjugate_gradient").unwrap();
+        assert_eq!(solver.option_sets().len(), 2 * 3 + 2);
     }
 }

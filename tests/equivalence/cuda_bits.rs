@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use cloth_backend_cuda::CudaOptions;
-use cloth_core::{ContactResponse, ImplicitSettings, Integrator, Precision};
+use cloth_core::{ContactResponse, ImplicitSettings, Integrator, LinearMethod, Precision};
 use harness::{
     Verdict,
     backends::{Candidate, candidates, cpu, cuda},
@@ -90,6 +90,20 @@ fn contact_gives_the_bits_of_the_cpu() {
         for pair in pairs() {
             assert_eq!(checks::bits_of_explicit_stages(pair, &folded), Ok(()));
         }
+    }
+}
+
+#[test]
+fn a_solve_that_is_not_resident_gives_the_bits_of_the_cpu() {
+    let Some(gpu) = cuda(CudaOptions::default()) else { return };
+    let (response, precision) =
+        (ContactResponse::Impulse { restitution: 0.1, friction: 0.3 }, Precision::F32);
+    for method in [LinearMethod::ConjugateGradient, LinearMethod::Jacobi] {
+        let mut settings = ImplicitSettings::default();
+        settings.linear.method = method;
+        let integrator = Integrator::Implicit(settings);
+        let scenario = Scenario { side: 230, response, precision, substeps: 6, integrator };
+        assert_eq!(same_bits(&[&cpu(2), &gpu], &scenario), Ok(()));
     }
 }
 

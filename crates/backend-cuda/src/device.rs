@@ -18,9 +18,6 @@ use crate::{
     fault::{BACKEND, DriverResult, words},
 };
 
-/// Bytes of dynamic shared memory that a kernel may be started with; every GPU since Volta has more.
-const SHARED_MAX: i32 = 60 << 10;
-
 /// A GPU.
 pub(crate) struct Device {
     handle: sys::CUdevice,
@@ -30,6 +27,8 @@ pub(crate) struct Device {
     /// Compute capability.
     pub(crate) capability: (u32, u32),
     pub(crate) multiprocessors: u32,
+    /// Bytes of shared memory that a block may have.
+    pub(crate) shared_max: usize,
     pub(crate) driver: i32,
     modules: Mutex<HashMap<String, Module>>,
 }
@@ -108,6 +107,8 @@ impl Device {
             memory: unsafe { result::device::total_mem(handle) }.map_err(failed)?,
             capability: (major, minor),
             multiprocessors: attribute(Attribute::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT)? as u32,
+            shared_max: attribute(Attribute::CU_DEVICE_ATTRIBUTE_MAX_SHARED_MEMORY_PER_BLOCK_OPTIN)?
+                as usize,
             driver,
             handle,
             context,
@@ -159,6 +160,18 @@ impl Device {
         Ok(Kernel(function))
     }
 
+    /// Bytes of dynamic shared memory that a block of a kernel may have.
+    ///
+    /// # Errors
+    /// `DeviceLost`.
+    pub(crate) fn shared_left(&self, kernel: Kernel) -> Result<usize> {
+        self.bind()?;
+        let attribute = sys::CUfunction_attribute::CU_FUNC_ATTRIBUTE_SHARED_SIZE_BYTES;
+        // SAFETY: the kernel belongs to a loaded module.
+        let used = unsafe { result::function::get_function_attribute(kernel.0, attribute) };
+        Ok(self.shared_max - used.engine()? as usize)
+    }
+
     /// Blocks of a kernel that fit on the device at once, with so many bytes of dynamic shared memory, which the kernel
     /// may then be started with.
     ///
@@ -172,12 +185,13 @@ impl Device {
     ) -> Result<u32> {
         self.bind()?;
         if shared > 0 {
-            // Beyond 48 KiB the driver wants to be told. Always the same, as other solvers start the kernel with
-            // other sizes.
+            // Beyond 48 KiB the driver wants to be told. Always as much as there is, as other solvers start the
+            // kernel with other sizes.
             let attribute =
                 sys::CUfunction_attribute::CU_FUNC_ATTRIBUTE_MAX_DYNAMIC_SHARED_SIZE_BYTES;
+            let most = self.shared_left(kernel)?;
             // SAFETY: the kernel belongs to a loaded module.
-            unsafe { result::function::set_function_attribute(kernel.0, attribute, SHARED_MAX) }
+            unsafe { result::function::set_function_attribute(kernel.0, attribute, most as i32) }
                 .engine()?;
         }
         // SAFETY: as above.

@@ -22,6 +22,7 @@ mod measure;
 mod memory;
 mod procedural;
 mod queue;
+mod solver_form;
 mod tables;
 mod timing;
 

@@ -1,15 +1,22 @@
 //! Memory of the linear system of an implicit step, as `shared/linear.cuh` lays it out.
 
+use std::collections::HashMap;
+
 use cloth_core::{LinearVector, Model, Result};
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::{
-    layout::{CudaReal, Real4},
+    layout::{CudaReal, Real2, Real4},
     memory::{BLOCK, Memory},
-    queue::Buffer,
+    queue::{Buffer, Launch},
+    solver_form::SolverForm,
 };
 
+/// Particles of the smallest unit of sums.
+const SUM_UNIT: usize = BLOCK / 4;
+/// Sums of an iteration.
+const SUMS: usize = 3;
 /// Numbers of a contact with a collider.
 const TOUCH: usize = 10;
 /// Contacts with colliders that count for a particle.
@@ -33,6 +40,7 @@ pub(crate) struct Outcome {
 #[repr(C)]
 pub(crate) struct LinearData<T> {
     pub(crate) factors: u64,
+    pub(crate) origin: u64,
     pub(crate) links: u64,
     pub(crate) base: [u64; 2],
     pub(crate) diagonal: [u64; 2],
@@ -47,11 +55,15 @@ pub(crate) struct LinearData<T> {
     pub(crate) pair_counts: u64,
     pub(crate) outcome: u64,
     pub(crate) partials: u64,
+    pub(crate) exchange: [u64; 2],
+    pub(crate) sums: [u64; 2],
     pub(crate) slot_count: u32,
     pub(crate) is_full: u32,
     pub(crate) has_constraints: u32,
     pub(crate) has_pairs: u32,
     pub(crate) has_blocks: u32,
+    pub(crate) reach: u32,
+    pub(crate) stamp: u32,
     pub(crate) padding: u32,
     pub(crate) length: T,
     pub(crate) pair_share: T,
@@ -60,17 +72,27 @@ pub(crate) struct LinearData<T> {
 /// Device memory of the system.
 pub(crate) struct LinearMemory<T> {
     pub(crate) data: LinearData<T>,
-    pub(crate) factors: Buffer<Real4<T>>,
+    pub(crate) factors: Buffer<Real2<T>>,
+    pub(crate) origin: Buffer<Real4<T>>,
     pub(crate) diagonal: [Buffer<Real4<T>>; 2],
     pub(crate) vectors: [Buffer<Real4<T>>; LinearVector::ALL.len()],
     pub(crate) outcome: Buffer<Outcome>,
     pub(crate) partials: Buffer<f64>,
     _touch_counts: Buffer<u32>,
     pub(crate) pairs: Option<PairMemory<T>>,
+    /// Form and launch of the solvers that have been used, without pairs in contact and with them.
+    pub(crate) launches: HashMap<(&'static str, bool), (SolverForm, Launch)>,
+    exchange: Option<Exchange<T>>,
     _others: Vec<Buffer<Real4<T>>>,
     _links: Buffer<[u32; 2]>,
     _constraints: Buffer<T>,
     pub(crate) released: u64,
+}
+
+/// What blocks tell each other in the middle of an iteration, held by the data through its addresses.
+struct Exchange<T> {
+    _vectors: [Buffer<Real4<T>>; 2],
+    _sums: [Buffer<[u64; 2]>; 2],
 }
 
 /// Memory of the pairs in contact.
@@ -107,6 +129,7 @@ impl<T: CudaReal> LinearMemory<T> {
         let constraints = Buffer::zeros(queue, constrained * TOUCHES_MAX * TOUCH)?;
         let touch_counts = Buffer::zeros(queue, constrained)?;
         let factors = Buffer::zeros(queue, places)?;
+        let origin = Buffer::zeros(queue, n)?;
         let links = Buffer::of(queue, &links)?;
         let mut vectors = Vec::with_capacity(LinearVector::ALL.len());
         for _ in LinearVector::ALL {
@@ -117,9 +140,10 @@ impl<T: CudaReal> LinearMemory<T> {
             Err(_) => unreachable!("one for each"),
         };
         let outcome = Buffer::zeros(queue, 1)?;
-        let partials = Buffer::zeros(queue, 3 * n.div_ceil(BLOCK))?;
+        let partials = Buffer::zeros(queue, SUMS * n.div_ceil(BLOCK) * (BLOCK / SUM_UNIT))?;
         let data = LinearData {
             factors: factors.address(),
+            origin: origin.address(),
             links: links.address(),
             base: base.each_ref().map(Buffer::address),
             diagonal: diagonal.each_ref().map(Buffer::address),
@@ -134,11 +158,15 @@ impl<T: CudaReal> LinearMemory<T> {
             pair_counts: 0,
             outcome: outcome.address(),
             partials: partials.address(),
+            exchange: [0; 2],
+            sums: [0; 2],
             slot_count: tables.slot_count,
             is_full: u32::from(has_colliders || model.air().is_some()),
             has_constraints: u32::from(has_colliders),
             has_pairs: 0,
             has_blocks: 1,
+            reach: tables.reach(),
+            stamp: 0,
             padding: 0,
             length: T::ONE,
             pair_share: T::ZERO,
@@ -148,17 +176,38 @@ impl<T: CudaReal> LinearMemory<T> {
         Ok(Self {
             data,
             factors,
+            origin,
             diagonal,
             vectors,
             outcome,
             partials,
             _touch_counts: touch_counts,
             pairs: None,
+            launches: HashMap::new(),
+            exchange: None,
             _others: others,
             _links: links,
             _constraints: constraints,
             released: 0,
         })
+    }
+
+    /// Room for what blocks tell each other in the middle of an iteration.
+    ///
+    /// # Errors
+    /// `OutOfMemory`.
+    pub(crate) fn exchange_prepare(&mut self, memory: &Memory<T>) -> Result<()> {
+        if self.exchange.is_some() {
+            return Ok(());
+        }
+        let (queue, n) = (&memory.queue, memory.data.count as usize);
+        let vectors = [Buffer::zeros(queue, n)?, Buffer::zeros(queue, n)?];
+        let units = SUMS * n.div_ceil(SUM_UNIT);
+        let sums = [Buffer::zeros(queue, units)?, Buffer::zeros(queue, units)?];
+        self.data.exchange = vectors.each_ref().map(Buffer::address);
+        self.data.sums = sums.each_ref().map(Buffer::address);
+        self.exchange = Some(Exchange { _vectors: vectors, _sums: sums });
+        Ok(())
     }
 
     /// Room for so many pairs in contact of each particle.

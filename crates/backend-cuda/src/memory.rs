@@ -13,6 +13,7 @@ use crate::{
     layout::{ColliderData, CudaReal, GridData, PinData, Real4, SolverData, Status, SubstepData},
     procedural,
     queue::{Buffer, Launch, Queue, THREADS},
+    solver_form::SolverForm,
     tables::{Dependencies, Patch, SpringTables, StrainTables, TriangleTables},
 };
 
@@ -20,8 +21,6 @@ use crate::{
 pub(crate) const BLOCK: usize = 512;
 /// Figures of a block, as `measure.cu` writes them.
 pub(crate) const FIGURES: usize = 16;
-/// Particles up to which the linear solver is compiled for few threads.
-const SOLVER_SMALL: usize = 1 << 17;
 /// Particles of a tile and around it, as in `explicit_substep.cu`.
 const TILE_ENTRIES: usize = 37 * 12;
 /// Numbers of the springs of a tile, as in `stencil.cuh`.
@@ -80,7 +79,9 @@ pub(crate) struct Memory<T> {
     _tables: Vec<Box<dyn std::any::Any + Send>>,
     progress: Buffer<u64>,
     packets: Buffer<[u32; 4]>,
-    kernels: HashMap<(&'static str, &'static str), Kernel>,
+    kernels: HashMap<(&'static str, &'static str, Option<&'static str>), Kernel>,
+    /// How the linear system is solved at present.
+    pub(crate) solver: SolverForm,
     fast: bool,
 }
 
@@ -183,6 +184,7 @@ impl<T: CudaReal> Memory<T> {
             options: Vec::new(),
             _tables: tables,
             kernels: HashMap::new(),
+            solver: SolverForm::General,
             fast,
             queue,
             data,
@@ -319,7 +321,8 @@ impl<T: CudaReal> Memory<T> {
 
     /// A kernel of a module, compiled if need be.
     pub(crate) fn kernel(&mut self, module: &'static str, name: &'static str) -> Result<Kernel> {
-        if let Some(kernel) = self.kernels.get(&(module, name)) {
+        let solver = self.solver.option().filter(|_| module == SolverForm::MODULE);
+        if let Some(kernel) = self.kernels.get(&(module, name, solver)) {
             return Ok(*kernel);
         }
         let Some(source) = CudaModule::find(module) else {
@@ -328,16 +331,14 @@ impl<T: CudaReal> Memory<T> {
         };
         let options: &[_] = match module {
             "explicit_substep" => &self.options,
-            // Few particles gain from many registers, many from many threads.
-            "conjugate_gradient" if (self.data.count as usize) < SOLVER_SMALL => &["wide"],
-            _ => &[],
+            _ => solver.as_slice(),
         };
         let has_procedural =
             ["explicit_substep", "explicit_substep_patch", "procedural_forces"].contains(&module);
         let procedural = self.procedural.as_deref().filter(|_| has_procedural);
         let target = Target { double: T::DOUBLE, fast: self.fast, options, procedural };
         let kernel = self.queue.device.kernel(source, &target, name)?;
-        self.kernels.insert((module, name), kernel);
+        self.kernels.insert((module, name, solver), kernel);
         Ok(kernel)
     }
 

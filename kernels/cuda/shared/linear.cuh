@@ -26,6 +26,12 @@ struct Symmetric {
     vec3 off;
 };
 
+// A sum and the stamp that says which one it is.
+struct __align__(16) Sum {
+    double value;
+    ulong stamp;
+};
+
 // What a solver of linear systems did.
 struct Outcome {
     double residual;
@@ -37,9 +43,18 @@ struct Outcome {
     uint padding;
 };
 
+// A spring of the matrix: u is `root` times the difference of the origins of its ends.
+struct __align__(2 * sizeof(real)) Factors {
+    real root;
+    // g of NUMERICS section 5.
+    real across;
+};
+
 struct Linear {
-    // u and e of every spring: slots of n, then springs of their own.
-    real4* factors;
+    // Of every spring: slots of n, then springs of their own.
+    Factors* factors;
+    // Positions at which the factors were computed; w as that of positions.
+    real4* origin;
     // Offset and slot of the entries of the spring rows.
     const uint2* links;
     // Diagonal and the rest of B, D and the preconditioner.
@@ -59,6 +74,9 @@ struct Linear {
     uint* pair_counts;
     Outcome* outcome;
     double* partials;
+    // What blocks tell each other in the middle of an iteration: vectors of all particles, and sums. Two of each in turn.
+    real4* exchange[2];
+    Sum* sums[2];
     uint slot_count;
     // Whether B has entries off its diagonal.
     uint is_full;
@@ -66,6 +84,10 @@ struct Linear {
     uint has_pairs;
     // Whether the preconditioner has entries off its diagonal.
     uint has_blocks;
+    // The largest distance of two neighbours by index.
+    uint reach;
+    // Stamps of what is exchanged in a solve are larger than this.
+    uint stamp;
     uint padding;
     real length;
     // rho of contacts.
@@ -95,29 +117,37 @@ __device__ __forceinline__ size_t factor_place(const Solver& s, const Linear& l,
     return (size_t)slot * s.count + min(i, j);
 }
 
-// Row i of A times a vector.
-__device__ __forceinline__ vec3 matrix_row(const Solver& s, const Linear& l, const real4* p, uint i) {
-    vec3 own = xyz(p[i]);
-    vec3 on = xyz(l.base[0][i]);
+// B times the vector of a particle.
+__device__ __forceinline__ vec3 base_apply(const vec3& on, const vec3& off, bool is_full, const vec3& own) {
     vec3 sum = {on.x * own.x, on.y * own.y, on.z * own.z};
-    if (l.is_full) {
-        vec3 off = xyz(l.base[1][i]);
+    if (is_full) {
         sum.x += off.x * own.y + off.y * own.z;
         sum.y += off.x * own.x + off.z * own.z;
         sum.z += off.y * own.x + off.z * own.y;
     }
+    return sum;
+}
+
+// Adds what a spring gives to a row, from the difference of the vectors of its ends.
+__device__ __forceinline__ void spring_add(vec3& sum, const vec3& u, real g, const vec3& d) {
+    real along = u.x * d.x + u.y * d.y + u.z * d.z;
+    sum.x += g * d.x + u.x * along;
+    sum.y += g * d.y + u.y * along;
+    sum.z += g * d.z + u.z * along;
+}
+
+// Row i of A times a vector.
+__device__ __forceinline__ vec3 matrix_row(const Solver& s, const Linear& l, const real4* p, uint i) {
+    vec3 own = xyz(p[i]), origin = xyz(l.origin[i]), off = {0, 0, 0};
+    if (l.is_full) off = xyz(l.base[1][i]);
+    vec3 sum = base_apply(xyz(l.base[0][i]), off, l.is_full, own);
     SpringRow row = spring_row(s, i);
 #pragma unroll 4
     for (uint k = 0; k < row.count; k++) {
         uint2 link = l.links[row.first + (k << row.shift)];
         uint j = i + link.x;
-        real4 factor = l.factors[factor_place(s, l, link.y, i, j)];
-        real g = maximum(factor.w, (real)0);
-        vec3 d = own - xyz(p[j]);
-        real along = factor.x * d.x + factor.y * d.y + factor.z * d.z;
-        sum.x += g * d.x + factor.x * along;
-        sum.y += g * d.y + factor.y * along;
-        sum.z += g * d.z + factor.z * along;
+        Factors factors = l.factors[factor_place(s, l, link.y, i, j)];
+        spring_add(sum, factors.root * (xyz(l.origin[j]) - origin), factors.across, own - xyz(p[j]));
     }
     if (l.has_pairs) {
         uint count = l.pair_counts[i];
@@ -153,74 +183,4 @@ __device__ __forceinline__ vec3 preconditioned(const Linear& l, uint i, const ve
     if (l.has_blocks) return symmetric_apply(on, xyz(l.inverse[1][i]), y);
     // Constrained particles have their block diagonal here too.
     return {on.x * y.x, on.y * y.y, on.z * y.z};
-}
-
-// Sums of products over blocks of 512 particles as the CPU does them: one sum for each of 16 lanes, over
-// packets and axes in order, then the lanes in double precision.
-#define SUM_BLOCK 512
-#define SUM_LANES 16
-
-struct SumMemory {
-    real products[2][3 * SUM_BLOCK];
-    real lanes[2][SUM_LANES];
-    double values[2][SUM_BLOCK];
-    double total[2];
-};
-
-// Puts the products of this thread's particle in place for sum `which`.
-__device__ __forceinline__ void sum_put(SumMemory& memory, uint which, const vec3& a, const vec3& b) {
-    uint t = threadIdx.x;
-    memory.products[which][t] = a.x * b.x;
-    memory.products[which][SUM_BLOCK + t] = a.y * b.y;
-    memory.products[which][2 * SUM_BLOCK + t] = a.z * b.z;
-}
-
-// Sums the block; the results go to `out` of each sum. All threads of the block take part.
-__device__ __forceinline__ void sum_block(SumMemory& memory, uint sums, double* first, double* second) {
-    __syncthreads();
-    uint which = threadIdx.x >> 5, lane = threadIdx.x & 31;
-    if (which < sums) {
-        if (lane < SUM_LANES) {
-            real sum = 0;
-#pragma unroll 8
-            for (uint packet = 0; packet < SUM_BLOCK / SUM_LANES; packet++) {
-                for (uint axis = 0; axis < 3; axis++) {
-                    sum += memory.products[which][axis * SUM_BLOCK + packet * SUM_LANES + lane];
-                }
-            }
-            memory.lanes[which][lane] = sum;
-        }
-        __syncwarp();
-        if (lane == 0) {
-            double total = 0;
-            for (uint k = 0; k < SUM_LANES; k++) total += (double)memory.lanes[which][k];
-            if (which == 0) *first = total;
-            else *second = total;
-        }
-    }
-    __syncthreads();
-}
-
-// Adds the sums of all blocks in order; every thread gets the result.
-__device__ __forceinline__ void sum_total(SumMemory& memory, const double* first, const double* second, uint blocks, double& a, double& b) {
-    uint t = threadIdx.x;
-    double total = 0;
-    for (uint start = 0; start < blocks; start += SUM_BLOCK) {
-        uint used = min(blocks - start, (uint)SUM_BLOCK);
-        __syncthreads();
-        if (t < used) {
-            memory.values[0][t] = first[start + t];
-            memory.values[1][t] = second[start + t];
-        }
-        __syncthreads();
-        if ((t & 31) == 0 && t < 64) {
-#pragma unroll 8
-            for (uint k = 0; k < used; k++) total += memory.values[t >> 5][k];
-        }
-    }
-    if ((t & 31) == 0 && t < 64) memory.total[t >> 5] = total;
-    __syncthreads();
-    a = memory.total[0];
-    b = memory.total[1];
-    __syncthreads();
 }

@@ -1,7 +1,10 @@
 //! NUMERICS §5, `conjugate_gradient` and `jacobi`, fused: two passes over the particles for each
 //! iteration. They do the arithmetic of the single stages in their order.
 
-use cloth_core::{LinearOutcome, LinearSettings, LinearVector, Real, stepper::linear::Recurrence};
+use cloth_core::{
+    LinearOutcome, LinearSettings, LinearVector, Real,
+    stepper::linear::{Recurrence, block_sum},
+};
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
@@ -9,7 +12,7 @@ use super::{
     filter::Filter,
     matrix::{BlockField, Matrix},
     matrix_apply, preconditioner,
-    vector_operations::Dot,
+    vector_operations::{chunk_dot, field_dot},
 };
 use crate::{
     memory::{BLOCK, FieldView, LANES, Lanes, VectorField, lanes, lanes_mut},
@@ -43,7 +46,7 @@ impl<T: Real> Passes<'_, T> {
                 *partial = self.arch.dispatch(ApplyTask { passes: self, from, block, to });
             },
         );
-        partials.iter().map(|partial| partial[0]).sum()
+        block_sum(partials.iter().map(|partial| partial[0]))
     }
 
     /// p = c + beta p, q = s + beta q, y += alpha p, r -= alpha q, c = S P^-1 r; returns r . c and
@@ -70,7 +73,7 @@ impl<T: Real> Passes<'_, T> {
                 *partial = self.arch.dispatch(task);
             },
         );
-        partials.iter().fold([0.0; 2], |sum, partial| [sum[0] + partial[0], sum[1] + partial[1]])
+        [0, 1].map(|which| block_sum(partials.iter().map(|partial| partial[which])))
     }
 }
 
@@ -125,9 +128,7 @@ impl<T: Real> NullaryFnOnce for ApplyTask<'_, '_, T> {
         let start = self.block * BLOCK;
         matrix_apply::rows(matrix, springs, self.from, (start, *count), &mut self.to);
         filter.apply(self.block, &mut self.to);
-        let mut sum = Dot::new();
-        sum.add_block(self.from, start, &self.to);
-        [sum.total(), 0.0]
+        [field_dot(self.from, start, &self.to), 0.0]
     }
 }
 
@@ -165,10 +166,7 @@ impl<T: Real> NullaryFnOnce for UpdateTask<'_, '_, T> {
             }
         }
         filter.apply(self.block, &mut self.c);
-        let (mut gamma, mut square) = (Dot::new(), Dot::new());
-        gamma.add_chunks(&self.r, &self.c);
-        square.add_chunks(&self.r, &self.r);
-        [gamma.total(), square.total()]
+        [chunk_dot(&self.r, &self.c), chunk_dot(&self.r, &self.r)]
     }
 }
 

@@ -1,12 +1,12 @@
 //! `vector_dot` and `vector_combine`, by blocks.
 
-use cloth_core::Real;
+use cloth_core::{Real, stepper::linear::block_sum};
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
 use crate::memory::{BLOCK, FieldView, LANES, VectorField, lanes, lanes_mut};
 
-/// Scalar product of two fields of `count` particles, in blocks, the blocks summed in order.
+/// Scalar product of two fields, block by block.
 pub(super) fn dot<T: Real>(
     a: &VectorField<T>,
     b: &VectorField<T>,
@@ -17,7 +17,7 @@ pub(super) fn dot<T: Real>(
     partials.par_iter_mut().enumerate().for_each(|(block, partial)| {
         partial[0] = arch.dispatch(DotTask { a, b, block });
     });
-    partials.iter().map(|partial| partial[0]).sum()
+    block_sum(partials.iter().map(|partial| partial[0]))
 }
 
 /// to = from_scale from + to_scale to; a scale of zero drops its field.
@@ -45,14 +45,12 @@ impl<T: Real> NullaryFnOnce for DotTask<'_, T> {
 
     #[inline(always)]
     fn call(self) -> f64 {
-        let mut sum = Dot::new();
         let first = self.block * BLOCK;
         let length = (self.a.len() - first).min(BLOCK);
-        for local in (0..length).step_by(LANES) {
+        block_dot(length, |local| {
             let at = (first + local) as isize;
-            sum.add(self.a.packet(at), self.b.packet(at));
-        }
-        sum.total()
+            [self.a.packet(at), self.b.packet(at)]
+        })
     }
 }
 
@@ -86,51 +84,74 @@ impl<T: Real> NullaryFnOnce for CombineTask<'_, '_, T> {
     }
 }
 
-/// A scalar product in progress: one sum for each lane, over packets and axes in order.
-pub(super) struct Dot<T> {
-    lanes: [T; LANES],
+/// Particles of a part of a block.
+const PART: usize = BLOCK / 4;
+
+/// The scalar product of two runs of `length` particles, at most a block, whose packets `packets` gives by their first
+/// particle. Each lane adds up the particles of a part, pairs of packets first; lanes and parts are added as trees, in
+/// double precision.
+#[inline(always)]
+pub(super) fn block_dot<'a, T: Real>(
+    length: usize,
+    packets: impl Fn(usize) -> [[&'a [T; LANES]; 3]; 2],
+) -> f64 {
+    let mut parts = [0.0; BLOCK / PART];
+    for (number, part) in parts.iter_mut().enumerate() {
+        let mut sum = [T::ZERO; LANES];
+        let end = length.min((number + 1) * PART);
+        for local in (number * PART..end).step_by(2 * LANES) {
+            let mut pair = products(packets(local));
+            if local + LANES < end {
+                let second = products(packets(local + LANES));
+                pair.iter_mut().zip(second).for_each(|(pair, second)| *pair += second);
+            }
+            sum.iter_mut().zip(pair).for_each(|(sum, pair)| *sum += pair);
+        }
+        *part = lanes_sum(&sum);
+    }
+    (parts[0] + parts[1]) + (parts[2] + parts[3])
 }
 
-impl<T: Real> Dot<T> {
-    #[inline(always)]
-    pub(super) fn new() -> Self {
-        Self { lanes: [T::ZERO; LANES] }
+/// The scalar product of each lane.
+#[inline(always)]
+fn products<T: Real>([a, b]: [[&[T; LANES]; 3]; 2]) -> [T; LANES] {
+    let mut products = [T::ZERO; LANES];
+    for lane in 0..LANES {
+        products[lane] =
+            a[0][lane] * b[0][lane] + a[1][lane] * b[1][lane] + a[2][lane] * b[2][lane];
     }
+    products
+}
 
-    #[inline(always)]
-    pub(super) fn add(&mut self, a: [&[T; LANES]; 3], b: [&[T; LANES]; 3]) {
-        for axis in 0..3 {
-            for lane in 0..LANES {
-                self.lanes[lane] += a[axis][lane] * b[axis][lane];
-            }
-        }
+/// The sum of the lanes: the second half is added to the first until one is left.
+#[inline(always)]
+fn lanes_sum<T: Real>(lanes: &[T; LANES]) -> f64 {
+    let mut sums = [0.0; LANES];
+    for lane in 0..LANES {
+        sums[lane] = lanes[lane].to_f64();
     }
+    let mut half = LANES / 2;
+    while half > 0 {
+        for lane in 0..half {
+            sums[lane] += sums[lane + half];
+        }
+        half /= 2;
+    }
+    sums[0]
+}
 
-    /// Adds a block of two fields, the second one given as a chunk.
-    #[inline(always)]
-    pub(super) fn add_block(&mut self, a: FieldView<'_, T>, first: usize, b: &[&mut [T]; 3]) {
-        for local in (0..b[0].len()).step_by(LANES) {
-            let b = b.each_ref().map(|values| lanes(values, local));
-            self.add(a.packet((first + local) as isize), b);
-        }
-    }
+/// [`block_dot`] of a field from particle `first` on and a chunk.
+#[inline(always)]
+pub(super) fn field_dot<T: Real>(a: FieldView<'_, T>, first: usize, b: &[&mut [T]; 3]) -> f64 {
+    block_dot(b[0].len(), |local| {
+        [a.packet((first + local) as isize), b.each_ref().map(|values| lanes(values, local))]
+    })
+}
 
-    /// Adds a block of two chunks.
-    #[inline(always)]
-    pub(super) fn add_chunks(&mut self, a: &[&mut [T]; 3], b: &[&mut [T]; 3]) {
-        for local in (0..b[0].len()).step_by(LANES) {
-            let b = b.each_ref().map(|values| lanes(values, local));
-            self.add(a.each_ref().map(|values| lanes(values, local)), b);
-        }
-    }
-
-    /// The sum of the lanes in order, in double precision.
-    #[inline(always)]
-    pub(super) fn total(&self) -> f64 {
-        let mut total = 0.0;
-        for lane in 0..LANES {
-            total += self.lanes[lane].to_f64();
-        }
-        total
-    }
+/// [`block_dot`] of two chunks.
+#[inline(always)]
+pub(super) fn chunk_dot<T: Real>(a: &[&mut [T]; 3], b: &[&mut [T]; 3]) -> f64 {
+    block_dot(b[0].len(), |local| {
+        [a, b].map(|chunk| chunk.each_ref().map(|values| lanes(values, local)))
+    })
 }

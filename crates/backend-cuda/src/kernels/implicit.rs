@@ -5,7 +5,7 @@ use std::ffi::c_void;
 use cloth_core::{
     ConstraintStatistics, ContactResponse, Error, ImplicitKernels, LinearOutcome, LinearSettings,
     LinearStart, LinearVector, MatrixBlock, MatrixForm, NewtonStart, Preconditioner, Result,
-    stepper::Substep,
+    stepper::{Substep, linear::block_sum},
 };
 
 use super::CudaKernels;
@@ -15,6 +15,7 @@ use crate::{
     linear::{LinearMemory, Outcome},
     memory::BLOCK,
     queue::{Buffer, Launch, argument},
+    solver_form::SolverForm,
 };
 
 pub(super) fn unsupported<R>(feature: impl Into<String>) -> Result<R> {
@@ -77,11 +78,9 @@ impl<T: CudaReal> CudaKernels<T> {
         start: LinearStart,
     ) -> Result<LinearOutcome> {
         self.settle()?;
-        let kernel = self.memory.kernel("conjugate_gradient", name)?;
-        let threads = BLOCK as u32;
-        let resident = self.memory.queue.device.resident_blocks(kernel, threads, 0)?;
-        let blocks = resident.min(self.count().div_ceil(BLOCK) as u32);
-        let launch = Launch { blocks, threads, shared: 0, cooperative: true };
+        self.linear()?;
+        let Some(linear) = &mut self.linear else { unreachable!("it was just made") };
+        let launch = SolverForm::choose(name, &mut self.memory, linear)?;
         let from_solution = u32::from(start == LinearStart::Solution);
         let arguments = [
             argument(&settings.tolerance),
@@ -89,9 +88,12 @@ impl<T: CudaReal> CudaKernels<T> {
             argument(&from_solution),
         ];
         self.stage(name, |kernels| {
-            kernels.linear_start(("conjugate_gradient", name), launch, &arguments)
+            kernels.linear_start((SolverForm::MODULE, name), launch, &arguments)
         })?;
         let outcome = self.outcome()?;
+        // Those of the next solve are larger than the last one of this.
+        let stamp = &mut self.linear()?.data.stamp;
+        *stamp = stamp.wrapping_add(outcome.iterations).wrapping_add(2);
         Ok(LinearOutcome {
             iterations: outcome.iterations,
             residual: outcome.residual,
@@ -307,7 +309,7 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
         if let Some(linear) = &self.linear {
             linear.partials.read(&self.memory.queue, &mut partials)?;
         }
-        Ok(partials.iter().take(blocks).sum())
+        Ok(block_sum(partials.into_iter().take(blocks)))
     }
 
     fn vector_combine(
@@ -408,6 +410,8 @@ impl<T: CudaReal> CudaKernels<T> {
         let queue = &self.memory.queue;
         let (mut factors, mut on, mut off) = (Vec::new(), Vec::new(), Vec::new());
         linear.factors.read(queue, &mut factors)?;
+        let mut origin = Vec::new();
+        linear.origin.read(queue, &mut origin)?;
         linear.diagonal[0].read(queue, &mut on)?;
         linear.diagonal[1].read(queue, &mut off)?;
         let (mut partners, mut pair_factors, mut counts) = (Vec::new(), Vec::new(), Vec::new());
@@ -422,8 +426,7 @@ impl<T: CudaReal> CudaKernels<T> {
             let entries = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
             MatrixBlock { row: row as u32, column: column as u32, entries }
         };
-        let minus = |row: usize, column: usize, [x, y, z, e]: Real4<T>| {
-            let g = e.maximum(T::ZERO);
+        let minus = |row: usize, column: usize, [x, y, z, g]: Real4<T>| {
             let on = [-(g + x * x), -(g + y * y), -(g + z * z)];
             dense(row, column, on, [-(x * y), -(x * z), -(y * z)])
         };
@@ -442,7 +445,9 @@ impl<T: CudaReal> CudaKernels<T> {
                 } else {
                     slot * n + i.min(j)
                 };
-                out.push(minus(i, j, factors[place]));
+                let [root, g] = factors[place];
+                let u = |axis: usize| root * (origin[j][axis] - origin[i][axis]);
+                out.push(minus(i, j, [u(0), u(1), u(2), g]));
             }
             for k in 0..counts.get(i).copied().unwrap_or(0) as usize {
                 out.push(minus(i, partners[k * n + i] as usize, pair_factors[k * n + i]));

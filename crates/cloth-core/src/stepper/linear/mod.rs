@@ -1,9 +1,11 @@
 //! Solvers of the linear system of an implicit step (NUMERICS §5), each written once over the stages
 //! of [`ImplicitKernels`].
 
+mod block_sum;
 mod conjugate_gradient;
 mod jacobi;
 
+pub use block_sum::block_sum;
 pub use conjugate_gradient::{Recurrence, conjugate_gradient};
 pub use jacobi::jacobi;
 

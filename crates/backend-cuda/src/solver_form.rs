@@ -1,0 +1,112 @@
+//! Which of its forms the kernel of the linear solvers takes for a model.
+
+use cloth_core::Result;
+
+use crate::{
+    layout::{CudaReal, Real4},
+    linear::LinearMemory,
+    memory::{BLOCK, Memory},
+    queue::Launch,
+};
+
+/// Springs of a particle, blocks of sums, and places of a window that the resident form has room for, as in
+/// `shared/resident.cuh`.
+const RESIDENT_SPRINGS: u32 = 24;
+const RESIDENT_BLOCKS: usize = 96;
+const RESIDENT_PLACES: usize = 1 << 16;
+/// Particles up to which the general form gains from many registers, and not from many threads.
+const WIDE_MAX: usize = 1 << 17;
+
+/// A form of `conjugate_gradient.cu`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SolverForm {
+    /// For every model.
+    General,
+    /// The same with as many registers as there are.
+    Wide,
+    /// Every particle in the registers of a thread of its own for the whole solve.
+    Resident,
+}
+
+impl SolverForm {
+    /// The module that has forms.
+    pub(crate) const MODULE: &str = "conjugate_gradient";
+
+    /// The option that the kernel is compiled with.
+    pub(crate) const fn option(self) -> Option<&'static str> {
+        match self {
+            Self::General => None,
+            Self::Wide => Some("wide"),
+            Self::Resident => Some("resident"),
+        }
+    }
+
+    /// Threads of a block.
+    const fn threads(self) -> usize {
+        match self {
+            Self::General | Self::Wide => BLOCK,
+            Self::Resident => BLOCK / 2,
+        }
+    }
+
+    /// The launch of kernel `name` in this form, if the model, the precision and the device are such that the present system
+    /// can be solved in it.
+    fn launch<T: CudaReal>(
+        self,
+        name: &'static str,
+        memory: &mut Memory<T>,
+        linear: &LinearMemory<T>,
+    ) -> Result<Option<Launch>> {
+        let n = memory.data.count as usize;
+        let is_resident = self == Self::Resident;
+        // Particles of a block, and all that their neighbours can be.
+        let places = self.threads() + 2 * linear.data.reach as usize;
+        let is_possible = !T::DOUBLE
+            && linear.data.has_pairs == 0
+            && memory.springs.longest_row() <= RESIDENT_SPRINGS
+            && n.div_ceil(BLOCK) <= RESIDENT_BLOCKS
+            && places <= RESIDENT_PLACES;
+        if is_resident && !is_possible {
+            return Ok(None);
+        }
+        memory.solver = self;
+        let kernel = memory.kernel(Self::MODULE, name)?;
+        let device = &memory.queue.device;
+        let shared = if is_resident { places * size_of::<Real4<T>>() } else { 0 };
+        if shared > device.shared_left(kernel)? {
+            return Ok(None);
+        }
+        let threads = self.threads() as u32;
+        let resident = device.resident_blocks(kernel, threads, shared)?;
+        let wanted = (n as u32).div_ceil(threads);
+        if is_resident && resident < wanted {
+            return Ok(None);
+        }
+        Ok(Some(Launch { blocks: resident.min(wanted), threads, shared, cooperative: true }))
+    }
+
+    /// The form that is fastest for the present system, as that of `memory` from now on, and its launch.
+    pub(crate) fn choose<T: CudaReal>(
+        name: &'static str,
+        memory: &mut Memory<T>,
+        linear: &mut LinearMemory<T>,
+    ) -> Result<Launch> {
+        let key = (name, linear.data.has_pairs != 0);
+        if let Some(&(form, launch)) = linear.launches.get(&key) {
+            memory.solver = form;
+            return Ok(launch);
+        }
+        let general =
+            if (memory.data.count as usize) < WIDE_MAX { Self::Wide } else { Self::General };
+        for form in [Self::Resident, general] {
+            if let Some(launch) = form.launch(name, memory, linear)? {
+                if form == Self::Resident {
+                    linear.exchange_prepare(memory)?;
+                }
+                linear.launches.insert(key, (form, launch));
+                return Ok(launch);
+            }
+        }
+        unreachable!("every system can be solved in the general form")
+    }
+}
