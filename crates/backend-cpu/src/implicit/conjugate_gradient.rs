@@ -12,7 +12,7 @@ use super::{
     filter::Filter,
     matrix::{BlockField, Matrix},
     matrix_apply, preconditioner,
-    vector_operations::{chunk_dot, field_dot},
+    vector_operations::block_dot,
 };
 use crate::{
     memory::{BLOCK, FieldView, LANES, Lanes, VectorField, lanes, lanes_mut},
@@ -128,7 +128,8 @@ impl<T: Real> NullaryFnOnce for ApplyTask<'_, '_, T> {
         let start = self.block * BLOCK;
         matrix_apply::rows(matrix, springs, self.from, (start, *count), &mut self.to);
         filter.apply(self.block, &mut self.to);
-        [field_dot(self.from, start, &self.to), 0.0]
+        let [x, y, z] = &self.to;
+        [block_dot(self.from.range(start as isize, x.len()), [x, y, z]), 0.0]
     }
 }
 
@@ -166,7 +167,9 @@ impl<T: Real> NullaryFnOnce for UpdateTask<'_, '_, T> {
             }
         }
         filter.apply(self.block, &mut self.c);
-        [chunk_dot(&self.r, &self.c), chunk_dot(&self.r, &self.r)]
+        let ([rx, ry, rz], [cx, cy, cz]) = (&self.r, &self.c);
+        let r: [&[T]; 3] = [rx, ry, rz];
+        [block_dot(r, [cx, cy, cz]), block_dot(r, r)]
     }
 }
 

@@ -47,10 +47,7 @@ impl<T: Real> NullaryFnOnce for DotTask<'_, T> {
     fn call(self) -> f64 {
         let first = self.block * BLOCK;
         let length = (self.a.len() - first).min(BLOCK);
-        block_dot(length, |local| {
-            let at = (first + local) as isize;
-            [self.a.packet(at), self.b.packet(at)]
-        })
+        block_dot(self.a.range(first as isize, length), self.b.range(first as isize, length))
     }
 }
 
@@ -87,38 +84,42 @@ impl<T: Real> NullaryFnOnce for CombineTask<'_, '_, T> {
 /// Particles of a part of a block.
 const PART: usize = BLOCK / 4;
 
-/// The scalar product of two runs of `length` particles, at most a block, whose packets `packets` gives by their first
-/// particle. Each lane adds up the particles of a part, pairs of packets first; lanes and parts are added as trees, in
-/// double precision.
+/// The scalar product of two runs of as many particles, whole packets and at most a block. Each lane adds up the
+/// particles of a part, pairs of packets first; lanes and parts are added as trees, in double precision.
 #[inline(always)]
-pub(super) fn block_dot<'a, T: Real>(
-    length: usize,
-    packets: impl Fn(usize) -> [[&'a [T; LANES]; 3]; 2],
-) -> f64 {
+pub(super) fn block_dot<T: Real>(a: [&[T]; 3], b: [&[T]; 3]) -> f64 {
+    let length = b[0].len();
     let mut parts = [0.0; BLOCK / PART];
     for (number, part) in parts.iter_mut().enumerate() {
         let mut sum = [T::ZERO; LANES];
         let end = length.min((number + 1) * PART);
-        for local in (number * PART..end).step_by(2 * LANES) {
-            let mut pair = products(packets(local));
+        let mut local = number * PART;
+        while local < end {
+            let mut pair = products(a, b, local);
             if local + LANES < end {
-                let second = products(packets(local + LANES));
-                pair.iter_mut().zip(second).for_each(|(pair, second)| *pair += second);
+                let second = products(a, b, local + LANES);
+                for lane in 0..LANES {
+                    pair[lane] += second[lane];
+                }
             }
-            sum.iter_mut().zip(pair).for_each(|(sum, pair)| *sum += pair);
+            for lane in 0..LANES {
+                sum[lane] += pair[lane];
+            }
+            local += 2 * LANES;
         }
         *part = lanes_sum(&sum);
     }
     (parts[0] + parts[1]) + (parts[2] + parts[3])
 }
 
-/// The scalar product of each lane.
+/// The products of the packet at `local`, in each lane their sum.
 #[inline(always)]
-fn products<T: Real>([a, b]: [[&[T; LANES]; 3]; 2]) -> [T; LANES] {
+fn products<T: Real>(a: [&[T]; 3], b: [&[T]; 3], local: usize) -> [T; LANES] {
+    let [ax, ay, az] = [lanes(a[0], local), lanes(a[1], local), lanes(a[2], local)];
+    let [bx, by, bz] = [lanes(b[0], local), lanes(b[1], local), lanes(b[2], local)];
     let mut products = [T::ZERO; LANES];
     for lane in 0..LANES {
-        products[lane] =
-            a[0][lane] * b[0][lane] + a[1][lane] * b[1][lane] + a[2][lane] * b[2][lane];
+        products[lane] = ax[lane] * bx[lane] + ay[lane] * by[lane] + az[lane] * bz[lane];
     }
     products
 }
@@ -138,20 +139,4 @@ fn lanes_sum<T: Real>(lanes: &[T; LANES]) -> f64 {
         half /= 2;
     }
     sums[0]
-}
-
-/// [`block_dot`] of a field from particle `first` on and a chunk.
-#[inline(always)]
-pub(super) fn field_dot<T: Real>(a: FieldView<'_, T>, first: usize, b: &[&mut [T]; 3]) -> f64 {
-    block_dot(b[0].len(), |local| {
-        [a.packet((first + local) as isize), b.each_ref().map(|values| lanes(values, local))]
-    })
-}
-
-/// [`block_dot`] of two chunks.
-#[inline(always)]
-pub(super) fn chunk_dot<T: Real>(a: &[&mut [T]; 3], b: &[&mut [T]; 3]) -> f64 {
-    block_dot(b[0].len(), |local| {
-        [a, b].map(|chunk| chunk.each_ref().map(|values| lanes(values, local)))
-    })
 }
