@@ -104,7 +104,7 @@ shared! {
     "contact_force" "contact_kept" "contact_pair" "contact_partners" "contact_penalty" "contact_row"
     "contact_row_none" "contact_search" "contact_spill" "contact_wanted" "distance_grid" "distance_grid_none"
     "field" "filter" "finite" "force" "group" "group_box" "group_check" "group_region" "group_rows" "impulses"
-    "impulses_none" "integrate" "link_kinds" "links" "matrix" "matrix_diagonal" "matrix_entry" "matrix_row"
+    "impulses_none" "integrate" "link_kinds" "links" "matrix" "matrix_diagonal" "matrix_entry" "matrix_row" "matrix_springs"
     "measure_sum" "model" "motion" "motion_out" "piece" "preconditioner" "preconditioner_block" "procedural"
     "solve" "solve_begin" "solve_check" "solve_outcome" "spring" "spring_buckling" "spring_factor"
     "spring_linear" "status" "substep" "symmetric" "triangles" "vectors"

@@ -1,5 +1,5 @@
 // NUMERICS section 5, conjugate gradient, first half of an iteration: s = S A c and the sum of c . s.
-//!include model vectors symmetric links matrix matrix_entry matrix_row solve
+//!include model vectors symmetric links matrix matrix_entry matrix_springs matrix_row solve
 //!if colliders
 //!include constraint
 //!end

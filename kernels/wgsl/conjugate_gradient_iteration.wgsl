@@ -3,7 +3,7 @@
 // the next iteration. Both need sums over all particles, which are there when the kernel starts; the image needs c
 // of particles of other workgroups too, which is computed again. So what neighbours read has two copies that
 // take turns. The arithmetic is that of the two kernels.
-//!include model call vectors symmetric links matrix preconditioner matrix_entry solve solve_check
+//!include model call vectors symmetric links matrix preconditioner matrix_entry matrix_springs solve solve_check
 //!if colliders
 //!include constraint
 //!end
@@ -69,8 +69,9 @@ fn window_set(at: u32, value: vec3f) {
     window[3u * at + 2u] = value.z;
 }
 
-fn window_get(at: u32) -> vec3f {
-    return vec3f(window[3u * at], window[3u * at + 1u], window[3u * at + 2u]);
+// c by its place in the window, for rows of A.
+fn row_vector(place: u32) -> vec3f {
+    return vec3f(window[3u * place], window[3u * place + 1u], window[3u * place + 2u]);
 }
 
 // Number of the particle beside those of a workgroup from `first` on, in either direction.
@@ -87,48 +88,6 @@ fn beside_keep(first: u32, number: u32, before: Before, scalars: Scalars) {
     let residual = add_scaled(before.residual, -scalars.alpha, direction_image_of(before, scalars));
     let result = preconditioned_by(before.inverse, particle, before.kind, residual);
     window_set(particle + call.reach - first, result);
-}
-
-// A row of A times c; `place` is that of the particle in the window. Eight springs at a time, as in `matrix_row`.
-fn row_of_window(particle: u32, place: u32, own: vec3f) -> vec3f {
-    let base = Symmetric(matrix_base[2u * particle].xyz, matrix_base[2u * particle + 1u].xyz);
-    var sum = symmetric_apply(base, own);
-    let row = link_row(particle);
-    let last = row.end - row.stride;
-    for (var at_a = row.first; at_a < row.end; at_a += 8u * row.stride) {
-        let at_b = at_a + row.stride;
-        let at_c = at_b + row.stride;
-        let at_d = at_c + row.stride;
-        let at_e = at_d + row.stride;
-        let at_f = at_e + row.stride;
-        let at_g = at_f + row.stride;
-        let at_h = at_g + row.stride;
-        let a = link_entries[at_a];
-        let b = link_entries[min(at_b, last)];
-        let c = link_entries[min(at_c, last)];
-        let d = link_entries[min(at_d, last)];
-        let e = link_entries[min(at_e, last)];
-        let f = link_entries[min(at_f, last)];
-        let g = link_entries[min(at_g, last)];
-        let h = link_entries[min(at_h, last)];
-        let factor_a = factors[a.y + particle];
-        let factor_b = factors[b.y + particle];
-        let factor_c = factors[c.y + particle];
-        let factor_d = factors[d.y + particle];
-        let factor_e = factors[e.y + particle];
-        let factor_f = factors[f.y + particle];
-        let factor_g = factors[g.y + particle];
-        let factor_h = factors[h.y + particle];
-        sum = matrix_entry(sum, factor_a, own - window_get(place + a.x));
-        sum = select(sum, matrix_entry(sum, factor_b, own - window_get(place + b.x)), at_b < row.end);
-        sum = select(sum, matrix_entry(sum, factor_c, own - window_get(place + c.x)), at_c < row.end);
-        sum = select(sum, matrix_entry(sum, factor_d, own - window_get(place + d.x)), at_d < row.end);
-        sum = select(sum, matrix_entry(sum, factor_e, own - window_get(place + e.x)), at_e < row.end);
-        sum = select(sum, matrix_entry(sum, factor_f, own - window_get(place + f.x)), at_f < row.end);
-        sum = select(sum, matrix_entry(sum, factor_g, own - window_get(place + g.x)), at_g < row.end);
-        sum = select(sum, matrix_entry(sum, factor_h, own - window_get(place + h.x)), at_h < row.end);
-    }
-    return sum;
 }
 
 // The sums over all threads, for all of them, in the tree of `workgroup_sum`. They lie in the window, which is to be
@@ -242,7 +201,7 @@ fn main(
     beside_keep(first, thread + 2u * SOLVE_THREADS, before_c, scalars);
     workgroupBarrier();
     if is_there {
-        let image = filtered(particle, before.kind, row_of_window(particle, thread + call.reach, result));
+        let image = filtered(particle, before.kind, matrix_springs(particle, thread + call.reach, result));
         vector_set(written.image, particle, image);
         sum.z = dot_product(result, image);
     }

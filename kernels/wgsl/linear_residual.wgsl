@@ -1,6 +1,6 @@
 // NUMERICS section 5, linear solvers: r = S (b - A y) of a vector y, c = S P^-1 r, and the sums of r . c and
 // r . r.
-//!include model call vectors symmetric links matrix preconditioner matrix_entry matrix_row solve
+//!include model call vectors symmetric links matrix preconditioner matrix_entry matrix_springs matrix_row solve
 //!if colliders
 //!include constraint
 //!end

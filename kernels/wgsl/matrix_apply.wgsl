@@ -1,5 +1,5 @@
 // NUMERICS section 5: to = A from.
-//!include model status call vectors symmetric links matrix matrix_entry matrix_row
+//!include model status call vectors symmetric links matrix matrix_entry matrix_springs matrix_row
 //!if penalty
 //!include contact_row
 //!end
