@@ -1,6 +1,7 @@
 // NUMERICS section 5, spring_linearise: what a spring keeps for a substep.
 
-// u and e of a spring of this kind, whose first word is `word`. Seen from its other end u has the other sign.
+// u and e of a spring of this kind, whose first word is `word`, so that g is max(0, e). Seen from its other end u has the
+// other sign.
 fn spring_factor(kind: u32, word: vec4<u32>, difference: vec3f) -> vec4f {
     let numbers = bitcast<vec4f>(word);
     let length = sqrt(dot_product(difference, difference));
