@@ -59,6 +59,20 @@ __device__ __forceinline__ void finish(const Linear& l, uint iterations, double 
 
 __device__ __forceinline__ bool is_finite(double a) { return fabs(a) <= 1.7976931348623157e308; }
 
+// Whether a solve ends, and how.
+struct End {
+    bool converged;
+    bool breakdown;
+    bool is_reached;
+
+    // With |r|, r . c, and whether there are no iterations left.
+    __device__ __forceinline__ End(const Solve& solve, double tolerance, double residual, double gamma, bool is_last) {
+        converged = residual <= tolerance * solve.reference;
+        breakdown = !(is_finite(residual) && is_finite(gamma));
+        is_reached = converged || breakdown || gamma == 0 || is_last;
+    }
+};
+
 // Calls `visit` for each particle of this block, its steps in descending order: the pass before it has ended with those that
 // are still in the cache. Its products are summed.
 template <typename Visit>
@@ -84,17 +98,21 @@ __device__ __forceinline__ void for_particles(const Solver& s, Sums& memory, uin
 __device__ __forceinline__ void residual_of(const Solver& s, const Linear& l, Sums& memory, const real4* y, double& residual, double& gamma) {
     uint units = units_of(s.count);
     double* sums[2] = {l.partials + units, l.partials + 2 * units};
-    auto visit = [&](uint i, const vec3& row) {
-        vec3 r = filtered(s, l, i, xyz(l.vectors[RIGHT_SIDE][i]) - row);
-        vec3 c = filtered(s, l, i, preconditioned(l, i, r));
+    auto visit = [&](uint i, const real4& origin, const vec3& row) {
+        bool is_free = origin.w > 0;
+        vec3 r = filtered(l, i, is_free, xyz(l.vectors[RIGHT_SIDE][i]) - row);
+        vec3 c = filtered(l, i, is_free, preconditioned(l, i, r));
         l.vectors[RESIDUAL][i] = with_w(r, 0);
         l.vectors[PRECONDITIONED][i] = with_w(c, 0);
         return Products{dot(r, c), dot(r, r)};
     };
     if (y == nullptr) {
-        for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) { return visit(i, vec3{0, 0, 0}); });
+        for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) { return visit(i, l.origin[i], vec3{0, 0, 0}); });
     } else {
-        for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) { return visit(i, matrix_row(s, l, y, i)); });
+        for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) {
+            real4 origin = l.origin[i];
+            return visit(i, origin, matrix_row(s, l, y, i, origin));
+        });
     }
     grid_barrier(&s.status->barrier[2]);
     double square;
@@ -221,12 +239,10 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_g
         own.sums_collect(l, memory, iteration > 0 ? 0 : 2, is_last ? 2 : 3, stamp, sums);
         if (iteration > 0) residual = sqrt(sums[1]);
         double gamma = sums[0], beta;
-        bool converged = residual <= tolerance * solve.reference;
-        bool breakdown = !(is_finite(residual) && is_finite(gamma));
-        bool is_done = converged || breakdown || gamma == 0 || is_last;
-        if (is_done || !recurrence.advance(gamma, sums[2], beta)) {
+        End end(solve, tolerance, residual, gamma, is_last);
+        if (end.is_reached || !recurrence.advance(gamma, sums[2], beta)) {
             own.store(l.vectors[SOLUTION], y);
-            finish(l, iteration, residual / solve.reference, converged, is_done ? breakdown : iteration == 0);
+            finish(l, iteration, residual / solve.reference, end.converged, end.is_reached ? end.breakdown : iteration == 0);
             return;
         }
         real a = (real)recurrence.alpha, b = (real)beta;
@@ -251,10 +267,8 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) jacobi(cons
     double residual = solve.residual;
     for (uint iteration = 0;; iteration++) {
         double norm = sums[0];
-        bool converged = residual <= tolerance * solve.reference;
-        bool breakdown = !(is_finite(residual) && is_finite(norm));
-        bool is_done = converged || breakdown || norm == 0 || iteration == iterations_max;
-        if (!is_done) {
+        End end(solve, tolerance, residual, norm, iteration == iterations_max);
+        if (!end.is_reached) {
             uint stamp = l.stamp + iteration + 1;
             y = (real)damping.omega * c + y;
             own.publish(l, stamp, y);
@@ -269,14 +283,26 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) jacobi(cons
             own.sums_collect(l, memory, 0, 2, stamp, sums);
             residual = sqrt(sums[1]);
         }
-        if (is_done || !damping.advance(norm, sums[0])) {
+        if (end.is_reached || !damping.advance(norm, sums[0])) {
             own.store(l.vectors[SOLUTION], y);
-            finish(l, iteration, residual / solve.reference, converged, breakdown);
+            finish(l, iteration, residual / solve.reference, end.converged, end.breakdown);
             return;
         }
     }
 }
 #else
+// From one iteration to the next, y is kept in the last numbers of p, q and r, which would be read and written for nothing. Puts it
+// where it belongs.
+__device__ __forceinline__ void solution_unpack(const Solver& s, const Linear& l) {
+    Work work = work_of(s.count);
+    for (uint k = 0; k < work.count; k++) {
+        uint i = work.particle(k);
+        if (i >= s.count) continue;
+        vec3 y = {l.vectors[DIRECTION][i].w, l.vectors[DIRECTION_IMAGE][i].w, l.vectors[RESIDUAL][i].w};
+        l.vectors[SOLUTION][i] = with_w(y, 0);
+    }
+}
+
 extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_gradient(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
     __shared__ Sums memory;
     Solve solve = begin(s, l, memory, from_solution);
@@ -285,15 +311,16 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_g
     Recurrence recurrence = {0, 0};
     double gamma = solve.gamma, residual = solve.residual;
     for (uint iteration = 0;; iteration++) {
-        bool converged = residual <= tolerance * solve.reference;
-        bool breakdown = !(is_finite(residual) && is_finite(gamma));
-        if (converged || breakdown || gamma == 0 || iteration == iterations_max) {
-            finish(l, iteration, residual / solve.reference, converged, breakdown);
+        End end(solve, tolerance, residual, gamma, iteration == iterations_max);
+        if (end.is_reached) {
+            if (iteration > 0) solution_unpack(s, l);
+            finish(l, iteration, residual / solve.reference, end.converged, end.breakdown);
             return;
         }
         for_particles(s, memory, 1, l.partials, l.partials, [&](uint i) {
             vec3 c = xyz(l.vectors[PRECONDITIONED][i]);
-            vec3 image = filtered(s, l, i, matrix_row(s, l, l.vectors[PRECONDITIONED], i));
+            real4 origin = l.origin[i];
+            vec3 image = filtered(l, i, origin.w > 0, matrix_row(s, l, l.vectors[PRECONDITIONED], i, origin));
             l.vectors[IMAGE][i] = with_w(image, 0);
             return Products{dot(c, image), 0};
         });
@@ -301,25 +328,33 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_g
         double delta, unused, beta;
         memory.add_blocks(1, l.partials, l.partials, units, delta, unused);
         if (!recurrence.advance(gamma, delta, beta)) {
-            finish(l, iteration, residual / solve.reference, converged, iteration == 0);
+            if (iteration > 0) solution_unpack(s, l);
+            finish(l, iteration, residual / solve.reference, end.converged, iteration == 0);
             return;
         }
         real a = (real)recurrence.alpha, b = (real)beta;
         double* sums[2] = {l.partials + units, l.partials + 2 * units};
         for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) {
-            vec3 p = xyz(l.vectors[PRECONDITIONED][i]), q = xyz(l.vectors[IMAGE][i]);
-            if (b != 0) {
-                p = p + b * xyz(l.vectors[DIRECTION][i]);
-                q = q + b * xyz(l.vectors[DIRECTION_IMAGE][i]);
+            vec3 p = xyz(l.vectors[PRECONDITIONED][i]), q = xyz(l.vectors[IMAGE][i]), y;
+            real4 last_r = l.vectors[RESIDUAL][i];
+            if (iteration == 0) {
+                y = xyz(l.vectors[SOLUTION][i]);
+            } else {
+                real4 last_p = l.vectors[DIRECTION][i], last_q = l.vectors[DIRECTION_IMAGE][i];
+                y = {last_p.w, last_q.w, last_r.w};
+                if (b != 0) {
+                    p = p + b * xyz(last_p);
+                    q = q + b * xyz(last_q);
+                }
             }
-            l.vectors[DIRECTION][i] = with_w(p, 0);
-            l.vectors[DIRECTION_IMAGE][i] = with_w(q, 0);
-            l.vectors[SOLUTION][i] = with_w(a * p + xyz(l.vectors[SOLUTION][i]), 0);
-            vec3 r = (-a) * q + xyz(l.vectors[RESIDUAL][i]);
+            y = a * p + y;
+            vec3 r = (-a) * q + xyz(last_r);
+            l.vectors[DIRECTION][i] = with_w(p, y.x);
+            l.vectors[DIRECTION_IMAGE][i] = with_w(q, y.y);
             vec3 c = preconditioned(l, i, r);
             // Without colliders the filter keeps held particles alone, whose r is zero.
             if (l.has_constraints) c = filtered(s, l, i, c);
-            l.vectors[RESIDUAL][i] = with_w(r, 0);
+            l.vectors[RESIDUAL][i] = with_w(r, y.z);
             l.vectors[PRECONDITIONED][i] = with_w(c, 0);
             return Products{dot(r, c), dot(r, r)};
         });
@@ -338,10 +373,9 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) jacobi(cons
     Damping damping = {1, 0};
     double norm = solve.gamma, residual = solve.residual;
     for (uint iteration = 0;; iteration++) {
-        bool converged = residual <= tolerance * solve.reference;
-        bool breakdown = !(is_finite(residual) && is_finite(norm));
-        if (converged || breakdown || norm == 0 || iteration == iterations_max) {
-            finish(l, iteration, residual / solve.reference, converged, breakdown);
+        End end(solve, tolerance, residual, norm, iteration == iterations_max);
+        if (end.is_reached) {
+            finish(l, iteration, residual / solve.reference, end.converged, end.breakdown);
             return;
         }
         real w = (real)damping.omega;
@@ -356,7 +390,7 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) jacobi(cons
         double before = norm;
         residual_of(s, l, memory, l.vectors[SOLUTION], residual, norm);
         if (!damping.advance(before, norm)) {
-            finish(l, iteration, residual / solve.reference, converged, breakdown);
+            finish(l, iteration, residual / solve.reference, end.converged, end.breakdown);
             return;
         }
     }

@@ -52,11 +52,11 @@ extern "C" __global__ void implicit_assemble(const __grid_constant__ Solver s, c
         uint at = row.first + (k << row.shift);
         uint2 link = l.links[at];
         uint j = i + link.x;
-        Factors factors = l.factors[factor_place(s, l, link.y, i, j)];
-        real g = factors.across;
         vec3 w = xyz(motion.v[j]) - vi;
         vec3 d = xyz(motion.x[j]) - xi;
-        vec3 f = factors.root * d;
+        SpringBlock spring = spring_block(l, at, factor_place(s, l, link.y, i, j), d);
+        vec3 f = spring.u;
+        real g = spring.g;
         real along = f.x * w.x + f.y * w.y + f.z * w.z;
         real across = g;
         SpringKind kind = spring_kind(s, s.spring_entries[at].y);

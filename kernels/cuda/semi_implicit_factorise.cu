@@ -6,6 +6,7 @@
 
 extern "C" __global__ void semi_implicit_factorise(const __grid_constant__ Solver s, const __grid_constant__ Linear l) {
     uint i = blockIdx.x * blockDim.x + threadIdx.x;
+    along_write(s, l, i);
     if (i >= s.count) return;
     real step = l.length, weights = 0;
     SpringRow row = spring_row(s, i);
@@ -15,7 +16,7 @@ extern "C" __global__ void semi_implicit_factorise(const __grid_constant__ Solve
         SpringKind kind = spring_kind(s, entry.y);
         real weight = step * step * kind.stiffness + step * kind.damping;
         weights += weight;
-        if ((int)entry.x > 0) l.factors[factor_place(s, l, l.links[at].y, i, i + entry.x)] = {0, weight};
+        if ((int)entry.x > 0) factors_write(l, factor_place(s, l, l.links[at].y, i, i + entry.x), 0, weight);
     }
     real mass = maximum(s.velocity[s.present][i].w, MASS_SHARE_MIN * weights);
     real4 zero = {0, 0, 0, 0};

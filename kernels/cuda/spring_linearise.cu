@@ -2,6 +2,7 @@
 
 extern "C" __global__ void spring_linearise(const __grid_constant__ Solver s, const __grid_constant__ Linear l) {
     uint i = blockIdx.x * blockDim.x + threadIdx.x;
+    along_write(s, l, i);
     if (i >= s.count) return;
     const real4* x = s.position[s.present];
     real4 own = x[i];
@@ -26,7 +27,6 @@ extern "C" __global__ void spring_linearise(const __grid_constant__ Solver s, co
         real along = square * slope + step * kind.damping;
         real scale = root(maximum(along - maximum(e, (real)0), (real)0)) * inverse;
         vec3 u = scale * d;
-        real across = maximum(along - dot(u, u), (real)0);
-        l.factors[factor_place(s, l, l.links[at].y, i, j)] = {scale, across};
+        factors_write(l, factor_place(s, l, l.links[at].y, i, j), scale, across_of(along, u));
     }
 }

@@ -17,8 +17,6 @@ impl CudaReal for f64 {
     const DOUBLE: bool = true;
 }
 
-/// Two numbers, as kernels load them.
-pub(crate) type Real2<T> = [T; 2];
 /// Four numbers, as kernels load them.
 pub(crate) type Real4<T> = [T; 4];
 

@@ -7,7 +7,7 @@ use cloth_core::{LinearVector, Model, Result};
 use bytemuck::{Pod, Zeroable};
 
 use crate::{
-    layout::{CudaReal, Real2, Real4},
+    layout::{CudaReal, Real4},
     memory::{BLOCK, Memory},
     queue::{Buffer, Launch},
     solver_form::SolverForm,
@@ -39,7 +39,8 @@ pub(crate) struct Outcome {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub(crate) struct LinearData<T> {
-    pub(crate) factors: u64,
+    pub(crate) roots: u64,
+    pub(crate) along: u64,
     pub(crate) origin: u64,
     pub(crate) links: u64,
     pub(crate) base: [u64; 2],
@@ -72,7 +73,9 @@ pub(crate) struct LinearData<T> {
 /// Device memory of the system.
 pub(crate) struct LinearMemory<T> {
     pub(crate) data: LinearData<T>,
-    pub(crate) factors: Buffer<Real2<T>>,
+    /// `roots`, and `across` after each where the rows of springs do not have `along`.
+    pub(crate) factors: Buffer<T>,
+    pub(crate) along: Option<Buffer<T>>,
     pub(crate) origin: Buffer<Real4<T>>,
     pub(crate) diagonal: [Buffer<Real4<T>>; 2],
     pub(crate) vectors: [Buffer<Real4<T>>; LinearVector::ALL.len()],
@@ -128,7 +131,10 @@ impl<T: CudaReal> LinearMemory<T> {
         let target = Buffer::zeros(queue, constrained)?;
         let constraints = Buffer::zeros(queue, constrained * TOUCHES_MAX * TOUCH)?;
         let touch_counts = Buffer::zeros(queue, constrained)?;
-        let factors = Buffer::zeros(queue, places)?;
+        // Springs that buckle differ in the stiffness along them, and where particles share no rows it is not less to read.
+        let shares = !tables.can_buckle && tables.entries.len() <= n;
+        let factors = Buffer::zeros(queue, if shares { places } else { 2 * places })?;
+        let along = shares.then(|| Buffer::zeros(queue, tables.entries.len())).transpose()?;
         let origin = Buffer::zeros(queue, n)?;
         let links = Buffer::of(queue, &links)?;
         let mut vectors = Vec::with_capacity(LinearVector::ALL.len());
@@ -142,7 +148,8 @@ impl<T: CudaReal> LinearMemory<T> {
         let outcome = Buffer::zeros(queue, 1)?;
         let partials = Buffer::zeros(queue, SUMS * n.div_ceil(BLOCK) * (BLOCK / SUM_UNIT))?;
         let data = LinearData {
-            factors: factors.address(),
+            roots: factors.address(),
+            along: along.as_ref().map_or(0, Buffer::address),
             origin: origin.address(),
             links: links.address(),
             base: base.each_ref().map(Buffer::address),
@@ -176,6 +183,7 @@ impl<T: CudaReal> LinearMemory<T> {
         Ok(Self {
             data,
             factors,
+            along,
             origin,
             diagonal,
             vectors,

@@ -43,16 +43,24 @@ struct Outcome {
     uint padding;
 };
 
-// A spring of the matrix: u is `root` times the difference of the origins of its ends.
+// What is kept of a spring of the matrix where its row does not say how stiff it is along itself.
 struct __align__(2 * sizeof(real)) Factors {
     real root;
-    // g of NUMERICS section 5.
     real across;
 };
 
+// A spring of the matrix, g I + u u^T of NUMERICS section 5.
+struct SpringBlock {
+    vec3 u;
+    real g;
+};
+
 struct Linear {
-    // Of every spring: slots of n, then springs of their own.
-    Factors* factors;
+    // Of every spring, slots of n, then springs of their own: u is `root` times the difference of the origins of its ends. Where
+    // `along` is null, g is kept as well: `Factors`.
+    real* roots;
+    // h^2 T' + h c [kg] of the entries of the spring rows, from which g follows, if many particles share each row.
+    real* along;
     // Positions at which the factors were computed; w as that of positions.
     real4* origin;
     // Offset and slot of the entries of the spring rows.
@@ -117,6 +125,39 @@ __device__ __forceinline__ size_t factor_place(const Solver& s, const Linear& l,
     return (size_t)slot * s.count + min(i, j);
 }
 
+// The stiffness along the springs of an entry, which follows from its kind alone.
+__device__ __forceinline__ void along_write(const Solver& s, const Linear& l, uint at) {
+    if (l.along == nullptr || at >= s.entry_count) return;
+    SpringKind kind = spring_kind(s, s.spring_entries[at].y);
+    l.along[at] = l.length * l.length * kind.stiffness + l.length * kind.damping;
+}
+
+// What is left of the stiffness along a spring for the directions across it.
+__device__ __forceinline__ real across_of(real along, const vec3& u) { return maximum(along - dot(u, u), (real)0); }
+
+__device__ __forceinline__ void factors_write(const Linear& l, size_t place, real root, real across) {
+    if (l.along == nullptr) {
+        ((Factors*)l.roots)[place] = {root, across};
+    } else {
+        l.roots[place] = root;
+    }
+}
+
+// The spring of entry `at` from the difference of the origins of its ends. `SHARED` says that there is `along`.
+template <bool SHARED>
+__device__ __forceinline__ SpringBlock spring_block(const Linear& l, uint at, size_t place, const vec3& difference) {
+    if (SHARED) {
+        vec3 u = l.roots[place] * difference;
+        return {u, across_of(l.along[at], u)};
+    }
+    Factors factors = ((const Factors*)l.roots)[place];
+    return {factors.root * difference, factors.across};
+}
+
+__device__ __forceinline__ SpringBlock spring_block(const Linear& l, uint at, size_t place, const vec3& difference) {
+    return l.along != nullptr ? spring_block<true>(l, at, place, difference) : spring_block<false>(l, at, place, difference);
+}
+
 // B times the vector of a particle.
 __device__ __forceinline__ vec3 base_apply(const vec3& on, const vec3& off, bool is_full, const vec3& own) {
     vec3 sum = {on.x * own.x, on.y * own.y, on.z * own.z};
@@ -129,25 +170,36 @@ __device__ __forceinline__ vec3 base_apply(const vec3& on, const vec3& off, bool
 }
 
 // Adds what a spring gives to a row, from the difference of the vectors of its ends.
-__device__ __forceinline__ void spring_add(vec3& sum, const vec3& u, real g, const vec3& d) {
+__device__ __forceinline__ void spring_add(vec3& sum, const SpringBlock& spring, const vec3& d) {
+    const vec3& u = spring.u;
     real along = u.x * d.x + u.y * d.y + u.z * d.z;
-    sum.x += g * d.x + u.x * along;
-    sum.y += g * d.y + u.y * along;
-    sum.z += g * d.z + u.z * along;
+    sum.x += spring.g * d.x + u.x * along;
+    sum.y += spring.g * d.y + u.y * along;
+    sum.z += spring.g * d.z + u.z * along;
 }
 
-// Row i of A times a vector.
-__device__ __forceinline__ vec3 matrix_row(const Solver& s, const Linear& l, const real4* p, uint i) {
-    vec3 own = xyz(p[i]), origin = xyz(l.origin[i]), off = {0, 0, 0};
-    if (l.is_full) off = xyz(l.base[1][i]);
-    vec3 sum = base_apply(xyz(l.base[0][i]), off, l.is_full, own);
+template <bool SHARED>
+__device__ __forceinline__ void springs_add(const Solver& s, const Linear& l, const real4* p, uint i, const vec3& origin, const vec3& own, vec3& sum) {
     SpringRow row = spring_row(s, i);
 #pragma unroll 4
     for (uint k = 0; k < row.count; k++) {
-        uint2 link = l.links[row.first + (k << row.shift)];
+        uint at = row.first + (k << row.shift);
+        uint2 link = l.links[at];
         uint j = i + link.x;
-        Factors factors = l.factors[factor_place(s, l, link.y, i, j)];
-        spring_add(sum, factors.root * (xyz(l.origin[j]) - origin), factors.across, own - xyz(p[j]));
+        vec3 difference = xyz(l.origin[j]) - origin;
+        spring_add(sum, spring_block<SHARED>(l, at, factor_place(s, l, link.y, i, j), difference), own - xyz(p[j]));
+    }
+}
+
+// Row i of A times a vector, for a particle with this origin.
+__device__ __forceinline__ vec3 matrix_row(const Solver& s, const Linear& l, const real4* p, uint i, const real4& origin) {
+    vec3 own = xyz(p[i]), off = {0, 0, 0};
+    if (l.is_full) off = xyz(l.base[1][i]);
+    vec3 sum = base_apply(xyz(l.base[0][i]), off, l.is_full, own);
+    if (l.along != nullptr) {
+        springs_add<true>(s, l, p, i, xyz(origin), own, sum);
+    } else {
+        springs_add<false>(s, l, p, i, xyz(origin), own, sum);
     }
     if (l.has_pairs) {
         uint count = l.pair_counts[i];
@@ -160,11 +212,16 @@ __device__ __forceinline__ vec3 matrix_row(const Solver& s, const Linear& l, con
     return sum;
 }
 
-// S y.
-__device__ __forceinline__ vec3 filtered(const Solver& s, const Linear& l, uint i, const vec3& y) {
-    if (!(s.position[s.present][i].w > 0)) return {0, 0, 0};
+// S y for a particle that is held or free.
+__device__ __forceinline__ vec3 filtered(const Linear& l, uint i, bool is_free, const vec3& y) {
+    if (!is_free) return {0, 0, 0};
     if (l.has_constraints && l.touch_counts[i] > 0) return symmetric_apply(xyz(l.filter[0][i]), xyz(l.filter[1][i]), y);
     return y;
+}
+
+// S y.
+__device__ __forceinline__ vec3 filtered(const Solver& s, const Linear& l, uint i, const vec3& y) {
+    return filtered(l, i, s.position[s.present][i].w > 0, y);
 }
 
 // S y + z.

@@ -32,8 +32,7 @@ template <uint THREADS> struct Resident {
     bool is_free;
     bool touches;
     vec3 base_on, base_off, inverse_on, inverse_off;
-    vec3 u[RESIDENT_SPRINGS];
-    real g[RESIDENT_SPRINGS];
+    SpringBlock springs[RESIDENT_SPRINGS];
     // Places of neighbours in the window, two in each.
     uint places[RESIDENT_SPRINGS / 2];
 
@@ -60,13 +59,12 @@ template <uint THREADS> struct Resident {
 #pragma unroll
         for (uint k = 0; k < RESIDENT_SPRINGS; k++) {
             uint place = centre;
-            u[k] = zero;
-            g[k] = 0;
+            springs[k] = {zero, 0};
             if (k < row.count) {
-                uint2 link = l.links[row.first + (k << row.shift)];
-                Factors factors = l.factors[factor_place(s, l, link.y, i, i + link.x)];
-                u[k] = factors.root * (xyz(l.origin[i + link.x]) - origin);
-                g[k] = factors.across;
+                uint at = row.first + (k << row.shift);
+                uint2 link = l.links[at];
+                size_t where = factor_place(s, l, link.y, i, i + link.x);
+                springs[k] = spring_block(l, at, where, xyz(l.origin[i + link.x]) - origin);
                 place = centre + link.x;
             }
             places[k / 2] = k % 2 == 0 ? place : places[k / 2] | place << 16;
@@ -99,7 +97,7 @@ template <uint THREADS> struct Resident {
 #pragma unroll
         for (uint k = 0; k < RESIDENT_SPRINGS; k++) {
             uint place = k % 2 == 0 ? places[k / 2] & 0xffff : places[k / 2] >> 16;
-            spring_add(sum, u[k], g[k], own - xyz(window[place]));
+            spring_add(sum, springs[k], own - xyz(window[place]));
         }
         return sum;
     }

@@ -410,6 +410,10 @@ impl<T: CudaReal> CudaKernels<T> {
         let queue = &self.memory.queue;
         let (mut factors, mut on, mut off) = (Vec::new(), Vec::new(), Vec::new());
         linear.factors.read(queue, &mut factors)?;
+        let mut shared = Vec::new();
+        if let Some(along) = &linear.along {
+            along.read(queue, &mut shared)?;
+        }
         let mut origin = Vec::new();
         linear.origin.read(queue, &mut origin)?;
         linear.diagonal[0].read(queue, &mut on)?;
@@ -445,9 +449,13 @@ impl<T: CudaReal> CudaKernels<T> {
                 } else {
                     slot * n + i.min(j)
                 };
-                let [root, g] = factors[place];
-                let u = |axis: usize| root * (origin[j][axis] - origin[i][axis]);
-                out.push(minus(i, j, [u(0), u(1), u(2), g]));
+                let root = factors[if shared.is_empty() { 2 * place } else { place }];
+                let [x, y, z] = [0, 1, 2].map(|axis| root * (origin[j][axis] - origin[i][axis]));
+                let g = match shared.get(at) {
+                    Some(&along) => (along - (x * x + y * y + z * z)).maximum(T::ZERO),
+                    None => factors[2 * place + 1],
+                };
+                out.push(minus(i, j, [x, y, z, g]));
             }
             for k in 0..counts.get(i).copied().unwrap_or(0) as usize {
                 out.push(minus(i, partners[k * n + i] as usize, pair_factors[k * n + i]));
