@@ -111,6 +111,9 @@ fn with_defect(precision: Precision, defect: Defect) -> Vec<[Candidate; 2]> {
 #[test]
 fn every_perturbed_stage_is_found_by_its_check() {
     control(Defect::Scaled(Stage::FieldForces), &busy(), checks::field_forces);
+    control(Defect::Scaled(Stage::ControlForces), &busy(), |candidate, description| {
+        checks::control_forces_trajectory(candidate, description, 1)
+    });
     control(Defect::Scaled(Stage::ProceduralForces), &busy(), checks::procedural_forces);
     control(Defect::Scaled(Stage::SpringForces), &busy(), checks::spring_forces);
     control(Defect::Scaled(Stage::SpringForces), &buckled(), checks::spring_forces);
