@@ -1,8 +1,8 @@
 //! Rigid bodies and cloth, step by step together.
 
 use cloth_core::{
-    ColliderControl, ColliderImpulse, Control, Error, Frame, Integrator, Pose, Result, Solver,
-    State, StepReport,
+    ColliderControl, ColliderImpulse, Control, Error, Frame, Pose, Result, Solver, State,
+    StepReport,
 };
 use cloth_rigid::RigidWorld;
 use cloth_scene::CompiledScene;
@@ -55,15 +55,10 @@ impl RigidExchange {
     pub fn step(
         &mut self,
         solver: &mut dyn Solver,
-        integrator: &Integrator,
         (state, control): (&State, &Control),
         frame: Frame,
     ) -> Result<StepReport> {
-        // The implicit integrator does not say what colliders do, so that there is nothing to wait for.
-        let parts = match integrator {
-            Integrator::Implicit(_) => 1.0,
-            _ => (frame.duration / EXCHANGE_INTERVAL).ceil().clamp(1.0, 1e4),
-        };
+        let parts = (frame.duration / EXCHANGE_INTERVAL).ceil().clamp(1.0, 1e4);
         let part = Frame { duration: frame.duration / parts };
         let mut report = StepReport::default();
         let (mut substeps, mut wall_time) = (0, std::time::Duration::ZERO);

@@ -100,9 +100,8 @@ impl Simulation {
         change(&mut control);
         let frame = Frame::per_second(self.scene.frames_per_second);
         if let Some(rigid) = &mut self.rigid {
-            let integrator = &self.scene.config.integrator;
             let start = (&self.state, &control);
-            self.report = rigid.step(self.solver.as_mut(), integrator, start, frame)?;
+            self.report = rigid.step(self.solver.as_mut(), start, frame)?;
         } else {
             self.solver.set_control(&control)?;
             self.solver.advance(frame)?;

@@ -227,8 +227,7 @@ impl Engine {
         }
         let solver = self.solver.get();
         if let Some(rigid) = &mut self.rigid {
-            let integrator = &self.compiled.config.integrator;
-            return Ok(rigid.step(solver, integrator, (&self.state, control), frame)?);
+            return Ok(rigid.step(solver, (&self.state, control), frame)?);
         }
         solver.set_control(control)?;
         solver.advance(frame)?;
