@@ -36,7 +36,7 @@ extern "C" __global__ void collider_constraints(const __grid_constant__ Solver s
         real slip = root(dot(along, along)), grip = c.friction * push;
         bool sticks = slip <= grip;
         real drag = sticks ? (real)0 : maximum(rate.w * grip / maximum(slip - grip, SLIP_MIN), (real)0);
-        touches[count++] = {n, speed, surface, c.friction, drag, sticks ? (real)1 : (real)0};
+        touches[count++] = {n, speed, surface, c.friction, drag, sticks ? (real)1 : (real)0, (real)k};
     }
     constraint_update(l, i, touches, count);
     if (count > 0) atomicAdd(&l.outcome->constrained, 1u);

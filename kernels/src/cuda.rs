@@ -42,6 +42,7 @@ modules! {
     "collider_response" [],
     "conjugate_gradient" ["wide", "resident"],
     "constraint_filter" [],
+    "constraint_impulses" [],
     "constraint_project" [],
     "constraint_release" [],
     "contact_candidates" [],

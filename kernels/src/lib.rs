@@ -44,6 +44,7 @@ pub const STAGES: &[Stage] = &[
     Stage { name: "implicit_assemble", section: 5 },
     Stage { name: "collider_constraints", section: 5 },
     Stage { name: "constraint_release", section: 5 },
+    Stage { name: "constraint_impulses", section: 5 },
     Stage { name: "constraint_filter", section: 5 },
     Stage { name: "constraint_project", section: 5 },
     Stage { name: "matrix_apply", section: 5 },

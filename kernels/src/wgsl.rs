@@ -44,6 +44,7 @@ modules! {
     "conjugate_gradient_iteration" ["colliders"],
     "conjugate_gradient_step" ["colliders"],
     "constraint_filter" ["colliders"],
+    "constraint_impulses" [],
     "constraint_project" ["colliders"],
     "constraint_release" [],
     "contact_candidates_boxes" [],

@@ -7,7 +7,8 @@
 //!include distance_grid_none
 //!end
 
-fn touch_of(collider: Collider, surface: Surface, gap: f32, mass: f32, x: vec3f, v: vec3f) -> Touch {
+fn touch_of(number: u32, surface: Surface, gap: f32, mass: f32, x: vec3f, v: vec3f) -> Touch {
+    let collider = colliders[substep.collider_first + number];
     let length = substep.length;
     let arm = x - collider.translation;
     let carried = surface_velocity(collider, surface, arm);
@@ -29,7 +30,7 @@ fn touch_of(collider: Collider, surface: Surface, gap: f32, mass: f32, x: vec3f,
         // The fields may pull it off, which no friction resists.
         drag = max(mass * grip / max(slip - grip, SLIP_MIN), 0.0);
     }
-    return Touch(normal, speed, carried, collider.friction, drag, u32(sticks), 0u, 0u);
+    return Touch(normal, speed, carried, collider.friction, drag, u32(sticks), number, 0u);
 }
 
 // v*
@@ -51,15 +52,14 @@ fn main(
     var constraint: Constraint;
     constraint.filter_on = vec3f(1.0);
     if position.w > 0.0 {
-        let end = substep.collider_first + substep.collider_count;
         let predicted = velocity_by_fields(velocity.xyz);
-        for (var at = substep.collider_first; at < end; at += 1u) {
-            let collider = colliders[at];
+        for (var number = 0u; number < substep.collider_count; number += 1u) {
+            let collider = colliders[substep.collider_first + number];
             let surface = surface_of(collider, position.xyz - collider.translation);
             let gap = surface.distance - cloth_offset(particle);
             if -gap > substep.length * dot_product(surface.normal, predicted) && constraint.count < TOUCHES_MAX {
                 constraint.touches[constraint.count] =
-                    touch_of(collider, surface, gap, velocity.w, position.xyz, velocity.xyz);
+                    touch_of(number, surface, gap, velocity.w, position.xyz, velocity.xyz);
                 constraint.count += 1u;
             }
         }

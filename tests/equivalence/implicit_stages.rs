@@ -60,7 +60,7 @@ fn collider_constraints() {
 
 /// Cases in which particles touch four colliders at a time, two of them with nearly the same normal.
 #[test]
-fn collider_constraints_and_constraint_release_of_many_contacts() {
+fn stages_of_constraints_with_many_contacts() {
     let cases = with_colliders().prop_map(|mut case| {
         case.colliders = 4;
         case.contact = Contact::Off;
@@ -69,7 +69,8 @@ fn collider_constraints_and_constraint_release_of_many_contacts() {
     });
     for_all(6 * CASES, &cases, |candidate, case| {
         checks::collider_constraints(candidate, case)?;
-        checks::constraint_release(candidate, case)
+        checks::constraint_release(candidate, case)?;
+        checks::constraint_impulses(candidate, case)
     });
 }
 
@@ -86,6 +87,11 @@ fn constraint_project() {
 #[test]
 fn constraint_release() {
     for_all(CASES, &with_colliders(), checks::constraint_release);
+}
+
+#[test]
+fn constraint_impulses() {
+    for_all(2 * CASES, &with_colliders(), checks::constraint_impulses);
 }
 
 #[test]

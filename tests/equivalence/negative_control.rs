@@ -215,6 +215,8 @@ fn every_perturbed_stage_of_the_implicit_step_is_found_by_its_check() {
         checks::implicit_assemble(candidate, description, NewtonStart::StepStart)
     });
     control_some(Defect::Scaled(Stage::ConstraintRelease), checks::constraint_release);
+    control_some(Defect::Scaled(Stage::ConstraintImpulses), checks::constraint_impulses);
+    control_some(Defect::ConstraintImpulsesDropped, checks::constraint_impulses);
     control(Defect::Scaled(Stage::VectorDot), &busy, checks::vector_dot);
     control(Defect::Scaled(Stage::VectorCombine), &busy, checks::vector_combine);
     control(Defect::Scaled(Stage::VelocityAdd), &busy, checks::velocity_add);

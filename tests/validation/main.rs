@@ -24,6 +24,7 @@ mod implicit_stack;
 mod internal_forces;
 mod oscillator;
 mod rig;
+mod rigid_bodies;
 mod self_contact;
 mod semi_implicit;
 mod stability;

@@ -18,7 +18,7 @@ const SUM_UNIT: usize = BLOCK / 4;
 /// Sums of an iteration.
 const SUMS: usize = 3;
 /// Numbers of a contact with a collider.
-const TOUCH: usize = 10;
+const TOUCH: usize = 11;
 /// Contacts with colliders that count for a particle.
 const TOUCHES_MAX: usize = 4;
 

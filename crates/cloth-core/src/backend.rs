@@ -80,8 +80,8 @@ pub trait Solver: Send {
     fn download(&mut self, out: &mut State) -> Result<()>;
 
     /// What each collider did to the cloths since the last call, if the model asks for it; `out` is
-    /// resized. The implicit integrator keeps particles from colliders within its linear system, which
-    /// is not part of these sums.
+    /// resized. With the implicit integrator the momentum of the cloths changes by these impulses and
+    /// those of the fields but for what its linear solver leaves (NUMERICS §5).
     ///
     /// # Errors
     /// [`Error::Unsupported`](crate::Error) by a backend that does not sum them; what the device

@@ -1,8 +1,8 @@
 //! Rigid bodies and cloth, step by step together.
 
 use cloth_core::{
-    ColliderControl, ColliderImpulse, Control, ControlStart, Error, Frame, Integrator, PinAction,
-    Pose, Result, Solver, State, StepReport,
+    ColliderControl, ColliderImpulse, Control, ControlStart, Error, Frame, PinAction, Pose, Result,
+    Solver, State, StepReport,
 };
 use cloth_rigid::RigidWorld;
 use cloth_scene::CompiledScene;
@@ -58,7 +58,6 @@ impl RigidExchange {
     pub fn step(
         &mut self,
         solver: &mut dyn Solver,
-        integrator: &Integrator,
         control: &Control,
         frame: Frame,
     ) -> Result<StepReport> {
@@ -76,11 +75,7 @@ impl RigidExchange {
             self.anchor_offset = [0.0; 3];
         }
         self.anchor_offset = control.anchor_offset.unwrap_or(self.anchor_offset);
-        // The implicit integrator does not say what colliders do, so that there is nothing to wait for.
-        let parts = match integrator {
-            Integrator::Implicit(_) => 1.0,
-            _ => (frame.duration / EXCHANGE_INTERVAL).ceil().clamp(1.0, 1e4),
-        };
+        let parts = (frame.duration / EXCHANGE_INTERVAL).ceil().clamp(1.0, 1e4);
         let part = Frame { duration: frame.duration / parts };
         let mut report = StepReport::default();
         let (mut substeps, mut wall_time) = (0, std::time::Duration::ZERO);

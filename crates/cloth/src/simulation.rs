@@ -100,8 +100,7 @@ impl Simulation {
         change(&mut control);
         let frame = Frame::per_second(self.scene.frames_per_second);
         if let Some(rigid) = &mut self.rigid {
-            let integrator = &self.scene.config.integrator;
-            self.report = rigid.step(self.solver.as_mut(), integrator, &control, frame)?;
+            self.report = rigid.step(self.solver.as_mut(), &control, frame)?;
         } else {
             self.solver.set_control(&control)?;
             self.solver.advance(frame)?;

@@ -179,16 +179,21 @@ __device__ __forceinline__ void collide(const Collider& c, real offset, Moved& m
     moved.velocity = carried + (bounce * n + kept * tangential);
 }
 
+// Adds an impulse of a collider on a particle at a place, and its moment.
+__device__ __forceinline__ void impulse_sum(const Solver& s, uint collider, uint particle, double px, double py, double pz, const vec3& at) {
+    double x = at.x, y = at.y, z = at.z;
+    double added[6] = {px, py, pz, y * pz - z * py, z * px - x * pz, x * py - y * px};
+    double* place = s.impulses + (size_t)(6 * collider) * s.count + particle;
+    for (uint q = 0; q < 6; q++) place[(size_t)q * s.count] += added[q];
+}
+
 // Adds what a collider did to a particle, which had the velocity `before`.
 __device__ __noinline__ void impulse_add(const Solver& s, uint collider, uint particle, real inverse_mass, vec3 before, Moved moved) {
     double mass = 1.0 / (double)inverse_mass;
     double px = mass * ((double)moved.velocity.x - (double)before.x);
     double py = mass * ((double)moved.velocity.y - (double)before.y);
     double pz = mass * ((double)moved.velocity.z - (double)before.z);
-    double x = moved.position.x, y = moved.position.y, z = moved.position.z;
-    double added[6] = {px, py, pz, y * pz - z * py, z * px - x * pz, x * py - y * px};
-    double* place = s.impulses + (size_t)(6 * collider) * s.count + particle;
-    for (uint q = 0; q < 6; q++) place[(size_t)q * s.count] += added[q];
+    impulse_sum(s, collider, particle, px, py, pz, moved.position);
 }
 
 // Contact with all colliders, one after the other.

@@ -23,6 +23,18 @@ struct Span {
         target = target + missing * unit;
         directions[count++] = unit;
     }
+
+    // Constrains what a contact constrains.
+    __device__ void add_touch(const Touch& touch) {
+        add(touch.normal, touch.speed);
+        if (touch.sticks != 0) {
+            real extra = touch.speed - dot(touch.surface, touch.normal);
+            vec3 u = touch.surface, n = touch.normal;
+            add(make_vec3(1, 0, 0), u.x + extra * n.x);
+            add(make_vec3(0, 1, 0), u.y + extra * n.y);
+            add(make_vec3(0, 0, 1), u.z + extra * n.z);
+        }
+    }
 };
 
 // Filter and target of a particle from its contacts.
@@ -30,17 +42,7 @@ __device__ __noinline__ void constraint_update(const Linear& l, uint i, const To
     Span span;
     span.count = 0;
     span.target = make_vec3(0, 0, 0);
-    for (uint k = 0; k < count; k++) {
-        const Touch& touch = touches[k];
-        span.add(touch.normal, touch.speed);
-        if (touch.sticks != 0) {
-            real extra = touch.speed - dot(touch.surface, touch.normal);
-            vec3 u = touch.surface, n = touch.normal;
-            span.add(make_vec3(1, 0, 0), u.x + extra * n.x);
-            span.add(make_vec3(0, 1, 0), u.y + extra * n.y);
-            span.add(make_vec3(0, 0, 1), u.z + extra * n.z);
-        }
-    }
+    for (uint k = 0; k < count; k++) span.add_touch(touches[k]);
     vec3 on = {1, 1, 1}, off = {0, 0, 0};
     if (span.count == 3) {
         on = make_vec3(0, 0, 0);
@@ -57,16 +59,24 @@ __device__ __noinline__ void constraint_update(const Linear& l, uint i, const To
     l.touch_counts[i] = count;
 }
 
+// c P, for the drag c of a contact that slides and P the projector on its plane.
+__device__ __forceinline__ Symmetric drag_block(const Touch& touch) {
+    real drag = touch.drag;
+    vec3 n = touch.normal;
+    return {
+        {drag * ((real)1 - n.x * n.x), drag * ((real)1 - n.y * n.y), drag * ((real)1 - n.z * n.z)},
+        {-(drag * (n.x * n.y)), -(drag * (n.x * n.z)), -(drag * (n.y * n.z))},
+    };
+}
+
 // Adds c P to B and D and -c P (v - u) to b, for the drag c of each contact times `sign` and P the projector on
 // its plane.
 __device__ void drag_add(const Linear& l, uint i, const Touch* touches, uint count, real sign, const vec3& velocity) {
     for (uint k = 0; k < count; k++) {
         const Touch& touch = touches[k];
         if (!(touch.drag > 0)) continue;
-        real drag = sign * touch.drag;
-        vec3 n = touch.normal;
-        vec3 on = {drag * ((real)1 - n.x * n.x), drag * ((real)1 - n.y * n.y), drag * ((real)1 - n.z * n.z)};
-        vec3 off = {-(drag * (n.x * n.y)), -(drag * (n.x * n.z)), -(drag * (n.y * n.z))};
+        Symmetric plane = drag_block(touch);
+        vec3 on = sign * plane.on, off = sign * plane.off;
         l.base[0][i] = with_w(xyz(l.base[0][i]) + on, 0);
         l.base[1][i] = with_w(xyz(l.base[1][i]) + off, 0);
         l.diagonal[0][i] = with_w(xyz(l.diagonal[0][i]) + on, 0);

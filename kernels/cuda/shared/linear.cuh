@@ -12,6 +12,8 @@ struct Touch {
     real drag;
     // 1 if friction holds the particle.
     real sticks;
+    // Number of the collider.
+    real collider;
 };
 
 #define TOUCHES_MAX 4

@@ -153,7 +153,7 @@ fn collide_all(particle: u32, mass: f32, before: Moved) -> Moved {
     for (var number = 0u; number < substep.collider_count; number += 1u) {
         let velocity = moved.velocity;
         moved = collide(colliders[substep.collider_first + number], offset, moved);
-        impulse_add(particle, number, mass, velocity, moved);
+        impulse_add(particle, number, mass, moved.velocity - velocity, moved.position);
     }
     return moved;
 }

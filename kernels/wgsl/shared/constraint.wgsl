@@ -12,8 +12,9 @@ struct Touch {
     drag: f32,
     // Whether friction holds the particle.
     sticks: u32,
-    padding_0: u32,
-    padding_1: u32,
+    // Number of the collider.
+    collider: u32,
+    padding: u32,
 }
 
 const TOUCHES_MAX: u32 = 4u;

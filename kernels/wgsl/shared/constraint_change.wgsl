@@ -32,19 +32,23 @@ fn span_add(span: ptr<function, Span>, direction: vec3f, speed: f32) {
     (*span).count += 1u;
 }
 
+// Constrains what a contact constrains.
+fn span_add_touch(span: ptr<function, Span>, touch: Touch) {
+    span_add(span, touch.normal, touch.speed);
+    if touch.sticks != 0u {
+        let extra = touch.speed - dot_product(touch.surface, touch.normal);
+        let wanted = add_scaled(touch.surface, extra, touch.normal);
+        span_add(span, vec3f(1.0, 0.0, 0.0), wanted.x);
+        span_add(span, vec3f(0.0, 1.0, 0.0), wanted.y);
+        span_add(span, vec3f(0.0, 0.0, 1.0), wanted.z);
+    }
+}
+
 // Filter and target from the contacts.
 fn constraint_update(constraint: ptr<function, Constraint>) {
     var span: Span;
     for (var k = 0u; k < (*constraint).count; k += 1u) {
-        let touch = (*constraint).touches[k];
-        span_add(&span, touch.normal, touch.speed);
-        if touch.sticks != 0u {
-            let extra = touch.speed - dot_product(touch.surface, touch.normal);
-            let wanted = add_scaled(touch.surface, extra, touch.normal);
-            span_add(&span, vec3f(1.0, 0.0, 0.0), wanted.x);
-            span_add(&span, vec3f(0.0, 1.0, 0.0), wanted.y);
-            span_add(&span, vec3f(0.0, 0.0, 1.0), wanted.z);
-        }
+        span_add_touch(&span, (*constraint).touches[k]);
     }
     (*constraint).velocity = span.velocity;
     var free = Symmetric(vec3f(1.0), vec3f(0.0));
@@ -59,6 +63,15 @@ fn constraint_update(constraint: ptr<function, Constraint>) {
     (*constraint).filter_off = free.off;
 }
 
+// c (I - n n^T) of a contact that slides.
+fn touch_drag(touch: Touch) -> Symmetric {
+    return symmetric_add_outer(
+        Symmetric(vec3f(touch.drag), vec3f(0.0)),
+        -touch.drag,
+        touch.normal,
+    );
+}
+
 // A drag of all contacts that slide, as the block c (I - n n^T) and the impulse c (I - n n^T) (v - u).
 struct Drag {
     plane: Symmetric,
@@ -70,11 +83,7 @@ fn constraint_drag(constraint: ptr<function, Constraint>, velocity: vec3f) -> Dr
     for (var k = 0u; k < (*constraint).count; k += 1u) {
         let touch = (*constraint).touches[k];
         if touch.drag > 0.0 {
-            let plane = symmetric_add_outer(
-                Symmetric(vec3f(touch.drag), vec3f(0.0)),
-                -touch.drag,
-                touch.normal,
-            );
+            let plane = touch_drag(touch);
             drag.plane.on += plane.on;
             drag.plane.off += plane.off;
             drag.impulse += symmetric_apply(plane, velocity - touch.surface);

@@ -3,13 +3,13 @@
 
 @group(0) @binding(55) var<storage, read_write> impulses: array<vec4f>;
 
-fn impulse_add(particle: u32, collider: u32, mass: f32, before: vec3f, after: Moved) {
-    let change = after.velocity - before;
+// Adds what a collider did to a particle: `mass` times `change`, at a place.
+fn impulse_add(particle: u32, collider: u32, mass: f32, change: vec3f, position: vec3f) {
     if all(change == vec3f(0.0)) {
         return;
     }
     let at = 2u * (collider * model.particle_count + particle);
     impulses[at] = vec4f(add_scaled(impulses[at].xyz, mass, change), 0.0);
-    let moment = cross_product(after.position, change);
+    let moment = cross_product(position, change);
     impulses[at + 1u] = vec4f(add_scaled(impulses[at + 1u].xyz, mass, moment), 0.0);
 }

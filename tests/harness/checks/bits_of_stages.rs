@@ -1,8 +1,8 @@
 //! Two backends that promise the same bits, stage by stage.
 
 use cloth_core::{
-    Kernels, LinearMethod, LinearSettings, LinearStart, LinearVector, MatrixForm, NewtonStart,
-    Preconditioner, State,
+    ColliderImpulse, Kernels, LinearMethod, LinearSettings, LinearStart, LinearVector, MatrixForm,
+    NewtonStart, Preconditioner, State,
 };
 
 use crate::{
@@ -42,6 +42,26 @@ fn compare(stage: &str, pair: &mut [Box<dyn Kernels>; 2]) -> Verdict {
         })?;
     }
     ensure(a.held == b.held, || format!("{stage}: held particles differ"))
+}
+
+/// `constraint_impulses`: sums over particles in another order, which single impulses of the same bits let agree but
+/// for the rounding of double precision.
+fn impulses(pair: &mut [Box<dyn Kernels>; 2], start: NewtonStart) -> Verdict {
+    let mut found = [Vec::new(), Vec::new()];
+    for (kernels, found) in pair.iter_mut().zip(&mut found) {
+        kernels.constraint_impulses(start)?;
+        kernels.collider_impulses(found)?;
+    }
+    let [a, b] = &found;
+    let numbers = |sum: &ColliderImpulse| [sum.linear, sum.angular].concat();
+    let (a, b): (Vec<_>, Vec<_>) =
+        (a.iter().flat_map(numbers).collect(), b.iter().flat_map(numbers).collect());
+    let largest = a.iter().fold(0.0_f64, |largest, number| largest.max(number.abs()));
+    let is_near =
+        |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-11 * largest || a.is_nan() && b.is_nan();
+    ensure(a.len() == b.len() && a.iter().zip(&b).all(is_near), || {
+        format!("constraint_impulses: {a:?} and {b:?}")
+    })
 }
 
 /// Speed \[m/s\] beyond which a state has flown apart: one substep with a force that grows with the third power of the
@@ -238,6 +258,7 @@ pub fn bits_of_implicit_stages(candidates: [&Candidate; 2], description: &Descri
             }
             ensure(released[0] == released[1], || format!("released: {released:?}"))?;
             vectors(&mut pair, "constraint_release", RightSide)?;
+            impulses(&mut pair, start)?;
             for kernels in &mut pair {
                 kernels.constraint_project(Solution)?;
             }

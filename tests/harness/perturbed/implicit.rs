@@ -93,6 +93,20 @@ impl ImplicitKernels for PerturbedKernels {
         self.inner.constraint_statistics()
     }
 
+    fn constraint_impulses(&mut self, start: NewtonStart) -> Result<()> {
+        if self.defect == Defect::ConstraintImpulsesDropped {
+            return Ok(());
+        }
+        if !self.has(Stage::ConstraintImpulses) {
+            return self.inner.constraint_impulses(start);
+        }
+        let mut right_side = Vec::new();
+        self.inner.vector_read(LinearVector::RightSide, &mut right_side)?;
+        self.vector_scale(LinearVector::RightSide)?;
+        self.inner.constraint_impulses(start)?;
+        self.inner.vector_write(LinearVector::RightSide, &right_side)
+    }
+
     fn constraint_filter(&mut self, vector: LinearVector) -> Result<()> {
         self.inner.constraint_filter(vector)?;
         self.vector_scale_if(Stage::ConstraintFilter, vector)

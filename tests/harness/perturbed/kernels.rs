@@ -301,7 +301,9 @@ impl Kernels for PerturbedKernels {
         let factor = match self.defect {
             Defect::FusedDiffers => 1.0 + self.size,
             Defect::RunsDiffer => 1.0 + self.size * self.run as f64,
-            Defect::Scaled(_) | Defect::ContactPairDropped => return Ok(()),
+            Defect::Scaled(_) | Defect::ContactPairDropped | Defect::ConstraintImpulsesDropped => {
+                return Ok(());
+            }
         };
         self.velocities_scale(factor)
     }

@@ -18,9 +18,11 @@ use self::kernels::PerturbedKernels;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Defect {
     /// What the stage changes, it changes by too much; stages whose result stays
-    /// inside are told a length of the substep that is too long, and `constraint_release` is
-    /// told a solution that is too large.
+    /// inside are told a length of the substep that is too long, `constraint_release` is
+    /// told a solution and `constraint_impulses` a right-hand side that is too large.
     Scaled(Stage),
+    /// What constraints do to the cloth is not summed.
+    ConstraintImpulsesDropped,
     /// The first pair in contact is overlooked.
     ContactPairDropped,
     /// The fused substep, or a fused linear solver, is not the same as its stages.
@@ -72,6 +74,8 @@ pub enum Stage {
     ColliderConstraints,
     /// `constraint_release`
     ConstraintRelease,
+    /// `constraint_impulses`
+    ConstraintImpulses,
     /// `constraint_filter`
     ConstraintFilter,
     /// `constraint_project`

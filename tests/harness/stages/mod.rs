@@ -30,8 +30,8 @@ pub use control_forces::control_forces;
 pub use explicit::{explicit_substep, integrate_explicit, strain_limit};
 pub use fields::field_forces;
 pub use implicit::{
-    Constraint, Constraints, LinearSystem, Term, TrackedMatrix, air_jacobians, contact_terms,
-    preconditioner_apply, spring_terms,
+    Constraint, Constraints, LinearSystem, Term, TrackedMatrix, air_jacobians, constraint_impulses,
+    contact_terms, preconditioner_apply, spring_terms,
 };
 pub use measure::{TrackedMeasures, measure};
 pub use normals::vertex_normals;

@@ -24,6 +24,8 @@ const TOUCHES_MAX: usize = 4;
 /// Contact with one collider.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Touch<T> {
+    /// Which one.
+    pub(super) collider: u32,
     pub(super) normal: [T; 3],
     /// Velocity along the normal \[m/s\].
     pub(super) speed: T,
@@ -84,6 +86,39 @@ impl<T: Real> Touch<T> {
         } else {
             Verdict::Stands
         }
+    }
+
+    /// c P, for the drag c of a contact that slides and P the projector on its plane.
+    pub(super) fn drag_block(&self) -> Symmetric<T> {
+        let (drag, [x, y, z]) = (self.drag, self.normal);
+        [
+            drag * (T::ONE - x * x),
+            drag * (T::ONE - y * y),
+            drag * (T::ONE - z * z),
+            -(drag * (x * y)),
+            -(drag * (x * z)),
+            -(drag * (y * z)),
+        ]
+    }
+
+    /// The part of an impulse that is this contact's, which was the last to add directions, and added
+    /// these.
+    fn share(&self, directions: &[[T; 3]], impulse: [T; 3]) -> [T; 3] {
+        let mut share = [T::ZERO; 3];
+        if self.sticks {
+            for direction in directions {
+                let along = dot(impulse, *direction);
+                for axis in 0..3 {
+                    share[axis] += along * direction[axis];
+                }
+            }
+        } else if let [direction] = directions {
+            let push = dot(impulse, *direction) / dot(self.normal, *direction);
+            let across = dot(impulse, self.normal);
+            let push = push.minimum(across + across).maximum(T::ZERO);
+            share = self.normal.map(|component| push * component);
+        }
+        share
     }
 
     /// Length and direction of what a vector has along the surface.
@@ -194,20 +229,42 @@ impl<T: Real> Constraint<T> {
 
     /// Filter and target from the contacts.
     fn update(&mut self) {
-        let mut span = Span { directions: [[T::ZERO; 3]; 3], count: 0, target: [T::ZERO; 3] };
+        let mut span = Span::new();
         for touch in self.touches() {
-            span.add(touch.normal, touch.speed);
-            if touch.sticks {
-                let extra = touch.speed - dot(touch.surface, touch.normal);
-                for axis in 0..3 {
-                    let mut direction = [T::ZERO; 3];
-                    direction[axis] = T::ONE;
-                    span.add(direction, touch.surface[axis] + extra * touch.normal[axis]);
-                }
-            }
+            span.add_touch(touch);
         }
         self.target = span.target;
         self.filter = span.complement();
+    }
+
+    /// What each contact does to a particle that ends the substep with this velocity, from A y - b
+    /// (NUMERICS §5, `constraint_impulses`).
+    pub(super) fn impulses(&self, excess: [T; 3], velocity: [T; 3]) -> [[T; 3]; TOUCHES_MAX] {
+        let touches = self.touches();
+        // Where the directions of each contact begin.
+        let mut first = [0; TOUCHES_MAX + 1];
+        let mut span = Span::new();
+        if touches.len() > 1 {
+            for (index, touch) in touches.iter().enumerate() {
+                span.add_touch(touch);
+                first[index + 1] = span.count;
+            }
+        }
+        let mut rest = excess;
+        let mut impulses = [[T::ZERO; 3]; TOUCHES_MAX];
+        for index in (1..touches.len()).rev() {
+            let own = &span.directions[first[index]..first[index + 1]];
+            impulses[index] = touches[index].share(own, rest);
+            rest = sub(rest, impulses[index]);
+        }
+        impulses[0] = rest;
+        for (impulse, touch) in impulses.iter_mut().zip(touches) {
+            if touch.drag > T::ZERO {
+                let slip = sub(velocity, touch.surface);
+                *impulse = sub(*impulse, symmetric_apply(&touch.drag_block(), slip));
+            }
+        }
+        impulses
     }
 }
 
@@ -219,6 +276,23 @@ struct Span<T> {
 }
 
 impl<T: Real> Span<T> {
+    const fn new() -> Self {
+        Self { directions: [[T::ZERO; 3]; 3], count: 0, target: [T::ZERO; 3] }
+    }
+
+    /// Constrains what a contact constrains.
+    fn add_touch(&mut self, touch: &Touch<T>) {
+        self.add(touch.normal, touch.speed);
+        if touch.sticks {
+            let extra = touch.speed - dot(touch.surface, touch.normal);
+            for axis in 0..3 {
+                let mut direction = [T::ZERO; 3];
+                direction[axis] = T::ONE;
+                self.add(direction, touch.surface[axis] + extra * touch.normal[axis]);
+            }
+        }
+    }
+
     /// Constrains the velocity along a direction as far as it is free.
     fn add(&mut self, direction: [T; 3], speed: T) {
         if self.count == 3 {

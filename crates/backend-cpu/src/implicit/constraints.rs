@@ -1,7 +1,7 @@
-//! NUMERICS §5: what colliders demand of velocities, `collider_constraints`, and how contacts come
-//! and go, `constraint_release`.
+//! NUMERICS §5: what colliders demand of velocities, `collider_constraints`, how contacts come and go,
+//! `constraint_release`, and what they do, `constraint_impulses`.
 
-use cloth_core::{ConstraintStatistics, Real};
+use cloth_core::{ColliderImpulse, ConstraintStatistics, Real};
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
@@ -10,9 +10,10 @@ use super::{
     matrix::Matrix,
 };
 use crate::{
+    block_impulses::BlockImpulses,
     collider_response::ColliderAt,
     memory::{BLOCK, FieldView, LANES, Masses, VectorField, lanes},
-    vector::{dot, sub},
+    vector::{cross, dot, sub},
 };
 
 /// All constraints, by blocks of [`BLOCK`] particles, particles ascending.
@@ -120,6 +121,32 @@ impl<T: Real> Constraints<T> {
         changed
     }
 
+    /// Adds what the contacts did to the sums of colliders, block by block. Without an image the
+    /// solution is zero.
+    pub(super) fn impulses(
+        &self,
+        (image, right_side): (Option<FieldView<'_, T>>, FieldView<'_, T>),
+        (position, velocity): (FieldView<'_, T>, FieldView<'_, T>),
+        sums: &mut BlockImpulses,
+    ) {
+        let blocks = self.blocks.par_iter().zip(sums.blocks_mut());
+        blocks.for_each(|(constraints, sums)| {
+            let Some(sums) = sums else { return };
+            for constraint in constraints {
+                let particle = constraint.particle();
+                let image = image.map_or([T::ZERO; 3], |image| image.get(particle));
+                let excess = sub(image, right_side.get(particle));
+                let impulses = constraint.impulses(excess, velocity.get(particle));
+                let at = position.get(particle).map(T::to_f64);
+                for (touch, impulse) in constraint.touches().iter().zip(impulses) {
+                    let linear = impulse.map(T::to_f64);
+                    sums[touch.collider as usize] +=
+                        ColliderImpulse { linear, angular: cross(at, linear) };
+                }
+            }
+        });
+    }
+
     /// Counts since the last call.
     pub(super) fn statistics(&mut self) -> ConstraintStatistics {
         std::mem::take(&mut self.statistics)
@@ -141,8 +168,8 @@ impl<T: Real> NullaryFnOnce for DetectionTask<'_, '_, T> {
         let Self { detection, start, constraints } = self;
         let end = (start + BLOCK).min(detection.count);
         for first in (start..end).step_by(LANES) {
-            for collider in detection.colliders {
-                detection.packet(collider, first, constraints);
+            for number in 0..detection.colliders.len() {
+                detection.packet(number, first, constraints);
             }
         }
     }
@@ -150,7 +177,8 @@ impl<T: Real> NullaryFnOnce for DetectionTask<'_, '_, T> {
 
 impl<T: Real> Detection<'_, T> {
     #[inline(always)]
-    fn packet(&self, collider: &ColliderAt<T>, first: usize, constraints: &mut Vec<Constraint<T>>) {
+    fn packet(&self, number: usize, first: usize, constraints: &mut Vec<Constraint<T>>) {
+        let collider = &self.colliders[number];
         let position = self.position.packet(first as isize);
         let velocity = self.velocity.packet(first as isize);
         let inverse_mass = lanes(&self.masses.inverse, first);
@@ -179,7 +207,7 @@ impl<T: Real> Detection<'_, T> {
                 let v = velocity.map(|component| component[lane]);
                 let mass = self.masses.mass[first + lane];
                 let contact = (depths.depth[lane], normal, depths.speeds[lane]);
-                let touch = self.touch(collider, contact, mass, x, v);
+                let touch = self.touch(number, contact, mass, x, v);
                 add(constraints, (first + lane) as u32, touch);
             }
         }
@@ -188,12 +216,13 @@ impl<T: Real> Detection<'_, T> {
     /// The contact of a particle of some mass at x with velocity v.
     fn touch(
         &self,
-        collider: &ColliderAt<T>,
+        number: usize,
         (depth, normal, speed): (T, [T; 3], T),
         mass: T,
         x: [T; 3],
         v: [T; 3],
     ) -> Touch<T> {
+        let collider = &self.colliders[number];
         let mut surface = collider.velocity_at(x);
         for axis in 0..3 {
             surface[axis] += speed * normal[axis];
@@ -222,7 +251,7 @@ impl<T: Real> Detection<'_, T> {
         // The fields may pull it off, which no friction resists.
         let left = (slip - grip).maximum(T::from_f64(SLIP_MIN));
         let drag = if sticks { T::ZERO } else { (mass * grip / left).maximum(T::ZERO) };
-        Touch { normal, speed, surface, friction, sticks, drag }
+        Touch { collider: number as u32, normal, speed, surface, friction, sticks, drag }
     }
 }
 
@@ -237,16 +266,7 @@ fn drag_add<T: Real>(
 ) {
     let particle = constraint.particle();
     for touch in constraint.touches().iter().filter(|touch| touch.drag > T::ZERO) {
-        let drag = sign * touch.drag;
-        let [x, y, z] = touch.normal;
-        let plane = [
-            drag * (T::ONE - x * x),
-            drag * (T::ONE - y * y),
-            drag * (T::ONE - z * z),
-            -(drag * (x * y)),
-            -(drag * (x * z)),
-            -(drag * (y * z)),
-        ];
+        let plane = touch.drag_block().map(|entry| sign * entry);
         matrix.base.add(particle, plane);
         matrix.diagonal.add(particle, plane);
         let slip = symmetric_apply(&plane, sub(velocity, touch.surface));

@@ -19,6 +19,7 @@ use super::{
 };
 use crate::{
     aerodynamic_forces::Aerodynamics,
+    block_impulses::BlockImpulses,
     collider_response::ColliderAt,
     contact::{Contact, response::Penalty},
     memory::{BLOCK, FieldView, LANES, Masses, Motion, VectorField, lanes_mut},
@@ -171,6 +172,19 @@ impl<T: Real> ImplicitSystem<T> {
             self.matrix_has_changed();
         }
         changed
+    }
+
+    /// With `StepStart` it needs A y as the image.
+    pub(crate) fn constraint_impulses(
+        &self,
+        motion: &Motion<T>,
+        start: NewtonStart,
+        sums: &mut BlockImpulses,
+    ) {
+        let view = |vector| FieldView::new(self.vectors.get(vector));
+        let image = (start == NewtonStart::StepStart).then(|| view(LinearVector::Image));
+        let motion = (FieldView::new(&motion.position), FieldView::new(&motion.velocity));
+        self.constraints.impulses((image, view(LinearVector::RightSide)), motion, sums);
     }
 
     pub(crate) fn constraints_are_empty(&self) -> bool {

@@ -120,6 +120,25 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
             .map_or_else(ConstraintStatistics::default, |system| system.constraint_statistics()))
     }
 
+    fn constraint_impulses(&mut self, start: NewtonStart) -> Result<()> {
+        if !self.model.collider_impulses() {
+            return Ok(());
+        }
+        let mut impulses = std::mem::take(&mut self.impulses);
+        self.implicit_stage("constraint_impulses", 0.0, |kernels, system, _| {
+            if system.constraints_are_empty() {
+                return;
+            }
+            if start == NewtonStart::StepStart {
+                let (from, to) = (LinearVector::Solution, LinearVector::Image);
+                system.matrix_apply(&kernels.springs, from, to, kernels.arch);
+            }
+            system.constraint_impulses(&kernels.present, start, &mut impulses);
+        });
+        self.impulses = impulses;
+        Ok(())
+    }
+
     fn constraint_filter(&mut self, vector: LinearVector) -> Result<()> {
         self.implicit_stage("constraint_filter", 0.0, |kernels, system, _| {
             system.constraint_filter(vector, &kernels.masses);

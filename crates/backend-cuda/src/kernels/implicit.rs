@@ -263,6 +263,18 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
         Ok(ConstraintStatistics { constrained, released })
     }
 
+    fn constraint_impulses(&mut self, start: NewtonStart) -> Result<()> {
+        if self.memory.impulses.is_none() {
+            return Ok(());
+        }
+        let is_iterate = u32::from(start == NewtonStart::Iterate);
+        if is_iterate == 0 {
+            self.row_apply(LinearVector::Solution, LinearVector::Image)?;
+        }
+        let name = ("constraint_impulses", "constraint_impulses");
+        self.linear_stage(name, &[argument(&is_iterate)])
+    }
+
     fn constraint_filter(&mut self, vector: LinearVector) -> Result<()> {
         let vector = vector as u32;
         self.linear_stage(("constraint_filter", "constraint_filter"), &[argument(&vector)])

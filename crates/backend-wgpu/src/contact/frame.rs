@@ -32,6 +32,7 @@ pub(crate) enum Command {
     ContactLinearise(Substep),
     ImplicitAssemble(Substep, NewtonStart),
     ColliderConstraints(Substep),
+    ConstraintImpulses(NewtonStart),
     ImplicitSolve(Substep, SolveRequest),
     ImplicitStep(Substep, SolveRequest),
     VelocityAdd(f64),

@@ -41,6 +41,10 @@ impl ImplicitKernels for WgpuKernels {
         self.stages.constraint_statistics()
     }
 
+    fn constraint_impulses(&mut self, start: NewtonStart) -> Result<()> {
+        self.stages.execute(Command::ConstraintImpulses(start))
+    }
+
     fn constraint_filter(&mut self, vector: LinearVector) -> Result<()> {
         self.stages.constraint_filter(vector)
     }

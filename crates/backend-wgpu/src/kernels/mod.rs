@@ -184,7 +184,7 @@ impl Kernels for WgpuKernels {
         stepper::implicit::system(self, substep, NewtonStart::StepStart)?;
         self.stages.execute(Command::ImplicitSolve(*substep, request))?;
         self.velocity_add(1.0)?;
-        stepper::implicit::advance(self, substep)?;
+        stepper::implicit::advance(self, substep, NewtonStart::StepStart)?;
         Ok(true)
     }
 

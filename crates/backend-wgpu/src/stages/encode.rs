@@ -117,6 +117,7 @@ impl Stages {
             Command::ContactLinearise(substep) => self.contact_linearise(substep),
             Command::ImplicitAssemble(substep, start) => self.implicit_assemble(substep, *start),
             Command::ColliderConstraints(substep) => self.collider_constraints(substep),
+            Command::ConstraintImpulses(start) => self.constraint_impulses(*start),
             Command::ImplicitSolve(substep, request) => self.solve_record(substep, request),
             Command::ImplicitStep(substep, request) => self.implicit_step(substep, request),
             Command::VelocityAdd(scale) => self.motion_change("velocity_add", *scale),

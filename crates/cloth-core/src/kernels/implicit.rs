@@ -148,6 +148,17 @@ pub trait ImplicitKernels: Send {
     /// What the device reports.
     fn constraint_statistics(&mut self) -> Result<ConstraintStatistics>;
 
+    /// NUMERICS §5: adds what the constraints of a substep, and the friction of contacts that slide, did to
+    /// the cloth to the sums of collider impulses, if the model asks for them. The velocities are those
+    /// of the end of the substep, the positions those of its start. With
+    /// [`StepStart`](NewtonStart::StepStart) the solution has been added to the velocities; with
+    /// [`Iterate`](NewtonStart::Iterate) the right-hand side is that of the present velocities. Uses the
+    /// image.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn constraint_impulses(&mut self, start: NewtonStart) -> Result<()>;
+
     /// NUMERICS §5: filters a vector, y = S y.
     ///
     /// # Errors

@@ -154,8 +154,8 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     /// What the device reports.
     fn collider_response(&mut self, substep: &Substep) -> Result<()>;
 
-    /// NUMERICS §7: the impulses of `collider_response` on all particles since the last call, one
-    /// for each collider, if the model asks for them. `out` is resized.
+    /// NUMERICS §7: the impulses of `collider_response` and `constraint_impulses` on all particles since
+    /// the last call, one for each collider, if the model asks for them. `out` is resized.
     ///
     /// # Errors
     /// What the device reports; `Unsupported` by a backend that does not sum them.

@@ -39,9 +39,10 @@ pub fn substep<K: Kernels + ?Sized>(
     } else {
         LinearStart::Constraints
     };
-    let mut solved = solve(kernels, settings, (constrained, start), report)?;
-    if solved && settings.newton.iterations_max > 1 {
-        solved = newton(kernels, substep, settings, constrained, report)?;
+    let iterates = settings.newton.iterations_max > 1;
+    let mut solved = solve(kernels, settings, (start, !iterates), report)?;
+    if solved && iterates {
+        solved = newton(kernels, substep, settings, report)?;
     } else if solved {
         kernels.velocity_add(1.0)?;
     }
@@ -50,16 +51,25 @@ pub fn substep<K: Kernels + ?Sized>(
         return Ok(false);
     }
     kernels.position_from_kept(0.0)?;
-    advance(kernels, substep)?;
+    let end = if iterates { NewtonStart::Iterate } else { NewtonStart::StepStart };
+    advance(kernels, substep, end)?;
     Ok(true)
 }
 
-/// The end of a substep, once the velocities are found: motion, contact between cloths along the way,
-/// strain limiting, colliders.
+/// The end of a substep, once the velocities are found: impulses of the constraints, motion, contact
+/// between cloths along the way, strain limiting, colliders. `end` says what the last system was
+/// linearised about, as in [`constraint_impulses`](crate::ImplicitKernels::constraint_impulses).
 ///
 /// # Errors
 /// Those of the stages.
-pub fn advance<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Result<()> {
+pub fn advance<K: Kernels + ?Sized>(
+    kernels: &mut K,
+    substep: &Substep,
+    end: NewtonStart,
+) -> Result<()> {
+    if kernels.model().collider_impulses() && !kernels.model().colliders().is_empty() {
+        kernels.constraint_impulses(end)?;
+    }
     finish::advance(kernels, substep)
 }
 
@@ -83,13 +93,17 @@ pub fn system<K: Kernels + ?Sized>(
     kernels.implicit_assemble(substep, start)
 }
 
-/// Solves the system, again as long as contacts are released. Returns whether it could.
+/// Solves the system, again as long as contacts are released. Returns whether it could. `is_final` says
+/// that no other system of the substep comes after it.
 fn solve<K: Kernels + ?Sized>(
     kernels: &mut K,
     settings: &ImplicitSettings,
-    (constrained, mut start): (bool, LinearStart),
+    (mut start, is_final): (LinearStart, bool),
     report: &mut SolverReport,
 ) -> Result<bool> {
+    let constrained = !kernels.model().colliders().is_empty();
+    // A contact that pulled in the very last solve has to be there when its impulse is looked for.
+    let keeps = is_final && kernels.model().collider_impulses();
     let solver = settings.linear.method.solver::<K>();
     report.newton_iterations += 1;
     for pass in 0..settings.constraint_passes {
@@ -100,7 +114,10 @@ fn solve<K: Kernels + ?Sized>(
             return Ok(false);
         }
         let last = pass + 1 == settings.constraint_passes;
-        if !constrained || kernels.constraint_release()? == 0 || last {
+        if !constrained || (last && keeps) {
+            break;
+        }
+        if kernels.constraint_release()? == 0 || last {
             break;
         }
         start = LinearStart::Solution;
@@ -114,7 +131,6 @@ fn newton<K: Kernels + ?Sized>(
     kernels: &mut K,
     substep: &Substep,
     settings: &ImplicitSettings,
-    constrained: bool,
     report: &mut SolverReport,
 ) -> Result<bool> {
     use LinearVector::{Residual, Solution};
@@ -145,7 +161,8 @@ fn newton<K: Kernels + ?Sized>(
             report.newton_residual = report.newton_residual.max(relative);
             return Ok(relative.is_finite());
         }
-        if !solve(kernels, settings, (constrained, LinearStart::Constraints), report)? {
+        let is_final = iteration + 1 == iterations_max;
+        if !solve(kernels, settings, (LinearStart::Constraints, is_final), report)? {
             return Ok(false);
         }
     }

@@ -230,8 +230,7 @@ impl Engine {
     fn advance(&mut self, control: &Control, frame: Frame) -> Result<StepReport, ViewerError> {
         let solver = self.solver.get();
         if let Some(rigid) = &mut self.rigid {
-            let integrator = &self.compiled.config.integrator;
-            return Ok(rigid.step(solver, integrator, control, frame)?);
+            return Ok(rigid.step(solver, control, frame)?);
         }
         solver.set_control(control)?;
         solver.advance(frame)?;

@@ -1,12 +1,13 @@
 //! Constraints of colliders and pins.
 
-use cloth_core::LinearVector;
+use cloth_core::{ColliderImpulse, Kernels, LinearVector, NewtonStart};
 
 use super::{prepared::Prepared, system::compare_system};
 use crate::{
     Verdict,
     backends::Candidate,
     models::Description,
+    stages,
     tracked::TrackedVector,
     verdict::{compare, ensure},
 };
@@ -107,4 +108,54 @@ pub fn constraint_release(candidate: &Candidate, description: &Description) -> V
         compare_system(candidate, &mut prepared)?;
     }
     Ok(())
+}
+
+/// `constraint_impulses` against NUMERICS §5, for solutions that are not what a solver would find, with contacts
+/// as they come and as they are after `constraint_release`; nothing is left of what is taken back.
+///
+/// # Errors
+/// What is wrong.
+pub fn constraint_impulses(candidate: &Candidate, description: &Description) -> Verdict {
+    // Models of even seeds ask for impulses.
+    let description = Description { seed: description.seed & !1, ..description.clone() };
+    for start in [NewtonStart::StepStart, NewtonStart::Iterate] {
+        let mut prepared = Prepared::new(candidate, &description, start)?;
+        for pass in 0..PASSES {
+            let solution = prepared.fill(candidate, LinearVector::Solution)?;
+            prepared.kernels.constraint_impulses(start)?;
+            let found = impulses(&mut *prepared.kernels)?;
+            let Prepared { case, particles, system, constraints, .. } = &mut prepared;
+            let solved = (start == NewtonStart::StepStart).then_some(&solution[..]);
+            let (solved, count) = ((&*system, solved), case.model.colliders().len());
+            let epsilon = candidate.epsilon();
+            let expected =
+                stages::constraint_impulses(constraints, particles, solved, count, epsilon);
+            if !particles.uncertain.contains(&true) {
+                let parts =
+                    |part: usize| expected.iter().map(|sums| sums[part]).collect::<Vec<_>>();
+                let linear: Vec<_> = found.iter().map(|sum| sum.linear).collect();
+                let name = format!("impulse in pass {pass}, {start:?}, of collider");
+                compare(candidate, &name, &parts(0), &linear, &[])?;
+                let angular: Vec<_> = found.iter().map(|sum| sum.angular).collect();
+                compare(candidate, "moment of collider", &parts(1), &angular, &[])?;
+            }
+            prepared.kernels.constraint_release()?;
+            let Prepared { case, particles, system, constraints, .. } = &mut prepared;
+            constraints.release(&case.model, particles, system, &solution, epsilon);
+        }
+        prepared.kernels.state_keep()?;
+        prepared.kernels.constraint_impulses(start)?;
+        prepared.kernels.state_restore()?;
+        let left = impulses(&mut *prepared.kernels)?;
+        ensure(left.iter().all(|sum| *sum == ColliderImpulse::default()), || {
+            format!("{}: impulses of what was taken back: {left:?}", candidate.label)
+        })?;
+    }
+    Ok(())
+}
+
+fn impulses(kernels: &mut dyn Kernels) -> cloth_core::Result<Vec<ColliderImpulse>> {
+    let mut impulses = Vec::new();
+    kernels.collider_impulses(&mut impulses)?;
+    Ok(impulses)
 }

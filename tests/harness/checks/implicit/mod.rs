@@ -8,7 +8,8 @@ mod system;
 mod vectors;
 
 pub use constraints::{
-    collider_constraints, constraint_filter, constraint_project, constraint_release,
+    collider_constraints, constraint_filter, constraint_impulses, constraint_project,
+    constraint_release,
 };
 pub use solvers::{
     conjugate_gradient, implicit_frame, implicit_trajectory, jacobi, linear_solution,

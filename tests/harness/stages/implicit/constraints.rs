@@ -1,9 +1,10 @@
-//! NUMERICS §5: `collider_constraints`, `constraint_release`, and what friction adds to the system.
+//! NUMERICS §5: `collider_constraints`, `constraint_release`, `constraint_impulses`, and what friction adds to the
+//! system.
 
 use cloth_core::{Field, Model, stepper::ColliderState};
 
 use super::{
-    super::{ONE, Particles, colliders},
+    super::{ONE, Particles, TrackedImpulse, colliders},
     LinearSystem, TrackedMatrix,
     touch::{Outcome, Solved, Touch},
 };
@@ -109,6 +110,33 @@ impl Constraint {
         (changed, uncertain)
     }
 
+    /// What each of its contacts does, from A y - b and the velocity at the end: the number of the
+    /// collider and the impulse.
+    fn impulses(
+        &self,
+        excess: TrackedVector,
+        velocity: TrackedVector,
+        epsilon: f64,
+    ) -> Vec<(usize, TrackedVector)> {
+        // How many directions there are with the first contacts alone.
+        let mut counts = vec![0];
+        let mut first = Self::default();
+        for &touch in &self.touches {
+            first.touches.push(touch);
+            first.update(epsilon);
+            counts.push(first.directions.len());
+        }
+        let mut rest = excess;
+        let mut impulses = Vec::new();
+        for (index, touch) in self.touches.iter().enumerate().rev() {
+            let own = &self.directions[counts[index]..counts[index + 1]];
+            let share = if index == 0 { rest } else { touch.share(own, rest) };
+            rest -= share;
+            impulses.push((touch.collider, share + touch.friction_impulse(velocity)));
+        }
+        impulses
+    }
+
     /// Adds the drag of its contacts, times `sign`, to the system.
     fn add_drags(
         &self,
@@ -164,7 +192,7 @@ impl Constraints {
             }
             let [x, v] = [particles.positions[i], particles.velocities[i]];
             let predicted = v + (acceleration - rate.each(v, |r, v| r * v)).scaled(h);
-            for (collider, state) in model.colliders().iter().zip(states) {
+            for (number, (collider, state)) in model.colliders().iter().zip(states).enumerate() {
                 let surface = colliders::surface_at(&collider.shape, state, x, epsilon);
                 let normal = surface.normal;
                 let gap = surface.distance - colliders::half_thickness(model, i);
@@ -180,8 +208,8 @@ impl Constraints {
                         [collider.restitution, collider.friction].map(Tracked::rounded);
                     let mass = Tracked::rounded(model.masses()[i]);
                     let velocities = [v, predicted, carried];
-                    let (touch, close) =
-                        Touch::new((normal, largest), mass, velocities, coefficients, epsilon);
+                    let at = (number, normal, largest);
+                    let (touch, close) = Touch::new(at, mass, velocities, coefficients, epsilon);
                     constraint.touches.push(touch);
                     uncertain |= close | constraint.update(epsilon);
                 }
@@ -229,6 +257,29 @@ impl Constraints {
         }
         released
     }
+}
+
+/// What the constraints did to particles with the velocities of the end of a substep: the sums of each of
+/// `count` colliders. Without a solution it is zero.
+#[must_use]
+pub fn constraint_impulses(
+    constraints: &Constraints,
+    particles: &Particles,
+    (system, solution): (&LinearSystem, Option<&[TrackedVector]>),
+    count: usize,
+    epsilon: f64,
+) -> Vec<TrackedImpulse> {
+    let mut sums = vec![[TrackedVector::ZERO; 2]; count];
+    let image = solution.map(|solution| system.apply(solution));
+    for (i, constraint) in constraints.0.iter().enumerate() {
+        let image = image.as_ref().map_or(TrackedVector::ZERO, |image| image[i]);
+        let (excess, velocity) = (image - system.right_side[i], particles.velocities[i]);
+        for (collider, impulse) in constraint.impulses(excess, velocity, epsilon) {
+            sums[collider][0] += impulse;
+            sums[collider][1] += particles.positions[i].cross(impulse);
+        }
+    }
+    sums
 }
 
 /// Sum of accelerations and of drag rates.

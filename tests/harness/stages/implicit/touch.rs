@@ -6,6 +6,8 @@ use crate::tracked::{Tracked, TrackedVector};
 /// Contact with one collider.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Touch {
+    /// Number of the collider.
+    pub(super) collider: usize,
     pub(super) normal: TrackedVector,
     /// Velocity along the normal that is asked for.
     pub(super) speed: Tracked,
@@ -39,10 +41,10 @@ pub(super) enum Outcome {
 }
 
 impl Touch {
-    /// The contact of a particle with a collider that lets it come as near as `largest`, its
+    /// The contact of a particle with the collider of this number that lets it come as near as `largest`, its
     /// velocity along the normal, and whether rounding decides what it is like.
     pub(super) fn new(
-        (normal, largest): (TrackedVector, Tracked),
+        (collider, normal, largest): (usize, TrackedVector, Tracked),
         mass: Tracked,
         [velocity, predicted, surface]: [TrackedVector; 3],
         [restitution, friction]: [Tracked; 2],
@@ -66,7 +68,29 @@ impl Touch {
         let pulls = holds.value < 0.0 && !holds.is_close(ZERO, epsilon);
         let left = (slip - holds).max(Tracked::rounded(1e-4));
         let drag = if sticks || pulls { ZERO } else { (mass * holds / left).max(ZERO) };
-        (Self { normal, speed, surface, friction, sticks, drag }, uncertain)
+        (Self { collider, normal, speed, surface, friction, sticks, drag }, uncertain)
+    }
+
+    /// The part of an impulse that is its own, given the directions that it added as the last one.
+    pub(super) fn share(
+        &self,
+        directions: &[TrackedVector],
+        impulse: TrackedVector,
+    ) -> TrackedVector {
+        if self.sticks {
+            let along = directions.iter().map(|&d| d.scaled(impulse.dot(d)));
+            return along.fold(TrackedVector::ZERO, |sum, part| sum + part);
+        }
+        let Some(&direction) = directions.first() else { return TrackedVector::ZERO };
+        let push = impulse.dot(direction) / self.normal.dot(direction);
+        let most = Tracked::exact(2.0) * impulse.dot(self.normal);
+        self.normal.scaled(push.min(most).max(ZERO))
+    }
+
+    /// What friction does to a particle of this velocity, if it slides.
+    pub(super) fn friction_impulse(&self, velocity: TrackedVector) -> TrackedVector {
+        let slip = along(velocity - self.surface, self.normal);
+        TrackedVector::ZERO - slip.scaled(self.drag)
     }
 
     /// What a solve says of it, and whether rounding decides.

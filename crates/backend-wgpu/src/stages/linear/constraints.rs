@@ -1,9 +1,11 @@
 //! What colliders and pins demand.
 
-use cloth_core::{ConstraintStatistics, LinearVector, MatrixForm, Result, stepper::Substep};
+use cloth_core::{
+    ConstraintStatistics, LinearVector, MatrixForm, NewtonStart, Result, stepper::Substep,
+};
 
 use super::{Stages, vectors_call};
-use crate::layout::{Call, Solve};
+use crate::layout::{CALL_ITERATE, Call, Solve};
 
 impl Stages {
     pub(in crate::stages) fn collider_constraints(&mut self, substep: &Substep) -> Result<()> {
@@ -17,6 +19,19 @@ impl Stages {
         }
         let slot = self.slot(substep)?;
         self.linear_kernel("collider_constraints", slot, Call::default())
+    }
+
+    pub(in crate::stages) fn constraint_impulses(&mut self, start: NewtonStart) -> Result<()> {
+        if !self.model.collider_impulses() || self.model.colliders().is_empty() {
+            return Ok(());
+        }
+        self.linear_prepare()?;
+        let flags = if start == NewtonStart::Iterate { CALL_ITERATE } else { 0 };
+        if start == NewtonStart::StepStart {
+            let (from, to) = (LinearVector::Solution, LinearVector::Image);
+            self.matrix_apply(MatrixForm::MatrixFree, from, to)?;
+        }
+        self.linear_kernel("constraint_impulses", 0, Call { flags, ..Call::default() })
     }
 
     pub(crate) fn constraint_filter(&mut self, vector: LinearVector) -> Result<()> {

@@ -166,7 +166,9 @@ impl Stages {
             let start = if pass == 0 { request.start } else { LinearStart::Solution };
             let call = Call { pass_number: pass, pass_count: request.passes, ..Call::default() };
             let call = self.pass_record(&request.linear, start, slot, call)?;
-            if constrained {
+            // A contact that pulled in the very last solve has to be there when its impulse is looked for.
+            let keeps = pass + 1 == request.passes && self.model.collider_impulses();
+            if constrained && !keeps {
                 self.constraint_release_record()?;
                 if pass + 1 == passes && passes < request.passes {
                     self.single("constraint_release", "linear_close", slot, call)?;
