@@ -22,6 +22,12 @@ impl RandomForces {
     /// Some forces of a model with so many particles that depend on nothing but a seed.
     #[must_use]
     pub fn of_seed(seed: u64, particles: usize) -> Vec<ForceControl> {
+        Self::from_seed(seed).of(particles)
+    }
+
+    /// Some forces that depend on nothing but a seed.
+    #[must_use]
+    pub fn from_seed(seed: u64) -> Self {
         let mut random = crate::random::Random::new(seed ^ 0x0f0e);
         let entries = (0..8).map(|number: u32| {
             let anchor = match number % 3 {
@@ -36,7 +42,7 @@ impl RandomForces {
             });
             (random.between(0.0, 1e6) as u32, spring, random.vector(0.1))
         });
-        Self(entries.collect()).of(particles)
+        Self(entries.collect())
     }
 }
 
