@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Backend, Cloth, Collider, ColliderControl, ColliderImpulse, ColliderShape, Control, Frame,
-    Geometry, GridPatch, ImplicitSettings, Integrator, MaterialPreset, Model, ModelBuilder,
-    NewtonSettings, Pose, Precision, SemiImplicitSettings, Solver, SolverConfig, State,
+    AdaptiveSettings, Backend, Cloth, Collider, ColliderControl, ColliderImpulse, ColliderShape,
+    Control, Frame, Geometry, GridPatch, ImplicitSettings, Integrator, MaterialPreset, Model,
+    ModelBuilder, NewtonSettings, Pose, Precision, SemiImplicitSettings, Solver, SolverConfig,
+    State, TimeStepControl,
 };
 use cloth_rigid::{RigidBody, RigidShape, RigidWorld};
 use glam::DVec3;
@@ -29,6 +30,8 @@ struct Scene {
     model: Arc<Model>,
     solver: Box<dyn Solver>,
     world: RigidWorld,
+    /// Substeps that were taken back.
+    failed: u32,
 }
 
 /// What changed while a scene went on.
@@ -92,7 +95,7 @@ impl Scene {
         let config = SolverConfig { precision, time_step, integrator, ..SolverConfig::default() };
         let solver = backend.create_solver(Arc::clone(&model), &config).unwrap();
         let world = RigidWorld::new(bodies, &[], gravity).unwrap();
-        Self { model, solver, world }
+        Self { model, solver, world, failed: 0 }
     }
 
     /// Goes on for an interval; gives the impulses on the cloth.
@@ -102,7 +105,7 @@ impl Scene {
         let colliders = poses.map(|(collider, pose)| ColliderControl { collider, pose }).collect();
         self.solver.set_control(&Control { colliders, ..Control::default() }).unwrap();
         self.solver.advance(Frame { duration: INTERVAL }).unwrap();
-        self.solver.synchronize().unwrap();
+        self.failed += self.solver.synchronize().unwrap().solver.substeps_failed;
         let mut impulses = Vec::new();
         self.solver.collider_impulses(&mut impulses).unwrap();
         for (body, impulse) in impulses.iter().enumerate() {
@@ -194,7 +197,37 @@ fn cloth_and_bodies_together_keep_their_momentum() {
     }
 }
 
-/// The negative control of the test above.
+/// What a substep did to the bodies is forgotten if the substep is taken back.
+#[test]
+fn momentum_is_kept_when_substeps_are_taken_back() {
+    for candidate in candidates() {
+        let _turn = candidate.turn();
+        let backend = candidate.backend.as_ref();
+        let integrator = implicit(candidate, 1e-12);
+        let mut scene = thrown(backend, candidate.precision, integrator.clone());
+        let settings =
+            AdaptiveSettings { strain_max: 0.012, halvings_max: 2, ..AdaptiveSettings::default() };
+        let config = SolverConfig {
+            precision: candidate.precision,
+            time_step: INTERVAL,
+            integrator,
+            time_step_control: TimeStepControl::Adaptive(settings),
+            ..SolverConfig::default()
+        };
+        scene.solver = backend.create_solver(Arc::clone(&scene.model), &config).unwrap();
+        let Change { linear, exchanged, .. } = scene.change(candidate.work(60));
+        let share = linear / exchanged;
+        println!("{}: {} taken back, {share:e} lost", candidate.label, scene.failed);
+        assert!(scene.failed > 0, "{}: nothing is taken back", candidate.label);
+        let lost = match candidate.precision {
+            Precision::F32 => 5e-5,
+            Precision::F64 => 5e-12,
+        };
+        assert!(share < lost, "{}: {linear:e} of {exchanged} N s is lost", candidate.label);
+    }
+}
+
+/// The negative control of the tests above.
 #[test]
 fn without_the_impulses_of_constraints_momentum_is_lost() {
     for precision in [Precision::F64, Precision::F32] {

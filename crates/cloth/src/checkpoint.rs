@@ -2,9 +2,10 @@
 //!
 //! Layout, little endian: magic `CLOTHCKP`, version u32, bits of the precision u32, fingerprint of
 //! the model u64, frame u64, step u64, time \[s\] f64, particle count n u64, collider count c u64,
-//! halvings of the adaptive time step u32, good substeps in a row u32 (both not in version 1); n
-//! positions \[m\] and n velocities \[m/s\] of 3 x f64, n held flags u8, c poses of 7 x f64; CRC-32 of
-//! all that u32.
+//! halvings of the adaptive time step u32, good substeps in a row u32 (both not in version 1), rigid
+//! body count b u64 (not in versions 1 and 2); n positions \[m\] and n velocities \[m/s\] of 3 x f64, n
+//! held flags u8, c poses of 7 x f64, for each body its pose, velocity \[m/s\] and angular velocity
+//! \[rad/s\], 13 x f64; CRC-32 of all that u32.
 
 use std::{
     fs::File,
@@ -14,16 +15,18 @@ use std::{
 
 use cloth_core::{Model, ModelError, Pose, Precision, State};
 use cloth_io::file_replace;
+use cloth_rigid::RigidMotion;
 
 const MAGIC: &[u8; 8] = b"CLOTHCKP";
 /// Size of the header by version, from 1.
-const HEADER_SIZES: [u64; CHECKPOINT_VERSION as usize] = [64, 72];
+const HEADER_SIZES: [u64; CHECKPOINT_VERSION as usize] = [64, 72, 80];
 const CHECKSUM_SIZE: u64 = 4;
 const PARTICLE_SIZE: u64 = 24 + 24 + 1;
 const COLLIDER_SIZE: u64 = 56;
+const BODY_SIZE: u64 = 104;
 
 /// Version of the checkpoint format that this build writes. It reads this one and all before.
-pub const CHECKPOINT_VERSION: u32 = 2;
+pub const CHECKPOINT_VERSION: u32 = 3;
 
 /// A moment of a simulation, from which it can be continued.
 ///
@@ -39,6 +42,8 @@ pub struct Checkpoint {
     pub frame: u64,
     /// The state at the end of that frame.
     pub state: State,
+    /// The rigid bodies then, in the order of the scene.
+    pub bodies: Vec<RigidMotion>,
 }
 
 /// A checkpoint that cannot be written or continued.
@@ -196,12 +201,17 @@ impl Checkpoint {
         for word in [state.time_step_halvings, state.time_step_good] {
             writer.write_all(&word.to_le_bytes())?;
         }
+        writer.write_all(&(self.bodies.len() as u64).to_le_bytes())?;
         for number in state.positions.iter().chain(&state.velocities).flatten() {
             writer.write_all(&number.to_le_bytes())?;
         }
         writer.write_all(&state.held)?;
         for pose in &state.colliders {
-            for number in pose.translation.iter().chain(&pose.rotation) {
+            pose_write(writer, pose)?;
+        }
+        for body in &self.bodies {
+            pose_write(writer, &body.pose)?;
+            for number in body.velocity.iter().chain(&body.angular_velocity) {
                 writer.write_all(&number.to_le_bytes())?;
             }
         }
@@ -230,8 +240,14 @@ impl Checkpoint {
 
         reader.seek(io::SeekFrom::Start(header.size)).map_err(read_error)?;
         let state = header.state(&mut reader).map_err(read_error)?;
-        state.validate(model).map_err(|source| CheckpointError::State { file: file(), source })?;
-        Ok(Self { fingerprint: header.fingerprint, precision, frame: header.frame, state })
+        let bodies = header.bodies(&mut reader).map_err(read_error)?;
+        let mut numbered = bodies.iter().enumerate();
+        state
+            .validate(model)
+            .and_then(|()| numbered.try_for_each(|(number, body)| body.validate(number)))
+            .map_err(|source| CheckpointError::State { file: file(), source })?;
+        let Header { fingerprint, frame, .. } = header;
+        Ok(Self { fingerprint, precision, frame, state, bodies })
     }
 }
 
@@ -248,6 +264,7 @@ struct Header {
     colliders: u64,
     time_step_halvings: u32,
     time_step_good: u32,
+    bodies: u64,
 }
 
 impl Header {
@@ -288,15 +305,20 @@ impl Header {
             colliders: word()?,
             time_step_halvings: 0,
             time_step_good: 0,
+            bodies: 0,
         };
         if version > 1 {
             let mut count = || bytes(reader).map(u32::from_le_bytes).map_err(read_error);
             header.time_step_halvings = count()?;
             header.time_step_good = count()?;
         }
+        if version > 2 {
+            header.bodies = bytes(reader).map(u64::from_le_bytes).map_err(read_error)?;
+        }
         let particles = header.particles.saturating_mul(PARTICLE_SIZE);
         let colliders = header.colliders.saturating_mul(COLLIDER_SIZE);
-        let content = particles.saturating_add(colliders);
+        let bodies = header.bodies.saturating_mul(BODY_SIZE);
+        let content = particles.saturating_add(colliders).saturating_add(bodies);
         let expected = content.saturating_add(header_size + CHECKSUM_SIZE);
         if size == expected { Ok(header) } else { Err(truncated(expected)) }
     }
@@ -331,9 +353,6 @@ impl Header {
 
     fn state(&self, reader: &mut impl Read) -> io::Result<State> {
         let particles = self.particles as usize;
-        let vector = |reader: &mut _| -> io::Result<[f64; 3]> {
-            Ok([number(reader)?, number(reader)?, number(reader)?])
-        };
         let mut state = State {
             time: self.time,
             step: self.step,
@@ -350,11 +369,22 @@ impl Header {
         state.held = vec![0; particles];
         reader.read_exact(&mut state.held)?;
         for _ in 0..self.colliders {
-            let translation = vector(reader)?;
-            let [x, y, z] = vector(reader)?;
-            state.colliders.push(Pose { translation, rotation: [x, y, z, number(reader)?] });
+            state.colliders.push(pose(reader)?);
         }
         Ok(state)
+    }
+
+    /// The rigid bodies, which come after the state.
+    fn bodies(&self, reader: &mut impl Read) -> io::Result<Vec<RigidMotion>> {
+        (0..self.bodies)
+            .map(|_| {
+                Ok(RigidMotion {
+                    pose: pose(reader)?,
+                    velocity: vector(reader)?,
+                    angular_velocity: vector(reader)?,
+                })
+            })
+            .collect()
     }
 }
 
@@ -369,6 +399,23 @@ fn bytes<const N: usize>(reader: &mut impl Read) -> io::Result<[u8; N]> {
     let mut bytes = [0; N];
     reader.read_exact(&mut bytes)?;
     Ok(bytes)
+}
+
+fn pose_write(writer: &mut impl Write, pose: &Pose) -> io::Result<()> {
+    for number in pose.translation.iter().chain(&pose.rotation) {
+        writer.write_all(&number.to_le_bytes())?;
+    }
+    Ok(())
+}
+
+fn pose(reader: &mut impl Read) -> io::Result<Pose> {
+    let translation = vector(reader)?;
+    let [x, y, z] = vector(reader)?;
+    Ok(Pose { translation, rotation: [x, y, z, number(reader)?] })
+}
+
+fn vector(reader: &mut impl Read) -> io::Result<[f64; 3]> {
+    Ok([number(reader)?, number(reader)?, number(reader)?])
 }
 
 fn number(reader: &mut impl Read) -> io::Result<f64> {

@@ -4,7 +4,7 @@ use cloth_core::{
     ColliderControl, ColliderImpulse, Control, ControlStart, Error, Frame, PinAction, Pose, Result,
     Solver, State, StepReport,
 };
-use cloth_rigid::RigidWorld;
+use cloth_rigid::{RigidMotion, RigidWorld};
 use cloth_scene::CompiledScene;
 
 /// Longest time that a body waits for the reaction of the cloth \[s\]. A body on a cloth is a mass on a
@@ -42,6 +42,11 @@ impl RigidExchange {
                 feature: error.to_string(),
             })?;
         Ok(Some(Self { world, own, impulses, anchor_offset: [0.0; 3] }))
+    }
+
+    /// Goes on with colliders and bodies as they were. See [`RigidWorld::resume`].
+    pub fn resume(&mut self, colliders: &[Pose], bodies: &[RigidMotion]) {
+        self.world.resume(&colliders[..self.own.min(colliders.len())], bodies);
     }
 
     /// The bodies.

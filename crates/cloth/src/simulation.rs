@@ -46,24 +46,34 @@ impl Simulation {
     }
 
     /// Makes ready to continue `scene` from a checkpoint, as if there had been no interruption:
-    /// frames have the same bits.
+    /// frames have the same bits. Only rigid bodies that touch each other or a collider just then look for the
+    /// forces between them anew, and find them with another error.
     ///
     /// # Errors
     /// As [`Self::new`], [`Error::Invalid`](crate::Error) if the state does not fit the model, and
-    /// [`Error::Unsupported`](crate::Error) for a scene with rigid bodies, whose velocities are not in
-    /// a checkpoint.
+    /// [`Error::Unsupported`](crate::Error) for a scene with rigid bodies if the checkpoint was written by
+    /// an earlier version, which did not put down their velocities.
     pub fn resume(
         scene: CompiledScene,
         backend: &dyn Backend,
         checkpoint: &Checkpoint,
     ) -> Result<Self> {
-        if !scene.rigids.is_empty() {
-            let feature = "continuing rigid bodies from a checkpoint".to_owned();
+        if scene.rigids.len() != checkpoint.bodies.len() {
+            let feature = format!(
+                "continuing {} rigid bodies from a checkpoint with the velocities of {}",
+                scene.rigids.len(),
+                checkpoint.bodies.len()
+            );
             return Err(Error::Unsupported { backend: backend.info().name, feature });
         }
         let mut solver = backend.create_solver(Arc::clone(&scene.model), &scene.config)?;
         solver.upload(&checkpoint.state)?;
-        Self::with_state(scene, solver, checkpoint.frame, checkpoint.state.clone())
+        let state = checkpoint.state.clone();
+        let mut simulation = Self::with_state(scene, solver, checkpoint.frame, state)?;
+        if let Some(rigid) = &mut simulation.rigid {
+            rigid.resume(&checkpoint.state.colliders, &checkpoint.bodies);
+        }
+        Ok(simulation)
     }
 
     fn with_state(
@@ -174,6 +184,7 @@ impl Simulation {
             precision: self.scene.config.precision,
             frame: self.frame,
             state: self.state.clone(),
+            bodies: self.rigid().map_or_else(Vec::new, RigidWorld::motions),
         }
     }
 }

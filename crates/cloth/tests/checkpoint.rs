@@ -98,6 +98,59 @@ fn a_resumed_run_has_the_bits_of_an_uninterrupted_one() {
     }
 }
 
+/// A brick that falls on a sheet, turning, and a ball beside it that falls past.
+const BODIES: &str = r#"
+
+[[rigid]]
+name = "brick"
+shape.box.half_extents = [0.04, 0.03, 0.02]
+translation = [0.01, 0, 0.45]
+mass = 0.02
+velocity = [0, 0, -0.5]
+angular_velocity = [1, 2, 0.5]
+
+[[rigid]]
+name = "pebble"
+shape.sphere.radius = 0.02
+translation = [0.5, 0, 0.4]
+mass = 0.01
+"#;
+
+#[test]
+fn rigid_bodies_go_on_with_their_velocities() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("checkpoint");
+    for solver in ["explicit", "implicit"] {
+        let scene = scene(Precision::F64, |text| {
+            // The ball out of the way: bodies that touch something rigid do not go on with the same bits.
+            let text =
+                text.replace("[0, 0, 0.27]", "[0, 0, -1]").replace("[0.02, 0, 0.32]", "[0, 0, -2]");
+            text.replace("[simulation]", &format!("[simulation]\nsolver = {solver:?}")) + BODIES
+        });
+        let backend = backend_create("cpu", None).unwrap();
+        let mut whole = Simulation::new(scene.clone(), backend.as_ref()).unwrap();
+        let wanted = advance(&mut whole, 14);
+        let mut first = Simulation::new(scene.clone(), backend.as_ref()).unwrap();
+        let half = advance(&mut first, 7);
+        first.checkpoint().write(&path).unwrap();
+        let checkpoint = Checkpoint::read(&path, &scene.model, Precision::F64).unwrap();
+        assert_eq!(checkpoint, first.checkpoint());
+        let mut second = Simulation::resume(scene.clone(), backend.as_ref(), &checkpoint).unwrap();
+        let found = advance(&mut second, 7);
+        assert_ne!(half.colliders, wanted.colliders);
+        assert_eq!(bits(&found), bits(&wanted), "{solver}");
+        assert_eq!(found, wanted, "{solver}");
+        assert_eq!(second.checkpoint(), whole.checkpoint());
+        let [brick, pebble] = [0, 1].map(|body| second.checkpoint().bodies[body].velocity[2]);
+        assert!((pebble + 9.81 * 14.0 / 60.0).abs() < 1e-9, "{solver}: {pebble} m/s");
+        assert!(brick > pebble - 0.5 + 0.1, "{solver}: the sheet slows it down: {brick} m/s");
+
+        let older = Checkpoint { bodies: Vec::new(), ..checkpoint };
+        let refused = Simulation::resume(scene, backend.as_ref(), &older).err().unwrap();
+        assert!(refused.to_string().contains("2 rigid bodies"), "{refused}");
+    }
+}
+
 /// A checkpoint of the scene after two frames, and the scene.
 struct Written {
     folder: TempDir,
@@ -145,7 +198,8 @@ fn reseal(bytes: &mut [u8]) {
 fn every_length_but_the_right_one_is_refused() {
     let written = Written::new();
     let size = std::fs::metadata(written.path()).unwrap().len() as usize;
-    for length in [1, 7, 8, 11, 63, 64, 67, 68, 71, 72, 75, 76, size / 2, size - 1] {
+    for length in [1, 7, 8, 11, 63, 64, 67, 68, 71, 72, 75, 76, 79, 80, 83, 84, size / 2, size - 1]
+    {
         let error = written.error(|bytes| bytes.truncate(length));
         assert!(matches!(error, CheckpointError::Truncated { .. }), "{length}: {error}");
     }
@@ -170,7 +224,7 @@ fn another_version_is_refused() {
 }
 
 #[test]
-fn version_1_is_read_and_has_a_whole_time_step() {
+fn versions_1_and_2_are_read_and_version_1_has_a_whole_time_step() {
     let written = Written::new();
     let now = Checkpoint::read(&written.path(), &written.scene.model, Precision::F32).unwrap();
     let mut bytes = std::fs::read(written.path()).unwrap();
@@ -180,6 +234,15 @@ fn version_1_is_read_and_has_a_whole_time_step() {
     std::fs::write(&path, &bytes).unwrap();
     let halved = Checkpoint::read(&path, &written.scene.model, Precision::F32).unwrap();
     assert_eq!((halved.state.time_step_halvings, halved.state.time_step_good), (3, 2));
+    bytes.drain(72..80);
+    bytes[8] = 2;
+    reseal(&mut bytes);
+    std::fs::write(&path, &bytes).unwrap();
+    assert_eq!(
+        Checkpoint::read(&path, &written.scene.model, Precision::F32).unwrap(),
+        halved,
+        "version 2 has no bodies"
+    );
     bytes.drain(64..72);
     bytes[8] = 1;
     reseal(&mut bytes);
@@ -206,7 +269,7 @@ fn every_changed_bit_is_noticed() {
 fn a_number_that_is_not_finite_is_refused() {
     let written = Written::new();
     let error = written.error(|bytes| {
-        bytes[72 + 24 * 5..][..8].copy_from_slice(&f64::NAN.to_le_bytes());
+        bytes[80 + 24 * 5..][..8].copy_from_slice(&f64::NAN.to_le_bytes());
         reseal(bytes);
     });
     let CheckpointError::State { source, .. } = &error else { panic!("{error}") };
