@@ -7,7 +7,8 @@
 //!
 //! Cloth and bodies meet in short parts of each frame: the bodies move first, the cloth then feels them as
 //! colliders on their way, and [`RigidWorld::apply`] gives them the impulses that the cloth took, reversed.
-//! What one side gains the other loses, so that momentum is conserved to rounding. A body feels the cloth
+//! What one side gains the other loses, so that momentum is conserved to rounding, and with the implicit
+//! integrator to what its linear solver leaves. A body feels the cloth
 //! one part of a frame late, so that it must not be much lighter than the cloth that rests on it.
 
 mod distance_grid;
