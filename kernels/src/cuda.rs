@@ -48,6 +48,7 @@ modules! {
     "contact_forces" [],
     "contact_impulses" [],
     "contact_linearise" [],
+    "control_forces" [],
     "explicit_substep" ["penalty", "extras", "table", "grid", "wide", "stencil", "packed"],
     "explicit_substep_patch" [],
     "field_forces" [],

@@ -26,6 +26,7 @@ pub struct Stage {
 /// All stages: those of the explicit substep in its order, then those of the implicit and
 /// semi-implicit one, then what looks at the state.
 pub const STAGES: &[Stage] = &[
+    Stage { name: "control_forces", section: 3 },
     Stage { name: "field_forces", section: 3 },
     Stage { name: "procedural_forces", section: 3 },
     Stage { name: "spring_forces", section: 2 },

@@ -1,8 +1,8 @@
 //! Controls and states that do not fit their model.
 
 use cloth_core::{
-    Collider, ColliderControl, ColliderShape, Control, Model, ModelError, PinAction, PinControl,
-    Pose, State,
+    Anchor, AnchorSpring, Collider, ColliderControl, ColliderShape, Control, ForceControl, Model,
+    ModelError, PinAction, PinControl, Pose, State,
 };
 
 use crate::builder;
@@ -49,6 +49,54 @@ fn indices_and_numbers_of_a_control() {
     assert!(matches!(error, Err(ModelError::OutOfRange { value: 2.0, .. })), "{error:?}");
     let wind = Control { wind_velocity: Some([f64::NAN; 3]), ..Control::default() };
     assert!(matches!(wind.validate(&model), Err(ModelError::NonFinite { .. })));
+}
+
+#[test]
+fn forces_of_a_control() {
+    let model = model();
+    let forces =
+        |force| Control { forces: Some(vec![force]), ..Control::default() }.validate(&model);
+    let spring =
+        AnchorSpring { anchor: Anchor::Here, stiffness: 0.0, damping: 0.0, reach: f64::INFINITY };
+    let good = ForceControl { particle: 8, force: [0.0; 3], spring: Some(spring) };
+    assert_eq!(forces(good), Ok(()));
+    let expected = ModelError::ForceOutOfRange { particle: 9, particles: 9 };
+    assert_eq!(forces(ForceControl { particle: 9, ..good }), Err(expected));
+    let error = forces(ForceControl { force: [0.0, f64::INFINITY, 0.0], ..good });
+    assert!(
+        matches!(&error, Err(ModelError::NonFinite { what, .. }) if what.contains("particle 8"))
+    );
+    type Change = fn(&mut AnchorSpring);
+    let cases: [(&str, Change); 4] = [
+        ("stiffness", |spring| spring.stiffness = -1.0),
+        ("damping", |spring| spring.damping = -1e-9),
+        ("reach", |spring| spring.reach = -0.5),
+        ("reach", |spring| spring.reach = f64::NEG_INFINITY),
+    ];
+    for (name, change) in cases {
+        let mut spring = spring;
+        change(&mut spring);
+        match forces(ForceControl { spring: Some(spring), ..good }) {
+            Err(ModelError::Negative { what, .. } | ModelError::NonFinite { what, .. }) => {
+                assert!(what.starts_with(name), "{what}");
+            }
+            other => panic!("{name}: {other:?}"),
+        }
+    }
+    let cases: [Change; 4] = [
+        |spring| spring.stiffness = f64::INFINITY,
+        |spring| spring.damping = f64::NAN,
+        |spring| spring.reach = f64::NAN,
+        |spring| spring.anchor = Anchor::At([0.0, f64::NAN, 0.0]),
+    ];
+    for change in cases {
+        let mut spring = spring;
+        change(&mut spring);
+        let error = forces(ForceControl { spring: Some(spring), ..good });
+        assert!(matches!(error, Err(ModelError::NonFinite { .. })), "{error:?}");
+    }
+    let offset = Control { anchor_offset: Some([f64::NAN; 3]), ..Control::default() };
+    assert!(matches!(offset.validate(&model), Err(ModelError::NonFinite { .. })));
 }
 
 #[test]

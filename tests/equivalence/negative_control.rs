@@ -9,7 +9,7 @@ use harness::{
     backends::{Candidate, SharedCuda, SharedGpu, cpu, cuda_candidate, gpu_candidate, is_left_out},
     checks,
     linear::MATRIX_FORMS,
-    models::{Contact, Deformation, Description, Piece, Place},
+    models::{Contact, Deformation, Description, Piece, Place, RandomForces},
     perturbed::{Defect, PerturbedBackend, Stage},
 };
 
@@ -111,6 +111,10 @@ fn with_defect(precision: Precision, defect: Defect) -> Vec<[Candidate; 2]> {
 #[test]
 fn every_perturbed_stage_is_found_by_its_check() {
     control(Defect::Scaled(Stage::FieldForces), &busy(), checks::field_forces);
+    control(Defect::Scaled(Stage::ControlForces), &busy(), |candidate, description| {
+        let forces = RandomForces::from_seed(description.seed);
+        checks::control_forces(candidate, description, &forces)
+    });
     control(Defect::Scaled(Stage::ProceduralForces), &busy(), checks::procedural_forces);
     control(Defect::Scaled(Stage::SpringForces), &busy(), checks::spring_forces);
     control(Defect::Scaled(Stage::SpringForces), &buckled(), checks::spring_forces);

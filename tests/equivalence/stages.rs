@@ -4,7 +4,7 @@ use cloth_core::Stencil;
 use harness::{
     backends::candidates,
     checks,
-    models::{Contact, Deformation, Description, Piece, description},
+    models::{Contact, Deformation, Description, Piece, description, forces},
     runner::for_all,
 };
 use proptest::strategy::Strategy;
@@ -19,6 +19,19 @@ fn with(change: impl Fn(&mut Description)) -> impl Strategy<Value = Description>
         change(&mut description);
         description
     })
+}
+
+#[test]
+fn control_forces() {
+    let cases = (description(), forces());
+    for_all(CASES, &cases, |candidate, (case, forces)| {
+        checks::control_forces(candidate, case, forces)
+    });
+}
+
+#[test]
+fn control_forces_through_frames() {
+    for_all(12, &with(|case| case.contact = Contact::Off), checks::control_forces_frames);
 }
 
 #[test]

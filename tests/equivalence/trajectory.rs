@@ -29,6 +29,11 @@ fn trajectories_stay_within_the_bound_of_their_rounding_errors() {
 }
 
 #[test]
+fn trajectories_under_forces_stay_within_the_bound_of_their_rounding_errors() {
+    for_all(24, &cases(), |candidate, case| checks::control_forces_trajectory(candidate, case, 20));
+}
+
+#[test]
 fn implicit_trajectories_stay_near_the_reference() {
     for_all(24, &cases(), |candidate, case| checks::implicit_trajectory(candidate, case, 8));
 }

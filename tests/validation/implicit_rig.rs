@@ -111,6 +111,7 @@ pub(crate) fn kernels_moving(
         time: 0.0,
         duration: length,
         wind_velocity: model.air().map_or([0.0; 3], |air| air.wind_velocity),
+        anchor_offset: [[0.0; 3]; 2],
         from: &state.colliders,
         to: targets,
     };

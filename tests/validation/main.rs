@@ -6,6 +6,7 @@ mod buckling;
 mod chain;
 mod colliders;
 mod control;
+mod control_forces;
 mod convergence;
 mod energy;
 mod free_flight;

@@ -15,6 +15,7 @@ mod aerodynamic_forces;
 mod block_impulses;
 mod collider_response;
 mod contact;
+mod control_forces;
 mod distance_grid;
 mod elasticity;
 mod explicit_substep;

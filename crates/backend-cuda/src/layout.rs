@@ -77,6 +77,20 @@ pub(crate) struct PinData<T> {
     pub(crate) velocity: [T; 3],
 }
 
+/// A force on one particle.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+pub(crate) struct ControlForceData<T> {
+    pub(crate) particle: u32,
+    pub(crate) is_here: u32,
+    pub(crate) force: [T; 3],
+    pub(crate) anchor: [T; 3],
+    pub(crate) stiffness: T,
+    pub(crate) damping: T,
+    pub(crate) reach: T,
+    pub(crate) before: [T; 3],
+}
+
 /// What the host reads after a frame.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
@@ -183,7 +197,7 @@ macro_rules! plain {
     )*};
 }
 
-plain!(SubstepData GridData ColliderData PinData);
+plain!(SubstepData GridData ColliderData PinData ControlForceData);
 
 #[cfg(test)]
 mod tests {
@@ -199,5 +213,7 @@ mod tests {
         assert_eq!(size_of::<ColliderData<f64>>(), 16 + 24 * 8);
         assert_eq!(size_of::<PinData<f32>>(), 8 + 6 * 4);
         assert_eq!(size_of::<PinData<f64>>(), 8 + 6 * 8);
+        assert_eq!(size_of::<ControlForceData<f32>>(), 8 + 12 * 4);
+        assert_eq!(size_of::<ControlForceData<f64>>(), 8 + 12 * 8);
     }
 }

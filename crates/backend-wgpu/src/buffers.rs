@@ -46,6 +46,7 @@ impl<'a> Plan<'a> {
         plan.zeroed("normals", VECTOR_SIZE * particles);
         plan.zeroed("colliders", size_of::<Collider>() as u64);
         plan.zeroed("pins", pins_size(1));
+        plan.zeroed("control_forces", 16 + size_of::<crate::layout::ControlForce>() as u64);
         let blocks = particles.div_ceil(u64::from(MEASURE_BLOCK));
         plan.zeroed("measure_partials", MEASURE_SIZE * blocks);
         plan.zeroed("measure_result", MEASURE_SIZE);

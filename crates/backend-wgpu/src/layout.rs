@@ -56,6 +56,8 @@ shared_struct! {
         flags: u32,
         contact_tick: u32,
         clock: f32,
+        anchor_offset: [f32; 3],
+        padding: f32,
     }
 }
 
@@ -217,6 +219,22 @@ shared_struct! {
     }
 }
 
+shared_struct! {
+    /// `shared/control_forces.wgsl`.
+    ControlForce {
+        force: [f32; 3],
+        particle: u32,
+        anchor: [f32; 3],
+        stiffness: f32,
+        before: [f32; 3],
+        damping: f32,
+        reach: f32,
+        is_here: u32,
+        padding_0: u32,
+        padding_1: u32,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use cloth_kernels::WGSL_MODULES;
@@ -261,5 +279,6 @@ mod tests {
         check("Collider", Collider::FIELDS, size_of::<Collider>());
         check("Colour", Colour::FIELDS, size_of::<Colour>());
         check("Pin", Pin::FIELDS, size_of::<Pin>());
+        check("ControlForce", ControlForce::FIELDS, size_of::<ControlForce>());
     }
 }

@@ -107,6 +107,7 @@ impl Slots {
             contact_recovery: SelfContact::recovery(substep.length) as f32,
             time: (substep.time - self.epoch) as f32,
             clock: substep.time as f32,
+            anchor_offset: substep.anchor_offset.map(|component| component as f32),
             ..Substep::default()
         }
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    ColliderImpulse, Control, Frame, Model, Result, Solver, State, StepReport,
+    ColliderImpulse, Control, Frame, Model, Pose, Result, Solver, State, StepReport,
     stepper::SteppedSolver,
 };
 
@@ -53,6 +53,10 @@ impl WgpuSolver {
 impl Solver for WgpuSolver {
     fn model(&self) -> &Arc<Model> {
         self.inner.model()
+    }
+
+    fn colliders(&self) -> &[Pose] {
+        self.inner.colliders()
     }
 
     fn upload(&mut self, state: &State) -> Result<()> {

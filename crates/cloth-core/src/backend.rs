@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use crate::{
-    ColliderImpulse, Control, Kernels, Model, Precision, Result, SolverConfig, State, StepReport,
+    ColliderImpulse, Control, Kernels, Model, Pose, Precision, Result, SolverConfig, State,
+    StepReport,
 };
 
 /// A way to compute: a CPU, a GPU through some interface. Object safe, chosen at run time.
@@ -44,7 +45,10 @@ pub trait Solver: Send {
     /// The model it works on.
     fn model(&self) -> &Arc<Model>;
 
-    /// Replaces the state.
+    /// Poses of all colliders at the end of the last frame begun.
+    fn colliders(&self) -> &[Pose];
+
+    /// Replaces the state. Wind and forces that a control has set go on.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::Error) if it does not fit the model.

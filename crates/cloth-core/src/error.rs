@@ -338,6 +338,16 @@ pub enum ModelError {
         /// Particles there are.
         particles: usize,
     },
+    /// A force acts on a particle that does not exist.
+    #[error(
+        "control: a force on particle {particle}, but there are {particles}: correct the index"
+    )]
+    ForceOutOfRange {
+        /// The index given.
+        particle: u32,
+        /// Particles there are.
+        particles: usize,
+    },
     /// Two things have the same name.
     #[error("two {what}s are called {name:?}: rename one")]
     NameTaken {

@@ -34,7 +34,10 @@ pub use config::{
     NewtonSettings, Precision, Preconditioner, SemiImplicitSettings, SemiImplicitSolve,
     SolverConfig, StrainLimit, TimeStepControl,
 };
-pub use control::{ColliderControl, Control, PinAction, PinControl};
+pub use control::{
+    Anchor, AnchorSpring, ColliderControl, Control, ControlStart, ForceControl, PinAction,
+    PinControl,
+};
 pub use error::{Divergence, DivergenceCause, Error, ModelError, Result};
 pub use field::{FieldAxes, FieldError, FieldInputs, FieldProgram, FieldRegisters};
 pub use kernels::{

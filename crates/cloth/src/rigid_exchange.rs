@@ -1,8 +1,8 @@
 //! Rigid bodies and cloth, step by step together.
 
 use cloth_core::{
-    ColliderControl, ColliderImpulse, Control, Error, Frame, Integrator, Pose, Result, Solver,
-    State, StepReport,
+    ColliderControl, ColliderImpulse, Control, ControlStart, Error, Frame, Integrator, PinAction,
+    Pose, Result, Solver, State, StepReport,
 };
 use cloth_rigid::RigidWorld;
 use cloth_scene::CompiledScene;
@@ -17,6 +17,8 @@ pub struct RigidExchange {
     /// Colliders that are no bodies.
     own: usize,
     impulses: Vec<ColliderImpulse>,
+    /// Offset of the anchors of forces \[m\].
+    anchor_offset: [f64; 3],
 }
 
 impl RigidExchange {
@@ -39,7 +41,7 @@ impl RigidExchange {
                 backend: "rigid body",
                 feature: error.to_string(),
             })?;
-        Ok(Some(Self { world, own, impulses }))
+        Ok(Some(Self { world, own, impulses, anchor_offset: [0.0; 3] }))
     }
 
     /// The bodies.
@@ -48,7 +50,8 @@ impl RigidExchange {
         &self.world
     }
 
-    /// Advances bodies and cloth from `state`, in parts short enough that each feels the other in time.
+    /// Advances bodies and cloth, in parts short enough that each feels the other in time. The state of the cloth is read
+    /// only if a pin moves.
     ///
     /// # Errors
     /// Those of the solver.
@@ -56,9 +59,23 @@ impl RigidExchange {
         &mut self,
         solver: &mut dyn Solver,
         integrator: &Integrator,
-        (state, control): (&State, &Control),
+        control: &Control,
         frame: Frame,
     ) -> Result<StepReport> {
+        let mut state = State::default();
+        if control.pins.iter().any(|pin| matches!(pin.action, PinAction::MoveTo(_))) {
+            solver.download(&mut state)?;
+        }
+        let poses = solver.colliders().to_vec();
+        let start = ControlStart {
+            positions: &state.positions,
+            colliders: &poses,
+            anchor_offset: self.anchor_offset,
+        };
+        if control.forces.is_some() {
+            self.anchor_offset = [0.0; 3];
+        }
+        self.anchor_offset = control.anchor_offset.unwrap_or(self.anchor_offset);
         // The implicit integrator does not say what colliders do, so that there is nothing to wait for.
         let parts = match integrator {
             Integrator::Implicit(_) => 1.0,
@@ -68,7 +85,7 @@ impl RigidExchange {
         let mut report = StepReport::default();
         let (mut substeps, mut wall_time) = (0, std::time::Duration::ZERO);
         for number in 1..=parts as u32 {
-            let mut control = control.part(state, f64::from(number) / parts, number == 1);
+            let mut control = control.part(&start, f64::from(number) / parts, number == 1);
             self.advance(part, &mut control);
             solver.set_control(&control)?;
             solver.advance(part)?;

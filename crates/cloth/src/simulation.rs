@@ -91,7 +91,7 @@ impl Simulation {
     }
 
     /// Like [`Self::step`], after `change` to the control that the scene has for this frame: for
-    /// input that no scene knows of, such as a mouse. Checkpoints do not remember a wind set here.
+    /// input that no scene knows of, such as a mouse. Checkpoints do not remember wind and forces set here.
     ///
     /// # Errors
     /// As [`Self::step`], and [`Error::Invalid`](crate::Error) for a control that makes no sense.
@@ -101,8 +101,7 @@ impl Simulation {
         let frame = Frame::per_second(self.scene.frames_per_second);
         if let Some(rigid) = &mut self.rigid {
             let integrator = &self.scene.config.integrator;
-            let start = (&self.state, &control);
-            self.report = rigid.step(self.solver.as_mut(), integrator, start, frame)?;
+            self.report = rigid.step(self.solver.as_mut(), integrator, &control, frame)?;
         } else {
             self.solver.set_control(&control)?;
             self.solver.advance(frame)?;

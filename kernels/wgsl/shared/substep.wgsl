@@ -20,6 +20,9 @@ struct Substep {
     contact_tick: u32,
     // Simulated time at its start [s].
     clock: f32,
+    // Offset of the anchors of forces at its end [m].
+    anchor_offset: vec3f,
+    padding: f32,
 }
 
 @group(0) @binding(1) var<uniform> substep: Substep;

@@ -5,7 +5,12 @@ use cloth_core::{
     Preconditioner, State,
 };
 
-use crate::{Verdict, backends::Candidate, models::Description, verdict::ensure};
+use crate::{
+    Verdict,
+    backends::Candidate,
+    models::{Description, RandomForces},
+    verdict::ensure,
+};
 
 /// Numbers that are equal; zeros of either sign are, and so are two NaN.
 fn same(a: &[[f64; 3]], b: &[[f64; 3]]) -> Option<usize> {
@@ -68,10 +73,16 @@ pub fn bits_of_explicit_stages(candidates: [&Candidate; 2], description: &Descri
         }
         compare(stage, pair)
     };
+    let forces = RandomForces::of_seed(description.seed, case.model.particle_count());
+    for kernels in &mut pair {
+        kernels.control_forces_write(&forces)?;
+    }
     for substep in &case.plan.substeps {
         if !is_moderate(&mut *pair[0])? {
             break;
         }
+        both(&mut pair, "control_forces", &|kernels| kernels.control_forces(substep))?;
+        both(&mut pair, "control_forces_restore", &|kernels| kernels.control_forces_restore())?;
         both(&mut pair, "field_forces", &|kernels| kernels.field_forces())?;
         both(&mut pair, "procedural_forces", &|kernels| kernels.procedural_forces(substep))?;
         both(&mut pair, "spring_forces", &|kernels| kernels.spring_forces())?;
@@ -113,6 +124,16 @@ pub fn bits_of_explicit_stages(candidates: [&Candidate; 2], description: &Descri
             break;
         }
         both(&mut pair, "explicit_substep", &|kernels| kernels.explicit_substep(substep))?;
+    }
+    // Many kicks and substeps before anybody looks, as in a frame.
+    if is_moderate(&mut *pair[0])? {
+        both(&mut pair, "explicit_substep under control_forces", &|kernels| {
+            for substep in &case.plan.substeps {
+                kernels.control_forces(substep)?;
+                kernels.explicit_substep(substep)?;
+            }
+            Ok(())
+        })?;
     }
     Ok(())
 }

@@ -5,6 +5,7 @@
 
 mod bits_of_stages;
 mod contact_pairs;
+mod control_forces;
 mod forces;
 mod fused;
 mod implicit;
@@ -22,6 +23,7 @@ pub use contact_pairs::{
     contact_candidates, contact_candidates_after_moves, contact_candidates_of_approaching_sheets,
     contact_candidates_reused,
 };
+pub use control_forces::{control_forces, control_forces_frames, control_forces_trajectory};
 pub use forces::{
     aerodynamic_forces, contact_forces, field_forces, procedural_forces, spring_forces,
 };

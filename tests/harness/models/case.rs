@@ -119,6 +119,7 @@ fn plan(model: &Model, state: &State, time_step: f64, random: &mut Random) -> Fr
         time: 0.0,
         duration: 4.5 * time_step,
         wind_velocity: wind,
+        anchor_offset: [random.vector(0.1), random.vector(0.1)],
         from: &state.colliders,
         to: &targets,
     };

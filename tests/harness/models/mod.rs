@@ -6,6 +6,7 @@
 
 mod case;
 mod description;
+mod forces;
 mod mesh;
 mod network;
 mod pieces;
@@ -14,6 +15,7 @@ mod surroundings;
 
 pub use case::Case;
 pub use description::{Contact, Deformation, Description, Piece, Place, description};
+pub use forces::{RandomForces, forces};
 pub use mesh::irregular_mesh;
 pub use pieces::{grid_cloth, material};
 pub use states::fold;

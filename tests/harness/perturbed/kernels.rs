@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    ColliderImpulse, ContactStatistics, ImplicitSettings, Kernels, Measures, Model, PinWrite,
-    Result, SolverConfig, SolverReport, StageTime, State,
+    ColliderImpulse, ContactStatistics, ForceControl, ImplicitSettings, Kernels, Measures, Model,
+    PinWrite, Result, SolverConfig, SolverReport, StageTime, State,
     stepper::{self, FramePlan, Substep},
 };
 
@@ -186,6 +186,22 @@ impl Kernels for PerturbedKernels {
 
     fn frame_begin(&mut self, plan: &FramePlan) -> Result<()> {
         self.inner.frame_begin(plan)
+    }
+
+    fn control_forces_write(&mut self, forces: &[ForceControl]) -> Result<()> {
+        self.inner.control_forces_write(forces)
+    }
+
+    fn has_control_forces(&self) -> bool {
+        self.inner.has_control_forces()
+    }
+
+    fn control_forces(&mut self, substep: &Substep) -> Result<()> {
+        self.state_stage(Stage::ControlForces, |inner| inner.control_forces(substep))
+    }
+
+    fn control_forces_restore(&mut self) -> Result<()> {
+        self.inner.control_forces_restore()
     }
 
     fn field_forces(&mut self) -> Result<()> {

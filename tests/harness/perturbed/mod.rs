@@ -32,6 +32,8 @@ pub enum Defect {
 /// A stage that can be perturbed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
+    /// `control_forces`
+    ControlForces,
     /// `field_forces`
     FieldForces,
     /// `procedural_forces`

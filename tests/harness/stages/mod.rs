@@ -6,6 +6,7 @@
 mod aerodynamics;
 mod colliders;
 mod contact;
+mod control_forces;
 mod explicit;
 mod fields;
 mod implicit;
@@ -25,6 +26,7 @@ pub use contact::{
     ContactPairs, contact_forces, contact_forces_of, contact_impulses, contact_impulses_of,
     contact_pairs,
 };
+pub use control_forces::control_forces;
 pub use explicit::{explicit_substep, integrate_explicit, strain_limit};
 pub use fields::field_forces;
 pub use implicit::{

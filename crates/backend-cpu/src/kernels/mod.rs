@@ -9,8 +9,8 @@ use std::{
 };
 
 use cloth_core::{
-    ColliderImpulse, ContactResponse, ContactStatistics, FieldProgram, Kernels, Measures, Model,
-    PinWrite, Real, Result, SelfContact, SolverConfig, StageTime, State,
+    ColliderImpulse, ContactResponse, ContactStatistics, FieldProgram, ForceControl, Kernels,
+    Measures, Model, PinWrite, Real, Result, SelfContact, SolverConfig, StageTime, State,
     stepper::{self, FramePlan, Substep},
 };
 use rayon::{ThreadPool, prelude::*};
@@ -23,6 +23,7 @@ use crate::{
         Contact,
         response::{self, Impulse, Penalty},
     },
+    control_forces::ControlForces,
     explicit_substep::ExplicitPass,
     field_forces::{self, FieldSum},
     implicit::ImplicitSystem,
@@ -47,6 +48,7 @@ pub(crate) struct CpuKernels<T> {
     pool: Arc<ThreadPool>,
     arch: pulp::Arch,
     springs: SpringColumns<T>,
+    control_forces: ControlForces<T>,
     fields: FieldSum<T>,
     programs: Vec<Arc<FieldProgram>>,
     masses: Masses<T>,
@@ -89,6 +91,7 @@ impl<T: Real> CpuKernels<T> {
                 .fill(T::from_f64(0.5 * cloth.thickness));
         }
         let mut kernels = Self {
+            control_forces: ControlForces::default(),
             fields: FieldSum::new(&model),
             programs: procedural_forces::programs(&model),
             masses: Masses::new(model.masses()),
@@ -278,6 +281,32 @@ impl<T: Real> Kernels for CpuKernels<T> {
 
     fn frame_begin(&mut self, plan: &FramePlan) -> Result<()> {
         ColliderAt::fill(&mut self.colliders, &self.model, plan);
+        Ok(())
+    }
+
+    fn control_forces_write(&mut self, forces: &[ForceControl]) -> Result<()> {
+        self.control_forces = ControlForces::new(forces, &self.present);
+        Ok(())
+    }
+
+    fn has_control_forces(&self) -> bool {
+        !self.control_forces.is_empty()
+    }
+
+    fn control_forces(&mut self, substep: &Substep) -> Result<()> {
+        if self.non_finite_step.is_none() {
+            let (length, offset) =
+                (T::from_f64(substep.length), substep.anchor_offset.map(T::from_f64));
+            self.stage("control_forces", |kernels| {
+                let Self { control_forces, masses, present, .. } = kernels;
+                control_forces.kick(length, offset, masses, present);
+            });
+        }
+        Ok(())
+    }
+
+    fn control_forces_restore(&mut self) -> Result<()> {
+        self.control_forces.restore(&mut self.present);
         Ok(())
     }
 

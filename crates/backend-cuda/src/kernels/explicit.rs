@@ -5,7 +5,7 @@ use cloth_core::{
     stepper::{ColliderState, FramePlan, Substep},
 };
 
-use super::CudaKernels;
+use super::{CudaKernels, control_forces::Kick};
 use crate::{
     layout::{ColliderData, CudaReal, SubstepData},
     memory::Memory,
@@ -18,7 +18,9 @@ const BATCH_MAX: usize = 1024;
 /// What is to be done, and what may have to be done again.
 pub(super) struct FrameQueue<T> {
     /// Not yet handed over.
-    pending: Vec<(SubstepData<T>, f64)>,
+    pending: Vec<QueuedSubstep<T>>,
+    /// What forces from outside do before the substep that comes next.
+    pub(super) kick: Option<Kick<T>>,
     /// Handed over, but the candidate list may have been too short.
     open: Option<OpenFrame<T>>,
     saved: Option<[Buffer<[T; 4]>; 2]>,
@@ -28,12 +30,21 @@ pub(super) struct FrameQueue<T> {
 /// A frame from its start.
 struct OpenFrame<T> {
     present: u32,
-    substeps: Vec<(SubstepData<T>, f64)>,
+    substeps: Vec<QueuedSubstep<T>>,
+}
+
+/// A substep that is to be done.
+#[derive(Clone, Copy)]
+struct QueuedSubstep<T> {
+    data: SubstepData<T>,
+    length: f64,
+    /// What comes before it.
+    kick: Option<Kick<T>>,
 }
 
 impl<T> Default for FrameQueue<T> {
     fn default() -> Self {
-        Self { pending: Vec::new(), open: None, saved: None, collider_sets: 1 }
+        Self { pending: Vec::new(), kick: None, open: None, saved: None, collider_sets: 1 }
     }
 }
 
@@ -96,7 +107,8 @@ impl<T: CudaReal> CudaKernels<T> {
     pub(super) fn frame_push(&mut self, substep: &Substep) -> Result<()> {
         self.tick += 1;
         let data = self.substep_data(substep, self.tick);
-        self.frames.pending.push((data, substep.length));
+        let kick = self.frames.kick.take();
+        self.frames.pending.push(QueuedSubstep { data, length: substep.length, kick });
         if self.frames.pending.len() == BATCH_MAX { self.frame_start() } else { Ok(()) }
     }
 
@@ -131,15 +143,18 @@ impl<T: CudaReal> CudaKernels<T> {
             }
             self.contacts_grow(&status)?;
             self.state_saved_restore(open.present)?;
-            for (substep, _) in &mut open.substeps {
+            for substep in &mut open.substeps {
                 self.tick += 1;
-                substep.tick = self.tick;
+                substep.data.tick = self.tick;
             }
             let substeps = open.substeps.clone();
             self.frames.open = Some(open);
             self.substeps_run(&substeps)?;
         }
-        Ok(())
+        match self.frames.kick.take() {
+            Some(kick) => self.kick_run(&kick),
+            None => Ok(()),
+        }
     }
 
     /// Keeps the state at the start of a frame.
@@ -173,20 +188,37 @@ impl<T: CudaReal> CudaKernels<T> {
         Ok(())
     }
 
-    /// All substeps, in one launch if nothing comes between the parts of one.
-    fn substeps_run(&mut self, substeps: &[(SubstepData<T>, f64)]) -> Result<()> {
-        let data: Vec<SubstepData<T>> = substeps.iter().map(|(data, _)| *data).collect();
+    /// All substeps, in one launch if nothing comes between them or between the parts of one.
+    fn substeps_run(&mut self, substeps: &[QueuedSubstep<T>]) -> Result<()> {
+        let data: Vec<SubstepData<T>> = substeps.iter().map(|substep| substep.data).collect();
         Memory::<T>::grow_write(&self.memory.queue, &mut self.memory.substeps, &data)?;
         self.memory.data.substeps = self.memory.substeps.address();
         let impulses = self.memory.contact.as_ref().is_some_and(|contact| !contact.is_penalty());
         if impulses || self.memory.colours.len() > 1 {
-            for (number, (data, length)) in substeps.iter().enumerate() {
+            for (number, QueuedSubstep { data, length, kick }) in substeps.iter().enumerate() {
+                if let Some(kick) = kick {
+                    self.kick_run(kick)?;
+                }
                 let last = number + 1 == substeps.len();
                 self.substep_in_parts((number as u32, last), data, *length)?;
             }
             return Ok(());
         }
-        let count = substeps.len() as u32;
+        // Each run begins with a kick, or with the first substep.
+        let mut next = self.memory.data.substeps;
+        for run in substeps.chunk_by(|_, next| next.kick.is_none()) {
+            self.memory.data.substeps = next;
+            next += (run.len() * size_of::<SubstepData<T>>()) as u64;
+            if let Some(kick) = &run[0].kick {
+                self.kick_run(kick)?;
+            }
+            self.frame_run(run.len() as u32)?;
+        }
+        Ok(())
+    }
+
+    /// The substeps that come next on the device, in one launch.
+    fn frame_run(&mut self, count: u32) -> Result<()> {
         let (module, launch) = (self.memory.frame_module, self.memory.frame);
         self.contacts_clear()?;
         self.stage("explicit_substep", |kernels| {

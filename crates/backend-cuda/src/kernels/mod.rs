@@ -2,6 +2,7 @@
 
 mod check;
 mod contact;
+mod control_forces;
 mod explicit;
 mod implicit;
 mod impulses;
@@ -11,8 +12,8 @@ mod state;
 use std::{ffi::c_void, sync::Arc};
 
 use cloth_core::{
-    ColliderImpulse, ContactStatistics, DeferredOutcome, Integrator, Kernels, Measures, Model,
-    PinWrite, Result, SelfContact, SolverConfig, StageTime, State,
+    ColliderImpulse, ContactStatistics, DeferredOutcome, ForceControl, Integrator, Kernels,
+    Measures, Model, PinWrite, Result, SelfContact, SolverConfig, StageTime, State,
     stepper::{FramePlan, Substep},
 };
 
@@ -26,6 +27,7 @@ use crate::{
     timing::Timing,
 };
 
+use control_forces::ControlForces;
 use explicit::FrameQueue;
 pub(crate) use impulses::ImpulseMemory;
 use semi_implicit::SemiImplicit;
@@ -37,6 +39,7 @@ pub(crate) struct CudaKernels<T> {
     pub(crate) memory: Memory<T>,
     timing: Timing,
     frames: FrameQueue<T>,
+    control_forces: ControlForces,
     /// Uses of the list of groups so far.
     tick: u32,
     statistics: ContactStatistics,
@@ -59,6 +62,7 @@ impl<T: CudaReal> CudaKernels<T> {
             memory,
             timing: Timing::default(),
             frames: FrameQueue::default(),
+            control_forces: ControlForces::default(),
             tick: 0,
             statistics: ContactStatistics::default(),
             has_force: false,
@@ -169,6 +173,22 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
     fn frame_begin(&mut self, plan: &FramePlan) -> Result<()> {
         self.settle()?;
         self.colliders_upload(plan)
+    }
+
+    fn control_forces_write(&mut self, forces: &[ForceControl]) -> Result<()> {
+        self.control_forces_upload(forces)
+    }
+
+    fn has_control_forces(&self) -> bool {
+        self.control_forces.count > 0
+    }
+
+    fn control_forces(&mut self, substep: &Substep) -> Result<()> {
+        self.kick_push(substep)
+    }
+
+    fn control_forces_restore(&mut self) -> Result<()> {
+        self.kick_restore()
     }
 
     fn field_forces(&mut self) -> Result<()> {

@@ -13,6 +13,8 @@ use crate::{linear::SolveRequest, slots::Slots};
 #[derive(Clone, Debug)]
 pub(crate) enum Command {
     PinsWrite(Vec<PinWrite>),
+    ControlForces(Substep),
+    ControlForcesRestore,
     FieldForces,
     ProceduralForces(Substep),
     SpringForces,

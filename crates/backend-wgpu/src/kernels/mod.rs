@@ -6,9 +6,9 @@ mod semi_implicit;
 use std::sync::Arc;
 
 use cloth_core::{
-    ColliderImpulse, ContactStatistics, DeferredOutcome, ImplicitKernels, ImplicitSettings,
-    Kernels, LinearStart, Measures, Model, NewtonStart, PinWrite, Result, SolverConfig,
-    SolverReport, StageTime, State,
+    ColliderImpulse, ContactStatistics, DeferredOutcome, ForceControl, ImplicitKernels,
+    ImplicitSettings, Kernels, LinearStart, Measures, Model, NewtonStart, PinWrite, Result,
+    SolverConfig, SolverReport, StageTime, State,
     stepper::{self, FramePlan, Substep},
 };
 
@@ -59,6 +59,22 @@ impl Kernels for WgpuKernels {
 
     fn frame_begin(&mut self, plan: &FramePlan) -> Result<()> {
         self.stages.frame_begin(plan)
+    }
+
+    fn control_forces_write(&mut self, forces: &[ForceControl]) -> Result<()> {
+        self.stages.control_forces_write(forces)
+    }
+
+    fn has_control_forces(&self) -> bool {
+        self.stages.has_control_forces()
+    }
+
+    fn control_forces(&mut self, substep: &Substep) -> Result<()> {
+        self.stages.execute(Command::ControlForces(*substep))
+    }
+
+    fn control_forces_restore(&mut self) -> Result<()> {
+        self.stages.execute(Command::ControlForcesRestore)
     }
 
     fn field_forces(&mut self) -> Result<()> {

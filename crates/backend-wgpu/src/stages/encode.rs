@@ -84,6 +84,8 @@ impl Stages {
     pub(super) fn encode(&mut self, command: &Command) -> Result<()> {
         match command {
             Command::PinsWrite(pins) => self.pins_write(pins),
+            Command::ControlForces(substep) => self.control_forces(substep),
+            Command::ControlForcesRestore => self.control_forces_restore(),
             Command::FieldForces => {
                 self.has_force = true;
                 self.over_particles("field_forces", 0)

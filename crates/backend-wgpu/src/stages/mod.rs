@@ -1,6 +1,7 @@
 //! One solver's memory, and the recording of all stages on it.
 
 mod contact;
+mod control_forces;
 mod encode;
 mod impulses;
 mod linear;
@@ -56,6 +57,7 @@ pub(crate) struct Stages {
     /// For each motion whether the boxes around its groups are known.
     has_boxes: [bool; 3],
     held: Vec<bool>,
+    control_forces: control_forces::InEffect,
     /// Whether one kernel does the composite stage; false on a device that cannot bind enough buffers.
     is_fused: bool,
     /// Whether two kernels do all of an implicit substep but its iterations.
@@ -163,6 +165,7 @@ impl Stages {
             present: 0,
             has_boxes: [false; 3],
             held: vec![false; model.particle_count()],
+            control_forces: control_forces::InEffect::default(),
             is_fused: true,
             is_step_fused: false,
             has_force: false,

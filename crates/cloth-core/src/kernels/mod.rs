@@ -12,8 +12,8 @@ pub use implicit::{
 pub use semi_implicit::SemiImplicitKernels;
 
 use crate::{
-    ContactResponse, ImplicitSettings, Measures, Model, PinAction, Result, SolverConfig,
-    SolverReport, StageTime, State,
+    ContactResponse, ForceControl, ImplicitSettings, Measures, Model, PinAction, Result,
+    SolverConfig, SolverReport, StageTime, State,
     stepper::{self, FramePlan, Substep},
 };
 
@@ -66,6 +66,30 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     /// # Errors
     /// What the device reports.
     fn frame_begin(&mut self, plan: &FramePlan) -> Result<()>;
+
+    /// Puts forces on single particles in place of those given before; particles ascending, each once. Anchors that are
+    /// where particles are take their present positions.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn control_forces_write(&mut self, forces: &[ForceControl]) -> Result<()>;
+
+    /// Whether there are any.
+    fn has_control_forces(&self) -> bool;
+
+    /// NUMERICS §3: what these forces do to the velocities in a substep.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn control_forces(&mut self, substep: &Substep) -> Result<()>;
+
+    /// Gives the particles of these forces the velocities that they had before the last `control_forces`, if it came after the last
+    /// `control_forces_write`. It follows where `state_restore` takes a substep back, which may have kept the state after
+    /// them.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn control_forces_restore(&mut self) -> Result<()>;
 
     /// NUMERICS §3: sets f to gravity, uniform fields and drag.
     ///

@@ -4,7 +4,7 @@ use crate::{Integrator, Kernels, Result, SolverReport};
 
 use super::{Substep, semi_implicit};
 
-/// One substep of the integrator. Returns whether it could be done; if not, a linear solve broke
+/// One substep of the integrator, the forces that were given from outside first. Returns whether it could be done; if not, a linear solve broke
 /// down, and the state is that of its start.
 ///
 /// # Errors
@@ -15,11 +15,20 @@ pub(super) fn substep<K: Kernels>(
     integrator: &Integrator,
     report: &mut SolverReport,
 ) -> Result<bool> {
-    match integrator {
+    let has_forces = kernels.has_control_forces();
+    if has_forces {
+        kernels.control_forces(substep)?;
+    }
+    let done = match integrator {
         Integrator::Explicit => kernels.explicit_substep(substep).map(|()| true),
         Integrator::Implicit(settings) => kernels.implicit_substep(substep, settings, report),
         Integrator::SemiImplicit(settings) => {
             semi_implicit::substep(kernels, substep, settings, report).map(|()| true)
         }
+    }?;
+    if has_forces && !done {
+        // The state that was put back is the one after the kick.
+        kernels.control_forces_restore()?;
     }
+    Ok(done)
 }

@@ -11,6 +11,8 @@ pub struct FrameSpan<'a> {
     pub duration: f64,
     /// Wind velocity without gusts \[m/s\].
     pub wind_velocity: [f64; 3],
+    /// Offset of the anchors of forces at its start and at its end \[m\].
+    pub anchor_offset: [[f64; 3]; 2],
     /// Poses of the colliders at its start.
     pub from: &'a [Pose],
     /// Poses at its end, reached at constant velocity.
@@ -43,6 +45,8 @@ pub struct Substep {
     pub length: f64,
     /// Wind velocity \[m/s\], gusts included.
     pub wind_velocity: [f64; 3],
+    /// Offset of the anchors of forces at its end \[m\].
+    pub anchor_offset: [f64; 3],
 }
 
 /// A collider at one time.
@@ -81,9 +85,11 @@ impl FramePlan {
     ) {
         self.substeps.clear();
         let mut start = span.time + elapsed;
+        let [offset, offset_end] = span.anchor_offset;
         let lengths = substep_lengths(span.duration - elapsed, time_step);
         for (index, length) in lengths.enumerate() {
             let middle = start + 0.5 * length;
+            let share = (start + length - span.time) / span.duration;
             self.substeps.push(Substep {
                 index,
                 step: step + index as u64 + 1,
@@ -92,8 +98,14 @@ impl FramePlan {
                 wind_velocity: model
                     .air()
                     .map_or([0.0; 3], |air| air.wind_at(span.wind_velocity, middle)),
+                anchor_offset: std::array::from_fn(|k| {
+                    offset[k] + share * (offset_end[k] - offset[k])
+                }),
             });
             start += length;
+        }
+        if let Some(last) = self.substeps.last_mut() {
+            last.anchor_offset = offset_end;
         }
         self.collider_count = span.from.len();
         self.colliders.clear();
@@ -139,9 +151,9 @@ mod tests {
         Cloth, Collider, ColliderShape, Geometry, GridPatch, MaterialPreset, ModelBuilder,
     };
 
-    /// Colliders move over the whole frame, however often what is left of it is planned again.
+    /// Colliders and anchors move over the whole frame, however often what is left of it is planned again.
     #[test]
-    fn a_plan_for_the_rest_of_a_frame_goes_on_with_the_colliders() {
+    fn a_plan_for_the_rest_of_a_frame_goes_on_with_what_moves() {
         let ball = Collider {
             name: "ball".into(),
             shape: ColliderShape::Sphere { radius: 0.1 },
@@ -162,6 +174,7 @@ mod tests {
             time: 3.0,
             duration: 0.4,
             wind_velocity: [0.0; 3],
+            anchor_offset: [[0.0; 3], [0.0, 4.0, 0.0]],
             from: &[from],
             to: &[to],
         };
@@ -176,8 +189,11 @@ mod tests {
             let place = 2.0 * (wanted + 0.1 - 3.0);
             assert!((collider.translation[0] - place).abs() < 1e-12, "{k}: {collider:?}");
             assert!((collider.linear_velocity[0] - 2.0).abs() < 1e-12);
+            let offset = 10.0 * (wanted + 0.1 - 3.0);
+            assert!((plan.substeps[k].anchor_offset[1] - offset).abs() < 1e-12, "{k}");
         }
         assert_eq!(plan.colliders_at(2)[0].translation, to.translation, "exactly, at the end");
+        assert_eq!(plan.substeps[2].anchor_offset, [0.0, 4.0, 0.0], "exactly, at the end");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! A solver made of any backend's kernels.
 
-use std::{sync::Arc, time::Instant};
+use std::{collections::BTreeMap, sync::Arc, time::Instant};
 
 use crate::{
     ColliderImpulse, ConstraintStatistics, ContactStatistics, Control, DeferredOutcome, Divergence,
@@ -24,6 +24,8 @@ pub struct SteppedSolver<K> {
     colliders: Vec<Pose>,
     collider_targets: Vec<Pose>,
     wind_velocity: [f64; 3],
+    /// Where anchors of forces are, and where they are to be, from where they were given \[m\].
+    anchor_offset: [[f64; 3]; 2],
     time: f64,
     step: u64,
     /// Where moving pins are when a frame starts.
@@ -52,6 +54,7 @@ impl<K: Kernels> SteppedSolver<K> {
             colliders: Vec::new(),
             collider_targets: Vec::new(),
             wind_velocity,
+            anchor_offset: [[0.0; 3]; 2],
             time: 0.0,
             step: 0,
             scratch: State::default(),
@@ -91,6 +94,15 @@ impl<K: Kernels> SteppedSolver<K> {
         if let Some(wind) = self.control.wind_velocity {
             self.wind_velocity = wind;
         }
+        if let Some(forces) = &self.control.forces {
+            let last: BTreeMap<u32, _> = forces.iter().map(|f| (f.particle, *f)).collect();
+            let forces: Vec<_> = last.into_values().collect();
+            self.kernels.control_forces_write(&forces)?;
+            self.anchor_offset = [[0.0; 3]; 2];
+        }
+        if let Some(offset) = self.control.anchor_offset {
+            self.anchor_offset[1] = offset;
+        }
         Ok(())
     }
 
@@ -112,6 +124,7 @@ impl<K: Kernels> SteppedSolver<K> {
         }
         self.control = Control::default();
         self.colliders.clone_from(&self.collider_targets);
+        self.anchor_offset[0] = self.anchor_offset[1];
         Ok(())
     }
 
@@ -119,6 +132,9 @@ impl<K: Kernels> SteppedSolver<K> {
     fn deferred_settle(&mut self) -> Result<()> {
         let DeferredOutcome { report, broken } = self.kernels.deferred_outcome()?;
         self.solver_report.add_attempt(&report, true);
+        if broken.is_some() {
+            self.kernels.control_forces_restore()?;
+        }
         let broken = self.plan.substeps.iter().find(|substep| Some(substep.step) == broken);
         if let Some(&substep) = broken {
             self.step = substep.step - 1;
@@ -160,6 +176,10 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
         self.kernels.model()
     }
 
+    fn colliders(&self) -> &[Pose] {
+        &self.colliders
+    }
+
     fn upload(&mut self, state: &State) -> Result<()> {
         state.validate(self.kernels.model())?;
         self.kernels.state_write(state)?;
@@ -187,6 +207,7 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
             time: self.time,
             duration: frame.duration,
             wind_velocity: self.wind_velocity,
+            anchor_offset: self.anchor_offset,
             from: &self.colliders,
             to: &self.collider_targets,
         };

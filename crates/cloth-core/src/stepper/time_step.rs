@@ -199,6 +199,9 @@ impl AdaptiveFrame<'_> {
             integrate::substep(kernels, substep, &self.integrator, &mut attempt)
         })?;
         let deferred = kernels.deferred_outcome()?;
+        if deferred.broken.is_some() {
+            kernels.control_forces_restore()?;
+        }
         attempt.add_attempt(&deferred.report, true);
         let failure = if done && deferred.broken.is_none() {
             self.failure(&attempt, &kernels.measure()?)
@@ -242,6 +245,7 @@ impl AdaptiveFrame<'_> {
 /// Takes a substep back that failed for this reason.
 fn take_back<K: Kernels>(kernels: &mut K, reason: TimeStepReason) -> Result<()> {
     kernels.state_restore()?;
+    kernels.control_forces_restore()?;
     // Kernels stand still once a number is not finite, until a state is written.
     if reason == TimeStepReason::NonFinite {
         let mut state = State::default();

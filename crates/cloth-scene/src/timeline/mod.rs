@@ -47,7 +47,7 @@ impl Timeline {
             let pose = track.moves_in(&span).then(|| track.pose(span.end))?;
             Some(ColliderControl { collider: track.collider, pose })
         });
-        Control { pins: pins.collect(), colliders: colliders.collect(), wind_velocity: None }
+        Control { pins: pins.collect(), colliders: colliders.collect(), ..Control::default() }
     }
 }
 

@@ -3,8 +3,8 @@
 use std::{sync::Arc, time::Instant};
 
 use cloth::{
-    AUTO, Backend, Control, Error, Frame, PinAction, PinControl, RigidExchange, Solver, State,
-    StepReport, backend_create,
+    AUTO, Backend, Control, ControlStart, Error, Frame, PinAction, PinControl, RigidExchange,
+    Solver, State, StepReport, backend_create,
     io::PictureStyle,
     picture_shapes, picture_style,
     scene::{CompileOptions, CompiledScene, Scene},
@@ -222,13 +222,10 @@ impl Engine {
 
     /// Cloth and bodies for a frame or a part of one.
     fn advance(&mut self, control: &Control, frame: Frame) -> Result<StepReport, ViewerError> {
-        if self.rigid.is_some() {
-            self.state()?;
-        }
         let solver = self.solver.get();
         if let Some(rigid) = &mut self.rigid {
             let integrator = &self.compiled.config.integrator;
-            return Ok(rigid.step(solver, integrator, (&self.state, control), frame)?);
+            return Ok(rigid.step(solver, integrator, control, frame)?);
         }
         solver.set_control(control)?;
         solver.advance(frame)?;
@@ -248,7 +245,12 @@ impl Engine {
             self.state()?;
             // The state that is uploaded already has what was done once.
             let left = f64::from(slices - slice);
-            let part = control.part(&self.state, left.recip(), slice == 0);
+            let start = ControlStart {
+                positions: &self.state.positions,
+                colliders: &self.state.colliders,
+                anchor_offset: [0.0; 3],
+            };
+            let part = control.part(&start, left.recip(), slice == 0);
             grab.pull(&mut self.state, duration);
             self.solver.get().upload(&self.state)?;
             let report = self.advance(&part, Frame { duration })?;

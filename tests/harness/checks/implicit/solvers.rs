@@ -268,6 +268,7 @@ pub fn implicit_frame(candidate: &Candidate, description: &Description) -> Verdi
         time: case.state.time,
         duration,
         wind_velocity: case.model.air().map_or([0.0; 3], |air| air.wind_velocity),
+        anchor_offset: [[0.0; 3]; 2],
         from: colliders,
         to: colliders,
     };
