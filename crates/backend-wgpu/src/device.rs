@@ -4,7 +4,7 @@ use std::{
     collections::HashMap,
     sync::{
         Arc, Mutex, PoisonError,
-        atomic::{AtomicBool, Ordering},
+        atomic::{AtomicBool, AtomicU64, Ordering},
     },
 };
 
@@ -23,6 +23,8 @@ pub(crate) struct DeviceContext {
     pub(crate) queue: wgpu::Queue,
     pub(crate) limits: wgpu::Limits,
     pub(crate) faults: Faults,
+    /// Bytes that were read back so far.
+    pub(crate) bytes_read: Arc<AtomicU64>,
     /// Whether solvers that are made are to take the time of every stage.
     stage_times: AtomicBool,
     kernels: Mutex<HashMap<KernelKey, Arc<Kernel>>>,
@@ -54,6 +56,7 @@ impl DeviceContext {
             queue,
             limits,
             faults,
+            bytes_read: Arc::default(),
             stage_times: AtomicBool::new(false),
             kernels: Mutex::default(),
         };

@@ -169,6 +169,13 @@ impl WgpuBackend {
         self.context.device.adapter_info().device_type == wgpu::DeviceType::Cpu
     }
 
+    /// Bytes that solvers on this device have copied to the host so far: states, normals, and the results of frames, which are some
+    /// hundred bytes each. Those that lend their buffers to a renderer need not copy states.
+    #[must_use]
+    pub fn bytes_read(&self) -> u64 {
+        self.context.bytes_read.load(std::sync::atomic::Ordering::Relaxed)
+    }
+
     /// The device.
     #[must_use]
     pub fn device(&self) -> &wgpu::Device {

@@ -2,7 +2,10 @@
 
 use std::{
     pin::Pin,
-    sync::{Arc, Mutex, PoisonError},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicU64, Ordering},
+    },
     task::{Context, Poll, Waker},
 };
 
@@ -39,6 +42,8 @@ impl Future for Mapped {
 #[derive(Debug)]
 pub(crate) struct Readback {
     buffer: wgpu::Buffer,
+    /// Bytes read so far by all of a device.
+    total: Arc<AtomicU64>,
 }
 
 impl Readback {
@@ -50,7 +55,7 @@ impl Readback {
             usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        Self { buffer }
+        Self { buffer, total: Arc::clone(&context.bytes_read) }
     }
 
     pub(crate) fn buffer(&self) -> &wgpu::Buffer {
@@ -103,6 +108,7 @@ impl Readback {
             take(&view)
         };
         self.buffer.unmap();
+        self.total.fetch_add(size, Ordering::Relaxed);
         Ok(result)
     }
 }

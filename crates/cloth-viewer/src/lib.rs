@@ -13,7 +13,7 @@ pub use error::ViewerError;
 pub use gpu::Gpu;
 pub use headless::{ClipOptions, FramePainter, Studio, clip_render};
 pub use renderer::{
-    ClothMesh, Disc, FrameBuffers, FrameContents, OrbitCamera, Overlays, PlaceLine, Ray,
+    ClothMesh, Disc, FrameBuffers, FrameContents, LineEnd, OrbitCamera, Overlays, PlaceLine, Ray,
     RenderTarget, Renderer,
 };
 pub use simulation::{

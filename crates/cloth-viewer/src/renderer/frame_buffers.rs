@@ -58,6 +58,12 @@ impl FrameBuffers {
         Self { positions: source.positions.clone(), normals: source.normals.clone() }
     }
 
+    /// The positions.
+    #[cfg(test)]
+    pub(crate) const fn positions(&self) -> &wgpu::Buffer {
+        &self.positions
+    }
+
     pub(super) fn groups(
         &self,
         device: &wgpu::Device,

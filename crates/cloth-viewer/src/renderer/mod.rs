@@ -20,7 +20,7 @@ pub use cloth_mesh::ClothMesh;
 pub use frame_buffers::FrameBuffers;
 pub use orbit::{OrbitCamera, Ray};
 pub(crate) use overlay::colour_bytes;
-pub use overlay::{Disc, Overlays, PlaceLine};
+pub use overlay::{Disc, LineEnd, Overlays, PlaceLine};
 pub use target::RenderTarget;
 
 use crate::Gpu;

@@ -68,18 +68,39 @@ impl Disc {
 /// A line in space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaceLine {
-    /// Both ends \[m\].
-    pub ends: [[f64; 3]; 2],
+    /// Both ends.
+    pub ends: [LineEnd; 2],
     /// sRGB and opacity.
     pub colour: [u8; 4],
+}
+
+/// Where a line ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LineEnd {
+    /// At a place \[m\].
+    Place([f64; 3]),
+    /// At a particle, wherever that is.
+    Particle(u32),
 }
 
 /// End of a line in space.
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
-struct PlaceEnd {
+struct EndVertex {
     place: [f32; 3],
+    particle: u32,
     colour: [u8; 4],
+}
+
+impl EndVertex {
+    fn new(end: LineEnd, colour: [u8; 4]) -> Self {
+        match end {
+            LineEnd::Place(place) => {
+                Self { place: place.map(|x| x as f32), particle: u32::MAX, colour }
+            }
+            LineEnd::Particle(particle) => Self { place: [0.0; 3], particle, colour },
+        }
+    }
 }
 
 /// The overlays of one picture on the device.
@@ -93,14 +114,9 @@ pub(super) struct OverlayBuffers {
 
 impl OverlayBuffers {
     pub(super) fn update(&mut self, gpu: &Gpu, contents: &FrameContents) {
-        let ends: Vec<PlaceEnd> = contents
-            .lines
-            .iter()
-            .flat_map(|line| {
-                let colour = line.colour;
-                line.ends.map(|end| PlaceEnd { place: end.map(|x| x as f32), colour })
-            })
-            .collect();
+        let lines = contents.lines.iter();
+        let ends = lines.flat_map(|line| line.ends.map(|end| EndVertex::new(end, line.colour)));
+        let ends: Vec<EndVertex> = ends.collect();
         self.disc_count = fill(gpu, &mut self.discs, "discs", &contents.discs);
         self.end_count = fill(gpu, &mut self.lines, "lines", &ends);
     }

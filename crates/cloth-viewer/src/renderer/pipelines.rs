@@ -89,7 +89,7 @@ impl Pipelines {
         ];
         let solid_buffer = vertices(36, &solid_attributes);
         let particle_attributes = wgpu::vertex_attr_array![0 => Uint32, 1 => Unorm8x4];
-        let place_attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Unorm8x4];
+        let place_attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32, 2 => Unorm8x4];
         let disc_attributes = wgpu::vertex_attr_array![
             0 => Float32x3, 1 => Uint32, 2 => Unorm8x4, 3 => Float32
         ];
@@ -174,7 +174,7 @@ impl Pipelines {
                 device,
                 &PictureStage {
                     entry: "vertex_place",
-                    buffers: &[Some(vertices(16, &place_attributes))],
+                    buffers: &[Some(vertices(20, &place_attributes))],
                     ..line_stage
                 },
             ),

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use cloth::{ColliderShape, Model, State};
 use glam::{DMat3, DQuat, DVec3};
 
-use crate::renderer::PlaceLine;
+use crate::{LineEnd, PlaceLine};
 
 /// Most cells that are drawn.
 const CELL_LIMIT: usize = 20_000;
@@ -105,7 +105,7 @@ pub(super) fn bin_lines(positions: &[[f64; 3]], side: f64) -> Vec<PlaceLine> {
         for start in 0..8_usize {
             for axis in 0..3 {
                 if start >> axis & 1 == 0 {
-                    let ends = [corner(start), corner(start | 1 << axis)];
+                    let ends = [corner(start), corner(start | 1 << axis)].map(LineEnd::Place);
                     lines.push(PlaceLine { ends, colour: CELL });
                 }
             }

@@ -3,7 +3,7 @@
 use std::{sync::Arc, time::Instant};
 
 use cloth::{
-    AUTO, Backend, Control, ControlStart, Error, Frame, PinAction, PinControl, RigidExchange,
+    AUTO, Backend, Control, Error, ForceControl, Frame, PinAction, PinControl, RigidExchange,
     Solver, State, StepReport, backend_create,
     io::PictureStyle,
     picture_shapes, picture_style,
@@ -15,8 +15,9 @@ use crate::{Gpu, Overlays, Ray, ViewerError};
 
 use super::{
     Settings, SettingsChange, Snapshot, contacts, corner_particles,
-    grab::{Grab, SLICE},
-    pick::pick,
+    grab::Grab,
+    pick::{Pick, pick},
+    pick_gpu::GpuPick,
     snapshot::{FramePool, GrabView, cell_side},
 };
 
@@ -45,6 +46,10 @@ pub struct Engine {
     held: Vec<u8>,
     pins: Vec<PinControl>,
     grab: Option<Grab>,
+    /// The springs of a hold that begins, or none at the end of one, for the next frame.
+    forces: Option<Vec<ForceControl>>,
+    /// What looks for particles on the device, once it is needed.
+    picker: Option<GpuPick>,
     report: StepReport,
     duration: std::time::Duration,
     pool: FramePool,
@@ -134,6 +139,8 @@ impl Engine {
             normals: Vec::new(),
             pins: Vec::new(),
             grab: None,
+            forces: None,
+            picker: None,
             report: StepReport::default(),
             duration: std::time::Duration::ZERO,
             pool: FramePool::default(),
@@ -188,19 +195,23 @@ impl Engine {
     /// What the solver reports, such as a divergence.
     pub fn step(&mut self) -> Result<(), ViewerError> {
         let start = Instant::now();
-        let stepped = if self.grab.is_some() { self.step_grabbed() } else { self.step_plain() };
-        if let Err(error) = stepped {
-            self.reset()?;
-            return Err(error);
-        }
+        let frame = Frame::per_second(self.compiled.frames_per_second);
+        let control = self.control(frame);
         self.state_is_current = false;
+        match self.advance(&control, frame) {
+            Ok(report) => self.report = report,
+            Err(error) => {
+                self.reset()?;
+                return Err(error);
+            }
+        }
         self.frame += 1;
         self.time = self.report.time;
         self.duration = start.elapsed();
         Ok(())
     }
 
-    fn control(&mut self) -> Control {
+    fn control(&mut self, frame: Frame) -> Control {
         let mut control = self.compiled.timeline.control(self.frame);
         control.pins.append(&mut self.pins);
         for pin in &control.pins {
@@ -210,17 +221,12 @@ impl Engine {
         if self.compiled.model.air().is_some() {
             control.wind_velocity = Some(self.settings.wind);
         }
+        control.forces = self.forces.take();
+        control.anchor_offset = self.grab.as_mut().map(|grab| grab.follow(frame.duration));
         control
     }
 
-    fn step_plain(&mut self) -> Result<(), ViewerError> {
-        let control = self.control();
-        let frame = Frame::per_second(self.compiled.frames_per_second);
-        self.report = self.advance(&control, frame)?;
-        Ok(())
-    }
-
-    /// Cloth and bodies for a frame or a part of one.
+    /// Cloth and bodies for a frame.
     fn advance(&mut self, control: &Control, frame: Frame) -> Result<StepReport, ViewerError> {
         let solver = self.solver.get();
         if let Some(rigid) = &mut self.rigid {
@@ -230,34 +236,6 @@ impl Engine {
         solver.set_control(control)?;
         solver.advance(frame)?;
         Ok(solver.synchronize()?)
-    }
-
-    /// A frame in slices, with a pull of the pointer before each.
-    fn step_grabbed(&mut self) -> Result<(), ViewerError> {
-        let Some(grab) = self.grab.clone() else { return Ok(()) };
-        let control = self.control();
-        let length = 1.0 / self.compiled.frames_per_second;
-        let slices = (length / SLICE).ceil().max(1.0) as u32;
-        let duration = length / f64::from(slices);
-        let mut total = StepReport::default();
-        for slice in 0..slices {
-            self.state_is_current &= slice == 0;
-            self.state()?;
-            // The state that is uploaded already has what was done once.
-            let left = f64::from(slices - slice);
-            let start = ControlStart {
-                positions: &self.state.positions,
-                colliders: &self.state.colliders,
-                anchor_offset: [0.0; 3],
-            };
-            let part = control.part(&start, left.recip(), slice == 0);
-            grab.pull(&mut self.state, duration);
-            self.solver.get().upload(&self.state)?;
-            let report = self.advance(&part, Frame { duration })?;
-            add(&mut total, report);
-        }
-        self.report = total;
-        Ok(())
     }
 
     /// Back to the start of the scene, with its pins; settings stay.
@@ -273,7 +251,7 @@ impl Engine {
         self.frame = 0;
         self.time = 0.0;
         self.pins.clear();
-        self.grab = None;
+        self.grab_end();
         self.report = StepReport::default();
         Ok(())
     }
@@ -306,9 +284,19 @@ impl Engine {
     /// # Errors
     /// What the device reports.
     pub fn pick(&mut self, ray: &Ray) -> Result<Option<u32>, ViewerError> {
+        Ok(self.meet(ray)?.map(|pick| pick.particle))
+    }
+
+    /// What a ray meets: looked for where the positions are.
+    fn meet(&mut self, ray: &Ray) -> Result<Option<Pick>, ViewerError> {
+        if let EngineSolver::Shared(solver) = &mut self.solver {
+            let buffers = solver.device_buffers()?;
+            let (gpu, model) = (&self.gpu, &self.compiled.model);
+            let picker = self.picker.get_or_insert_with(|| GpuPick::new(gpu, model));
+            return picker.pick(&buffers.positions, ray, PICK_REACH);
+        }
         self.state()?;
-        let pick = pick(&self.compiled.model, &self.state.positions, ray, PICK_REACH);
-        Ok(pick.map(|pick| pick.particle))
+        Ok(pick(&self.compiled.model, &self.state.positions, ray, PICK_REACH))
     }
 
     /// Takes hold of the cloth where a ray meets it; the particle, if it meets one.
@@ -316,25 +304,30 @@ impl Engine {
     /// # Errors
     /// What the device reports.
     pub fn grab_begin(&mut self, ray: &Ray) -> Result<Option<u32>, ViewerError> {
-        self.state()?;
-        let (model, positions) = (&self.compiled.model, &self.state.positions);
-        let pick = pick(model, positions, ray, PICK_REACH);
-        self.grab = pick.map(|pick| Grab::new(model, positions, ray, pick));
-        Ok(pick.map(|pick| pick.particle))
+        self.grab_end();
+        let Some(pick) = self.meet(ray)? else { return Ok(None) };
+        let (grab, springs) = Grab::new(&self.compiled.model, ray, pick);
+        self.grab = Some(grab);
+        self.forces = Some(springs);
+        Ok(Some(pick.particle))
     }
 
     /// Pulls what is held to where a ray points, at the distance at which it was taken.
     pub fn grab_move(&mut self, ray: &Ray) {
-        self.grab = self.grab.take().map(|grab| grab.moved(ray));
+        if let Some(grab) = &mut self.grab {
+            grab.pointer_move(ray);
+        }
     }
 
     /// Lets go.
     pub fn grab_end(&mut self) {
-        self.grab = None;
+        if self.grab.take().is_some() {
+            self.forces = Some(Vec::new());
+        }
     }
 
     /// Changes the settings: those that the model allows from the next frame on, others by a new
-    /// solver that takes over the state. After an error nothing has changed.
+    /// solver that takes over the state, which is fetched for that; what is held is let go then. After an error nothing has changed.
     ///
     /// # Errors
     /// What the scene or the backend cannot do.
@@ -353,12 +346,15 @@ impl Engine {
             self.state = state;
             self.compiled = compiled;
             self.solver = solver;
+            self.grab = None;
+            self.forces = None;
         }
         self.settings = settings.clone();
         Ok(change)
     }
 
-    /// The present frame for the window. With the backend `wgpu` it is copied on the device.
+    /// The present frame for the window. With the backend `wgpu` it is copied on the device, and positions stay there unless contacts
+    /// or cells are asked for, which are found on the host.
     ///
     /// # Errors
     /// What the device reports.
@@ -385,14 +381,17 @@ impl Engine {
         }
         let grab = match self.grab.as_ref().map(|grab| (grab.particle, grab.target)) {
             Some((particle, target)) => {
-                let position = self.state()?.positions[particle as usize];
+                let is_known = matches!(self.solver, EngineSolver::Other(_));
+                let position = match is_known {
+                    true => self.state()?.positions.get(particle as usize).copied(),
+                    false => None,
+                };
                 Some(GrabView { particle, position, target })
             }
             None => None,
         };
         let shapes = if self.rigid.is_some() {
-            self.state()?;
-            picture_shapes(&self.compiled.model, &self.state.colliders, self.time)
+            picture_shapes(&self.compiled.model, self.solver.get().colliders(), self.time)
         } else {
             self.style.shapes.at(self.time)
         };
@@ -413,20 +412,4 @@ impl Engine {
             recorded: None,
         })
     }
-}
-
-/// Adds the report of a slice: work adds up, figures are those of the end.
-fn add(total: &mut StepReport, slice: StepReport) {
-    let mut sum = slice;
-    sum.substeps += total.substeps;
-    sum.contact_rebuilds += total.contact_rebuilds;
-    sum.wall_time += total.wall_time;
-    sum.solver.solves += total.solver.solves;
-    sum.solver.iterations += total.solver.iterations;
-    sum.solver.residual = sum.solver.residual.max(total.solver.residual);
-    for stage in &mut sum.stage_times {
-        let before = total.stage_times.iter().find(|other| other.stage == stage.stage);
-        stage.time += before.map_or(std::time::Duration::ZERO, |stage| stage.time);
-    }
-    *total = sum;
 }

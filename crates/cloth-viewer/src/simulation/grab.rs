@@ -1,28 +1,25 @@
-//! The spring between the pointer and the cloth.
+//! The springs between the pointer and the cloth.
 //!
-//! The engine knows no force on single particles, so the spring acts on the velocities of the state, which
-//! every backend can take: a frame is cut into short slices, and before each of them the spring gives
-//! the particles what it would have given them in that time. It pulls the particle under the pointer
-//! and, less, those around it: a single one would be torn out of the cloth.
+//! Each particle around the one under the pointer gets a spring to where it is when it is taken
+//! ([`cloth::Anchor::Here`]); pulling moves all anchors. Nobody has to know where the particles are, so that they can stay on their
+//! device. A single spring would tear its particle out of the cloth.
 
-use cloth::{Model, State};
+use cloth::{Anchor, AnchorSpring, ForceControl, Model};
 use glam::DVec3;
 
 use crate::Ray;
 
 use super::pick::Pick;
 
-/// Longest slice \[s\].
-pub(super) const SLICE: f64 = 1.0 / 240.0;
-/// Angular frequency with which the whole cloth would swing on the spring \[1/s\]: three times a second,
+/// Angular frequency with which the whole cloth would swing on the springs \[1/s\]: three times a second,
 /// so that a cloth that is lifted hangs 3 cm below the pointer.
 const FREQUENCY: f64 = std::f64::consts::TAU * 3.0;
 /// Radius of what is pulled, in units of the size of the cloth.
 const RADIUS: f64 = 0.1;
-/// Farthest that the pull may move what it holds in one slice, in units of that radius.
-const STEP_MAX: f64 = 0.3;
-/// Distance at which the spring pulls hardest, in units of the size of the cloth.
+/// Distance from its anchor beyond which a particle is not pulled harder, in units of the size of the cloth.
 const REACH: f64 = 0.5;
+/// Highest speed of the anchors, in units of the size of the cloth \[1/s\]: a pointer that jumps is followed, but not as fast.
+const SPEED: f64 = 7.2;
 
 /// A hold on the cloth.
 #[derive(Clone, Debug)]
@@ -33,19 +30,18 @@ pub(super) struct Grab {
     pub(super) target: [f64; 3],
     /// Distance of the target from the eye \[m\].
     distance: f64,
-    /// Particles that are pulled, with weights up to 1.
-    weights: Vec<(u32, f64)>,
-    /// Sum of their masses by weight \[kg\].
-    mass: f64,
-    /// Stiffness of the spring \[N/m\].
-    stiffness: f64,
-    /// Radius of what is pulled, and the longest offset that counts \[m\].
-    radius: f64,
-    reach: f64,
+    /// Where the pointer took it \[m\].
+    start: DVec3,
+    /// How far the anchors are from where they began \[m\].
+    offset: DVec3,
+    /// Highest speed of the anchors \[m/s\].
+    speed: f64,
 }
 
 impl Grab {
-    pub(super) fn new(model: &Model, positions: &[[f64; 3]], ray: &Ray, pick: Pick) -> Self {
+    /// A hold on what a ray met, and its springs: together as stiff as it takes for the whole cloth to swing three times a second,
+    /// and damped critically for what they hold.
+    pub(super) fn new(model: &Model, ray: &Ray, pick: Pick) -> (Self, Vec<ForceControl>) {
         let cloth = &model.cloths()[model.cloth_of(pick.particle)];
         let range = cloth.particles.start as usize..cloth.particles.end as usize;
         // The rest shape is flat where the present one may be folded: what is near there is near
@@ -55,50 +51,74 @@ impl Grab {
         let size = (DVec3::from(bounds.max) - DVec3::from(bounds.min)).length();
         let radius = (RADIUS * size).max(1e-9);
         let center = DVec3::from(rest[pick.particle as usize]);
+        let masses = model.masses();
         let weights = cloth.particles.clone().filter_map(|particle| {
             let share = center.distance(rest[particle as usize].into()) / radius;
-            (share < 1.0).then(|| (particle, (1.0 - share * share).powi(2)))
+            let weight = (1.0 - share * share).powi(2) * masses[particle as usize];
+            (share < 1.0).then_some((particle, weight))
         });
         let weights: Vec<(u32, f64)> = weights.collect();
-        let masses = model.masses();
+        let mass: f64 = weights.iter().map(|&(_, weight)| weight).sum();
         let whole: f64 = masses[range].iter().sum();
-        Self {
+        let stiffness = whole * FREQUENCY * FREQUENCY;
+        let damping = 2.0 * (stiffness * mass).sqrt();
+        let springs = weights.iter().map(|&(particle, weight)| {
+            let share = weight / mass;
+            let spring = AnchorSpring {
+                anchor: Anchor::Here,
+                stiffness: share * stiffness,
+                damping: share * damping,
+                reach: REACH * size,
+            };
+            ForceControl { particle, force: [0.0; 3], spring: Some(spring) }
+        });
+        let start = DVec3::from(ray.at(pick.distance));
+        let grab = Self {
             particle: pick.particle,
-            target: positions[pick.particle as usize],
+            target: start.to_array(),
             distance: pick.distance,
-            mass: weights.iter().map(|&(particle, w)| w * masses[particle as usize]).sum(),
-            stiffness: whole * FREQUENCY * FREQUENCY,
-            weights,
-            radius,
-            reach: REACH * size,
-        }
-        .moved(ray)
+            start,
+            offset: DVec3::ZERO,
+            speed: SPEED * size,
+        };
+        (grab, springs.collect())
     }
 
-    /// The same hold with the pointer elsewhere, at the same distance from the eye.
-    pub(super) fn moved(mut self, ray: &Ray) -> Self {
+    /// Moves the pointer elsewhere, at the same distance from the eye.
+    pub(super) fn pointer_move(&mut self, ray: &Ray) {
         self.target = ray.at(self.distance);
-        self
     }
 
-    /// What the spring does to the velocities in `duration` \[s\]: damped critically for what it holds,
-    /// and taken at the end of that time (backward Euler), so that no length of time makes it unstable.
-    pub(super) fn pull(&self, state: &mut State, duration: f64) {
-        let index = self.particle as usize;
-        let offset = DVec3::from(self.target) - DVec3::from(state.positions[index]);
-        let offset = offset.clamp_length_max(self.reach);
-        let velocity = DVec3::from(state.velocities[index]);
-        let damping = 2.0 * (self.stiffness * self.mass).sqrt();
-        let force = self.stiffness * (offset - duration * velocity) - damping * velocity;
-        let inertia = self.mass + duration * damping + duration * duration * self.stiffness;
-        let change = duration / inertia.max(f64::MIN_POSITIVE) * force;
-        let change = change.clamp_length_max(STEP_MAX * self.radius / duration);
-        for &(particle, weight) in &self.weights {
-            let particle = particle as usize;
-            if state.held[particle] == 0 {
-                let velocity = DVec3::from(state.velocities[particle]) + weight * change;
-                state.velocities[particle] = velocity.to_array();
-            }
+    /// How far anchors are to be from where they began at the end of a frame of `duration` \[s\].
+    pub(super) fn follow(&mut self, duration: f64) -> [f64; 3] {
+        let way = DVec3::from(self.target) - self.start - self.offset;
+        self.offset += way.clamp_length_max(self.speed * duration);
+        self.offset.to_array()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cloth::scene::{CompileOptions, Scene};
+
+    use super::*;
+
+    #[test]
+    fn anchors_follow_a_jump_at_their_highest_speed_and_arrive() {
+        let model =
+            Scene::builtin("drape").unwrap().compile(&CompileOptions::default()).unwrap().model;
+        let ray = Ray { origin: [0.0, -3.0, 0.0], direction: [0.0, 1.0, 0.0] };
+        let (mut grab, springs) = Grab::new(&model, &ray, Pick { particle: 0, distance: 3.0 });
+        assert!(springs.iter().any(|spring| spring.particle == 0) && springs.len() > 5);
+        let total: f64 = springs.iter().filter_map(|f| Some(f.spring?.stiffness)).sum();
+        let mass: f64 = model.masses().iter().sum();
+        assert!((total / mass).sqrt() - FREQUENCY < 1e-9 * FREQUENCY);
+        grab.pointer_move(&Ray { origin: [1.0, -3.0, 0.0], ..ray });
+        let first = grab.follow(1e-3);
+        assert!((first[0] - 1e-3 * grab.speed).abs() < 1e-12, "{first:?}");
+        for _ in 0..10_000 {
+            grab.follow(1e-3);
         }
+        assert!(grab.offset.distance(DVec3::X) < 1e-12, "{:?}", grab.offset);
     }
 }

@@ -8,6 +8,7 @@ mod engine;
 mod frame_files;
 mod grab;
 mod pick;
+mod pick_gpu;
 mod pins;
 mod playback;
 mod settings;

@@ -5,7 +5,7 @@ use std::{sync::Arc, time::Duration};
 use cloth::{Model, StepReport, io::PictureShape};
 
 use crate::{
-    FrameBuffers, FrameContents, Gpu, Overlays,
+    FrameBuffers, FrameContents, Gpu, LineEnd, Overlays,
     renderer::{Disc, PlaceLine, colour_bytes},
 };
 
@@ -45,8 +45,8 @@ pub struct Snapshot {
 pub struct GrabView {
     /// The particle.
     pub particle: u32,
-    /// Where it was when the frame was done \[m\].
-    pub position: [f64; 3],
+    /// Where it was when the frame was done \[m\], if the host knows: with the backend `wgpu` it does not.
+    pub position: Option<[f64; 3]>,
     /// Where it is pulled \[m\].
     pub target: [f64; 3],
 }
@@ -74,7 +74,8 @@ impl Snapshot {
             let colour = colour_bytes(GRABBED);
             discs.push(Disc::at_particle(grab.particle, colour, 6.0));
             discs.push(Disc::at_place(grab.target, colour, 4.0));
-            lines.push(PlaceLine { ends: [grab.position, grab.target], colour });
+            let ends = [LineEnd::Particle(grab.particle), LineEnd::Place(grab.target)];
+            lines.push(PlaceLine { ends, colour });
         }
         FrameContents { shapes: self.shapes.clone(), discs, lines, overlays }
     }

@@ -20,8 +20,8 @@ struct Line<'a> {
     paused: bool,
     /// Particles that are held.
     held: &'a [u32],
-    /// The particle under the pointer's pull, where it is and where it is pulled \[m\].
-    grabbed: Option<(u32, [f64; 3], [f64; 3])>,
+    /// The particle under the pointer's pull, where it is, if the host knows, and where it is pulled \[m\].
+    grabbed: Option<(u32, Option<[f64; 3]>, [f64; 3])>,
     wires: bool,
     /// Whether keys are letters.
     typing: bool,

@@ -19,8 +19,17 @@ fn vertex_particle(@location(0) particle: u32, @location(1) colour: vec4f) -> Co
     return corner(positions[particle].xyz, colour);
 }
 
+const NO_PARTICLE = 0xffffffffu;
+
 @vertex
-fn vertex_place(@location(0) place: vec3f, @location(1) colour: vec4f) -> Corner {
+fn vertex_place(
+    @location(0) place: vec3f,
+    @location(1) particle: u32,
+    @location(2) colour: vec4f,
+) -> Corner {
+    if particle != NO_PARTICLE {
+        return corner(positions[particle].xyz, colour);
+    }
     return corner(place, colour);
 }
 
