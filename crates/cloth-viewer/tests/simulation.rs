@@ -383,3 +383,38 @@ fn a_reset_lets_go() {
         assert!(middle[0].abs() < 1e-3, "{backend}: {middle:?}");
     }
 }
+
+/// What a file dialog gives, or what is dropped, is opened by its path; a path that is nothing is refused and changes nothing.
+#[test]
+fn what_is_chosen_is_opened() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene_file = folder.path().join("chosen.toml");
+    std::fs::write(
+        &scene_file,
+        SCENE.replace("name = \"sheet\"\n    sim", "name = \"chosen\"\n    sim"),
+    )
+    .unwrap();
+    let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    for number in 0..3 {
+        std::fs::write(folder.path().join(format!("leaf_{number:06}.obj")), mesh).unwrap();
+    }
+    let gpu = gpu();
+    let first = Source::Scene(Box::new(scene()), CompileOptions::default());
+    let thread = SimulationThread::start(&gpu, first, "cpu", true, || {});
+    let name = |shown: &cloth_viewer::Shown| shown.subject.as_ref().map(|s| s.name.clone());
+    wait(&thread, "the first scene", |shown| name(shown).as_deref() == Some("sheet"));
+    thread.send(Command::Open(Source::open_path(&scene_file).unwrap(), "cpu".into()));
+    wait(&thread, "the scene", |shown| name(shown).as_deref() == Some("chosen"));
+    for path in [folder.path().join("leaf_000001.obj"), folder.path().to_owned()] {
+        thread.send(Command::Open(Source::open_path(&path).unwrap(), "cpu".into()));
+        wait(&thread, "three frames", |shown| {
+            shown.snapshot.as_ref().is_some_and(|snapshot| snapshot.recorded == Some(3))
+        });
+        thread.send(Command::Open(Source::open_path(&scene_file).unwrap(), "cpu".into()));
+        wait(&thread, "the scene again", |shown| {
+            shown.snapshot.as_ref().is_some_and(|snapshot| snapshot.recorded.is_none())
+        });
+    }
+    assert!(Source::open_path(&folder.path().join("nothing.toml")).is_err());
+    assert!(thread.is_alive());
+}

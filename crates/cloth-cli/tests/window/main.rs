@@ -138,6 +138,23 @@ impl Session {
         self.xdotool(&["mousemove", "--window", &self.window, &x, &y]);
     }
 
+    /// Presses the mouse on a widget of the panel, at this share of its width, and drags it to the right \[pixel\].
+    fn drag_widget(&mut self, name: &str, share: f64, right: f64) {
+        let line = self.wait(name, |line| line["widgets"][name].is_array());
+        let edge = |k: usize| line["widgets"][name][k].as_f64().unwrap();
+        let place = [edge(0) + share * (edge(2) - edge(0)), 0.5 * (edge(1) + edge(3))];
+        let go = |x: f64| {
+            let [x, y] = [x, place[1]].map(|p| format!("{}", p.round()));
+            self.xdotool(&["mousemove", "--window", &self.window, &x, &y]);
+            std::thread::sleep(Duration::from_millis(60));
+        };
+        go(place[0]);
+        self.xdotool(&["mousedown", "1"]);
+        std::thread::sleep(Duration::from_millis(60));
+        (1..=6).for_each(|part| go(place[0] + right * f64::from(part) / 6.0));
+        self.xdotool(&["mouseup", "1"]);
+    }
+
     fn screenshot(&mut self) -> image::RgbImage {
         let count = |folder: &TempDir| {
             let files = fs::read_dir(folder.path()).unwrap();
@@ -221,6 +238,33 @@ fn keys_drive_the_simulation() {
         std::thread::sleep(Duration::from_millis(20));
     }
     assert!(session.program.wait().unwrap().success());
+}
+
+/// Without a window manager a window stays as large as it is: what is asked of it is seen, not what becomes of it.
+#[test]
+fn the_whole_screen_is_asked_for_and_given_back() {
+    let mut session = Session::open(None, &["--paused"]);
+    session.wait("a window", |line| line["fullscreen"] == false);
+    session.key("f");
+    session.wait("the whole screen", |line| line["fullscreen"] == true);
+    session.key("f");
+    session.wait("a window again", |line| line["fullscreen"] == false);
+}
+
+#[test]
+fn numbers_of_the_panel_are_dragged() {
+    let mut session = Session::open(None, &[]);
+    let start = session.wait("it runs", |line| frame(line) > 2 && line["time_step"].is_f64());
+    let step = |line: &Value| line["time_step"].as_f64().unwrap();
+    assert!((step(&start) - 2e-3).abs() < 1e-12);
+    session.drag_widget("time step", 0.5, 60.0);
+    let changed = session.wait("a longer step", |line| step(line) > 2.2e-3);
+    assert!(step(&changed) < 5e-3, "{changed}");
+    assert!(changed["message"].is_null(), "{changed}");
+    let later = frame(&changed) + 2;
+    session.wait("it goes on, with the state kept", |line| frame(line) > later);
+    session.drag_widget("wind", 0.5, 40.0);
+    session.wait("wind", |line| line["wind"][2].as_f64().unwrap() > 1.0);
 }
 
 #[test]
@@ -335,6 +379,12 @@ fn frames_of_a_run_are_shown() {
     assert!((line["time"].as_f64().unwrap() - 1.0 / 30.0).abs() < 1e-6);
     session.key("r");
     session.wait("the first one", |line| frame(line) == 0);
+    // The slider: far to the right is the last frame, and back is the first.
+    session.drag_widget("frame", 0.05, 260.0);
+    let line = session.wait("the last one", |line| frame(line) == 5);
+    assert!((line["time"].as_f64().unwrap() - 5.0 / 30.0).abs() < 1e-6);
+    session.drag_widget("frame", 0.3, -200.0);
+    session.wait("the first one again", |line| frame(line) == 0 && line["paused"] == true);
 }
 
 #[test]

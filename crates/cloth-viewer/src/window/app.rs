@@ -26,6 +26,7 @@ use super::{
     graphs::Graphs,
     keys::{self, Action},
     panel::{self, PanelRequest},
+    places,
     pointer::pointer,
     recording::{Recording, screenshot},
     session_log::{SessionLog, Surroundings},
@@ -158,8 +159,7 @@ impl ViewerApp {
             Action::Help => self.help ^= true,
             Action::Exit => context.send_viewport_cmd(ViewportCommand::Close),
             Action::Fullscreen => {
-                let full = context.input(|input| input.viewport().fullscreen.unwrap_or(false));
-                context.send_viewport_cmd(ViewportCommand::Fullscreen(!full));
+                context.send_viewport_cmd(ViewportCommand::Fullscreen(!is_fullscreen(context)));
             }
             Action::Screenshot => {
                 let taken = self
@@ -416,7 +416,8 @@ impl ViewerApp {
         });
     }
 
-    fn write_log(&mut self, typing: bool) {
+    fn write_log(&mut self, context: &Context, typing: bool) {
+        let widgets = places::take(context);
         if let (Some(log), Some(subject), Some(snapshot)) =
             (&mut self.log, &self.subject, &self.shown.snapshot)
         {
@@ -426,6 +427,9 @@ impl ViewerApp {
                     scene: &subject.name,
                     overlays: self.overlays,
                     camera: &subject.camera,
+                    fullscreen: is_fullscreen(context),
+                    settings: self.shown.settings.as_ref(),
+                    widgets: &widgets,
                     typing,
                     help: self.help,
                     recording: self.recording.is_some(),
@@ -435,6 +439,10 @@ impl ViewerApp {
             );
         }
     }
+}
+
+fn is_fullscreen(context: &Context) -> bool {
+    context.input(|input| input.viewport().fullscreen.unwrap_or(false))
 }
 
 impl eframe::App for ViewerApp {
@@ -460,7 +468,7 @@ impl eframe::App for ViewerApp {
             }
         });
         self.help_window(&context);
-        self.write_log(typing);
+        self.write_log(&context, typing);
     }
 
     /// Clips are finished before the program ends.

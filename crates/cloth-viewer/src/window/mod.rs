@@ -4,6 +4,7 @@ mod app;
 mod graphs;
 mod keys;
 mod panel;
+mod places;
 mod pointer;
 mod recording;
 mod session_log;

@@ -6,6 +6,7 @@ use cloth::{
 };
 use eframe::egui::{self, ComboBox, DragValue, Key, Slider, TextEdit, Ui};
 
+use super::places;
 use crate::{ClipFormat, Command, Overlays, Settings, Snapshot};
 
 /// What the panel asks for.
@@ -96,7 +97,9 @@ pub(super) fn head(ui: &mut Ui, snapshot: &Snapshot, format: &mut ClipFormat) ->
         Some(count) => {
             let mut index = snapshot.frame as usize;
             let slider = Slider::new(&mut index, 0..=count.saturating_sub(1)).text("frame");
-            if ui.add(slider).changed() {
+            let response = ui.add(slider);
+            places::mark("frame", &response);
+            if response.changed() {
                 requests.push(PanelRequest::Command(Command::Seek(index)));
             }
             ui.label(format!("t = {:.3} s, recorded", snapshot.time));
@@ -166,15 +169,16 @@ pub(super) fn settings(ui: &mut Ui, settings: &mut Settings, backends: &[&'stati
     if number(ui, "time step", step) {
         settings.time_step = milliseconds * 1e-3;
     }
-    for (slot, name) in ["stretch", "shear", "bend"].into_iter().enumerate() {
-        let value = DragValue::new(&mut settings.stiffness[slot]);
-        number(ui, &format!("stiffness, {name}"), factor(value));
+    let names = ["stiffness, stretch", "stiffness, shear", "stiffness, bend"];
+    for (slot, name) in names.into_iter().enumerate() {
+        number(ui, name, factor(DragValue::new(&mut settings.stiffness[slot])));
     }
     number(ui, "damping", factor(DragValue::new(&mut settings.damping)));
     ui.horizontal(|ui| {
         ui.label("wind [m/s]");
         for velocity in &mut settings.wind {
-            ui.add(DragValue::new(velocity).range(-50.0..=50.0).speed(0.1));
+            let response = ui.add(DragValue::new(velocity).range(-50.0..=50.0).speed(0.1));
+            places::mark("wind", &response);
         }
     });
     let mut touches = settings.contact.is_some();
@@ -194,10 +198,12 @@ fn factor(value: DragValue<'_>) -> DragValue<'_> {
     value.range(0.001..=1000.0).speed(0.01).prefix("x ")
 }
 
-fn number(ui: &mut Ui, label: &str, value: DragValue<'_>) -> bool {
+fn number(ui: &mut Ui, label: &'static str, value: DragValue<'_>) -> bool {
     ui.horizontal(|ui| {
         ui.label(label);
-        ui.add(value).changed()
+        let response = ui.add(value);
+        places::mark(label, &response);
+        response.changed()
     })
     .inner
 }

@@ -1,6 +1,7 @@
 //! A line of JSON about every frame that is shown, for scripts that drive the window.
 
 use std::{
+    collections::BTreeMap,
     fs::File,
     io::{BufWriter, Write},
     path::Path,
@@ -8,7 +9,7 @@ use std::{
 
 use serde::Serialize;
 
-use crate::{OrbitCamera, Overlays, Snapshot, ViewerError};
+use crate::{OrbitCamera, Overlays, Settings, Snapshot, ViewerError};
 
 /// What is told of a frame.
 #[derive(Serialize)]
@@ -23,6 +24,12 @@ struct Line<'a> {
     /// The particle under the pointer's pull, where it is, if the host knows, and where it is pulled \[m\].
     grabbed: Option<(u32, Option<[f64; 3]>, [f64; 3])>,
     wires: bool,
+    fullscreen: bool,
+    /// Settings in force \[s\], \[m/s\]; none for recorded frames.
+    time_step: Option<f64>,
+    wind: Option<[f64; 3]>,
+    /// Where widgets are: left, top, right and lower edge \[point\].
+    widgets: &'a BTreeMap<&'static str, [f32; 4]>,
     /// Whether keys are letters.
     typing: bool,
     help: bool,
@@ -43,6 +50,9 @@ pub(super) struct Surroundings<'a> {
     pub(super) scene: &'a str,
     pub(super) overlays: Overlays,
     pub(super) camera: &'a OrbitCamera,
+    pub(super) fullscreen: bool,
+    pub(super) settings: Option<&'a Settings>,
+    pub(super) widgets: &'a BTreeMap<&'static str, [f32; 4]>,
     pub(super) typing: bool,
     pub(super) help: bool,
     pub(super) recording: bool,
@@ -76,6 +86,10 @@ impl SessionLog {
             held: &snapshot.held,
             grabbed: snapshot.grab.map(|grab| (grab.particle, grab.position, grab.target)),
             wires: around.overlays.wires,
+            fullscreen: around.fullscreen,
+            time_step: around.settings.map(|settings| settings.time_step),
+            wind: around.settings.map(|settings| settings.wind),
+            widgets: around.widgets,
             typing: around.typing,
             help: around.help,
             recording: around.recording,
