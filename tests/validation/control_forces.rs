@@ -1,9 +1,9 @@
 //! Forces on single particles, given from outside.
 
 use cloth_core::{
-    AdaptiveSettings, Anchor, AnchorSpring, Control, Field, ForceControl, Frame, GridPatch,
-    Integrator, Model, ModelBuilder, Precision, SemiImplicitSettings, Solver, SolverConfig, State,
-    TimeStepControl,
+    AdaptiveSettings, Anchor, AnchorSpring, Control, ControlStart, Field, ForceControl, Frame,
+    GridPatch, Integrator, Model, ModelBuilder, Precision, SemiImplicitSettings, Solver,
+    SolverConfig, State, TimeStepControl,
 };
 use harness::{
     backends::candidates,
@@ -225,4 +225,20 @@ fn what_is_taken_back_takes_the_kick_along() {
             }
         }
     }
+}
+
+/// Parts of a control: forces are given in the first one, and anchors go a part of the way, from where they are or, with forces given anew,
+/// from where those begin.
+#[test]
+fn a_part_of_a_control_moves_anchors_a_part_of_the_way() {
+    let start = ControlStart { positions: &[], colliders: &[], anchor_offset: [1.0, 0.0, -2.0] };
+    let control = Control { anchor_offset: Some([3.0, 4.0, -2.0]), ..Control::default() };
+    let part = control.part(&start, 0.25, false);
+    assert_eq!(part, Control { anchor_offset: Some([1.5, 1.0, -2.0]), ..Control::default() });
+    let forces = Some(vec![push(0, [1.0; 3])]);
+    let given = Control { forces: forces.clone(), ..control };
+    let first = given.part(&start, 0.5, true);
+    assert_eq!((first.forces, first.anchor_offset), (forces, Some([1.5, 2.0, -1.0])));
+    let second = given.part(&start, 1.0, false);
+    assert_eq!((second.forces, second.anchor_offset), (None, Some([3.0, 4.0, -2.0])));
 }

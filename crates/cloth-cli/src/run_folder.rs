@@ -59,6 +59,11 @@ impl RunFolder {
         self.root.join("report.jsonl")
     }
 
+    /// Where rigid bodies were, a line for each frame.
+    pub(crate) fn poses(&self) -> PathBuf {
+        self.root.join("poses.txt")
+    }
+
     pub(crate) fn name(&self) -> &str {
         &self.name
     }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use cloth::{BackendError, Error, io::FrameError, scene::SceneError};
+use cloth::{BackendError, Error, PoseLogError, io::FrameError, scene::SceneError};
 
 /// A viewer that cannot do what was asked.
 #[derive(Debug, thiserror::Error)]
@@ -20,6 +20,9 @@ pub enum ViewerError {
     /// Frames that cannot be read or written.
     #[error(transparent)]
     Frames(#[from] FrameError),
+    /// Poses of rigid bodies that cannot be read.
+    #[error(transparent)]
+    Poses(#[from] PoseLogError),
     /// Neither a scene nor frames.
     #[error("cannot open `{}` ({problem}); give a .toml or .fysl file, a built-in scene, the folder that \
              `cloth run` wrote, or frames as .obj, .ply, .pc2 or .mdd", path.display())]

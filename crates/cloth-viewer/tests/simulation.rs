@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use cloth::scene::{CompileOptions, Scene, SceneSolver};
 use cloth_viewer::{
-    Command, Engine, Gpu, OrbitCamera, Overlays, Ray, Settings, SettingsChange, SimulationThread,
-    Source, ViewerError, corner_particles,
+    Command, Engine, Gpu, OrbitCamera, Overlays, Playback, Ray, Settings, SettingsChange,
+    SimulationThread, Source, ViewerError, corner_particles,
 };
 
 const SCENE: &str = r#"
@@ -417,4 +417,67 @@ fn what_is_chosen_is_opened() {
     }
     assert!(Source::open_path(&folder.path().join("nothing.toml")).is_err());
     assert!(thread.is_alive());
+}
+
+/// A run with bodies that is kept as `cloth run` keeps it; without its poses bodies stay where they began.
+#[test]
+fn recorded_bodies_are_shown_where_they_were() {
+    let scene = Scene::builtin("ball-on-sheet").unwrap();
+    let options = CompileOptions::default();
+    let compiled = scene.compile(&options).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let [file, poses] = ["frames.bin", "poses.txt"].map(|name| folder.path().join(name));
+    let backend = cloth::backend_create("cpu", None).unwrap();
+    let mut simulation = cloth::Simulation::new(compiled.clone(), backend.as_ref()).unwrap();
+    let mut store = cloth::io::FrameStore::create(&file, &cloth::topology(&compiled)).unwrap();
+    let mut lines = String::new();
+    let mut expected = Vec::new();
+    for frame in 0..4 {
+        if frame > 0 {
+            simulation.step().unwrap();
+        }
+        let state = simulation.state();
+        store.append(state.time, &state.positions).unwrap();
+        lines += &cloth::pose_line(&state.colliders);
+        expected.push(cloth::picture_shapes(&compiled.model, &state.colliders, state.time));
+    }
+    drop(store);
+    std::fs::write(&poses, lines).unwrap();
+    let gpu = gpu();
+    let open = || Playback::of_store(&gpu, &scene, &options, &file);
+    let shapes = |playback: &mut Playback, frame: usize| {
+        playback.seek(frame);
+        playback.snapshot(Overlays::default()).unwrap().shapes
+    };
+    let mut playback = open().unwrap();
+    for frame in [0, 3, 1] {
+        assert_eq!(shapes(&mut playback, frame), expected[frame], "frame {frame}");
+    }
+    assert_ne!(expected[3], expected[0], "the ball falls");
+    std::fs::write(&poses, "nothing\n").unwrap();
+    assert!(matches!(open(), Err(ViewerError::Poses(_))));
+    std::fs::remove_file(&poses).unwrap();
+    assert_eq!(shapes(&mut open().unwrap(), 3), expected[0]);
+}
+
+/// Frames in parts, between which bodies and cloth exchange impulses: anchors go a part of their way in each.
+#[test]
+fn a_pull_acts_in_scenes_with_bodies() {
+    let gpu = gpu();
+    for backend in ["cpu", "wgpu"] {
+        let scene = Scene::builtin("ball-on-sheet").unwrap();
+        let mut engine = Engine::new(&gpu, scene, CompileOptions::default(), backend).unwrap();
+        let particle = engine.scene().model.particle_count() / 3;
+        let [x, y, z] = engine.state().unwrap().positions[particle];
+        let from = |x: f64, z: f64| Ray { origin: [x, y, z + 2.0], direction: [0.0, 0.0, -1.0] };
+        let taken = engine.grab_begin(&from(x, z)).unwrap().unwrap() as usize;
+        let before = engine.state().unwrap().positions[taken];
+        // Upwards, as the eye goes up by so much.
+        engine.grab_move(&from(x, z + 0.1));
+        for _ in 0..6 {
+            engine.step().unwrap();
+        }
+        let risen = engine.state().unwrap().positions[taken][2] - before[2];
+        assert!((0.02..0.15).contains(&risen), "{backend}: {risen}");
+    }
 }

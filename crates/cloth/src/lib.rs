@@ -68,6 +68,6 @@ pub use cloth_rigid as rigid;
 /// Scene descriptions.
 pub use cloth_scene as scene;
 pub use output::{picture_shapes, picture_style, picture_style_moving, topology};
-pub use pose_log::PoseLog;
+pub use pose_log::{PoseLog, PoseLogError, pose_line};
 pub use rigid_exchange::RigidExchange;
 pub use simulation::{FrameOutcome, Simulation};

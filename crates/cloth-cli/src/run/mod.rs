@@ -48,7 +48,8 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let mut outputs = if arguments.resume {
         Outputs::resume(&folder, &topology, style, maker, arguments, simulation.frame())?
     } else {
-        Outputs::create(&folder, &topology, style, maker, arguments)?
+        let bodies = simulation.scene().rigids.len();
+        Outputs::create(&folder, &topology, style, maker, arguments, bodies)?
     };
     folder.scene_write(&source.scene, &source.options)?;
     let mut reports = ReportWriter::open(&folder.report(), simulation.frame(), arguments.json)?;

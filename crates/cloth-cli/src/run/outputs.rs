@@ -1,6 +1,6 @@
 //! The frames of a run on their way into files.
 
-use std::{cell::RefCell, path::PathBuf, rc::Rc};
+use std::{cell::RefCell, fs::File, io::Write, path::PathBuf, rc::Rc};
 
 use cloth::{
     State,
@@ -8,6 +8,7 @@ use cloth::{
         ContainerOptions, Frame, FrameFormat, FrameSequenceWriter, FrameStore, PictureMaker,
         PictureSequence, PictureStyle, Topology, container_write,
     },
+    pose_line,
 };
 use tempfile::TempDir;
 
@@ -24,6 +25,8 @@ const ANIMATION_SIDE_LIMIT: u32 = 640;
 pub(super) struct Outputs<'a> {
     topology: &'a Topology,
     store: FrameStore,
+    /// Where rigid bodies are, which nothing else tells.
+    poses: Option<(PathBuf, File)>,
     sequences: Vec<FrameSequenceWriter<'a>>,
     /// Formats that are made at the end.
     containers: Vec<FrameFormat>,
@@ -50,20 +53,29 @@ struct StoreShort {
 }
 
 impl<'a> Outputs<'a> {
-    /// Outputs of a run from its start. Those of an earlier run in the same folder are removed.
+    /// Outputs of a run from its start, the poses of `bodies` rigid bodies among them. Those of an earlier run in the same folder are
+    /// removed.
     pub(super) fn create(
         folder: &RunFolder,
         topology: &'a Topology,
         style: PictureStyle,
         maker: Option<PictureMaker<'a>>,
         arguments: &RunArguments,
+        bodies: usize,
     ) -> Result<Self, Failure> {
         // First of all, as it locks out a second run in the same folder.
         let store = FrameStore::create(&folder.store(), topology)?;
         // It would not fit the frames of the new run.
         file_remove(&folder.checkpoint())?;
         folder.outputs_remove(0)?;
-        Self::new(folder, topology, store, style, maker, arguments)
+        let path = folder.poses();
+        file_remove(&path)?;
+        let mut outputs = Self::new(folder, topology, store, style, maker, arguments)?;
+        if bodies > 0 {
+            let file = File::create(&path).map_err(WriteError::of(&path))?;
+            outputs.poses = Some((path, file));
+        }
+        Ok(outputs)
     }
 
     /// Outputs of a run that goes on after `frame`; what comes after it is removed.
@@ -122,6 +134,7 @@ impl<'a> Outputs<'a> {
         Ok(Self {
             topology,
             store,
+            poses: None,
             sequences,
             containers,
             sequence_folders,
@@ -140,6 +153,10 @@ impl<'a> Outputs<'a> {
         normals: &[[f64; 3]],
     ) -> Result<(), Failure> {
         self.store.append(state.time, &state.positions)?;
+        if let Some((path, file)) = &mut self.poses {
+            let line = pose_line(&state.colliders);
+            file.write_all(line.as_bytes()).map_err(WriteError::of(path))?;
+        }
         if !frame.is_multiple_of(self.frame_stride as u64) {
             return Ok(());
         }

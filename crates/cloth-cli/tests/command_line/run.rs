@@ -199,6 +199,27 @@ fn a_new_run_replaces_an_earlier_one_and_nothing_else() {
     assert!(!names.into_iter().any(|name| name.ends_with(".part")));
 }
 
+/// A line of seven numbers for each collider and frame; a scene without bodies leaves none of another one.
+#[test]
+fn a_run_with_bodies_keeps_where_they_were() {
+    let place = Place::with("tiny.toml", TINY);
+    place.succeeds(&["run", "ball-on-sheet", "--out", "o", "--format", "obj", "--frames", "2"]);
+    let text = String::from_utf8(place.read("o/poses.txt")).unwrap();
+    let frames: Vec<Vec<f64>> = text
+        .lines()
+        .map(|line| line.split(' ').map(|word| word.parse().unwrap()).collect())
+        .collect();
+    assert_eq!(frames.len(), 3);
+    assert!(
+        !frames[0].is_empty() && frames.iter().all(|frame| frame.len().is_multiple_of(7)),
+        "{text}"
+    );
+    let height = |frame: usize| frames[frame][frames[frame].len() - 5];
+    assert!(height(2) < height(1) && height(1) < height(0), "the ball falls: {text}");
+    place.succeeds(&["run", "tiny.toml", "--out", "o", "--format", "obj"]);
+    assert!(!place.path("o/poses.txt").exists());
+}
+
 #[test]
 fn a_diverging_run_ends_with_4_and_keeps_its_frames() {
     let unstable = TINY.replace("time_step = 1e-3", "time_step = 1.6e-2");

@@ -20,9 +20,9 @@ pub struct Overlays {
     pub strain_scale: f64,
     /// Particles that are held.
     pub pins: bool,
-    /// Particles in contact with a collider or another particle.
+    /// Particles in contact with a collider or another particle; found on the host, which fetches the state for them.
     pub contacts: bool,
-    /// Cells of the grid in which near particles are looked for.
+    /// Cells of the grid in which near particles are looked for; found on the host, too.
     pub bins: bool,
 }
 

@@ -7,9 +7,9 @@ use std::{
 };
 
 use cloth::{
-    Cloth, Geometry, Mass, Material, MaterialPreset, Model, ModelBuilder, StepReport,
+    Cloth, Geometry, Mass, Material, MaterialPreset, Model, ModelBuilder, PoseLog, StepReport,
     io::{Bounds, Camera, FrameStore, PictureStyle, vertex_normals},
-    picture_style,
+    picture_style, picture_style_moving,
     scene::{CompileOptions, Scene},
     topology,
 };
@@ -44,7 +44,8 @@ impl Playback {
     /// Opens the frame store of a run of `scene`, at its first frame.
     ///
     /// # Errors
-    /// [`ViewerError::Scene`]; [`ViewerError::Frames`] if the store is of another scene or empty.
+    /// [`ViewerError::Scene`]; [`ViewerError::Frames`] if the store is of another scene or empty;
+    /// [`ViewerError::Poses`] if what is beside it cannot tell where rigid bodies were.
     pub fn of_store(
         gpu: &Gpu,
         scene: &Scene,
@@ -56,10 +57,18 @@ impl Playback {
         if store.is_empty() {
             return Err(cloth::io::FrameError::FrameNone { file: store.path().to_owned() }.into());
         }
+        // Rigid bodies of a run that kept no poses stay where they began.
+        let poses = store.path().with_file_name("poses.txt");
+        let style = if !compiled.rigids.is_empty() && poses.exists() {
+            let poses = PoseLog::read(&poses, compiled.model.colliders().len())?;
+            picture_style_moving(&compiled, poses)
+        } else {
+            picture_style(&compiled)
+        };
         Ok(Self {
             gpu: gpu.clone(),
             name: compiled.name.clone(),
-            style: picture_style(&compiled),
+            style,
             frames_per_second: compiled.frames_per_second,
             model: compiled.model,
             frames: Frames::Store(store),
