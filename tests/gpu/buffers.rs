@@ -1,7 +1,7 @@
 //! Buffers that a renderer on the same device can use as they are.
 
 use cloth_backend_wgpu::{DeviceBuffers, WgpuBackend, wgpu};
-use cloth_core::{Solver, State};
+use cloth_core::{Control, PinAction, PinControl, Solver, State};
 use harness::backends::gpu;
 
 use crate::rig::{PENALTY, advance, config, model};
@@ -57,4 +57,33 @@ fn a_renderer_sees_the_present_positions_and_normals() {
             }
         }
     }
+}
+
+/// Where a particle is that is held at rest is remembered; one in flight is looked up when it is first moved.
+#[test]
+fn a_pin_that_moves_is_looked_up_once_at_most() {
+    let renderer = gpu();
+    let mut owner = renderer.create_wgpu_solver(model(3, None), &config()).unwrap();
+    let shared = owner.device_buffers().unwrap();
+    let backend = WgpuBackend::from_device(shared.device.clone(), shared.queue.clone());
+    let model = model(17, None);
+    let mut solver = backend.create_wgpu_solver(model.clone(), &config()).unwrap();
+    let bytes = |solver: &mut dyn Solver, pins: Vec<PinControl>| {
+        let before = backend.bytes_read();
+        solver.set_control(&Control { pins, ..Control::default() }).unwrap();
+        advance(solver, 1);
+        backend.bytes_read() - before
+    };
+    let pin = |particle: u32, action: PinAction| PinControl { particle, action };
+    let up = |height: f64| PinAction::MoveTo([0.1, 0.2, height]);
+    let idle = bytes(&mut solver, Vec::new());
+    let state = 32 * model.particle_count() as u64;
+    assert_eq!(bytes(&mut solver, vec![pin(5, up(0.1))]), idle + state, "it was in flight");
+    for frame in 1..4 {
+        assert_eq!(bytes(&mut solver, vec![pin(5, up(0.1 + 0.01 * f64::from(frame)))]), idle);
+    }
+    assert_eq!(solver.particle_position(5).unwrap().map(|x| x as f32), [0.1, 0.2, 0.13]);
+    bytes(&mut solver, vec![pin(5, PinAction::Release), pin(6, PinAction::Hold)]);
+    assert_eq!(bytes(&mut solver, vec![pin(5, up(0.1)), pin(6, up(0.2))]), idle + state);
+    assert_eq!(bytes(&mut solver, vec![pin(5, up(0.2)), pin(6, up(0.1))]), idle);
 }

@@ -37,6 +37,36 @@ fn a_moved_pin_arrives_exactly() {
     }
 }
 
+/// A solver remembers where held particles are as the state has it: one that is given its own state again goes on with the same
+/// bits.
+#[test]
+fn places_of_pins_are_remembered_as_the_state_has_them() {
+    let time_step = 1e-3;
+    let mut cloth =
+        grid_cloth("patch", GridPatch::horizontal(4, 0.1, 0.0), material(0.01, 50.0, 1e-3));
+    cloth.pins = vec![0, 3];
+    let model = build(ModelBuilder::new().cloth(cloth));
+    for candidate in candidates() {
+        for integrator in integrators(candidate) {
+            let states = [false, true].map(|is_given_again| {
+                let mut solver = solver_of(candidate, &model, time_step, integrator.clone());
+                let mut state = model.initial_state();
+                for frame in 1..4 {
+                    let target = [0.1 / 3.0 * f64::from(frame), -0.1, 0.377 / f64::from(frame)];
+                    solver.set_control(&pin(3, PinAction::MoveTo(target))).unwrap();
+                    state = advance(&mut *solver, 3, time_step);
+                    if is_given_again {
+                        solver.upload(&state).unwrap();
+                    }
+                }
+                state
+            });
+            assert_eq!(states[0].positions, states[1].positions, "{}", candidate.label);
+            assert_eq!(states[0].velocities, states[1].velocities, "{}", candidate.label);
+        }
+    }
+}
+
 /// The cloth follows what holds it, during the frame and not after it.
 #[test]
 fn moved_pins_pull_their_neighbours_along() {

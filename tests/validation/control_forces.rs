@@ -1,5 +1,7 @@
 //! Forces on single particles, given from outside.
 
+use std::collections::BTreeMap;
+
 use cloth_core::{
     AdaptiveSettings, Anchor, AnchorSpring, Control, ControlStart, Field, ForceControl, Frame,
     GridPatch, Integrator, Model, ModelBuilder, Precision, SemiImplicitSettings, Solver,
@@ -231,7 +233,11 @@ fn what_is_taken_back_takes_the_kick_along() {
 /// from where those begin.
 #[test]
 fn a_part_of_a_control_moves_anchors_a_part_of_the_way() {
-    let start = ControlStart { positions: &[], colliders: &[], anchor_offset: [1.0, 0.0, -2.0] };
+    let start = ControlStart {
+        positions: &BTreeMap::new(),
+        colliders: &[],
+        anchor_offset: [1.0, 0.0, -2.0],
+    };
     let control = Control { anchor_offset: Some([3.0, 4.0, -2.0]), ..Control::default() };
     let part = control.part(&start, 0.25, false);
     assert_eq!(part, Control { anchor_offset: Some([1.5, 1.0, -2.0]), ..Control::default() });

@@ -63,6 +63,10 @@ impl Solver for WgpuSolver {
         self.inner.upload(state)
     }
 
+    fn particle_position(&mut self, particle: u32) -> Result<[f64; 3]> {
+        self.inner.particle_position(particle)
+    }
+
     fn set_control(&mut self, control: &Control) -> Result<()> {
         self.inner.set_control(control)
     }

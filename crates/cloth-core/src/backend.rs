@@ -79,6 +79,13 @@ pub trait Solver: Send {
     /// What the device reports.
     fn download(&mut self, out: &mut State) -> Result<()>;
 
+    /// Position \[m\] of a particle, the origin for one that does not exist. That of a particle which is held at rest is
+    /// known; for any other the whole state is read.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn particle_position(&mut self, particle: u32) -> Result<[f64; 3]>;
+
     /// What each collider did to the cloths since the last call, if the model asks for it; `out` is
     /// resized. With the implicit integrator the momentum of the cloths changes by these impulses and
     /// those of the fields but for what its linear solver leaves (NUMERICS §5).

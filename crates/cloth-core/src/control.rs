@@ -1,5 +1,7 @@
 //! What the outside does to a running simulation.
 
+use std::collections::BTreeMap;
+
 use crate::{
     Model, ModelError, Pose,
     error::{finite_all, not_negative},
@@ -94,8 +96,8 @@ pub enum Anchor {
 /// Where everything that moves is at the start of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControlStart<'a> {
-    /// Positions of all particles \[m\]; may be empty for a control without [`PinAction::MoveTo`].
-    pub positions: &'a [[f64; 3]],
+    /// Positions \[m\] of the particles that [`PinAction::MoveTo`] moves.
+    pub positions: &'a BTreeMap<u32, [f64; 3]>,
     /// Poses of all colliders.
     pub colliders: &'a [Pose],
     /// How far anchors are from where they were given \[m\].
@@ -115,7 +117,7 @@ impl Control {
             *offset = std::array::from_fn(|k| from[k] + fraction * (offset[k] - from[k]));
         }
         for pin in &mut part.pins {
-            let start = start.positions.get(pin.particle as usize);
+            let start = start.positions.get(&pin.particle);
             if let (PinAction::MoveTo(target), Some(start)) = (&mut pin.action, start) {
                 *target = std::array::from_fn(|k| start[k] + fraction * (target[k] - start[k]));
             }

@@ -1,8 +1,10 @@
 //! Rigid bodies and cloth, step by step together.
 
+use std::collections::BTreeMap;
+
 use cloth_core::{
     ColliderControl, ColliderImpulse, Control, ControlStart, Error, Frame, PinAction, Pose, Result,
-    Solver, State, StepReport,
+    Solver, StepReport,
 };
 use cloth_rigid::{RigidMotion, RigidWorld};
 use cloth_scene::CompiledScene;
@@ -56,7 +58,7 @@ impl RigidExchange {
     }
 
     /// Advances bodies and cloth, in parts short enough that each feels the other in time. The state of the cloth is read
-    /// only if a pin moves.
+    /// only if a pin moves that was not held before.
     ///
     /// # Errors
     /// Those of the solver.
@@ -66,13 +68,15 @@ impl RigidExchange {
         control: &Control,
         frame: Frame,
     ) -> Result<StepReport> {
-        let mut state = State::default();
-        if control.pins.iter().any(|pin| matches!(pin.action, PinAction::MoveTo(_))) {
-            solver.download(&mut state)?;
+        let mut positions = BTreeMap::new();
+        for pin in &control.pins {
+            if let PinAction::MoveTo(_) = pin.action {
+                positions.insert(pin.particle, solver.particle_position(pin.particle)?);
+            }
         }
         let poses = solver.colliders().to_vec();
         let start = ControlStart {
-            positions: &state.positions,
+            positions: &positions,
             colliders: &poses,
             anchor_offset: self.anchor_offset,
         };

@@ -3,6 +3,7 @@
 pub mod explicit;
 mod finish;
 mod forces;
+mod held_places;
 pub mod implicit;
 mod integrate;
 pub mod linear;

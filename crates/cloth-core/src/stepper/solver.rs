@@ -4,12 +4,13 @@ use std::{collections::BTreeMap, sync::Arc, time::Instant};
 
 use crate::{
     ColliderImpulse, ConstraintStatistics, ContactStatistics, Control, DeferredOutcome, Divergence,
-    DivergenceCause, Error, Frame, Integrator, Kernels, Measures, Model, PinAction, PinWrite, Pose,
-    Result, Solver, SolverReport, State, StepReport, error::positive,
+    DivergenceCause, Error, Frame, Integrator, Kernels, Measures, Model, PinAction, PinControl,
+    PinWrite, Pose, Result, Solver, SolverReport, State, StepReport, error::positive,
 };
 
 use super::{
     FramePlan, FrameSpan,
+    held_places::HeldPlaces,
     time_step::{FrameEnd, TimeStep},
 };
 
@@ -28,7 +29,8 @@ pub struct SteppedSolver<K> {
     anchor_offset: [[f64; 3]; 2],
     time: f64,
     step: u64,
-    /// Where moving pins are when a frame starts.
+    held_places: HeldPlaces,
+    /// Of particles that are elsewhere.
     scratch: State,
     report: StepReport,
     solver_report: SolverReport,
@@ -44,6 +46,7 @@ impl<K: Kernels> SteppedSolver<K> {
     pub fn new(kernels: K) -> Result<Self> {
         kernels.config().validate()?;
         let state = kernels.model().initial_state();
+        let precision = kernels.config().precision;
         let wind_velocity = kernels.model().air().map_or([0.0; 3], |air| air.wind_velocity);
         let mut solver = Self {
             time_step: TimeStep::new(kernels.config()),
@@ -57,6 +60,7 @@ impl<K: Kernels> SteppedSolver<K> {
             anchor_offset: [[0.0; 3]; 2],
             time: 0.0,
             step: 0,
+            held_places: HeldPlaces::new(precision),
             scratch: State::default(),
             report: StepReport::default(),
             solver_report: SolverReport::default(),
@@ -72,18 +76,32 @@ impl<K: Kernels> SteppedSolver<K> {
         &mut self.kernels
     }
 
-    /// Turns the pending control into writes for the kernels. Particles that move need to know
-    /// where they are now, the one case in which a control reads the state back.
-    fn control_apply(&mut self, duration: f64) -> Result<()> {
-        self.pins.clear();
-        let moves = |pin: &&crate::PinControl| matches!(pin.action, PinAction::MoveTo(_));
-        if self.control.pins.iter().any(|pin| moves(&pin)) {
+    /// Makes ready to say where the particles of moving pins are now: the one case in which a control may read the state
+    /// back, and only for a particle that was free, or was caught in flight.
+    fn pin_places_find(&mut self) -> Result<()> {
+        let is_unknown = |pin: &PinControl| {
+            matches!(pin.action, PinAction::MoveTo(_))
+                && self.held_places.get(pin.particle).is_none()
+        };
+        if self.control.pins.iter().any(is_unknown) {
             self.kernels.state_read(&mut self.scratch)?;
         }
-        for pin in &self.control.pins {
-            let position =
-                self.scratch.positions.get(pin.particle as usize).copied().unwrap_or_default();
-            self.pins.push(PinWrite::at_frame_start(pin.particle, &pin.action, position, duration));
+        Ok(())
+    }
+
+    /// Where a particle was when its place was last asked for.
+    fn pin_place(&self, particle: u32) -> [f64; 3] {
+        let read = || self.scratch.positions.get(particle as usize).copied();
+        self.held_places.get(particle).or_else(read).unwrap_or_default()
+    }
+
+    /// Turns the pending control into writes for the kernels.
+    fn control_apply(&mut self, duration: f64) -> Result<()> {
+        self.pins.clear();
+        self.pin_places_find()?;
+        for &PinControl { particle, ref action } in &self.control.pins {
+            let place = self.pin_place(particle);
+            self.pins.push(PinWrite::at_frame_start(particle, action, place, duration));
         }
         if !self.pins.is_empty() {
             self.kernels.pins_write(&self.pins)?;
@@ -110,6 +128,7 @@ impl<K: Kernels> SteppedSolver<K> {
     fn control_finish(&mut self) -> Result<()> {
         self.pins.clear();
         for pin in self.control.pins.drain(..) {
+            self.held_places.pin_set(&pin);
             if let PinAction::MoveTo(target) = pin.action {
                 self.pins.push(PinWrite {
                     particle: pin.particle,
@@ -183,6 +202,7 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
     fn upload(&mut self, state: &State) -> Result<()> {
         state.validate(self.kernels.model())?;
         self.kernels.state_write(state)?;
+        self.held_places.state_set(state);
         self.time = state.time;
         self.step = state.step;
         self.time_step.upload(state);
@@ -262,6 +282,14 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
         self.time_step.download(out);
         out.colliders.clone_from(&self.colliders);
         Ok(())
+    }
+
+    fn particle_position(&mut self, particle: u32) -> Result<[f64; 3]> {
+        if self.held_places.get(particle).is_none() {
+            self.deferred_settle()?;
+            self.kernels.state_read(&mut self.scratch)?;
+        }
+        Ok(self.pin_place(particle))
     }
 
     fn collider_impulses(&mut self, out: &mut Vec<ColliderImpulse>) -> Result<()> {
