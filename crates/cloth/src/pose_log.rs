@@ -15,8 +15,9 @@ use cloth_core::Pose;
 pub struct PoseLog(Arc<RwLock<Vec<Vec<Pose>>>>);
 
 impl PoseLog {
-    pub(crate) fn new(start: Vec<Pose>) -> Self {
-        Self(Arc::new(RwLock::new(vec![start])))
+    /// A log of frames up to `frame`, of which the last alone is known: colliders are there in all.
+    pub(crate) fn new(frame: u64, poses: Vec<Pose>) -> Self {
+        Self(Arc::new(RwLock::new(vec![poses; frame as usize + 1])))
     }
 
     pub(crate) fn push(&self, poses: &[Pose]) {
@@ -42,6 +43,13 @@ impl PoseLog {
             return Err(problem("it has no frame".into()));
         }
         Ok(Self(Arc::new(RwLock::new(frames))))
+    }
+
+    /// Puts down what another log knows of frames that this one has: what was before a run went on from a checkpoint.
+    pub fn earlier_set(&self, earlier: &Self) {
+        let earlier = earlier.0.read().unwrap_or_else(PoisonError::into_inner).clone();
+        let mut frames = self.0.write().unwrap_or_else(PoisonError::into_inner);
+        frames.iter_mut().zip(earlier).for_each(|(frame, earlier)| *frame = earlier);
     }
 
     /// The poses of a frame since the start of this log; of the last one, for a later frame.
@@ -106,6 +114,11 @@ mod tests {
             assert_eq!(&log.at(number), poses);
         }
         assert_eq!(log.at(9), frames[2], "the last one stays");
+        let resumed = PoseLog::new(3, frames[0].clone());
+        resumed.earlier_set(&log);
+        resumed.push(&frames[1]);
+        let expected = [0, 1, 2, 0, 1].map(|number: usize| frames[number].clone());
+        assert_eq!([0, 1, 2, 3, 4].map(|frame| resumed.at(frame)), expected);
         for (text, problem) in [
             ("", "no frame"),
             ("1 2 3", "no frame"),

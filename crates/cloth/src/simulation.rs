@@ -85,7 +85,7 @@ impl Simulation {
         let mut normals = Vec::new();
         solver.normals(&mut normals)?;
         let rigid = RigidExchange::new(&scene, solver.as_mut())?;
-        let poses = PoseLog::new(state.colliders.clone());
+        let poses = PoseLog::new(frame, state.colliders.clone());
         let report = StepReport::default();
         Ok(Self { scene, solver, frame, state, normals, report, rigid, poses })
     }

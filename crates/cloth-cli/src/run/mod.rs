@@ -11,7 +11,7 @@ mod summary;
 use std::time::Instant;
 
 use cloth::{
-    AUTO, Backend, BackendOptions, Checkpoint, Simulation, backend_choose, backend_open,
+    AUTO, Backend, BackendOptions, Checkpoint, PoseLog, Simulation, backend_choose, backend_open,
     picture_style_moving, topology,
 };
 use cloth::{io::PictureStyle, scene::CompiledScene};
@@ -38,6 +38,12 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let topology = topology(&scene);
     // Nothing is written before everything is known to be good.
     let mut simulation = simulation(scene, backend.as_ref(), &folder, arguments.resume)?;
+    let bodies = simulation.scene().rigids.len();
+    if arguments.resume && bodies > 0 && folder.poses().exists() {
+        let colliders = simulation.model().colliders().len();
+        let earlier = PoseLog::read(&folder.poses(), colliders).map_err(Failure::input)?;
+        simulation.poses().earlier_set(&earlier);
+    }
     let style = style(&simulation, arguments);
     #[cfg(feature = "viewer")]
     let maker = crate::viewer::picture_maker(arguments, simulation.scene(), &style)?;
@@ -46,9 +52,10 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let mut feedback = Feedback::new(arguments.feedback.as_deref(), arguments.frame_stride.get());
     std::fs::create_dir_all(&folder.root).map_err(WriteError::of(&folder.root))?;
     let mut outputs = if arguments.resume {
-        Outputs::resume(&folder, &topology, style, maker, arguments, simulation.frame())?
+        let poses = (bodies > 0).then(|| simulation.poses());
+        let reached = (simulation.frame(), poses.as_ref());
+        Outputs::resume(&folder, &topology, style, maker, arguments, reached)?
     } else {
-        let bodies = simulation.scene().rigids.len();
         Outputs::create(&folder, &topology, style, maker, arguments, bodies)?
     };
     folder.scene_write(&source.scene, &source.options)?;

@@ -3,7 +3,7 @@
 use std::{cell::RefCell, fs::File, io::Write, path::PathBuf, rc::Rc};
 
 use cloth::{
-    State,
+    PoseLog, State,
     io::{
         ContainerOptions, Frame, FrameFormat, FrameSequenceWriter, FrameStore, PictureMaker,
         PictureSequence, PictureStyle, Topology, container_write,
@@ -78,14 +78,15 @@ impl<'a> Outputs<'a> {
         Ok(outputs)
     }
 
-    /// Outputs of a run that goes on after `frame`; what comes after it is removed.
+    /// Outputs of a run that goes on after `frame`; what comes after it is removed. `poses` has those of rigid bodies up to
+    /// there, if there are any.
     pub(super) fn resume(
         folder: &RunFolder,
         topology: &'a Topology,
         style: PictureStyle,
         maker: Option<PictureMaker<'a>>,
         arguments: &RunArguments,
-        frame: u64,
+        (frame, poses): (u64, Option<&PoseLog>),
     ) -> Result<Self, Failure> {
         let mut store = FrameStore::open(&folder.store(), topology)?;
         let expected = frame + 1;
@@ -95,7 +96,15 @@ impl<'a> Outputs<'a> {
         }
         store.truncate(expected as usize)?;
         folder.outputs_remove(expected)?;
-        Self::new(folder, topology, store, style, maker, arguments)
+        let mut outputs = Self::new(folder, topology, store, style, maker, arguments)?;
+        if let Some(poses) = poses {
+            let path = folder.poses();
+            let lines: String = (0..=frame).map(|k| pose_line(&poses.at(k as usize))).collect();
+            let mut file = File::create(&path).map_err(WriteError::of(&path))?;
+            file.write_all(lines.as_bytes()).map_err(WriteError::of(&path))?;
+            outputs.poses = Some((path, file));
+        }
+        Ok(outputs)
     }
 
     fn new(

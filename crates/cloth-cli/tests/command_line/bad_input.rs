@@ -190,11 +190,11 @@ fn damaged_checkpoints() {
     place.write("o/checkpoint.bin", &bad);
     resume_refused(&place, &[], &["checkpoint.bin", "checksum", mend]);
     let mut version = good.clone();
-    version[8] = 3;
+    version[8] = 99;
     place.write("o/checkpoint.bin", &version);
-    resume_refused(&place, &[], &["checkpoint.bin", "version 3", "program that wrote it"]);
+    resume_refused(&place, &[], &["checkpoint.bin", "version 99", "program that wrote it"]);
     let mut not_finite = good.clone();
-    not_finite[72 + 24 * 7..][..8].copy_from_slice(&f64::NAN.to_le_bytes());
+    not_finite[80 + 24 * 7..][..8].copy_from_slice(&f64::NAN.to_le_bytes());
     let end = not_finite.len() - 4;
     let checksum = crc32fast::hash(&not_finite[..end]);
     not_finite[end..].copy_from_slice(&checksum.to_le_bytes());

@@ -80,7 +80,29 @@ fn feedback_read_back_is_the_final_state() {
         Scene::from_fysl(FALL, "fall.fysl").unwrap(),
         "and the scene is in it"
     );
-    place.fails(3, &["run", "fall.fysl", "--out", "o", "--resume"]);
+}
+
+#[test]
+fn a_run_with_bodies_goes_on_as_if_it_had_not_ended() {
+    let place = Place::with("fall.fysl", FALL);
+    let run = |folder: &str, more: &[&str]| {
+        let arguments = ["run", "fall.fysl", "--out", folder, "--format", "obj"];
+        place.succeeds(&[&arguments[..], more].concat());
+    };
+    run("whole", &[]);
+    run("parts", &["--frames", "5"]);
+    run("parts", &["--resume"]);
+    for file in ["poses.txt", "frames.bin", "obj/fall_000005.obj", "obj/fall_000012.obj"] {
+        let [whole, parts] =
+            ["whole", "parts"].map(|folder| place.read(&format!("{folder}/{file}")));
+        assert!(whole == parts, "{file}");
+    }
+    let poses = place.read("parts/poses.txt");
+    assert_eq!(poses.iter().filter(|&&byte| byte == b'\n').count(), 13);
+    place.write("parts/poses.txt", b"nothing\n");
+    let message =
+        place.fails(3, &["run", "fall.fysl", "--out", "parts", "--format", "obj", "--resume"]);
+    assert!(message.contains("poses.txt"), "{message}");
 }
 
 #[test]
