@@ -4,8 +4,8 @@ use crate::{Integrator, Kernels, Result, SolverReport};
 
 use super::{Substep, semi_implicit};
 
-/// One substep of the integrator, the forces that were given from outside first. Returns whether it could be done; if not, a linear solve broke
-/// down, and the state is that of its start.
+/// One substep of the integrator, the forces that were given from outside first. Returns whether it could be done;
+/// if not, a linear solve broke down, and the state is that of its start.
 ///
 /// # Errors
 /// Those of the stages.
