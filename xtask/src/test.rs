@@ -67,3 +67,28 @@ fn smoke_run() -> Result<(), String> {
     ran?;
     if files == 0 { Err("the run left no frame behind".into()) } else { Ok(()) }
 }
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+
+    use super::*;
+
+    /// Cargo asks which program is meant if several packages have one and not exactly one says that it is the default.
+    #[test]
+    fn cargo_run_means_the_program_cloth() {
+        let mut metadata = cargo(&["metadata", "--no-deps", "--offline", "--format-version", "1"]);
+        let output = metadata.output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let workspace: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let defaults = workspace["workspace_default_members"].as_array().unwrap();
+        let packages = workspace["packages"].as_array().unwrap();
+        let packages = packages.iter().filter(|package| defaults.contains(&package["id"]));
+        let is_program = |target: &Value| target["kind"][0] == "bin" && target["name"] == "cloth";
+        let programs: Vec<_> =
+            packages.filter(|package| package["default_run"].is_string()).collect();
+        let [package] = programs[..] else { panic!("{programs:#?}") };
+        assert_eq!(package["default_run"], "cloth");
+        assert!(package["targets"].as_array().unwrap().iter().any(is_program));
+    }
+}
