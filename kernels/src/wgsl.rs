@@ -58,7 +58,7 @@ modules! {
     "control_forces" [],
     "control_forces_anchors" [],
     "control_forces_restore" [],
-    "explicit_substep" ["air", "buckling", "grids", "impulses", "penalty"],
+    "explicit_substep" ["air", "buckling", "grids", "impulses", "penalty", "wide"],
     "field_forces" [],
     "implicit_assemble" ["air", "buckling", "colliders", "penalty"],
     "implicit_motion" [],
@@ -106,7 +106,8 @@ shared! {
     "air" "air_jacobian" "air_jacobian_none" "assemble" "call" "cells" "collider" "constraint"
     "constraint_change" "constraint_none" "contact_counts" "contact_exclusions" "contact_exclusions_none"
     "contact_force" "contact_kept" "contact_pair" "contact_partners" "contact_penalty" "contact_row"
-    "contact_row_none" "contact_search" "contact_spill" "contact_wanted" "control_forces" "distance_grid" "distance_grid_none"
+    "contact_row_none" "contact_search" "contact_spill" "contact_turn" "contact_turn_wide" "contact_wanted"
+    "control_forces" "distance_grid" "distance_grid_none"
     "field" "filter" "finite" "force" "group" "group_box" "group_check" "group_region" "group_rows" "impulses"
     "impulses_none" "integrate" "link_kinds" "links" "matrix" "matrix_diagonal" "matrix_entry" "matrix_row" "matrix_springs"
     "measure_sum" "model" "motion" "motion_out" "piece" "preconditioner" "preconditioner_block" "procedural"

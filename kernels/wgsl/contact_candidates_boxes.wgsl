@@ -1,5 +1,5 @@
 // NUMERICS section 8, first pass: the box around each group, and whether it stays in its region.
-//!include model substep status motion group group_box group_rows group_region group_check
+//!include model substep status motion group contact_turn group_box group_rows group_region group_check
 
 @compute @workgroup_size(GROUP)
 fn main(

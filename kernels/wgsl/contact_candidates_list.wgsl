@@ -1,5 +1,5 @@
 // NUMERICS section 8, last pass: for each particle its partners in contact at the present positions.
-//!include model substep status motion group group_box group_rows contact_pair
+//!include model substep status motion group contact_turn group_box group_rows contact_pair
 //!if exclusions
 //!include contact_exclusions
 //!end

@@ -1,6 +1,6 @@
 // NUMERICS section 8, second pass: gives each group a region that it is expected to stay in, and puts that into the
 // cells it touches, if the list is to be built.
-//!include model substep status motion group group_box contact_wanted cells
+//!include model substep status motion group contact_turn group_box contact_wanted cells
 
 var<workgroup> is_wanted: u32;
 

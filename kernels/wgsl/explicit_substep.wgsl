@@ -22,6 +22,12 @@
 //!if air
 //!include triangles air
 //!end
+//!if wide
+//!include contact_turn_wide
+//!end
+//!if not wide
+//!include contact_turn
+//!end
 //!if penalty
 //!include contact_pair contact_counts contact_penalty group group_box group_rows group_region
 //!include contact_exclusions_none contact_kept contact_search contact_spill contact_force group_check

@@ -99,3 +99,43 @@ fn a_list_that_is_used_too_long_is_built_more_often() {
     // Frames that follow each other before anybody asks are done again together.
     assert_eq!(first_difference(&states[0], &states[1]), None);
 }
+
+/// Sheets that lie on each other, and others further away that touch nothing.
+fn layers(others: &[u32]) -> Arc<cloth_core::Model> {
+    let spacing = 0.02;
+    let mut builder = ModelBuilder::new().self_contact(SelfContact {
+        distance: 0.8 * spacing,
+        response: ContactResponse::Penalty { stiffness: 10.0, damping: 2e-3 },
+    });
+    let layers = (0..6).map(|layer| (20, 0.007 * f64::from(layer)));
+    for (number, (side, height)) in layers.chain(others.iter().map(|&side| (side, 3.0))).enumerate()
+    {
+        let patch = GridPatch::horizontal(side, spacing, height);
+        builder = builder.cloth(grid_cloth(&number.to_string(), patch, material(1e-4, 10.0, 5e-3)));
+    }
+    Arc::new(builder.build().unwrap())
+}
+
+/// Models of up to 1024 groups of 32 particles are searched in another form than larger ones.
+#[test]
+fn the_forms_for_few_and_for_many_groups_give_the_same_bits() {
+    let particles = 6 * 20 * 20;
+    let config = SolverConfig { time_step: 1e-4, strain_bound: 1e3, ..SolverConfig::default() };
+    let [few, many] = [&[][..], &[186]].map(|others| {
+        let model = layers(others);
+        assert_eq!(model.particle_count().div_ceil(32) > 1024, !others.is_empty());
+        let mut solver = gpu().create_solver(model, &config).unwrap();
+        for _ in 0..3 {
+            solver.advance(Frame { duration: 8.0 * config.time_step }).unwrap();
+        }
+        let report = solver.synchronize().unwrap();
+        assert!(report.contacts > particles as u64, "{}", report.contacts);
+        let mut state = State::default();
+        solver.download(&mut state).unwrap();
+        state.positions.truncate(particles);
+        state.velocities.truncate(particles);
+        state.held.truncate(particles);
+        state
+    });
+    assert_eq!(first_difference(&few, &many), None);
+}

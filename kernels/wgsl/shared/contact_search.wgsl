@@ -89,18 +89,28 @@ fn contacts_search(group: u32, lane: u32, particle: u32, position: vec3f, place:
         if lane == 0u {
             atomicStore(&near_count, 0u);
         }
-        // Two groups at a time; the next ones are on their way while these are compared.
+        // TURN groups at a time; the next ones are on their way while these are compared.
         var next_a = member_of(0u, count, lane);
         var next_b = member_of(1u, count, lane);
-        for (var at = 0u; at < count; at += 2u) {
+        var next_c = Member(NONE, vec3f(0.0));
+        if TURN > 2u {
+            next_c = member_of(2u, count, lane);
+        }
+        for (var at = 0u; at < count; at += TURN) {
             member_stage(around, next_a);
             member_stage(around, next_b);
+            if TURN > 2u {
+                member_stage(around, next_c);
+            }
             let staged = workgroupUniformLoad(&stage_count);
             if lane == 0u {
                 atomicStore(&stage_count, 0u);
             }
-            next_a = member_of(at + 2u, count, lane);
-            next_b = member_of(at + 3u, count, lane);
+            next_a = member_of(at + TURN, count, lane);
+            next_b = member_of(at + TURN + 1u, count, lane);
+            if TURN > 2u {
+                next_c = member_of(at + TURN + 2u, count, lane);
+            }
             for (var k = 0u; k < staged; k += 8u) {
                 var hits = hits_of(particle, position, k, staged - k);
                 while hits != 0u {

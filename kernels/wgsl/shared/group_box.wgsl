@@ -1,7 +1,7 @@
 // The box around a group, by all threads of its workgroup together.
 
-// What threads of a workgroup tell each other: the particles of two groups.
-const STAGE: u32 = 2u * GROUP;
+// What threads of a workgroup tell each other: the particles of some groups.
+const STAGE: u32 = TURN * GROUP;
 var<workgroup> stage: array<vec4<u32>, STAGE>;
 
 fn stage_position(at: u32) -> vec3f {

@@ -260,7 +260,9 @@ impl Stages {
             "explicit_substep" => {
                 let air = self.model.air().is_some().then_some("air");
                 let penalty = is_penalty.then_some("penalty");
-                let forces = air.into_iter().chain(buckling).chain(penalty);
+                let is_wide = self.contact.as_ref().is_some_and(ContactPolicy::is_wide);
+                let wide = (is_penalty && is_wide).then_some("wide");
+                let forces = air.into_iter().chain(buckling).chain(penalty).chain(wide);
                 forces.chain(grids).chain(impulses).collect()
             }
             "collider_response" => grids.into_iter().chain(impulses).collect(),
