@@ -84,7 +84,7 @@ macro_rules! shared {
 shared! {
     "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "sync" "build"
     "substep" "stencil"
-    "linear" "sum" "resident" "constraint"
+    "linear" "sum" "solve" "resident" "constraint"
 }
 
 macro_rules! ladder {
