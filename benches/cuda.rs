@@ -48,9 +48,14 @@ fn implicit(backend: &dyn Backend, label: &str, side: u32, method: LinearMethod)
     for _ in 0..STEPS[0] {
         device.push(device_time(&running.step()?));
     }
-    // In each iteration twelve pairs of factors, seven vectors read, six written, two blocks, two positions.
+    // Bytes of a particle in each iteration. Conjugate gradient: twelve roots, origin, diagonal and preconditioner, five vectors read
+    // and four written, y and a product read and written in part. Jacobi: the right-hand side, two vectors read and two written.
+    let bytes = match method {
+        LinearMethod::Jacobi => 48.0 + 3.0 * 16.0 + 5.0 * 16.0 + 16.0,
+        _ => 48.0 + 3.0 * 16.0 + 9.0 * 16.0 + 16.0,
+    };
     let particles = workload.particles() as f64;
-    let floor = f64::from(ITERATIONS) * particles * 16.0 * 23.0 / BANDWIDTH * 1e6;
+    let floor = f64::from(ITERATIONS) * particles * bytes / BANDWIDTH * 1e6;
     let time = median(device);
     println!("{label:<12} {side:>5} {method:<7} {time:>9.1} us/step   floor {floor:>7.1}");
     Ok(())

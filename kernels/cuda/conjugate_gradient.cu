@@ -15,200 +15,13 @@
 #endif
 
 typedef SumMemory<THREADS> Sums;
-
-struct Solve {
-    double reference;
-    double residual;
-    // r . c
-    double gamma;
-    // Whether there is something to do.
-    bool iterates;
-};
-
-// The steps of a block.
-struct Work {
-    uint first;
-    uint stride;
-    uint count;
-
-    __device__ __forceinline__ uint step(uint k) const { return first + k * stride; }
-    __device__ __forceinline__ uint particle(uint k) const { return step(k) * THREADS + threadIdx.x; }
-};
-
-__device__ __forceinline__ Work work_of(uint count) {
-    uint steps = (count + THREADS - 1) / THREADS;
-    return {blockIdx.x, gridDim.x, (steps - blockIdx.x + gridDim.x - 1) / gridDim.x};
-}
-
-// Sums that are published, those of particles beyond the last included.
-__device__ __forceinline__ uint units_of(uint count) { return (count + THREADS - 1) / THREADS * Sums::UNITS; }
-
-// What a particle adds to one sum or two.
-struct Products {
-    real a;
-    real b;
-};
-
-__device__ __forceinline__ void finish(const Linear& l, uint iterations, double residual, bool converged, bool breakdown) {
-    if (blockIdx.x + threadIdx.x > 0) return;
-    l.outcome->iterations = iterations;
-    l.outcome->residual = residual;
-    l.outcome->converged = converged;
-    l.outcome->breakdown = breakdown;
-}
-
-__device__ __forceinline__ bool is_finite(double a) { return fabs(a) <= 1.7976931348623157e308; }
-
-// Whether a solve ends, and how.
-struct End {
-    bool converged;
-    bool breakdown;
-    bool is_reached;
-
-    // With |r|, r . c, and whether there are no iterations left.
-    __device__ __forceinline__ End(const Solve& solve, double tolerance, double residual, double gamma, bool is_last) {
-        converged = residual <= tolerance * solve.reference;
-        breakdown = !(is_finite(residual) && is_finite(gamma));
-        is_reached = converged || breakdown || gamma == 0 || is_last;
-    }
-};
-
-// Calls `visit` for each particle of this block, its steps in descending order: the pass before it has ended with those that
-// are still in the cache. Its products are summed.
-template <typename Visit>
-__device__ __forceinline__ void for_particles(const Solver& s, Sums& memory, uint count, double* first, double* second, Visit visit) {
-    Work work = work_of(s.count);
-    for (uint end = work.count; end > 0;) {
-        uint turns = min(end, Sums::TURNS);
-        for (uint turn = 0; turn < turns; turn++) {
-            uint i = work.particle(end - 1 - turn);
-            Products products = {0, 0};
-            if (i < s.count) products = visit(i);
-            for (uint which = 0; which < count; which++) memory.put(turn, which, which == 0 ? products.a : products.b);
-        }
-        __syncthreads();
-        memory.finish(turns, count, first, second, work.step(end - 1), -(int)work.stride);
-        __syncthreads();
-        end -= turns;
-    }
-}
-
-// r = S (b - A y) and c = S P^-1 r for a vector y whose entries all blocks have written, or r = S b without
-// one; then |r| and r . c.
-__device__ __forceinline__ void residual_of(const Solver& s, const Linear& l, Sums& memory, const real4* y, double& residual, double& gamma) {
-    uint units = units_of(s.count);
-    double* sums[2] = {l.partials + units, l.partials + 2 * units};
-    auto visit = [&](uint i, const real4& origin, const vec3& row) {
-        bool is_free = origin.w > 0;
-        vec3 r = filtered(l, i, is_free, xyz(l.vectors[RIGHT_SIDE][i]) - row);
-        vec3 c = filtered(l, i, is_free, preconditioned(l, i, r));
-        l.vectors[RESIDUAL][i] = with_w(r, 0);
-        l.vectors[PRECONDITIONED][i] = with_w(c, 0);
-        return Products{dot(r, c), dot(r, r)};
-    };
-    if (y == nullptr) {
-        for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) { return visit(i, l.origin[i], vec3{0, 0, 0}); });
-    } else {
-        for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) {
-            real4 origin = l.origin[i];
-            return visit(i, origin, matrix_row(s, l, y, i, origin));
-        });
-    }
-    grid_barrier(&s.status->barrier[2]);
-    double square;
-    memory.add_blocks(2, sums[0], sums[1], units, gamma, square);
-    residual = sqrt(square);
-}
-
-// Puts the solution where the iteration starts, and its residual with it.
-__device__ __forceinline__ Solve begin(const Solver& s, const Linear& l, Sums& memory, uint from_solution) {
-    uint units = units_of(s.count);
-    Work work = work_of(s.count);
-    bool is_constrained = false;
-    if (l.has_constraints) {
-        for_particles(s, memory, 1, l.partials, l.partials, [&](uint i) {
-            vec3 z = projected(s, l, i, vec3{0, 0, 0});
-            l.vectors[DIRECTION][i] = with_w(z, 0);
-            return Products{dot(z, z), 0};
-        });
-        grid_barrier(&s.status->barrier[2]);
-        double square, unused;
-        memory.add_blocks(1, l.partials, l.partials, units, square, unused);
-        is_constrained = square != 0;
-    }
-    Solve solve;
-    residual_of(s, l, memory, is_constrained ? l.vectors[DIRECTION] : nullptr, solve.reference, solve.gamma);
-    solve.residual = solve.reference;
-    solve.iterates = true;
-    if (solve.reference == 0 || !from_solution) {
-        for (uint k = 0; k < work.count; k++) {
-            uint i = work.particle(k);
-            if (i < s.count) l.vectors[SOLUTION][i] = l.has_constraints ? l.vectors[DIRECTION][i] : real4{0, 0, 0, 0};
-        }
-    }
-    if (solve.reference == 0) {
-        finish(l, 0, 0, true, false);
-        solve.iterates = false;
-        return solve;
-    }
-    if (from_solution) {
-        for (uint k = 0; k < work.count; k++) {
-            uint i = work.particle(k);
-            if (i < s.count) l.vectors[SOLUTION][i] = with_w(projected(s, l, i, xyz(l.vectors[SOLUTION][i])), 0);
-        }
-        grid_barrier(&s.status->barrier[2]);
-        residual_of(s, l, memory, l.vectors[SOLUTION], solve.residual, solve.gamma);
-    }
-    if (!(is_finite(solve.reference) && is_finite(solve.residual))) {
-        finish(l, 0, 1.0 / 0.0, false, true);
-        solve.iterates = false;
-    }
-    return solve;
-}
-
-// How the conjugate gradient method goes on: step length and share of the last direction.
-struct Recurrence {
-    double alpha;
-    double gamma;
-
-    // Whether the curvature along the direction is positive.
-    __device__ __forceinline__ bool advance(double next_gamma, double delta, double& beta) {
-        beta = 0;
-        double curvature = delta;
-        if (alpha != 0) {
-            beta = next_gamma / gamma;
-            curvature = delta - beta * next_gamma / alpha;
-        }
-        double next = next_gamma / curvature;
-        if (!(curvature > 0 && is_finite(next))) return false;
-        alpha = next;
-        gamma = next_gamma;
-        return true;
-    }
-};
-
-#define HALVINGS_MAX 20
-
-// How the Jacobi method goes on.
-struct Damping {
-    double omega;
-    uint halvings;
-
-    // Whether it goes on at all after r . c was `norm` and is `next`.
-    __device__ __forceinline__ bool advance(double norm, double next) {
-        if (!(next >= norm)) return true;
-        if (halvings == HALVINGS_MAX) return false;
-        halvings++;
-        omega *= 0.5;
-        return true;
-    }
-};
+typedef Passes<Sums> Pass;
 
 #ifdef CLOTH_RESIDENT
 extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_gradient(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
     extern __shared__ real4 window[];
     __shared__ Sums memory;
-    Solve solve = begin(s, l, memory, from_solution);
+    Solve solve = Pass::begin(s, l, memory, from_solution);
     if (!solve.iterates) return;
     Resident<THREADS> own(s, l, window);
     Recurrence recurrence = {0, 0};
@@ -257,7 +70,7 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_g
 extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) jacobi(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
     extern __shared__ real4 window[];
     __shared__ Sums memory;
-    Solve solve = begin(s, l, memory, from_solution);
+    Solve solve = Pass::begin(s, l, memory, from_solution);
     if (!solve.iterates) return;
     Resident<THREADS> own(s, l, window);
     Damping damping = {1, 0};
@@ -294,7 +107,7 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) jacobi(cons
 // From one iteration to the next, y is kept in the last numbers of p, q and r, which would be read and written for nothing. Puts it
 // where it belongs.
 __device__ __forceinline__ void solution_unpack(const Solver& s, const Linear& l) {
-    Work work = work_of(s.count);
+    Pass::Work work = Pass::work_of(s.count);
     for (uint k = 0; k < work.count; k++) {
         uint i = work.particle(k);
         if (i >= s.count) continue;
@@ -305,9 +118,9 @@ __device__ __forceinline__ void solution_unpack(const Solver& s, const Linear& l
 
 extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_gradient(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
     __shared__ Sums memory;
-    Solve solve = begin(s, l, memory, from_solution);
+    Solve solve = Pass::begin(s, l, memory, from_solution);
     if (!solve.iterates) return;
-    uint units = units_of(s.count);
+    uint units = Pass::units_of(s.count);
     Recurrence recurrence = {0, 0};
     double gamma = solve.gamma, residual = solve.residual;
     for (uint iteration = 0;; iteration++) {
@@ -317,7 +130,7 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_g
             finish(l, iteration, residual / solve.reference, end.converged, end.breakdown);
             return;
         }
-        for_particles(s, memory, 1, l.partials, l.partials, [&](uint i) {
+        Pass::for_particles(s, memory, 1, l.partials, l.partials, [&](uint i) {
             vec3 c = xyz(l.vectors[PRECONDITIONED][i]);
             real4 origin = l.origin[i];
             vec3 image = filtered(l, i, origin.w > 0, matrix_row(s, l, l.vectors[PRECONDITIONED], i, origin));
@@ -334,7 +147,7 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_g
         }
         real a = (real)recurrence.alpha, b = (real)beta;
         double* sums[2] = {l.partials + units, l.partials + 2 * units};
-        for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) {
+        Pass::for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) {
             vec3 p = xyz(l.vectors[PRECONDITIONED][i]), q = xyz(l.vectors[IMAGE][i]), y;
             real4 last_r = l.vectors[RESIDUAL][i];
             if (iteration == 0) {
@@ -367,9 +180,9 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_g
 
 extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) jacobi(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
     __shared__ Sums memory;
-    Solve solve = begin(s, l, memory, from_solution);
+    Solve solve = Pass::begin(s, l, memory, from_solution);
     if (!solve.iterates) return;
-    Work work = work_of(s.count);
+    Pass::Work work = Pass::work_of(s.count);
     Damping damping = {1, 0};
     double norm = solve.gamma, residual = solve.residual;
     for (uint iteration = 0;; iteration++) {
@@ -388,7 +201,7 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) jacobi(cons
         }
         grid_barrier(&s.status->barrier[2]);
         double before = norm;
-        residual_of(s, l, memory, l.vectors[SOLUTION], residual, norm);
+        Pass::residual_of(s, l, memory, l.vectors[SOLUTION], residual, norm);
         if (!damping.advance(before, norm)) {
             finish(l, iteration, residual / solve.reference, end.converged, end.breakdown);
             return;

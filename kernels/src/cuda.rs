@@ -41,6 +41,7 @@ modules! {
     "collider_impulses" [],
     "collider_response" [],
     "conjugate_gradient" ["wide", "resident"],
+    "conjugate_gradient_patch" [],
     "constraint_filter" [],
     "constraint_impulses" [],
     "constraint_project" [],
@@ -84,7 +85,7 @@ macro_rules! shared {
 shared! {
     "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "sync" "build"
     "substep" "stencil"
-    "linear" "sum" "resident" "constraint"
+    "linear" "sum" "solve" "resident" "patch" "constraint"
 }
 
 macro_rules! ladder {

@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use cloth_backend_cuda::CudaOptions;
-use cloth_core::{ContactResponse, ImplicitSettings, Integrator, LinearMethod, Precision};
+use cloth_core::{ContactResponse, ImplicitSettings, Integrator, LinearMethod, Precision, Stencil};
 use harness::{
     Verdict,
     backends::{Candidate, candidates, cpu, cuda},
@@ -78,11 +78,7 @@ fn contact_gives_the_bits_of_the_cpu() {
         });
         for_all(48, &cases, checks::bits_of_explicit_stages);
         let folded = Description {
-            pieces: vec![Piece::Grid {
-                columns: 37,
-                rows: 25,
-                stencil: cloth_core::Stencil::Neighbours12,
-            }],
+            pieces: vec![Piece::Grid { columns: 37, rows: 25, stencil: Stencil::Neighbours12 }],
             deformation: Deformation::Folded,
             contact,
             ..first(&description())
@@ -146,9 +142,44 @@ fn frames_of_a_patch_give_the_bits_of_the_cpu() {
     for [columns, rows] in [[19, 5], [101, 37], [130, 30], [230, 190]] {
         for contact in [false, true] {
             for precision in [Precision::F32, Precision::F64] {
-                let patch = PatchFrames { columns, rows, contact, precision, frames };
+                let patch = PatchFrames {
+                    columns,
+                    rows,
+                    stencil: Stencil::Neighbours12,
+                    contact,
+                    collider: true,
+                    integrator: Integrator::Explicit,
+                    precision,
+                    frames,
+                };
                 assert_eq!(checks::patch_frames([&cpu, &gpu], &patch), Ok(()));
             }
+        }
+    }
+}
+
+#[test]
+fn implicit_steps_of_a_large_patch_give_the_bits_of_the_cpu() {
+    let Some(gpu) = cuda(CudaOptions::default()) else { return };
+    let cpu = cpu(2);
+    for method in [LinearMethod::ConjugateGradient, LinearMethod::Jacobi] {
+        let mut settings = ImplicitSettings::default();
+        settings.linear.method = method;
+        settings.linear.iterations_max = 20;
+        // Springs alone, and with all that a row and the filter can have beside them.
+        for is_full in [false, true] {
+            // The sides are no multiples of those of a tile.
+            let patch = PatchFrames {
+                columns: 371,
+                rows: 359,
+                stencil: Stencil::Neighbours24,
+                contact: is_full,
+                collider: is_full,
+                integrator: Integrator::Implicit(settings),
+                precision: Precision::F32,
+                frames: &[1, 2],
+            };
+            assert_eq!(checks::patch_frames([&cpu, &gpu], &patch), Ok(()));
         }
     }
 }

@@ -11,6 +11,7 @@ use crate::{
     memory::{BLOCK, Memory},
     queue::{Buffer, Launch},
     solver_form::SolverForm,
+    tables::Patch,
 };
 
 /// Particles of the smallest unit of sums.
@@ -68,6 +69,7 @@ pub(crate) struct LinearData<T> {
     pub(crate) padding: u32,
     pub(crate) length: T,
     pub(crate) pair_share: T,
+    pub(crate) stencil: [T; 12],
 }
 
 /// Device memory of the system.
@@ -90,6 +92,8 @@ pub(crate) struct LinearMemory<T> {
     _links: Buffer<[u32; 2]>,
     _constraints: Buffer<T>,
     pub(crate) released: u64,
+    /// Stiffness and damping of the springs to the later of 24 neighbours, if the model is a patch of them.
+    stencil: Option<[[T; 2]; 12]>,
 }
 
 /// What blocks tell each other in the middle of an iteration, held by the data through its addresses.
@@ -135,6 +139,16 @@ impl<T: CudaReal> LinearMemory<T> {
         let shares = !tables.can_buckle && tables.entries.len() <= n;
         let factors = Buffer::zeros(queue, if shares { places } else { 2 * places })?;
         let along = shares.then(|| Buffer::zeros(queue, tables.entries.len())).transpose()?;
+        let patch = Some(&memory.data).filter(|data| data.columns > 0 && shares);
+        let stencil = patch
+            .map(|data| Patch { columns: data.columns as usize, rows: data.rows as usize })
+            .and_then(|patch| patch.neighbours(tables))
+            .map(|kinds| {
+                kinds.map(|kind| {
+                    let [_, stiffness, damping, _] = tables.kinds[kind as usize];
+                    [stiffness, damping]
+                })
+            });
         let origin = Buffer::zeros(queue, n)?;
         let links = Buffer::of(queue, &links)?;
         let mut vectors = Vec::with_capacity(LinearVector::ALL.len());
@@ -177,6 +191,7 @@ impl<T: CudaReal> LinearMemory<T> {
             padding: 0,
             length: T::ONE,
             pair_share: T::ZERO,
+            stencil: [T::ZERO; 12],
         };
         let mut others: Vec<_> = base.into_iter().chain(inverse).chain(filter).collect();
         others.push(target);
@@ -197,7 +212,23 @@ impl<T: CudaReal> LinearMemory<T> {
             _links: links,
             _constraints: constraints,
             released: 0,
+            stencil,
         })
+    }
+
+    /// Whether the model is a patch of 24 neighbours.
+    pub(crate) const fn is_patch(&self) -> bool {
+        self.stencil.is_some()
+    }
+
+    /// The length of the step that the springs are about to be linearised for.
+    pub(crate) fn length_set(&mut self, length: T) {
+        self.data.length = length;
+        if let Some(stencil) = &self.stencil {
+            // As `along_write`.
+            self.data.stencil =
+                stencil.map(|[stiffness, damping]| length * length * stiffness + length * damping);
+        }
     }
 
     /// Room for what blocks tell each other in the middle of an iteration.

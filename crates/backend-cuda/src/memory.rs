@@ -326,7 +326,7 @@ impl<T: CudaReal> Memory<T> {
 
     /// A kernel of a module, compiled if need be.
     pub(crate) fn kernel(&mut self, module: &'static str, name: &'static str) -> Result<Kernel> {
-        let solver = self.solver.option().filter(|_| module == SolverForm::MODULE);
+        let solver = self.solver.option().filter(|_| module == self.solver.module());
         if let Some(kernel) = self.kernels.get(&(module, name, solver)) {
             return Ok(*kernel);
         }

@@ -14,28 +14,38 @@ use crate::{
 const RESIDENT_SPRINGS: u32 = 24;
 const RESIDENT_BLOCKS: usize = 96;
 const RESIDENT_PLACES: usize = 1 << 16;
+/// Entries of shared memory for a tile, as in `conjugate_gradient_patch.cu`: origins and vectors of 32 by 16 particles and two
+/// around them on all sides.
+const PATCH_ENTRIES: usize = 2 * 36 * 20;
 /// Particles up to which the general form gains from many registers, and not from many threads.
 const WIDE_MAX: usize = 1 << 17;
 
-/// A form of `conjugate_gradient.cu`.
+/// A form of the kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SolverForm {
     /// For every model.
     General,
     /// The same with as many registers as there are.
     Wide,
+    /// For large patches of 24 neighbours, tile by tile.
+    Patch,
     /// Every particle in the registers of a thread of its own for the whole solve.
     Resident,
 }
 
 impl SolverForm {
-    /// The module that has forms.
-    pub(crate) const MODULE: &str = "conjugate_gradient";
+    /// The module of the kernel.
+    pub(crate) const fn module(self) -> &'static str {
+        match self {
+            Self::General | Self::Wide | Self::Resident => "conjugate_gradient",
+            Self::Patch => "conjugate_gradient_patch",
+        }
+    }
 
     /// The option that the kernel is compiled with.
     pub(crate) const fn option(self) -> Option<&'static str> {
         match self {
-            Self::General => None,
+            Self::General | Self::Patch => None,
             Self::Wide => Some("wide"),
             Self::Resident => Some("resident"),
         }
@@ -45,7 +55,7 @@ impl SolverForm {
     const fn threads(self) -> usize {
         match self {
             Self::General | Self::Wide => BLOCK,
-            Self::Resident => BLOCK / 2,
+            Self::Patch | Self::Resident => BLOCK / 2,
         }
     }
 
@@ -69,10 +79,17 @@ impl SolverForm {
         if is_resident && !is_possible {
             return Ok(None);
         }
+        if self == Self::Patch && (T::DOUBLE || !linear.is_patch() || n < WIDE_MAX) {
+            return Ok(None);
+        }
         memory.solver = self;
-        let kernel = memory.kernel(Self::MODULE, name)?;
+        let kernel = memory.kernel(self.module(), name)?;
         let device = &memory.queue.device;
-        let shared = if is_resident { places * size_of::<Real4<T>>() } else { 0 };
+        let shared = match self {
+            Self::General | Self::Wide => 0,
+            Self::Patch => PATCH_ENTRIES * size_of::<Real4<T>>(),
+            Self::Resident => places * size_of::<Real4<T>>(),
+        };
         if shared > device.shared_left(kernel)? {
             return Ok(None);
         }
@@ -98,7 +115,7 @@ impl SolverForm {
         }
         let general =
             if (memory.data.count as usize) < WIDE_MAX { Self::Wide } else { Self::General };
-        for form in [Self::Resident, general] {
+        for form in [Self::Resident, Self::Patch, general] {
             if let Some(launch) = form.launch(name, memory, linear)? {
                 if form == Self::Resident {
                     linear.exchange_prepare(memory)?;

@@ -102,6 +102,8 @@ struct Linear {
     real length;
     // rho of contacts.
     real pair_share;
+    // In a patch of 24 neighbours: `along` of the slots.
+    real stencil[12];
 };
 
 #define SOLUTION 0
@@ -193,6 +195,17 @@ __device__ __forceinline__ void springs_add(const Solver& s, const Linear& l, co
     }
 }
 
+// Adds what the pairs in contact give to row i, for a vector whose entries `value` gives.
+template <typename Value>
+__device__ __forceinline__ void pairs_add(const Solver& s, const Linear& l, uint i, const vec3& own, Value value, vec3& sum) {
+    uint count = l.pair_counts[i];
+    for (uint k = 0; k < count; k++) {
+        vec3 u = xyz(l.pair_factors[(size_t)k * s.count + i]);
+        real along = dot(u, own - xyz(value(l.pair_partners[(size_t)k * s.count + i])));
+        sum = sum + u * along;
+    }
+}
+
 // Row i of A times a vector, for a particle with this origin.
 __device__ __forceinline__ vec3 matrix_row(const Solver& s, const Linear& l, const real4* p, uint i, const real4& origin) {
     vec3 own = xyz(p[i]), off = {0, 0, 0};
@@ -203,14 +216,7 @@ __device__ __forceinline__ vec3 matrix_row(const Solver& s, const Linear& l, con
     } else {
         springs_add<false>(s, l, p, i, xyz(origin), own, sum);
     }
-    if (l.has_pairs) {
-        uint count = l.pair_counts[i];
-        for (uint k = 0; k < count; k++) {
-            vec3 u = xyz(l.pair_factors[(size_t)k * s.count + i]);
-            real along = dot(u, own - xyz(p[l.pair_partners[(size_t)k * s.count + i]]));
-            sum = sum + u * along;
-        }
-    }
+    if (l.has_pairs) pairs_add(s, l, i, own, [&](uint j) { return p[j]; }, sum);
     return sum;
 }
 

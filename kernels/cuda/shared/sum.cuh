@@ -24,15 +24,15 @@ __device__ __forceinline__ double sum_of_warp(double value) {
     return value;
 }
 
-// Memory for the sums of a block of THREADS threads, which takes THREADS particles in a step. What is published as one number
-// is the sum of a unit: a block of 512 particles, or what a step has of one.
-template <uint THREADS> struct SumMemory {
+// Memory for the sums of a block of THREADS threads, which takes THREADS particles in a step and TURNS steps between two meetings
+// of its threads. What is published as one number is the sum of a unit: a block of 512 particles, or what a step has of one.
+template <uint THREADS, uint TURNS_MAX = THREADS < SUM_BLOCK ? 2 : 8> struct SumMemory {
+    static constexpr uint STEP = THREADS;
+    static constexpr uint TURNS = TURNS_MAX;
     static constexpr uint UNIT = THREADS < SUM_BLOCK ? THREADS : SUM_BLOCK;
     static constexpr uint UNITS = THREADS / UNIT;
     // Units of a block of 512.
     static constexpr uint SHARE = SUM_BLOCK / UNIT;
-    // Steps between two meetings of the threads.
-    static constexpr uint TURNS = THREADS < SUM_BLOCK ? 2 : 8;
 
     real pairs[TURNS][2][THREADS / WARP][SUM_LANES];
     double groups[2][SUM_GROUPS];

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Backend, Collider, ColliderShape, ContactResponse, Frame, GridPatch, Model, ModelBuilder, Pose,
-    Precision, SelfContact, SolverConfig, State,
+    Backend, Collider, ColliderShape, ContactResponse, Frame, GridPatch, Integrator, Model,
+    ModelBuilder, Pose, Precision, SelfContact, SolverConfig, State, Stencil,
 };
 
 use crate::{
@@ -14,20 +14,26 @@ use crate::{
     verdict::ensure,
 };
 
-/// Length of a substep \[s\].
-const TIME_STEP: f64 = 5e-4;
+/// Length of a substep of the explicit integrator \[s\], and of those with large steps.
+const TIME_STEPS: [f64; 2] = [5e-4, 0.01];
 /// Distance of neighbouring particles \[m\].
 const SPACING: f64 = 0.02;
 
 /// A patch, part of it folded over, that falls on a ball.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct PatchFrames {
     /// Particles along the first side.
     pub columns: u32,
     /// Particles along the second side.
     pub rows: u32,
+    /// Its springs.
+    pub stencil: Stencil,
     /// Whether it is in contact with itself, by penalties.
     pub contact: bool,
+    /// Whether the ball is there.
+    pub collider: bool,
+    /// How the state is advanced.
+    pub integrator: Integrator,
     /// Precision.
     pub precision: Precision,
     /// Substeps of each frame.
@@ -39,6 +45,7 @@ impl PatchFrames {
         let patch = GridPatch {
             columns: self.columns,
             rows: self.rows,
+            stencil: self.stencil,
             ..GridPatch::horizontal(2, SPACING, 0.03)
         };
         let ball = Collider {
@@ -55,7 +62,10 @@ impl PatchFrames {
         }
         let mut cloth = grid_cloth("cloth", patch, material);
         cloth.pins = vec![0, self.columns - 1];
-        let mut builder = ModelBuilder::new().cloth(cloth).collider(ball);
+        let mut builder = ModelBuilder::new().cloth(cloth);
+        if self.collider {
+            builder = builder.collider(ball);
+        }
         if self.contact {
             let response = ContactResponse::Penalty { stiffness: 30.0, damping: 0.01 };
             builder = builder.self_contact(SelfContact { distance: 0.9 * SPACING, response });
@@ -72,16 +82,18 @@ impl PatchFrames {
         for particle in [1, rows / 2 * columns + columns / 2] {
             state.positions[particle] = state.positions[particle + 1];
         }
+        let time_step = TIME_STEPS[usize::from(self.integrator != Integrator::Explicit)];
         let config = SolverConfig {
             precision: self.precision,
-            time_step: TIME_STEP,
+            time_step,
+            integrator: self.integrator.clone(),
             strain_bound: 1e3,
             ..SolverConfig::default()
         };
         let mut solver = backend.create_solver(model, &config)?;
         solver.upload(&state)?;
         for &substeps in self.frames {
-            solver.advance(Frame { duration: f64::from(substeps) * TIME_STEP })?;
+            solver.advance(Frame { duration: f64::from(substeps) * time_step })?;
         }
         solver.download(&mut state)?;
         Ok(state)

@@ -88,7 +88,7 @@ impl<T: CudaReal> CudaKernels<T> {
             argument(&from_solution),
         ];
         self.stage(name, |kernels| {
-            kernels.linear_start((SolverForm::MODULE, name), launch, &arguments)
+            kernels.linear_start((kernels.memory.solver.module(), name), launch, &arguments)
         })?;
         let outcome = self.outcome()?;
         // Those of the next solve are larger than the last one of this.
@@ -178,8 +178,9 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
     }
 
     fn spring_linearise(&mut self, substep: &Substep) -> Result<()> {
-        self.length_set(substep)?;
-        self.linear()?.data.has_pairs = 0;
+        let linear = self.linear()?;
+        linear.length_set(T::from_f64(substep.length));
+        linear.data.has_pairs = 0;
         // The constant matrix lies in the same memory.
         self.semi_implicit.length = None;
         self.linear_stage(("spring_linearise", "spring_linearise"), &[])

@@ -211,7 +211,7 @@ impl<T: CudaReal> SemiImplicitKernels for CudaKernels<T> {
         }
         check_matrix::<T>(&self.model, length)?;
         let linear = self.linear()?;
-        linear.data.length = T::from_f64(length);
+        linear.length_set(T::from_f64(length));
         linear.data.has_pairs = 0;
         self.linear_stage(("semi_implicit_factorise", "semi_implicit_factorise"), &[])?;
         self.preconditioner_build(settings::<T>().preconditioner)?;

@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 
 use cloth_core::{Model, NONE};
 
+use super::SpringTables;
+
 /// Particles along both sides of a tile of the frame kernel.
 const TILE: [usize; 2] = [32, 8];
 /// Particles along both sides of a group of a warp.
@@ -13,6 +15,22 @@ const HALO: i64 = 2;
 
 /// Rows and columns to the later of 12 neighbours, as in `stencil.cuh`.
 const STENCIL: [[i64; 2]; 6] = [[0, 1], [0, 2], [1, -1], [1, 0], [1, 1], [2, 0]];
+
+/// The same for the later of 24 neighbours, in the order of their offsets, as in `shared/patch.cuh`.
+const NEIGHBOURS: [[i64; 2]; 12] = [
+    [0, 1],
+    [0, 2],
+    [1, -2],
+    [1, -1],
+    [1, 0],
+    [1, 1],
+    [1, 2],
+    [2, -2],
+    [2, -1],
+    [2, 0],
+    [2, 1],
+    [2, 2],
+];
 
 /// A regular patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,6 +93,61 @@ impl Patch {
             }
         }
         Some(found)
+    }
+
+    /// The kinds of the springs to the later of 24 neighbours, in the order of the slots, if every particle has those that are
+    /// within the patch, and those in one direction are of one kind.
+    pub(crate) fn neighbours<T>(&self, tables: &SpringTables<T>) -> Option<[u32; 12]> {
+        if !tables.is_regular || tables.slot_count as usize != NEIGHBOURS.len() {
+            return None;
+        }
+        // By what is within reach on each of the four sides, the row that particles have, once it has been looked at.
+        let mut rows = [None; 256];
+        let mut kinds = [None; NEIGHBOURS.len()];
+        for (particle, &number) in tables.rows.iter().enumerate() {
+            let [row, column] = [particle / self.columns, particle % self.columns];
+            let sides = [row, self.rows - 1 - row, column, self.columns - 1 - column]
+                .map(|side| side.min(HALO as usize));
+            let place = sides.iter().fold(0, |place, side| place << 2 | side);
+            match rows[place] {
+                Some(found) if found == number => {}
+                Some(_) => return None,
+                None => {
+                    self.row_check(tables, number, sides, &mut kinds)?;
+                    rows[place] = Some(number);
+                }
+            }
+        }
+        kinds.iter().all(Option::is_some).then(|| kinds.map(Option::unwrap_or_default))
+    }
+
+    /// Whether a row has all neighbours that are within reach on its four sides and no other; takes note of their kinds.
+    fn row_check<T>(
+        &self,
+        tables: &SpringTables<T>,
+        number: u32,
+        [above, below, left, right]: [usize; 4],
+        kinds: &mut [Option<u32>; NEIGHBOURS.len()],
+    ) -> Option<()> {
+        let [first, count] = tables.headers[number as usize].map(|part| part as usize);
+        let mut entries =
+            tables.entries.get(first..first + count)?.iter().zip(&tables.slots[first..]);
+        for rows in -(above as i64)..=below as i64 {
+            for columns in -(left as i64)..=right as i64 {
+                if [rows, columns] == [0, 0] {
+                    continue;
+                }
+                let (&[offset, kind], &slot) = entries.next()?;
+                let later =
+                    if [rows, columns] > [0, 0] { [rows, columns] } else { [-rows, -columns] };
+                let expected = NEIGHBOURS.iter().position(|&neighbour| neighbour == later)?;
+                let is_there = i64::from(offset as i32) == rows * self.columns as i64 + columns
+                    && slot as usize == expected
+                    && *kinds[expected].get_or_insert(kind) == kind;
+                is_there.then_some(())?;
+            }
+        }
+        entries.next().is_none().then_some(())
     }
 
     /// Tiles along the columns.
@@ -170,6 +243,35 @@ mod tests {
         }
         // The last row of one cloth is not joined to the first of the next.
         assert_eq!(find(&[[40, 30], [40, 20]], Stencil::Neighbours12).0, None);
+    }
+
+    #[test]
+    fn a_patch_of_24_neighbours_has_a_kind_for_each_direction() {
+        let find = |model: &Model| {
+            let tables = SpringTables::<f32>::new(model, true);
+            Patch::of(model).and_then(|patch| patch.neighbours(&tables))
+        };
+        for [columns, rows] in [[40, 30], [7, 19], [33, 8]] {
+            let model = model(&[[columns, rows]], Stencil::Neighbours24);
+            let lengths = find(&model).unwrap().map(|kind| {
+                (model.springs().kinds()[kind as usize].rest_length / 0.02).powi(2).round() as u32
+            });
+            assert_eq!(lengths, [1, 4, 5, 2, 1, 2, 5, 8, 5, 4, 5, 8]);
+        }
+        assert_eq!(find(&model(&[[40, 30]], Stencil::Neighbours12)), None);
+        // The last row of one cloth is not joined to the first of the next.
+        assert_eq!(find(&model(&[[40, 30], [40, 20]], Stencil::Neighbours24)), None);
+    }
+
+    #[test]
+    fn a_patch_with_one_spring_of_another_kind_is_none_of_24_neighbours() {
+        let model = model(&[[40, 30]], Stencil::Neighbours24);
+        let patch = Patch::of(&model).unwrap();
+        let mut tables = SpringTables::<f32>::new(&model, true);
+        let inside = tables.rows[20 * 40 + 20];
+        let [first, _] = tables.headers[inside as usize];
+        tables.entries[first as usize + 5][1] ^= 1;
+        assert_eq!(patch.neighbours(&tables), None);
     }
 
     #[test]

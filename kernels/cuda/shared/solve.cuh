@@ -1,0 +1,194 @@
+// NUMERICS section 5, `conjugate_gradient` and `jacobi`: what all forms of the solvers have in common, whose blocks
+// are all resident.
+
+struct Solve {
+    double reference;
+    double residual;
+    // r . c
+    double gamma;
+    // Whether there is something to do.
+    bool iterates;
+};
+
+// What a particle adds to one sum or two.
+struct Products {
+    real a;
+    real b;
+};
+
+__device__ __forceinline__ void finish(const Linear& l, uint iterations, double residual, bool converged, bool breakdown) {
+    if (blockIdx.x + threadIdx.x > 0) return;
+    l.outcome->iterations = iterations;
+    l.outcome->residual = residual;
+    l.outcome->converged = converged;
+    l.outcome->breakdown = breakdown;
+}
+
+__device__ __forceinline__ bool is_finite(double a) { return fabs(a) <= 1.7976931348623157e308; }
+
+// Whether a solve ends, and how.
+struct End {
+    bool converged;
+    bool breakdown;
+    bool is_reached;
+
+    // With |r|, r . c, and whether there are no iterations left.
+    __device__ __forceinline__ End(const Solve& solve, double tolerance, double residual, double gamma, bool is_last) {
+        converged = residual <= tolerance * solve.reference;
+        breakdown = !(is_finite(residual) && is_finite(gamma));
+        is_reached = converged || breakdown || gamma == 0 || is_last;
+    }
+};
+
+// How the conjugate gradient method goes on: step length and share of the last direction.
+struct Recurrence {
+    double alpha;
+    double gamma;
+
+    // How much of the last direction goes into the next.
+    __device__ __forceinline__ double share(double next_gamma) const { return alpha != 0 ? next_gamma / gamma : 0; }
+
+    // Whether the curvature along the direction is positive.
+    __device__ __forceinline__ bool advance(double next_gamma, double delta, double& beta) {
+        beta = share(next_gamma);
+        double curvature = alpha != 0 ? delta - beta * next_gamma / alpha : delta;
+        double next = next_gamma / curvature;
+        if (!(curvature > 0 && is_finite(next))) return false;
+        alpha = next;
+        gamma = next_gamma;
+        return true;
+    }
+};
+
+#define HALVINGS_MAX 20
+
+// How the Jacobi method goes on.
+struct Damping {
+    double omega;
+    uint halvings;
+
+    // Whether it goes on at all after r . c was `norm` and is `next`.
+    __device__ __forceinline__ bool advance(double norm, double next) {
+        if (!(next >= norm)) return true;
+        if (halvings == HALVINGS_MAX) return false;
+        halvings++;
+        omega *= 0.5;
+        return true;
+    }
+};
+
+// Passes over all particles by blocks with `Memory` for sums: particles are handed out in steps.
+template <typename Memory> struct Passes {
+    static constexpr uint THREADS = Memory::STEP;
+
+    // The steps of a block.
+    struct Work {
+        uint first;
+        uint stride;
+        uint count;
+
+        __device__ __forceinline__ uint step(uint k) const { return first + k * stride; }
+        __device__ __forceinline__ uint particle(uint k) const { return step(k) * THREADS + threadIdx.x; }
+    };
+
+    static __device__ __forceinline__ Work work_of(uint count) {
+        uint steps = (count + THREADS - 1) / THREADS;
+        return {blockIdx.x, gridDim.x, (steps - blockIdx.x + gridDim.x - 1) / gridDim.x};
+    }
+
+    // Sums that are published, those of particles beyond the last included.
+    static __device__ __forceinline__ uint units_of(uint count) { return (count + THREADS - 1) / THREADS * Memory::UNITS; }
+
+    // Calls `visit` for each particle of this block, its steps in descending order: the pass before it has ended with those that
+    // are still in the cache. Its products are summed.
+    template <typename Visit>
+    static __device__ __forceinline__ void for_particles(const Solver& s, Memory& memory, uint count, double* first, double* second, Visit visit) {
+        Work work = work_of(s.count);
+        for (uint end = work.count; end > 0;) {
+            uint turns = min(end, Memory::TURNS);
+            for (uint turn = 0; turn < turns; turn++) {
+                uint i = work.particle(end - 1 - turn);
+                Products products = {0, 0};
+                if (i < s.count) products = visit(i);
+                for (uint which = 0; which < count; which++) memory.put(turn, which, which == 0 ? products.a : products.b);
+            }
+            __syncthreads();
+            memory.finish(turns, count, first, second, work.step(end - 1), -(int)work.stride);
+            __syncthreads();
+            end -= turns;
+        }
+    }
+
+    // r = S (b - A y) and c = S P^-1 r for a vector y whose entries all blocks have written, or r = S b without
+    // one; then |r| and r . c.
+    static __device__ __forceinline__ void residual_of(const Solver& s, const Linear& l, Memory& memory, const real4* y, double& residual, double& gamma) {
+        uint units = units_of(s.count);
+        double* sums[2] = {l.partials + units, l.partials + 2 * units};
+        auto visit = [&](uint i, const real4& origin, const vec3& row) {
+            bool is_free = origin.w > 0;
+            vec3 r = filtered(l, i, is_free, xyz(l.vectors[RIGHT_SIDE][i]) - row);
+            vec3 c = filtered(l, i, is_free, preconditioned(l, i, r));
+            l.vectors[RESIDUAL][i] = with_w(r, 0);
+            l.vectors[PRECONDITIONED][i] = with_w(c, 0);
+            return Products{dot(r, c), dot(r, r)};
+        };
+        if (y == nullptr) {
+            for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) { return visit(i, l.origin[i], vec3{0, 0, 0}); });
+        } else {
+            for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) {
+                real4 origin = l.origin[i];
+                return visit(i, origin, matrix_row(s, l, y, i, origin));
+            });
+        }
+        grid_barrier(&s.status->barrier[2]);
+        double square;
+        memory.add_blocks(2, sums[0], sums[1], units, gamma, square);
+        residual = sqrt(square);
+    }
+
+    // Puts the solution where the iteration starts, and its residual with it.
+    static __device__ __forceinline__ Solve begin(const Solver& s, const Linear& l, Memory& memory, uint from_solution) {
+        uint units = units_of(s.count);
+        Work work = work_of(s.count);
+        bool is_constrained = false;
+        if (l.has_constraints) {
+            for_particles(s, memory, 1, l.partials, l.partials, [&](uint i) {
+                vec3 z = projected(s, l, i, vec3{0, 0, 0});
+                l.vectors[DIRECTION][i] = with_w(z, 0);
+                return Products{dot(z, z), 0};
+            });
+            grid_barrier(&s.status->barrier[2]);
+            double square, unused;
+            memory.add_blocks(1, l.partials, l.partials, units, square, unused);
+            is_constrained = square != 0;
+        }
+        Solve solve;
+        residual_of(s, l, memory, is_constrained ? l.vectors[DIRECTION] : nullptr, solve.reference, solve.gamma);
+        solve.residual = solve.reference;
+        solve.iterates = true;
+        if (solve.reference == 0 || !from_solution) {
+            for (uint k = 0; k < work.count; k++) {
+                uint i = work.particle(k);
+                if (i < s.count) l.vectors[SOLUTION][i] = l.has_constraints ? l.vectors[DIRECTION][i] : real4{0, 0, 0, 0};
+            }
+        }
+        if (solve.reference == 0) {
+            finish(l, 0, 0, true, false);
+            solve.iterates = false;
+            return solve;
+        }
+        if (from_solution) {
+            for (uint k = 0; k < work.count; k++) {
+                uint i = work.particle(k);
+                if (i < s.count) l.vectors[SOLUTION][i] = with_w(projected(s, l, i, xyz(l.vectors[SOLUTION][i])), 0);
+            }
+            grid_barrier(&s.status->barrier[2]);
+            residual_of(s, l, memory, l.vectors[SOLUTION], solve.residual, solve.gamma);
+        }
+        if (!(is_finite(solve.reference) && is_finite(solve.residual))) {
+            finish(l, 0, 1.0 / 0.0, false, true);
+            solve.iterates = false;
+        }
+        return solve;
+    }
+};
