@@ -38,7 +38,8 @@ fn a_particle_rebounds_to_the_square_of_the_restitution() {
                 let mut state = advance(&mut *solver, steps, time_step);
                 let mut top = 0.0_f64;
                 while state.velocities[0][2] > 0.0 {
-                    state = advance(&mut *solver, 1, time_step);
+                    // Between two looks, 2 ms apart, it rises no more than 5 um above what is seen at the top.
+                    state = advance(&mut *solver, 20, time_step);
                     top = top.max(state.positions[0][2] - 0.5 * THICKNESS);
                 }
                 assert_close("rebound", top, restitution * restitution * height, 0.01);
