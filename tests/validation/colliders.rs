@@ -22,26 +22,24 @@ fn plane(friction: f64, restitution: f64) -> Collider {
     }
 }
 
-/// Newton's law of impact (1687): a body that falls from height h rebounds to e^2 h.
+/// Newton's law of impact (1687): a body that falls from height h rebounds to e^2 h. Only the last centimetre of its fall is
+/// simulated and the beginning of its rise; the rest is free flight.
 #[test]
 fn a_particle_rebounds_to_the_square_of_the_restitution() {
-    let [height, time_step] = [0.5, 1e-4];
+    let [height, last, time_step] = [0.5, 0.01, 1e-4];
+    let speed = (2.0 * GRAVITY * (height - last)).sqrt();
     for restitution in [0.3, 0.7, 1.0] {
-        let cloth = particles(&[[0.0, 0.0, height + 0.5 * THICKNESS]], [0.0; 3]);
+        let cloth = particles(&[[0.0, 0.0, last + 0.5 * THICKNESS]], [0.0, 0.0, -speed]);
         let model = build(ModelBuilder::new().cloth(cloth).collider(plane(0.0, restitution)));
         for candidate in candidates() {
             for integrator in integrators(candidate) {
                 let mut solver = solver_of(candidate, &model, time_step, integrator);
-                // From the impact on; the top comes e times the time of the fall later.
-                let fall = (2.0 * height / GRAVITY).sqrt();
-                let steps = (1.01 * fall / time_step) as u32;
-                let mut state = advance(&mut *solver, steps, time_step);
-                let mut top = 0.0_f64;
-                while state.velocities[0][2] > 0.0 {
-                    // Between two looks, 2 ms apart, it rises no more than 5 um above what is seen at the top.
-                    state = advance(&mut *solver, 20, time_step);
-                    top = top.max(state.positions[0][2] - 0.5 * THICKNESS);
-                }
+                let steps = (2.0 * last / speed / time_step) as u32;
+                let state = advance(&mut *solver, steps, time_step);
+                let velocity = state.velocities[0][2];
+                assert!(velocity > 0.0, "it has not come back: {velocity} m/s");
+                let rise = velocity * velocity / (2.0 * GRAVITY);
+                let top = state.positions[0][2] - 0.5 * THICKNESS + rise;
                 assert_close("rebound", top, restitution * restitution * height, 0.01);
             }
         }
