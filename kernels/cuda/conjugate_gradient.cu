@@ -164,17 +164,9 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_g
             vec3 r = (-a) * q + xyz(last_r);
             l.vectors[DIRECTION][i] = with_w(p, y.x);
             l.vectors[DIRECTION_IMAGE][i] = with_w(q, y.y);
-            vec3 c = preconditioned(l, i, r);
-            // Without colliders the filter keeps held particles alone, whose r is zero.
-            if (l.has_constraints) c = filtered(s, l, i, c);
-            l.vectors[RESIDUAL][i] = with_w(r, y.z);
-            l.vectors[PRECONDITIONED][i] = with_w(c, 0);
-            return Products{dot(r, c), dot(r, r)};
+            return Pass::residual_store(s, l, i, r, y.z);
         });
-        grid_barrier(&s.status->barrier[2]);
-        double square;
-        memory.add_blocks(2, sums[0], sums[1], units, gamma, square);
-        residual = sqrt(square);
+        Pass::residual_sums(s, memory, sums, residual, gamma);
     }
 }
 

@@ -131,17 +131,9 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_g
         double* sums[2] = {l.partials + units, l.partials + 2 * units};
         Pass::for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) {
             vec3 r = (-a) * xyz(iterates.q[i]) + xyz(l.vectors[RESIDUAL][i]);
-            vec3 c = preconditioned(l, i, r);
-            // Without colliders the filter keeps held particles alone, whose r is zero.
-            if (l.has_constraints) c = filtered(s, l, i, c);
-            l.vectors[RESIDUAL][i] = with_w(r, 0);
-            l.vectors[PRECONDITIONED][i] = with_w(c, 0);
-            return Products{dot(r, c), dot(r, r)};
+            return Pass::residual_store(s, l, i, r, 0);
         });
-        grid_barrier(&s.status->barrier[2]);
-        double square;
-        memory.add_blocks(2, sums[0], sums[1], units, gamma, square);
-        residual = sqrt(square);
+        Pass::residual_sums(s, memory, sums, residual, gamma);
     }
 }
 

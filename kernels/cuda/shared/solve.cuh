@@ -119,6 +119,24 @@ template <typename Memory> struct Passes {
         }
     }
 
+    // |r| and r . c from what `for_particles` has put into `sums`.
+    static __device__ __forceinline__ void residual_sums(const Solver& s, Memory& memory, double* const* sums, double& residual, double& gamma) {
+        grid_barrier(&s.status->barrier[2]);
+        double square;
+        memory.add_blocks(2, sums[0], sums[1], units_of(s.count), gamma, square);
+        residual = sqrt(square);
+    }
+
+    // Stores r with a number beside it, and c = S P^-1 r.
+    static __device__ __forceinline__ Products residual_store(const Solver& s, const Linear& l, uint i, const vec3& r, real beside) {
+        vec3 c = preconditioned(l, i, r);
+        // Without colliders the filter keeps held particles alone, whose r is zero.
+        if (l.has_constraints) c = ::filtered(s, l, i, c);
+        l.vectors[RESIDUAL][i] = with_w(r, beside);
+        l.vectors[PRECONDITIONED][i] = with_w(c, 0);
+        return Products{dot(r, c), dot(r, r)};
+    }
+
     // r = S (b - A y) and c = S P^-1 r for a vector y whose entries all blocks have written, or r = S b without
     // one; then |r| and r . c.
     static __device__ __forceinline__ void residual_of(const Solver& s, const Linear& l, Memory& memory, const real4* y, double& residual, double& gamma) {
@@ -140,10 +158,7 @@ template <typename Memory> struct Passes {
                 return visit(i, origin, matrix_row(s, l, y, i, origin));
             });
         }
-        grid_barrier(&s.status->barrier[2]);
-        double square;
-        memory.add_blocks(2, sums[0], sums[1], units, gamma, square);
-        residual = sqrt(square);
+        residual_sums(s, memory, sums, residual, gamma);
     }
 
     // Puts the solution where the iteration starts, and its residual with it.
