@@ -7,7 +7,7 @@ extern "C" __global__ void __launch_bounds__(256) contact_candidates(const __gri
     bool holds = groups_store(s, 0, motion.x);
     if (!holds || s.status->built == 0) s.status->stale[tick & 3] = tick;
     grid_barrier(barrier);
-    if (*(volatile uint*)&s.status->stale[tick & 3] == tick) list_build(s, barrier, motion, 0, tick);
+    if (*(volatile uint*)&s.status->stale[tick & 3] == tick) list_build(s, motion, 0, tick, [&] { grid_barrier(barrier); });
     __shared__ real4 stages[256];
     contacts_find(s, 0, stages + threadIdx.x / 32 * GROUP);
 }

@@ -50,9 +50,11 @@ extern "C" __global__ void contact_impulses(const __grid_constant__ Solver s, re
     s.velocity[1 - s.present][i] = with_w(vi, rate.w);
 }
 
-// Sets the count of contacts back.
+// Sets the count of contacts back, and those of the meetings of a frame.
 extern "C" __global__ void contacts_clear(const __grid_constant__ Solver s) {
-    if (blockIdx.x + threadIdx.x == 0) s.status->contacts = 0;
+    if (blockIdx.x + threadIdx.x > 0) return;
+    s.status->contacts = 0;
+    s.status->meetings[0] = s.status->meetings[1] = 0;
 }
 
 // Sets the count of builds back.

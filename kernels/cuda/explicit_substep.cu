@@ -155,17 +155,19 @@ __device__ __forceinline__ void words_copy_start(void* to, const void* from, uin
     }
 }
 
-// Stores a particle; books a number that is not finite.
-__device__ __forceinline__ void particle_store(const Solver& s, real4* x, real4* v, const SubstepData& substep, uint i, const Moved& moved, const real4& own, const real4& rate) {
+// Stores a particle; books a number that is not finite, and says whether there is none.
+__device__ __forceinline__ bool particle_store(const Solver& s, real4* x, real4* v, const SubstepData& substep, uint i, const Moved& moved, const real4& own, const real4& rate) {
     x[i] = with_w(moved.position, own.w);
     v[i] = with_w(moved.velocity, rate.w);
-    if (!(is_finite(moved.position) && is_finite(moved.velocity))) atomicMin(&s.status->non_finite_step, substep.step);
+    bool finite = is_finite(moved.position) && is_finite(moved.velocity);
+    if (!finite) atomicMin(&s.status->non_finite_step, substep.step);
+    return finite;
 }
 
 // A substep of one particle, with `found` partners. Gives where it gets to.
 __device__ __forceinline__ vec3 substep_store(
     const Solver& s, const TableEntry* table, const uint2* headers, const Motion& motion, const SubstepData& substep, const Collider* colliders,
-    const real4* x, const real4* v, uint at, uint i, const real4* partners, uint found, bool stopped, real4* next_x, real4* next_v, uint& total
+    const real4* x, const real4* v, uint at, uint i, const real4* partners, uint found, bool stopped, real4* next_x, real4* next_v, uint& total, bool& finite
 ) {
     real4 own = x[at], rate = v[at];
     uint contacts = 0;
@@ -173,7 +175,7 @@ __device__ __forceinline__ vec3 substep_store(
     if (!stopped) {
         moved = particle_advance<PENALTY, EXTRAS, TABLE>(s, table, headers, motion, substep, colliders, x, v, at, i, own, rate, partners, found, contacts);
     }
-    particle_store(s, next_x, next_v, substep, i, moved, own, rate);
+    finite &= particle_store(s, next_x, next_v, substep, i, moved, own, rate);
     total += contacts;
     return moved.position;
 }
@@ -183,7 +185,7 @@ __device__ __forceinline__ vec3 substep_store(
 template <bool HAS_OWN>
 __device__ __forceinline__ vec3 stencil_substep_store(
     const Solver& s, const Motion& motion, const SubstepData& substep, const Collider* colliders, const real4& own, const real4& rate, uint i,
-    const real4* partners, uint found, bool stopped, real4* next_x, real4* next_v, uint& total,
+    const real4* partners, uint found, bool stopped, real4* next_x, real4* next_v, uint& total, bool& finite,
     const real* forces, uint row, uint column, bool inside, const vec3* springs, real offset
 ) {
     uint contacts = 0;
@@ -198,7 +200,7 @@ __device__ __forceinline__ vec3 stencil_substep_store(
         }
         moved = particle_finish<PENALTY, EXTRAS>(s, motion, substep, colliders, i, own, rate, partners, found, true, force, offset, contacts);
     }
-    particle_store(s, next_x, next_v, substep, i, moved, own, rate);
+    finite &= particle_store(s, next_x, next_v, substep, i, moved, own, rate);
     total += contacts;
     return moved.position;
 }
@@ -224,6 +226,8 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
     __shared__ Collider near_colliders[2][COLLIDERS_NEAR];
 #ifdef CLOTH_PENALTY
     __shared__ real4 stages[256];
+    __shared__ Meeting meeting;
+    auto meet = [&] { return meeting.meet(s.status->meetings); };
 #else
     real4* stages = nullptr;
 #endif
@@ -247,19 +251,23 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
     uint end = first + s.chunk;
     uint step = GRID ? 1 : blockDim.x;
     end = min(end, GRID ? across * ((s.rows + TILE_ROWS - 1) / TILE_ROWS) : s.count);
-    if (PENALTY) {
-        // Whether the list holds for the first substep; later ones are looked at by the one before.
-        uint tick = s.substeps[0].tick;
-        bool holds = groups_store(s, 0, motion.x);
-        if (!holds || s.status->built == 0) s.status->stale[tick & 3] = tick;
-        grid_barrier(&s.status->barrier[0]);
-    }
+    bool stopped = false;
+#ifdef CLOTH_PENALTY
+    if (threadIdx.x == 0) meeting.start();
+    __syncthreads();
+    // Whether the list holds for the first substep; later ones are looked at by the one before.
+    if (!groups_store(s, 0, motion.x) || s.status->built == 0) meeting.vote(VOTE_STALE);
+    uint agreed = meet();
+#endif
     bool has_near = s.collider_count <= COLLIDERS_NEAR;
     words_copy(near_substeps, s.substeps, min(substeps, 2u) * sizeof(SubstepData));
     if (has_near) words_copy(near_colliders[0], s.colliders + s.substeps[0].collider_first, s.collider_count * sizeof(Collider));
-    bool stopped = false;
     // Of the positions by group, those that hold.
     uint side = 0;
+#if defined(CLOTH_PENALTY) && defined(CLOTH_WIDE)
+    // Of the list of the warp's group, its length, and the entry of the lane.
+    uint listed = 0, listed_first = 0;
+#endif
     for (uint number = 0; number < substeps; number++) {
         copies_wait();
         if (!PENALTY && number > 0) wait_for_dependencies(s, s.epoch + number);
@@ -272,18 +280,27 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
             words_copy_start(near_colliders[(number + 1) & 1], s.colliders + next, s.collider_count * sizeof(Collider));
         }
         // Without contact a frame goes to its end; with it, blocks agree on when something went wrong.
-        if (PENALTY || number == 0) stopped = *(volatile ulong*)&s.status->non_finite_step < substep.step;
-        uint tick = substep.tick;
-        if (PENALTY && !stopped && *(volatile uint*)&s.status->stale[tick & 3] == tick) {
-            list_build(s, &s.status->barrier[0], motion, side, tick);
+        if (number == 0) stopped = *(volatile ulong*)&s.status->non_finite_step < substep.step;
+#ifdef CLOTH_PENALTY
+        stopped |= (agreed & VOTE_STOP) != 0;
+        bool stale = !stopped && (agreed & VOTE_STALE) != 0;
+        if (stale) list_build(s, motion, side, substep.tick, meet);
+#ifdef CLOTH_WIDE
+        // The block has one tile, and each warp the same group all the time.
+        uint own_group = first * (TILE_COLUMNS * TILE_ROWS / GROUP) + warp;
+        if (GRID && (number == 0 || stale)) {
+            listed = list_count(s, own_group);
+            listed_first = list_entry(s, own_group, lane, 0, listed);
         }
-        if (PENALTY && !GRID) {
+#endif
+        if (!GRID) {
             contacts_find(s, side, stages + warp * GROUP);
-            grid_barrier(&s.status->barrier[0]);
+            meet();
         }
+#endif
         bool last = number + 1 == substeps;
         uint total = 0;
-        bool holds = true;
+        bool finite = true, holds = true;
         TilePlace place = GRID ? TilePlace{first % across, first / across} : TilePlace{0, 0};
         if (GRID && TILES == 2) tile_start(s, motion, place, loads, tiles, tiles + TILE_ENTRIES);
         uint turn = 0;
@@ -293,6 +310,10 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
             const real4* x = motion.x;
             const real4* v = motion.v;
             uint at = i;
+#if defined(CLOTH_PENALTY) && defined(CLOTH_WIDE)
+            GroupView view;
+            NearGroups near_groups;
+#endif
 #ifdef CLOTH_STENCIL
             uint tile_row = 0, tile_column = 0;
             bool inside = false;
@@ -320,6 +341,11 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
                 at = (r + HALO) * TILE_STRIDE + c + HALO;
                 x = tile;
                 v = tile + TILE_ENTRIES;
+#if defined(CLOTH_PENALTY) && defined(CLOTH_WIDE)
+                // What is far away comes while springs are worked on.
+                view = GroupView::of(s, side, own_group, lane);
+                near_groups = NearGroups::of(s, side, view.box, lane, lane < listed, listed_first);
+#endif
 #ifdef CLOTH_STENCIL
                 tile_row = r;
                 tile_column = c;
@@ -335,7 +361,12 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
                 uint found = 0;
                 if (!stopped) {
                     // Also those that springs join to the particle.
-                    group_contacts_visit(s, side, group, lane, stages + warp * GROUP, [&](uint, uint, const real4& partner) {
+#if !(defined(CLOTH_PENALTY) && defined(CLOTH_WIDE))
+                    uint listed = list_count(s, group);
+                    GroupView view = GroupView::of(s, side, group, lane);
+                    NearGroups near_groups = NearGroups::of(s, side, view.box, lane, lane < listed, list_entry(s, group, lane, 0, listed));
+#endif
+                    group_contacts_visit(s, side, group, lane, view, near_groups, listed, stages + warp * GROUP, [&](uint, uint, const real4& partner) {
                         partner_add(partners, found, partner);
                         found++;
                     });
@@ -348,39 +379,43 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
 #ifdef CLOTH_STENCIL
                 if (exists) {
                     position = stencil_substep_store<false>(
-                        s, motion, substep, colliders, x[at], v[at], i, kept, found, stopped, next_x, next_v, total,
+                        s, motion, substep, colliders, x[at], v[at], i, kept, found, stopped, next_x, next_v, total, finite,
                         forces, tile_row, tile_column, inside, nullptr, offset
                     );
                 }
 #else
-                if (exists) position = substep_store(s, table, headers, motion, substep, colliders, x, v, at, i, kept, found, stopped, next_x, next_v, total);
+                if (exists) position = substep_store(s, table, headers, motion, substep, colliders, x, v, at, i, kept, found, stopped, next_x, next_v, total, finite);
 #endif
                 if (!last) holds &= group_store(s, 1 - side, group, lane, exists, position, i);
             } else if (exists) {
                 uint found = PENALTY ? s.candidate_counts[i] : 0;
 #ifdef CLOTH_STENCIL
                 stencil_substep_store<true>(
-                    s, motion, substep, colliders, x[at], v[at], i, nullptr, found, stopped, next_x, next_v, total,
+                    s, motion, substep, colliders, x[at], v[at], i, nullptr, found, stopped, next_x, next_v, total, finite,
                     forces, tile_row, tile_column, inside, springs, offset
                 );
 #else
-                substep_store(s, table, headers, motion, substep, colliders, x, v, at, i, nullptr, found, stopped, next_x, next_v, total);
+                substep_store(s, table, headers, motion, substep, colliders, x, v, at, i, nullptr, found, stopped, next_x, next_v, total, finite);
 #endif
             }
         }
-        if (PENALTY) {
-            if (GRID) {
-                side = 1 - side;
-            } else if (!last) {
-                grid_barrier(&s.status->barrier[0]);
+#ifdef CLOTH_PENALTY
+        if (!finite) meeting.vote(VOTE_STOP);
+        if (GRID) side = 1 - side;
+        if (last) {
+            if (total > 0) atomicAdd(&s.status->contacts, (ulong)total);
+        } else {
+            agreed = 0;
+            if (!GRID) {
+                agreed = meet();
                 holds = groups_store(s, side, next_x);
             }
-            if (!holds) s.status->stale[(tick + 1) & 3] = tick + 1;
-            if (last && total > 0) atomicAdd(&s.status->contacts, (ulong)total);
-            if (!last) grid_barrier(&s.status->barrier[0]);
-        } else {
-            publish(s, s.epoch + number + 1);
+            if (!holds) meeting.vote(VOTE_STALE);
+            agreed |= meet();
         }
+#else
+        publish(s, s.epoch + number + 1);
+#endif
         real4* x = next_x;
         real4* v = next_v;
         next_x = (real4*)motion.x;

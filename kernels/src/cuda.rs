@@ -83,7 +83,7 @@ macro_rules! shared {
 }
 
 shared! {
-    "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "sync" "build"
+    "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "sync" "meeting" "build"
     "substep" "stencil"
     "linear" "sum" "solve" "resident" "patch" "constraint"
 }

@@ -94,6 +94,7 @@ pub(crate) struct ControlForceData<T> {
 #[repr(C)]
 pub(crate) struct Status {
     pub(crate) barrier: [u64; 4],
+    pub(crate) meetings: [u64; 2],
     pub(crate) non_finite_step: u64,
     pub(crate) contacts: u64,
     pub(crate) candidates: u64,

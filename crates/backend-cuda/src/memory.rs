@@ -352,6 +352,7 @@ impl<T: CudaReal> Memory<T> {
         let status = Status {
             non_finite_step: u64::MAX,
             barrier: [0; 4],
+            meetings: [0; 2],
             contacts: 0,
             candidates: 0,
             overflow: 0,

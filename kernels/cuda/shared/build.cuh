@@ -5,6 +5,8 @@
 
 // Cells of a region that are put into the grid.
 #define COVER_MAX 27
+// So few groups are compared each with all.
+#define GROUPS_FEW 1024
 
 struct Cover {
     int low[3];
@@ -74,13 +76,15 @@ __device__ __forceinline__ void row_add(const Solver& s, uint group, uint other,
     if (k < s.group_capacity) s.group_rows[group * s.group_capacity + k] = other;
 }
 
-// The list is to hold from use `tick` on, for the positions of `motion`, which are side `side` of those by group. Ends
-// with all blocks having what they need.
-__device__ __forceinline__ void list_build(const Solver& s, ulong* barrier, const Motion& motion, uint side, uint tick) {
+// The list is to hold from use `tick` on, for the positions of `motion`, which are side `side` of those by group. All blocks
+// call `meet` to wait for each other, and end with what they need.
+template <typename Meet>
+__device__ __forceinline__ void list_build(const Solver& s, const Motion& motion, uint side, uint tick, Meet meet) {
     __shared__ uint found[32];
     uint lane = threadIdx.x & 31, warp = threadIdx.x / 32;
     uint first = (blockIdx.x * blockDim.x + threadIdx.x) / 32;
     uint warps = gridDim.x * blockDim.x / 32;
+    bool few = s.group_count <= GROUPS_FEW;
     for (uint group = first; group < s.group_count; group += warps) {
         real4 entry = s.group_positions[side][group * GROUP + lane];
         uint i = number_unpack(entry.w);
@@ -88,6 +92,7 @@ __device__ __forceinline__ void list_build(const Solver& s, ulong* barrier, cons
         vec3 v = exists ? xyz(motion.v[i]) : make_vec3(0, 0, 0);
         Box region = region_of(s, exists, xyz(entry), v);
         box_store(s.group_regions, group, lane, region);
+        if (few) continue;
         Cover cover = cover_of(s, region);
         if (cover.count > COVER_MAX) {
             if (lane == 0) s.status->large = tick;
@@ -102,18 +107,19 @@ __device__ __forceinline__ void list_build(const Solver& s, ulong* barrier, cons
         }
     }
     if (blockIdx.x + threadIdx.x == 0) s.status->candidates = 0;
-    grid_barrier(barrier);
-    bool large = *(volatile uint*)&s.status->large == tick;
+    meet();
+    bool each = few || *(volatile uint*)&s.status->large == tick;
     ulong looks = 0;
     for (uint group = first; group < s.group_count; group += warps) {
         Box region = box_load(s.group_regions, group);
         Box near = box_grown(region, contact_reach(s, region));
         if (lane == 0) found[warp] = 0;
         __syncwarp();
-        Cover cover = cover_of(s, region);
-        if (large) {
-            // Some region has too many cells: that happens to what flies apart, and takes long.
-            for (uint other = lane; cover.count > 0 && other < s.group_count; other += 32) {
+        Cover cover = few ? Cover{{0, 0, 0}, {0, 0, 0}, 0} : cover_of(s, region);
+        if (each) {
+            // Where some region has too many cells this takes long: that happens to what flies apart.
+#pragma unroll 8
+            for (uint other = lane; other < s.group_count; other += 32) {
                 if (boxes_meet(near, box_load(s.group_regions, other))) row_add(s, group, other, &found[warp]);
             }
         } else if (lane < cover.count) {
@@ -151,5 +157,5 @@ __device__ __forceinline__ void list_build(const Solver& s, ulong* barrier, cons
         s.status->built = 1;
         s.status->rebuilds++;
     }
-    grid_barrier(barrier);
+    meet();
 }

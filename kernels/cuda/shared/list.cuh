@@ -16,36 +16,71 @@ __device__ __forceinline__ bool is_joined(const Solver& s, uint i, uint j) {
     return joined;
 }
 
+// What a group looks for partners with: the particle of the lane, and how far around the group they may be.
+struct GroupView {
+    vec3 x;
+    Box box;
+
+    __device__ __forceinline__ static GroupView of(const Solver& s, uint side, uint group, uint lane) {
+        Box box = box_load(s.group_boxes[side], group);
+        return {xyz(s.group_positions[side][group * GROUP + lane]), box_grown(box, contact_reach(s, box))};
+    }
+};
+
+// Members of a group that are compared at once, where there are registers for it.
+#ifdef CLOTH_WIDE
+#define MEMBERS_BATCH 4
+#else
+#define MEMBERS_BATCH 1
+#endif
+
+// Groups of its list, one for each lane, and which are near it; the positions of the first of these are on their way.
+struct NearGroups {
+    uint other;
+    uint left;
+    uint at;
+    real4 next;
+
+    // `listed` says that the lane has one, `other`.
+    __device__ __forceinline__ static NearGroups of(const Solver& s, uint side, const Box& box, uint lane, bool listed, uint other) {
+        NearGroups near;
+        near.other = other;
+        near.left = __ballot_sync(ALL_LANES, listed && boxes_meet(box, box_load(s.group_boxes[side], other)));
+        near.load(s, side, lane);
+        return near;
+    }
+
+    // If there is none left, any.
+    __device__ __forceinline__ void load(const Solver& s, uint side, uint lane) {
+        at = __shfl_sync(ALL_LANES, other, left == 0 ? 0 : __ffs(left) - 1);
+        next = s.group_positions[side][at * GROUP + lane];
+    }
+};
+
+// The entry of a lane in the list of a group, from `first` on; the group itself if there is none.
+__device__ __forceinline__ uint list_entry(const Solver& s, uint group, uint lane, uint first, uint listed) {
+    return first + lane < listed ? s.group_rows[group * s.group_capacity + first + lane] : group;
+}
+
+// Groups in the list of one.
+__device__ __forceinline__ uint list_count(const Solver& s, uint group) { return min(s.group_counts[group], s.group_capacity); }
+
 // Calls `visit` for every particle in contact with that of the lane, also those that are left out, in no particular
 // order: with its group, its place there, its position and number. All lanes of the warp take part, but `visit` is called
-// by one alone. `stage` is shared memory of the warp, one entry for each lane.
+// by one alone. `near` are the first of the `listed` groups. `stage` is shared memory of the warp, one entry for each lane.
 template <typename Visit>
-__device__ __forceinline__ void group_contacts_visit(const Solver& s, uint side, uint group, uint lane, real4* stage, Visit visit) {
-    const real4* positions = s.group_positions[side];
-    vec3 xi = xyz(positions[group * GROUP + lane]);
-    Box box = box_load(s.group_boxes[side], group);
-    box = box_grown(box, contact_reach(s, box));
+__device__ __forceinline__ void group_contacts_visit(
+    const Solver& s, uint side, uint group, uint lane, const GroupView& view, NearGroups near, uint listed, real4* stage, Visit visit
+) {
     real square = s.contact_distance * s.contact_distance;
-    uint listed = min(s.group_counts[group], s.group_capacity);
     for (uint first = 0; first < listed; first += 32) {
-        bool near = false;
-        uint other = group;
-        if (first + lane < listed) {
-            other = s.group_rows[group * s.group_capacity + first + lane];
-            near = boxes_meet(box, box_load(s.group_boxes[side], other));
-        }
-        uint left = __ballot_sync(ALL_LANES, near);
-        uint at = left == 0 ? group : __shfl_sync(ALL_LANES, other, __ffs(left) - 1);
-        real4 next = positions[at * GROUP + lane];
-        while (left != 0) {
-            real4 theirs = next;
-            uint present = at;
-            left &= left - 1;
-            if (left != 0) {
-                at = __shfl_sync(ALL_LANES, other, __ffs(left) - 1);
-                next = positions[at * GROUP + lane];
-            }
-            uint inside = __ballot_sync(ALL_LANES, box_holds(box, xyz(theirs)));
+        if (first > 0) near = NearGroups::of(s, side, view.box, lane, first + lane < listed, list_entry(s, group, lane, first, listed));
+        while (near.left != 0) {
+            real4 theirs = near.next;
+            uint present = near.at;
+            near.left &= near.left - 1;
+            if (near.left != 0) near.load(s, side, lane);
+            uint inside = __ballot_sync(ALL_LANES, box_holds(view.box, xyz(theirs)));
             if (inside == 0) continue;
             stage[lane] = theirs;
             __syncwarp();
@@ -53,14 +88,22 @@ __device__ __forceinline__ void group_contacts_visit(const Solver& s, uint side,
             if (__popc(inside) > MEMBERS_FEW) {
 #pragma unroll
                 for (uint k = 0; k < GROUP; k++) {
-                    hits |= pair_of(xi, xyz(stage[k])).length_squared < square ? 1u << k : 0;
+                    hits |= pair_of(view.x, xyz(stage[k])).length_squared < square ? 1u << k : 0;
                 }
                 hits &= inside;
             } else {
                 while (inside != 0) {
-                    uint k = __ffs(inside) - 1;
-                    inside &= inside - 1;
-                    hits |= pair_of(xi, xyz(stage[k])).length_squared < square ? 1u << k : 0;
+                    // Of fewer than a batch, the first stands for those that are missing.
+                    uint members[MEMBERS_BATCH];
+#pragma unroll
+                    for (uint k = 0; k < MEMBERS_BATCH; k++) {
+                        members[k] = k == 0 || inside != 0 ? __ffs(inside) - 1 : members[0];
+                        inside &= inside - 1;
+                    }
+#pragma unroll
+                    for (uint k = 0; k < MEMBERS_BATCH; k++) {
+                        hits |= pair_of(view.x, xyz(stage[members[k]])).length_squared < square ? 1u << members[k] : 0;
+                    }
                 }
             }
             if (present == group) hits &= ~(1u << lane);
@@ -99,7 +142,10 @@ __device__ __noinline__ uint candidate_add(const Solver& s, uint i, uint j, uint
 __device__ __forceinline__ uint group_contacts(const Solver& s, uint side, uint group, uint lane, real4* stage) {
     uint i = number_unpack(s.group_positions[side][group * GROUP + lane].w);
     uint found = 0;
-    group_contacts_visit(s, side, group, lane, stage, [&](uint, uint, const real4& other) {
+    GroupView view = GroupView::of(s, side, group, lane);
+    uint listed = list_count(s, group);
+    NearGroups near = NearGroups::of(s, side, view.box, lane, lane < listed, list_entry(s, group, lane, 0, listed));
+    group_contacts_visit(s, side, group, lane, view, near, listed, stage, [&](uint, uint, const real4& other) {
         found = candidate_add(s, i, number_unpack(other.w), found);
     });
     if (found > s.candidate_capacity) atomicMax(&s.status->overflow, found);

@@ -60,6 +60,8 @@ struct Buckling {
 struct Status {
     // Of the frame kernel, the list kernel, the linear solver.
     ulong barrier[4];
+    // Of the frame kernel with contact, used in turn.
+    ulong meetings[2];
     // First substep that ended with a number that is not finite; all ones if there is none.
     ulong non_finite_step;
     ulong contacts;

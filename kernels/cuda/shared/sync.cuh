@@ -11,10 +11,10 @@ __device__ __forceinline__ void store_release(ulong* address, ulong value) {
     asm volatile("st.release.gpu.global.u64 [%0], %1;" : : "l"(address), "l"(value) : "memory");
 }
 
-// Adds one; gives what was there.
-__device__ __forceinline__ ulong add_release(ulong* address) {
+// Adds; gives what was there.
+__device__ __forceinline__ ulong add_release(ulong* address, ulong value) {
     ulong before;
-    asm volatile("atom.add.release.gpu.global.u64 %0, [%1], 1;" : "=l"(before) : "l"(address) : "memory");
+    asm volatile("atom.add.release.gpu.global.u64 %0, [%1], %2;" : "=l"(before) : "l"(address), "l"(value) : "memory");
     return before;
 }
 
@@ -24,7 +24,7 @@ __device__ __forceinline__ void grid_barrier(ulong* counter) {
     __syncthreads();
     if (threadIdx.x == 0) {
         ulong blocks = gridDim.x;
-        ulong target = (add_release(counter) / blocks + 1) * blocks;
+        ulong target = (add_release(counter, 1) / blocks + 1) * blocks;
         while (load_acquire(counter) < target) {
         }
     }
