@@ -53,6 +53,7 @@ modules! {
     "control_forces" [],
     "explicit_substep" ["penalty", "extras", "table", "grid", "wide", "stencil", "packed"],
     "explicit_substep_patch" [],
+    "explicit_substep_tiles" [],
     "field_forces" [],
     "implicit_assemble" [],
     "implicit_motion" [],
@@ -84,7 +85,7 @@ macro_rules! shared {
 
 shared! {
     "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "sync" "build"
-    "substep" "stencil"
+    "substep" "stencil" "pairs"
     "linear" "sum" "solve" "resident" "patch" "constraint"
 }
 
