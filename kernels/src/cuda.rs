@@ -52,6 +52,7 @@ modules! {
     "contact_linearise" [],
     "control_forces" [],
     "explicit_substep" ["penalty", "extras", "table", "grid", "wide", "stencil", "packed"],
+    "explicit_substep_mesh" [],
     "explicit_substep_patch" [],
     "explicit_substep_tiles" [],
     "field_forces" [],

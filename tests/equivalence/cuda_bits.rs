@@ -161,8 +161,13 @@ fn frames_of_a_patch_give_the_bits_of_the_cpu() {
 #[test]
 fn frames_of_many_tiles_give_the_bits_of_the_cpu() {
     let cpu = cpu(2);
-    // Tiles in runs that go over the edges of the patch.
-    for (patches, stencil) in [(true, Stencil::Neighbours12)] {
+    // As a patch, tiles in runs that go over the edges of the patch; as a mesh, with fewer and with more springs than are loaded
+    // ahead.
+    for (patches, stencil) in [
+        (true, Stencil::Neighbours12),
+        (false, Stencil::Neighbours12),
+        (false, Stencil::Neighbours24),
+    ] {
         let Some(gpu) = cuda(CudaOptions { patches, ..CudaOptions::default() }) else { return };
         for [columns, rows] in [[371, 1101], [1030, 515]] {
             let patch = PatchFrames {

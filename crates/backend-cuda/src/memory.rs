@@ -33,6 +33,8 @@ const PAIR_THREADS: u32 = 128;
 const PAIR_FORCES: usize = 5 * 11 * 35;
 /// Tiles for each multiprocessor from which on that module is faster.
 const TILES_MIN: usize = 4;
+/// Threads of a block of `explicit_substep_mesh.cu`.
+const MESH_THREADS: u32 = 640;
 /// Bytes of shared memory that the table of springs may take in the frame kernel.
 const TABLE_MAX: usize = 20 << 10;
 
@@ -298,6 +300,9 @@ impl<T: CudaReal> Memory<T> {
             self.frame_module = "explicit_substep_tiles";
             threads = PAIR_THREADS;
             shared = tile + 3 * PAIR_FORCES * size_of::<T>();
+        } else if !is_small && is_plain && !T::DOUBLE && options.contains(&"packed") {
+            self.frame_module = "explicit_substep_mesh";
+            threads = MESH_THREADS;
         }
         self.options = options;
         let kernel = self.kernel(self.frame_module, "explicit_frame")?;
