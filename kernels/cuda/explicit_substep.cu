@@ -3,8 +3,9 @@
 // All blocks are resident; each owns a run of particles, or of tiles of a regular patch, which it holds in shared
 // memory with their surroundings. Without contact a block waits for those whose particles it reads, and for no
 // others; with contact all wait for all, as anything may touch anything, and so that they can build the list of groups
-// together when some group has left its region. In a tile with contact a warp has the particles of a group. Patches of few
-// tiles and without contact have a kernel of their own, `explicit_substep_patch.cu`.
+// together when some group has left its region. In a tile with contact a warp has the particles of a group. Where nothing but
+// fields, springs and colliders acts, patches of few and of many tiles and large meshes have kernels of their own:
+// `explicit_substep_patch.cu`, `explicit_substep_tiles.cu`, `explicit_substep_mesh.cu`.
 
 #ifdef CLOTH_PENALTY
 #define PENALTY true

@@ -52,7 +52,9 @@ modules! {
     "contact_linearise" [],
     "control_forces" [],
     "explicit_substep" ["penalty", "extras", "table", "grid", "wide", "stencil", "packed"],
+    "explicit_substep_mesh" [],
     "explicit_substep_patch" [],
+    "explicit_substep_tiles" [],
     "field_forces" [],
     "implicit_assemble" [],
     "implicit_motion" [],
@@ -84,7 +86,7 @@ macro_rules! shared {
 
 shared! {
     "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "sync" "meeting" "build"
-    "substep" "stencil"
+    "substep" "stencil" "pairs"
     "linear" "sum" "solve" "resident" "patch" "constraint"
 }
 

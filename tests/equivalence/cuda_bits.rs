@@ -159,6 +159,33 @@ fn frames_of_a_patch_give_the_bits_of_the_cpu() {
 }
 
 #[test]
+fn frames_of_many_tiles_give_the_bits_of_the_cpu() {
+    let cpu = cpu(2);
+    // As a patch, tiles in runs that go over the edges of the patch; as a mesh, with fewer and with more springs than are loaded
+    // ahead.
+    for (patches, stencil) in [
+        (true, Stencil::Neighbours12),
+        (false, Stencil::Neighbours12),
+        (false, Stencil::Neighbours24),
+    ] {
+        let Some(gpu) = cuda(CudaOptions { patches, ..CudaOptions::default() }) else { return };
+        for [columns, rows] in [[371, 1101], [1030, 515]] {
+            let patch = PatchFrames {
+                columns,
+                rows,
+                stencil,
+                contact: false,
+                collider: true,
+                integrator: Integrator::Explicit,
+                precision: Precision::F32,
+                frames: &[1, 2, 17, 6],
+            };
+            assert_eq!(checks::patch_frames([&cpu, &gpu], &patch), Ok(()));
+        }
+    }
+}
+
+#[test]
 fn implicit_steps_of_a_large_patch_give_the_bits_of_the_cpu() {
     let Some(gpu) = cuda(CudaOptions::default()) else { return };
     let cpu = cpu(2);

@@ -121,8 +121,9 @@ pub fn kernels_compile(architecture: &str) -> Result<usize> {
     // With procedural fields every option of the frame kernel need not be tried again.
     for module in cloth_kernels::CUDA_MODULES {
         let options: &[_] = match module.name {
-            "procedural_forces" | "explicit_substep_patch" => &[],
             "explicit_substep" => &["penalty", "table", "grid"],
+            "procedural_forces" => &[],
+            name if name.starts_with("explicit_substep") => &[],
             _ => continue,
         };
         for (precision, part) in [(None, &single), (Some("fast"), &single), (Some("f64"), &double)]

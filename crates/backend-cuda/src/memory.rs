@@ -28,6 +28,13 @@ pub(crate) const FIGURES: usize = 16;
 const TILE_ENTRIES: usize = 37 * 12;
 /// Numbers of the springs of a tile, as in `stencil.cuh`.
 const STENCIL_FORCES: usize = 53 * 37 * 3;
+/// Threads of a block of `explicit_substep_tiles.cu`, and forces that it keeps, as in `shared/pairs.cuh`.
+const PAIR_THREADS: u32 = 128;
+const PAIR_FORCES: usize = 5 * 11 * 35;
+/// Tiles for each multiprocessor from which on that module is faster.
+const TILES_MIN: usize = 4;
+/// Threads of a block of `explicit_substep_mesh.cu`.
+const MESH_THREADS: u32 = 640;
 /// Bytes of shared memory that the table of springs may take in the frame kernel.
 const TABLE_MAX: usize = 20 << 10;
 
@@ -262,7 +269,7 @@ impl<T: CudaReal> Memory<T> {
         let tile = TILE_ENTRIES * 8 * size_of::<T>();
         // As in `explicit_substep.cu`.
         let tiles = if T::DOUBLE || has_penalty { 1 } else { 2 };
-        let shared = match patch {
+        let mut shared = match patch {
             Some(_) if stencil.is_some() => tiles * tile + STENCIL_FORCES * size_of::<T>(),
             Some(_) => tiles * tile + table,
             None if in_shared => table,
@@ -283,14 +290,23 @@ impl<T: CudaReal> Memory<T> {
             options.push("wide");
         }
         let is_plain = !has_penalty && !options.contains(&"extras");
+        let mut threads = THREADS;
+        let has_runs = is_plain && stencil.is_some() && items >= TILES_MIN * multiprocessors;
         if is_small && is_plain && stencil.is_some() {
             self.frame_module = "explicit_substep_patch";
             self.packets = Buffer::zeros(&self.queue, 4 * n)?;
             self.data.packets = self.packets.address();
+        } else if has_runs {
+            self.frame_module = "explicit_substep_tiles";
+            threads = PAIR_THREADS;
+            shared = tile + 3 * PAIR_FORCES * size_of::<T>();
+        } else if !is_small && is_plain && !T::DOUBLE && options.contains(&"packed") {
+            self.frame_module = "explicit_substep_mesh";
+            threads = MESH_THREADS;
         }
         self.options = options;
         let kernel = self.kernel(self.frame_module, "explicit_frame")?;
-        let resident = self.queue.device.resident_blocks(kernel, THREADS, shared)? as usize;
+        let resident = self.queue.device.resident_blocks(kernel, threads, shared)? as usize;
         let blocks = if is_small { resident.min(multiprocessors) } else { resident };
         let mut chunk = items.div_ceil(blocks);
         if let Some(patch) = patch {
@@ -299,11 +315,14 @@ impl<T: CudaReal> Memory<T> {
         } else {
             chunk = chunk.next_multiple_of(32);
         }
-        let blocks = items.div_ceil(chunk);
+        let blocks = if has_runs { blocks.min(items) } else { items.div_ceil(chunk) };
         self.data.chunk = chunk as u32;
-        self.frame = Launch { blocks: blocks as u32, threads: THREADS, shared, cooperative: true };
-        let dependencies = Dependencies::new(model, blocks, |particle| {
-            patch.map_or(particle, |patch| patch.tile_of(particle)) / chunk
+        self.frame = Launch { blocks: blocks as u32, threads, shared, cooperative: true };
+        let dependencies = Dependencies::new(model, blocks, |particle| match patch {
+            // Block b has the tiles from b items / blocks on.
+            Some(patch) if has_runs => ((patch.tile_in_strips(particle) + 1) * blocks - 1) / items,
+            Some(patch) => patch.tile_of(particle) / chunk,
+            None => particle / chunk,
         });
         let rows = Buffer::of(&self.queue, &dependencies.rows)?;
         let others = Buffer::of(&self.queue, &dependencies.blocks)?;
@@ -339,7 +358,7 @@ impl<T: CudaReal> Memory<T> {
             _ => solver.as_slice(),
         };
         let has_procedural =
-            ["explicit_substep", "explicit_substep_patch", "procedural_forces"].contains(&module);
+            module.starts_with("explicit_substep") || module == "procedural_forces";
         let procedural = self.procedural.as_deref().filter(|_| has_procedural);
         let target = Target { double: T::DOUBLE, fast: self.fast, options, procedural };
         let kernel = self.queue.device.kernel(source, &target, name)?;

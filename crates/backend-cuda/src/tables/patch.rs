@@ -186,6 +186,12 @@ impl Patch {
         let (column, row) = (particle % self.columns, particle / self.columns);
         row / TILE[1] * self.tiles_across() + column / TILE[0]
     }
+
+    /// The same if tiles are counted down each strip, as in `explicit_substep_tiles.cu`.
+    pub(crate) const fn tile_in_strips(&self, particle: usize) -> usize {
+        let (column, row) = (particle % self.columns, particle / self.columns);
+        column / TILE[0] * self.rows.div_ceil(TILE[1]) + row / TILE[1]
+    }
 }
 
 /// Whether two particles are near each other along both sides.
@@ -292,6 +298,8 @@ mod tests {
     fn tiles_cover_the_patch() {
         let patch = Patch { columns: 70, rows: 17 };
         assert_eq!((patch.tiles_across(), patch.tiles()), (3, 9));
-        assert_eq!([0, 31, 32, 69, 7 * 70, 8 * 70].map(|i| patch.tile_of(i)), [0, 0, 1, 2, 0, 3]);
+        let particles = [0, 31, 32, 69, 7 * 70, 8 * 70];
+        assert_eq!(particles.map(|i| patch.tile_of(i)), [0, 0, 1, 2, 0, 3]);
+        assert_eq!(particles.map(|i| patch.tile_in_strips(i)), [0, 0, 3, 6, 0, 1]);
     }
 }

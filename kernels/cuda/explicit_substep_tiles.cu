@@ -1,0 +1,216 @@
+// The composite stage for a regular patch of many tiles, as `explicit_substep.cu` does it, where nothing but fields, springs and
+// colliders acts: a whole frame in one launch. Each block has a run of tiles, which go down through the patch strip by strip. As
+// each thread has two particles (`shared/pairs.cuh`) there are fewer springs, and less to load, at the edges of tiles.
+
+// Colliders that are kept in shared memory.
+#define COLLIDERS_NEAR 4
+// Substeps whose numbers are kept there, a power of two.
+#define SUBSTEPS_NEAR 4
+// As many as leave a thread the registers that it needs: what it has to put aside goes through the second level of the caches.
+#define BLOCKS_PER_SM 5
+
+extern __shared__ __align__(16) unsigned char frame_memory[];
+
+__device__ __forceinline__ void copy_start(real4* to, const real4* from) {
+    for (uint part = 0; part < sizeof(real4) / 16; part++) {
+        uint address = (uint)__cvta_generic_to_shared((char*)to + 16 * part);
+        asm volatile("cp.async.cg.shared.global [%0], [%1], 16;" : : "r"(address), "l"((const char*)from + 16 * part) : "memory");
+    }
+}
+
+__device__ __forceinline__ void copies_wait() { asm volatile("cp.async.wait_all;" : : : "memory"); }
+
+// Copies words; all threads of the block take part.
+__device__ __forceinline__ void words_copy(void* to, const void* from, uint bytes) {
+    for (uint at = threadIdx.x; at < bytes / 4; at += PAIR_THREADS) ((uint*)to)[at] = ((const uint*)from)[at];
+}
+
+// The same while work goes on.
+__device__ __forceinline__ void words_copy_start(void* to, const void* from, uint bytes) {
+    for (uint at = threadIdx.x; at < bytes / 8; at += PAIR_THREADS) {
+        uint address = (uint)__cvta_generic_to_shared((char*)to + 8 * at);
+        asm volatile("cp.async.ca.shared.global [%0], [%1], 8;" : : "r"(address), "l"((const char*)from + 8 * at) : "memory");
+    }
+}
+
+// A tile by its first particle.
+struct Tile {
+    uint row;
+    uint column;
+
+    static __device__ __forceinline__ uint down(const Solver& s) { return (s.rows + TILE_ROWS - 1) / TILE_ROWS; }
+    static __device__ __forceinline__ uint count(const Solver& s) { return down(s) * ((s.columns + TILE_COLUMNS - 1) / TILE_COLUMNS); }
+    static __device__ __forceinline__ Tile of(const Solver& s, uint number) {
+        return {number % down(s) * TILE_ROWS, number / down(s) * TILE_COLUMNS};
+    }
+    __device__ __forceinline__ void next(const Solver& s) {
+        row += TILE_ROWS;
+        if (row >= s.rows) {
+            row = 0;
+            column += TILE_COLUMNS;
+        }
+    }
+};
+
+// One of the particles around a tile that a thread loads: below it, beside, above, in this order as the last are seldom needed.
+struct AroundLoad {
+    static constexpr uint BELOW = HALO * TILE_COLUMNS;
+    static constexpr uint BESIDE = 2 * HALO * (TILE_ROWS + HALO);
+    static constexpr uint ABOVE = HALO * TILE_WIDTH;
+    static constexpr uint TURNS = (BELOW + BESIDE + ABOVE + PAIR_THREADS - 1) / PAIR_THREADS;
+
+    // Entry, row and column, and whether it is above the tile.
+    uint packed;
+
+    __device__ __forceinline__ static AroundLoad of_thread(uint turn) {
+        uint number = threadIdx.x + turn * PAIR_THREADS, row, column;
+        if (number < BELOW) {
+            row = HALO + TILE_ROWS + number / TILE_COLUMNS;
+            column = HALO + number % TILE_COLUMNS;
+        } else if (number < BELOW + BESIDE) {
+            row = HALO + (number - BELOW) / (2 * HALO);
+            column = (number - BELOW) % (2 * HALO);
+            if (column >= HALO) column += TILE_COLUMNS;
+        } else {
+            row = (number - BELOW - BESIDE) / TILE_WIDTH;
+            column = (number - BELOW - BESIDE) % TILE_WIDTH;
+            if (row >= HALO) return {NONE};
+        }
+        return {row * TILE_STRIDE + column | row << 16 | column << 20 | (row < HALO ? 1u << 26 : 0u)};
+    }
+    __device__ __forceinline__ bool is_needed(bool is_first) const { return packed >> (is_first ? 27 : 26) == 0; }
+    __device__ __forceinline__ uint entry() const { return packed & 0xffffu; }
+    // From the first particle of the tile; may be before those of the patch.
+    __device__ __forceinline__ uint row() const { return (packed >> 16 & 15u) - HALO; }
+    __device__ __forceinline__ uint column() const { return (packed >> 20 & 63u) - HALO; }
+};
+
+// Starts to load a tile with its surroundings, of those above only if it is the first of a run. Each warp loads every fourth row.
+__device__ __forceinline__ void tile_start(const Solver& s, const Motion& motion, const Tile& tile, bool is_first, const AroundLoad* loads, real4* x, real4* v) {
+    bool inside = stencil_is_inside(s, tile.row, tile.column);
+    uint first = tile.row * s.columns + tile.column;
+    auto load = [&](uint row, uint column, uint entry) {
+        if (inside || tile.row + row < s.rows && tile.column + column < s.columns) {
+            uint j = first + row * s.columns + column;
+            copy_start(&x[entry], &motion.x[j]);
+            copy_start(&v[entry], &motion.v[j]);
+        }
+    };
+    uint column = threadIdx.x % 32;
+#pragma unroll
+    for (uint part = 0; part < PAIR; part++) {
+        uint row = threadIdx.x / 32 + part * PAIR_WARPS;
+        load(row, column, (row + HALO) * TILE_STRIDE + column + HALO);
+    }
+#pragma unroll
+    for (uint turn = 0; turn < AroundLoad::TURNS; turn++) {
+        const AroundLoad& around = loads[turn];
+        if (around.is_needed(is_first)) load(around.row(), around.column(), around.entry());
+    }
+}
+
+extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explicit_frame(const __grid_constant__ Solver s, uint substeps) {
+    __shared__ SubstepData near_substeps[SUBSTEPS_NEAR];
+    __shared__ Collider near_colliders[2][COLLIDERS_NEAR];
+    real4* x = (real4*)frame_memory;
+    real4* v = x + TILE_ENTRIES;
+    real* forces = (real*)(v + TILE_ENTRIES);
+    real offset = s.offsets[0];
+    Motion motion = present_motion(s);
+    real4* next_x = s.position[1 - s.present];
+    real4* next_v = s.velocity[1 - s.present];
+    // Nothing changes any more once a number is not finite, but a frame goes to its end.
+    if (*(volatile ulong*)&s.status->non_finite_step < s.substeps[0].step) {
+        for (uint i = blockIdx.x * PAIR_THREADS + threadIdx.x; i < s.count && (substeps & 1); i += gridDim.x * PAIR_THREADS) {
+            next_x[i] = motion.x[i];
+            next_v[i] = motion.v[i];
+        }
+        publish(s, s.epoch + substeps);
+        return;
+    }
+    uint lane = threadIdx.x % 32, warp = threadIdx.x / 32;
+    uint at = (warp * PAIR + HALO) * TILE_STRIDE + lane + HALO;
+    PairOuter outer = PairOuter::of_thread();
+    AroundLoad loads[AroundLoad::TURNS];
+    for (uint turn = 0; turn < AroundLoad::TURNS; turn++) loads[turn] = AroundLoad::of_thread(turn);
+    // As even as can be.
+    uint tiles = Tile::count(s);
+    uint first = (uint)((ulong)blockIdx.x * tiles / gridDim.x), end = (uint)((ulong)(blockIdx.x + 1) * tiles / gridDim.x);
+    bool has_near = s.collider_count <= COLLIDERS_NEAR;
+    words_copy(near_substeps, s.substeps, min(substeps, 2u) * sizeof(SubstepData));
+    if (has_near) words_copy(near_colliders[0], s.colliders + s.substeps[0].collider_first, s.collider_count * sizeof(Collider));
+    // Of the thread in its slot.
+    int place = slot_first((int)warp) + (int)lane;
+    for (uint number = 0; number < substeps; number++) {
+        copies_wait();
+        if (number > 0) {
+            wait_for_dependencies(s, s.epoch + number);
+        } else {
+            __syncthreads();
+        }
+        Tile tile = Tile::of(s, first);
+        tile_start(s, motion, tile, true, loads, x, v);
+        const SubstepData& substep = near_substeps[number % SUBSTEPS_NEAR];
+        const Collider* colliders = has_near ? near_colliders[number & 1] : s.colliders + substep.collider_first;
+        if (number + 2 < substeps) words_copy_start(&near_substeps[(number + 2) % SUBSTEPS_NEAR], &s.substeps[number + 2], sizeof(SubstepData));
+        if (has_near && number + 1 < substeps) {
+            uint next = near_substeps[(number + 1) % SUBSTEPS_NEAR].collider_first;
+            words_copy_start(near_colliders[(number + 1) & 1], s.colliders + next, s.collider_count * sizeof(Collider));
+        }
+        bool is_first = true;
+        for (uint run = first; run < end; run++) {
+            copies_wait();
+            __syncthreads();
+            StencilPair pair;
+#pragma unroll
+            for (uint k = 0; k < PAIR; k++) {
+                pair.x[k] = x[at + k * TILE_STRIDE];
+                pair.v[k] = v[at + k * TILE_STRIDE];
+            }
+            int shift = place - slot_first((int)warp) - (int)lane;
+            real least = pair.springs_compute<true>(s, x, v, at, outer, forces, place, shift);
+#if !defined(CLOTH_FAST) && !defined(CLOTH_F64)
+            if (least < ROOT_PLAIN_MIN) pair.springs_compute<false>(s, x, v, at, outer, forces, place, shift);
+#endif
+            if (is_first) {
+                for (uint n = threadIdx.x; n < PairOuter::ABOVE; n += PAIR_THREADS) {
+                    pair_outer_spring<false>(s, x, v, PairOuter::from_above(n), shift, forces);
+                }
+            }
+            int above = slot_above(place);
+            __syncthreads();
+            uint row = tile.row + warp * PAIR, column = tile.column + lane;
+            bool inside = stencil_is_inside(s, tile.row, tile.column);
+            // Nobody reads this tile any more.
+            tile.next(s);
+            is_first = tile.row == 0;
+            if (run + 1 < end) tile_start(s, motion, tile, is_first, loads, x, v);
+#pragma unroll
+            for (uint k = 0; k < PAIR; k++) {
+                if (!inside && !(row + k < s.rows && column < s.columns)) continue;
+                uint i = (row + k) * s.columns + column;
+                vec3 xi = xyz(pair.x[k]), vi = xyz(pair.v[k]);
+                real inverse_mass = pair.x[k].w, mass = pair.v[k].w;
+                vec3 force = field_force(s, mass, vi);
+                force = procedural_force(substep, i, xi, vi, mass, force);
+                if (inside) {
+                    force = pair.springs_sum<true>(forces, place, above, k, 0, force);
+                } else {
+                    force = pair.springs_sum<false>(forces, place, above, k, stencil_mask(s, row + k, column), force);
+                }
+                Moved moved = integrate(substep.length, inverse_mass, force, xi, vi);
+                if (inverse_mass > 0) collide_all<false>(s, colliders, i, offset, inverse_mass, moved);
+                next_x[i] = with_w(moved.position, inverse_mass);
+                next_v[i] = with_w(moved.velocity, mass);
+                if (!(is_finite(moved.position) && is_finite(moved.velocity))) atomicMin(&s.status->non_finite_step, substep.step);
+            }
+            place = above;
+        }
+        publish(s, s.epoch + number + 1);
+        real4* last_x = next_x;
+        real4* last_v = next_v;
+        next_x = (real4*)motion.x;
+        next_v = (real4*)motion.v;
+        motion = {last_x, last_v};
+    }
+}
