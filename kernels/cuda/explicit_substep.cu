@@ -35,11 +35,6 @@
 #define STENCIL false
 #endif
 
-// Colliders that are kept in shared memory.
-#define COLLIDERS_NEAR 4
-// Substeps whose numbers are, a power of two.
-#define SUBSTEPS_NEAR 4
-
 extern __shared__ __align__(16) unsigned char frame_memory[];
 
 // Puts the springs of shared rows into shared memory, where all threads of a warp read the same one. In a tile an
@@ -73,15 +68,6 @@ __device__ __forceinline__ unsigned char* table_load(const Solver& s, const Tabl
 #else
 #define TILES 2
 #endif
-
-__device__ __forceinline__ void copy_start(real4* to, const real4* from) {
-    for (uint part = 0; part < sizeof(real4) / 16; part++) {
-        uint address = (uint)__cvta_generic_to_shared((char*)to + 16 * part);
-        asm volatile("cp.async.cg.shared.global [%0], [%1], 16;" : : "r"(address), "l"((const char*)from + 16 * part) : "memory");
-    }
-}
-
-__device__ __forceinline__ void copies_wait() { asm volatile("cp.async.wait_all;" : : : "memory"); }
 
 // A tile by its place in the patch.
 struct TilePlace {
@@ -140,19 +126,6 @@ __device__ __forceinline__ void tile_start(const Solver& s, const Motion& motion
             copy_start(&x[load.entry()], &motion.x[j]);
             copy_start(&v[load.entry()], &motion.v[j]);
         }
-    }
-}
-
-// Copies words; all threads of the block take part.
-__device__ __forceinline__ void words_copy(void* to, const void* from, uint bytes) {
-    for (uint at = threadIdx.x; at < bytes / 4; at += blockDim.x) ((uint*)to)[at] = ((const uint*)from)[at];
-}
-
-// The same while work goes on; all threads of the block take part.
-__device__ __forceinline__ void words_copy_start(void* to, const void* from, uint bytes) {
-    for (uint at = threadIdx.x; at < bytes / 8; at += blockDim.x) {
-        uint address = (uint)__cvta_generic_to_shared((char*)to + 8 * at);
-        asm volatile("cp.async.ca.shared.global [%0], [%1], 8;" : : "r"(address), "l"((const char*)from + 8 * at) : "memory");
     }
 }
 
@@ -223,8 +196,7 @@ __device__ __forceinline__ void tile_place_in_group(uint& column, uint& row) {
 #endif
 
 extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(const __grid_constant__ Solver s, uint substeps) {
-    __shared__ SubstepData near_substeps[SUBSTEPS_NEAR];
-    __shared__ Collider near_colliders[2][COLLIDERS_NEAR];
+    __shared__ NearFrame near_frame;
 #ifdef CLOTH_PENALTY
     __shared__ real4 stages[256];
     __shared__ Meeting meeting;
@@ -260,9 +232,7 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
     if (!groups_store(s, 0, motion.x) || s.status->built == 0) meeting.vote(VOTE_STALE);
     uint agreed = meet();
 #endif
-    bool has_near = s.collider_count <= COLLIDERS_NEAR;
-    words_copy(near_substeps, s.substeps, min(substeps, 2u) * sizeof(SubstepData));
-    if (has_near) words_copy(near_colliders[0], s.colliders + s.substeps[0].collider_first, s.collider_count * sizeof(Collider));
+    near_frame.start(s, substeps, threadIdx.x, blockDim.x);
     // Of the positions by group, those that hold.
     uint side = 0;
 #if defined(CLOTH_PENALTY) && defined(CLOTH_WIDE)
@@ -273,13 +243,9 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
         copies_wait();
         if (!PENALTY && number > 0) wait_for_dependencies(s, s.epoch + number);
         else __syncthreads();
-        const SubstepData& substep = near_substeps[number % SUBSTEPS_NEAR];
-        const Collider* colliders = has_near ? near_colliders[number & 1] : s.colliders + substep.collider_first;
-        if (number + 2 < substeps) words_copy_start(&near_substeps[(number + 2) % SUBSTEPS_NEAR], &s.substeps[number + 2], sizeof(SubstepData));
-        if (has_near && number + 1 < substeps) {
-            uint next = near_substeps[(number + 1) % SUBSTEPS_NEAR].collider_first;
-            words_copy_start(near_colliders[(number + 1) & 1], s.colliders + next, s.collider_count * sizeof(Collider));
-        }
+        const SubstepData& substep = near_frame.of(number);
+        const Collider* colliders = near_frame.colliders_of(s, number);
+        near_frame.follow<true>(s, number, substeps, threadIdx.x, blockDim.x);
         // Without contact a frame goes to its end; with it, blocks agree on when something went wrong.
         if (number == 0) stopped = *(volatile ulong*)&s.status->non_finite_step < substep.step;
 #ifdef CLOTH_PENALTY

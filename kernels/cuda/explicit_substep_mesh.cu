@@ -10,15 +10,6 @@
 #define TOGETHER 4
 // Kinds of springs that are kept in shared memory.
 #define KINDS_NEAR 64
-// Colliders that are kept there.
-#define COLLIDERS_NEAR 4
-// Substeps whose numbers are, a power of two.
-#define SUBSTEPS_NEAR 4
-
-// Copies words; all threads of the block take part.
-__device__ __forceinline__ void words_copy(void* to, const void* from, uint bytes) {
-    for (uint at = threadIdx.x; at < bytes / 4; at += THREADS) ((uint*)to)[at] = ((const uint*)from)[at];
-}
 
 // A row as its header has it, which takes fewer registers.
 struct Row {
@@ -63,8 +54,7 @@ __device__ __forceinline__ void springs_add(
 }
 
 extern "C" __global__ void __launch_bounds__(THREADS, 1) explicit_frame(const __grid_constant__ Solver s, uint substeps) {
-    __shared__ SubstepData near_substeps[SUBSTEPS_NEAR];
-    __shared__ Collider near_colliders[2][COLLIDERS_NEAR];
+    __shared__ NearFrame near_frame;
     __shared__ real4 near_kinds[KINDS_NEAR];
     Motion motion = present_motion(s);
     real4* next_x = s.position[1 - s.present];
@@ -81,12 +71,10 @@ extern "C" __global__ void __launch_bounds__(THREADS, 1) explicit_frame(const __
     }
     const real4* kinds = s.spring_kinds;
     if (s.kind_count <= KINDS_NEAR) {
-        words_copy(near_kinds, kinds, s.kind_count * sizeof(real4));
+        words_copy(near_kinds, kinds, s.kind_count * sizeof(real4), threadIdx.x, THREADS);
         kinds = near_kinds;
     }
-    bool has_near = s.collider_count <= COLLIDERS_NEAR;
-    words_copy(near_substeps, s.substeps, min(substeps, 2u) * sizeof(SubstepData));
-    if (has_near) words_copy(near_colliders[0], s.colliders + s.substeps[0].collider_first, s.collider_count * sizeof(Collider));
+    near_frame.start(s, substeps, threadIdx.x, THREADS);
     // The particles of a thread in turn, in one substep after the other.
     auto after = [&](uint i) { return i + THREADS < end ? i + THREADS : first; };
     // Row and first entries of the particle that is next, row of the one after it, number of the row of the third.
@@ -105,13 +93,9 @@ extern "C" __global__ void __launch_bounds__(THREADS, 1) explicit_frame(const __
         } else {
             __syncthreads();
         }
-        const SubstepData& substep = near_substeps[number % SUBSTEPS_NEAR];
-        const Collider* colliders = has_near ? near_colliders[number & 1] : s.colliders + substep.collider_first;
-        if (number + 2 < substeps) words_copy(&near_substeps[(number + 2) % SUBSTEPS_NEAR], &s.substeps[number + 2], sizeof(SubstepData));
-        if (has_near && number + 1 < substeps) {
-            uint next = near_substeps[(number + 1) % SUBSTEPS_NEAR].collider_first;
-            words_copy(near_colliders[(number + 1) & 1], s.colliders + next, s.collider_count * sizeof(Collider));
-        }
+        const SubstepData& substep = near_frame.of(number);
+        const Collider* colliders = near_frame.colliders_of(s, number);
+        near_frame.follow<false>(s, number, substeps, threadIdx.x, THREADS);
         real4 next_own = {0, 0, 0, 0}, next_rate = {0, 0, 0, 0};
         if (first < end) {
             next_own = motion.x[first];

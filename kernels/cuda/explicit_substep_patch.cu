@@ -6,11 +6,6 @@
 // nothing else has to be waited for. There are two words for each, used in turn: a block sends those of the next
 // substep only when it has seen that all around have read those of the last one, as they have sent what they made of them.
 
-// Colliders that are kept in shared memory.
-#define COLLIDERS_NEAR 4
-// Substeps whose numbers are kept there, a power of two.
-#define SUBSTEPS_NEAR 4
-
 extern __shared__ __align__(16) unsigned char frame_memory[];
 
 __device__ __forceinline__ void packet_send(uint4* to, const vec3& a, uint number) {
@@ -25,11 +20,6 @@ __device__ __forceinline__ bool packet_take(const uint4* from, uint number, vec3
     asm volatile("{ .reg .b128 word; ld.relaxed.gpu.global.b128 word, [%2]; mov.b128 {%0, %1}, word; }" : "=l"(low), "=l"(high) : "l"(from) : "memory");
     a = {__uint_as_float((uint)low), __uint_as_float((uint)(low >> 32)), __uint_as_float((uint)high)};
     return (uint)(high >> 32) == number;
-}
-
-// Copies words by the lanes of a warp.
-__device__ __forceinline__ void words_copy(void* to, const void* from, uint bytes, uint lane) {
-    for (uint at = lane; at < bytes / 4; at += 32) ((uint*)to)[at] = ((const uint*)from)[at];
 }
 
 // Entry `number` of those around the tile: rows before it, after it, and what is beside it.
@@ -49,8 +39,7 @@ __device__ __forceinline__ void surrounding_entry(uint number, uint& row, uint& 
 #define SURROUNDING (TILE_WIDTH * TILE_HEIGHT - TILE_COLUMNS * TILE_ROWS)
 
 extern "C" __global__ void __launch_bounds__(256, 1) explicit_frame(const __grid_constant__ Solver s, uint substeps) {
-    __shared__ SubstepData near_substeps[SUBSTEPS_NEAR];
-    __shared__ Collider near_colliders[2][COLLIDERS_NEAR];
+    __shared__ NearFrame near_frame;
     real4* x = (real4*)frame_memory;
     real4* v = x + TILE_ENTRIES;
     real* forces = (real*)(v + TILE_ENTRIES);
@@ -66,14 +55,10 @@ extern "C" __global__ void __launch_bounds__(256, 1) explicit_frame(const __grid
         x[entry] = exists ? motion.x[row * s.columns + column] : real4{0, 0, 0, 0};
         v[entry] = exists ? motion.v[row * s.columns + column] : real4{0, 0, 0, 0};
     }
-    bool has_near = s.collider_count <= COLLIDERS_NEAR;
     uint lane = threadIdx.x & 31;
     // The last warp has time to read ahead while others wait for particles around the tile.
     bool reads_ahead = threadIdx.x / 32 == blockDim.x / 32 - 1;
-    if (reads_ahead) {
-        words_copy(&near_substeps[0], s.substeps, min(substeps, 2u) * sizeof(SubstepData), lane);
-        if (has_near) words_copy(near_colliders[0], s.colliders + s.substeps[0].collider_first, s.collider_count * sizeof(Collider), lane);
-    }
+    if (reads_ahead) near_frame.start(s, substeps, lane, 32);
     uint tile_column = threadIdx.x % TILE_COLUMNS, tile_row = threadIdx.x / TILE_COLUMNS;
     uint column = first_column + tile_column, row = first_row + tile_row;
     bool exists = column < s.columns && row < s.rows;
@@ -92,7 +77,7 @@ extern "C" __global__ void __launch_bounds__(256, 1) explicit_frame(const __grid
     real offset = s.offsets[0];
     StencilOuter outer = StencilOuter::of_thread();
     __syncthreads();
-    bool stopped = *(volatile ulong*)&s.status->non_finite_step < near_substeps[0].step;
+    bool stopped = *(volatile ulong*)&s.status->non_finite_step < near_frame.of(0).step;
     if (stopped) {
         if (exists) {
             last_x[i] = x[at];
@@ -102,8 +87,8 @@ extern "C" __global__ void __launch_bounds__(256, 1) explicit_frame(const __grid
     }
     real inverse_mass = x[at].w, mass = v[at].w;
     for (uint number = 0; number < substeps; number++) {
-        const SubstepData& substep = near_substeps[number % SUBSTEPS_NEAR];
-        const Collider* colliders = has_near ? near_colliders[number & 1] : s.colliders + substep.collider_first;
+        const SubstepData& substep = near_frame.of(number);
+        const Collider* colliders = near_frame.colliders_of(s, number);
         vec3 springs[STENCIL_KINDS];
         stencil_springs(s, x, v, tile_row, tile_column, outer, forces, springs);
         __syncthreads();
@@ -133,11 +118,7 @@ extern "C" __global__ void __launch_bounds__(256, 1) explicit_frame(const __grid
         }
         x[at] = with_w(moved.position, inverse_mass);
         v[at] = with_w(moved.velocity, mass);
-        if (reads_ahead) {
-            if (number + 2 < substeps) words_copy(&near_substeps[(number + 2) % SUBSTEPS_NEAR], &s.substeps[number + 2], sizeof(SubstepData), lane);
-            const SubstepData& next = near_substeps[(number + 1) % SUBSTEPS_NEAR];
-            if (has_near) words_copy(near_colliders[(number + 1) & 1], s.colliders + next.collider_first, s.collider_count * sizeof(Collider), lane);
-        }
+        if (reads_ahead) near_frame.follow<false>(s, number, substeps, lane, 32);
         if (takes) {
             vec3 position, velocity;
             while (!packet_take(packets + 2 * around_i, tag, position)) {

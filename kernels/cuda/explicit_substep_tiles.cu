@@ -2,36 +2,10 @@
 // colliders acts: a whole frame in one launch. Each block has a run of tiles, which go down through the patch strip by strip. As
 // each thread has two particles (`shared/pairs.cuh`) there are fewer springs, and less to load, at the edges of tiles.
 
-// Colliders that are kept in shared memory.
-#define COLLIDERS_NEAR 4
-// Substeps whose numbers are kept there, a power of two.
-#define SUBSTEPS_NEAR 4
 // As many as leave a thread the registers that it needs: what it has to put aside goes through the second level of the caches.
 #define BLOCKS_PER_SM 5
 
 extern __shared__ __align__(16) unsigned char frame_memory[];
-
-__device__ __forceinline__ void copy_start(real4* to, const real4* from) {
-    for (uint part = 0; part < sizeof(real4) / 16; part++) {
-        uint address = (uint)__cvta_generic_to_shared((char*)to + 16 * part);
-        asm volatile("cp.async.cg.shared.global [%0], [%1], 16;" : : "r"(address), "l"((const char*)from + 16 * part) : "memory");
-    }
-}
-
-__device__ __forceinline__ void copies_wait() { asm volatile("cp.async.wait_all;" : : : "memory"); }
-
-// Copies words; all threads of the block take part.
-__device__ __forceinline__ void words_copy(void* to, const void* from, uint bytes) {
-    for (uint at = threadIdx.x; at < bytes / 4; at += PAIR_THREADS) ((uint*)to)[at] = ((const uint*)from)[at];
-}
-
-// The same while work goes on.
-__device__ __forceinline__ void words_copy_start(void* to, const void* from, uint bytes) {
-    for (uint at = threadIdx.x; at < bytes / 8; at += PAIR_THREADS) {
-        uint address = (uint)__cvta_generic_to_shared((char*)to + 8 * at);
-        asm volatile("cp.async.ca.shared.global [%0], [%1], 8;" : : "r"(address), "l"((const char*)from + 8 * at) : "memory");
-    }
-}
 
 // A tile by its first particle.
 struct Tile {
@@ -110,8 +84,7 @@ __device__ __forceinline__ void tile_start(const Solver& s, const Motion& motion
 }
 
 extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explicit_frame(const __grid_constant__ Solver s, uint substeps) {
-    __shared__ SubstepData near_substeps[SUBSTEPS_NEAR];
-    __shared__ Collider near_colliders[2][COLLIDERS_NEAR];
+    __shared__ NearFrame near_frame;
     real4* x = (real4*)frame_memory;
     real4* v = x + TILE_ENTRIES;
     real* forces = (real*)(v + TILE_ENTRIES);
@@ -136,9 +109,7 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
     // As even as can be.
     uint tiles = Tile::count(s);
     uint first = (uint)((ulong)blockIdx.x * tiles / gridDim.x), end = (uint)((ulong)(blockIdx.x + 1) * tiles / gridDim.x);
-    bool has_near = s.collider_count <= COLLIDERS_NEAR;
-    words_copy(near_substeps, s.substeps, min(substeps, 2u) * sizeof(SubstepData));
-    if (has_near) words_copy(near_colliders[0], s.colliders + s.substeps[0].collider_first, s.collider_count * sizeof(Collider));
+    near_frame.start(s, substeps, threadIdx.x, PAIR_THREADS);
     // Of the thread in its slot.
     int place = slot_first((int)warp) + (int)lane;
     for (uint number = 0; number < substeps; number++) {
@@ -150,13 +121,9 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
         }
         Tile tile = Tile::of(s, first);
         tile_start(s, motion, tile, true, loads, x, v);
-        const SubstepData& substep = near_substeps[number % SUBSTEPS_NEAR];
-        const Collider* colliders = has_near ? near_colliders[number & 1] : s.colliders + substep.collider_first;
-        if (number + 2 < substeps) words_copy_start(&near_substeps[(number + 2) % SUBSTEPS_NEAR], &s.substeps[number + 2], sizeof(SubstepData));
-        if (has_near && number + 1 < substeps) {
-            uint next = near_substeps[(number + 1) % SUBSTEPS_NEAR].collider_first;
-            words_copy_start(near_colliders[(number + 1) & 1], s.colliders + next, s.collider_count * sizeof(Collider));
-        }
+        const SubstepData& substep = near_frame.of(number);
+        const Collider* colliders = near_frame.colliders_of(s, number);
+        near_frame.follow<true>(s, number, substeps, threadIdx.x, PAIR_THREADS);
         bool is_first = true;
         for (uint run = first; run < end; run++) {
             copies_wait();

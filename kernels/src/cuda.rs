@@ -86,7 +86,7 @@ macro_rules! shared {
 
 shared! {
     "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "sync" "meeting" "build"
-    "substep" "stencil" "pairs"
+    "substep" "frame" "stencil" "pairs"
     "linear" "sum" "solve" "resident" "patch" "constraint"
 }
 

@@ -1,0 +1,66 @@
+// What kernels that do a whole frame of explicit substeps have in common: what they keep in shared memory, and how it gets there.
+
+// Colliders that are kept.
+#define COLLIDERS_NEAR 4
+// Substeps whose numbers are kept, a power of two.
+#define SUBSTEPS_NEAR 4
+
+// Starts to copy an entry; `copies_wait` waits for all that the thread has started.
+__device__ __forceinline__ void copy_start(real4* to, const real4* from) {
+    for (uint part = 0; part < sizeof(real4) / 16; part++) {
+        uint address = (uint)__cvta_generic_to_shared((char*)to + 16 * part);
+        asm volatile("cp.async.cg.shared.global [%0], [%1], 16;" : : "r"(address), "l"((const char*)from + 16 * part) : "memory");
+    }
+}
+
+__device__ __forceinline__ void copies_wait() { asm volatile("cp.async.wait_all;" : : : "memory"); }
+
+// Copies words by so many threads, of which this one is number `thread`.
+__device__ __forceinline__ void words_copy(void* to, const void* from, uint bytes, uint thread, uint threads) {
+    for (uint at = thread; at < bytes / 4; at += threads) ((uint*)to)[at] = ((const uint*)from)[at];
+}
+
+// The same while work goes on.
+__device__ __forceinline__ void words_copy_start(void* to, const void* from, uint bytes, uint thread, uint threads) {
+    for (uint at = thread; at < bytes / 8; at += threads) {
+        uint address = (uint)__cvta_generic_to_shared((char*)to + 8 * at);
+        asm volatile("cp.async.ca.shared.global [%0], [%1], 8;" : : "r"(address), "l"((const char*)from + 8 * at) : "memory");
+    }
+}
+
+// The substeps that come next, and the colliders at their ends where these are few. In shared memory; threads 0 to
+// `threads` fill it.
+struct NearFrame {
+    SubstepData substeps[SUBSTEPS_NEAR];
+    Collider colliders[2][COLLIDERS_NEAR];
+
+    __device__ __forceinline__ static bool has_colliders(const Solver& s) { return s.collider_count <= COLLIDERS_NEAR; }
+
+    // The first of `count` substeps, and the one after it.
+    __device__ __forceinline__ void start(const Solver& s, uint count, uint thread, uint threads) {
+        words_copy(substeps, s.substeps, min(count, 2u) * sizeof(SubstepData), thread, threads);
+        if (has_colliders(s)) words_copy(colliders[0], s.colliders + s.substeps[0].collider_first, s.collider_count * sizeof(Collider), thread, threads);
+    }
+
+    // What comes after substep `number`; if `LATER`, only `copies_wait` ends it.
+    template <bool LATER> __device__ __forceinline__ void follow(const Solver& s, uint number, uint count, uint thread, uint threads) {
+        auto copy = [&](void* to, const void* from, uint bytes) {
+            if (LATER) {
+                words_copy_start(to, from, bytes, thread, threads);
+            } else {
+                words_copy(to, from, bytes, thread, threads);
+            }
+        };
+        if (number + 2 < count) copy(&substeps[(number + 2) % SUBSTEPS_NEAR], &s.substeps[number + 2], sizeof(SubstepData));
+        if (has_colliders(s) && number + 1 < count) {
+            uint next = of(number + 1).collider_first;
+            copy(colliders[(number + 1) & 1], s.colliders + next, s.collider_count * sizeof(Collider));
+        }
+    }
+
+    __device__ __forceinline__ const SubstepData& of(uint number) const { return substeps[number % SUBSTEPS_NEAR]; }
+
+    __device__ __forceinline__ const Collider* colliders_of(const Solver& s, uint number) const {
+        return has_colliders(s) ? colliders[number & 1] : s.colliders + of(number).collider_first;
+    }
+};
