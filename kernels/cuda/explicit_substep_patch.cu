@@ -11,13 +11,13 @@ extern __shared__ __align__(16) unsigned char frame_memory[];
 __device__ __forceinline__ void packet_send(uint4* to, const vec3& a, uint number) {
     ulong low = (ulong)__float_as_uint(a.y) << 32 | __float_as_uint(a.x);
     ulong high = (ulong)number << 32 | __float_as_uint(a.z);
-    asm volatile("{ .reg .b128 word; mov.b128 word, {%1, %2}; st.relaxed.gpu.global.b128 [%0], word; }" : : "l"(to), "l"(low), "l"(high) : "memory");
+    pair_store(to, low, high);
 }
 
 // Whether the packet is that of a substep; gives what it carries.
 __device__ __forceinline__ bool packet_take(const uint4* from, uint number, vec3& a) {
     ulong low, high;
-    asm volatile("{ .reg .b128 word; ld.relaxed.gpu.global.b128 word, [%2]; mov.b128 {%0, %1}, word; }" : "=l"(low), "=l"(high) : "l"(from) : "memory");
+    pair_load(from, low, high);
     a = {__uint_as_float((uint)low), __uint_as_float((uint)(low >> 32)), __uint_as_float((uint)high)};
     return (uint)(high >> 32) == number;
 }

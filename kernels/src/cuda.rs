@@ -85,7 +85,7 @@ macro_rules! shared {
 }
 
 shared! {
-    "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "sync" "meeting" "build"
+    "ptx" "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "sync" "meeting" "build"
     "substep" "frame" "stencil" "pairs"
     "linear" "sum" "solve" "resident" "patch" "constraint"
 }
@@ -109,6 +109,7 @@ ladder! { "naive" "constants" "math" "bins" }
 
 /// The parts of the modules of the ladder.
 const LADDER_SHARED: &[(&str, &str)] = &[
+    ("ptx", include_str!("../cuda/shared/ptx.cuh")),
     ("real", include_str!("../cuda/shared/real.cuh")),
     ("ladder", include_str!("../cuda/ladder/ladder.cuh")),
 ];

@@ -3,6 +3,7 @@
 
 mod bench;
 mod command;
+mod compiler;
 mod dist;
 mod kernels;
 mod packages;

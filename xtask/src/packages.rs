@@ -35,6 +35,12 @@ pub(crate) fn ensure(
     }
 }
 
+/// Whether a program can be started by its name.
+pub(crate) fn has_program(name: &str) -> bool {
+    let paths = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&paths).any(|folder| folder.join(name).is_file())
+}
+
 /// The line with which the user installs them.
 pub(crate) fn install_line(packages: &[&str]) -> String {
     format!("sudo apt-get install --yes {}", packages.join(" "))

@@ -15,8 +15,5 @@ pub(crate) fn ensure() -> Result<(), String> {
 }
 
 fn is_there() -> bool {
-    let paths = std::env::var_os("PATH").unwrap_or_default();
-    let folders: Vec<_> = std::env::split_paths(&paths).collect();
-    let has = |name: &str| folders.iter().any(|folder| folder.join(name).is_file());
-    has("Xvfb") && has("xdotool")
+    ["Xvfb", "xdotool"].into_iter().all(packages::has_program)
 }

@@ -4,7 +4,7 @@ use std::{env, fs, process::Command, time::Instant};
 
 use crate::{
     command::{self, cargo},
-    kernels, screen,
+    compiler, kernels, screen,
     summary::{StepOutcome, Summary},
     vulkan,
 };
@@ -12,11 +12,12 @@ use crate::{
 /// A check by name.
 type Step = (&'static str, fn() -> Result<(), String>);
 
-const STEPS: [Step; 8] = [
+const STEPS: [Step; 9] = [
     ("format", format),
     ("kernels", kernels::check),
     ("vulkan driver", vulkan::ensure),
     ("virtual screen", screen::ensure),
+    ("C++ compiler", compiler::ensure),
     ("lints", lints),
     ("documentation", documentation),
     ("tests", tests),

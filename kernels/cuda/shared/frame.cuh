@@ -5,15 +5,10 @@
 // Substeps whose numbers are kept, a power of two.
 #define SUBSTEPS_NEAR 4
 
-// Starts to copy an entry; `copies_wait` waits for all that the thread has started.
+// Starts to copy an entry.
 __device__ __forceinline__ void copy_start(real4* to, const real4* from) {
-    for (uint part = 0; part < sizeof(real4) / 16; part++) {
-        uint address = (uint)__cvta_generic_to_shared((char*)to + 16 * part);
-        asm volatile("cp.async.cg.shared.global [%0], [%1], 16;" : : "r"(address), "l"((const char*)from + 16 * part) : "memory");
-    }
+    for (uint part = 0; part < sizeof(real4); part += 16) copy_start_16((char*)to + part, (const char*)from + part);
 }
-
-__device__ __forceinline__ void copies_wait() { asm volatile("cp.async.wait_all;" : : : "memory"); }
 
 // Copies words by so many threads, of which this one is number `thread`.
 __device__ __forceinline__ void words_copy(void* to, const void* from, uint bytes, uint thread, uint threads) {
@@ -22,10 +17,7 @@ __device__ __forceinline__ void words_copy(void* to, const void* from, uint byte
 
 // The same while work goes on.
 __device__ __forceinline__ void words_copy_start(void* to, const void* from, uint bytes, uint thread, uint threads) {
-    for (uint at = thread; at < bytes / 8; at += threads) {
-        uint address = (uint)__cvta_generic_to_shared((char*)to + 8 * at);
-        asm volatile("cp.async.ca.shared.global [%0], [%1], 8;" : : "r"(address), "l"((const char*)from + 8 * at) : "memory");
-    }
+    for (uint at = thread; at < bytes / 8; at += threads) copy_start_8((char*)to + 8 * at, (const char*)from + 8 * at);
 }
 
 // The substeps that come next, and the colliders at their ends where these are few. In shared memory; threads 0 to

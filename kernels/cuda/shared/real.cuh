@@ -58,9 +58,8 @@ __device__ __forceinline__ real absolute(real a) { return fabsf(a); }
 __device__ __forceinline__ float root_in_line(float a) {
     bool is_small = a < 7.88860905e-31f;
     float scaled = is_small ? a * 18446744073709551616.0f : a;
-    float r;
     // Zero has a root of zero, whatever multiplies it.
-    asm("rsqrt.approx.ftz.f32 %0, %1;" : "=f"(r) : "f"(fmaxf(scaled, 1e-31f)));
+    float r = root_inverse_rough(fmaxf(scaled, 1e-31f));
     float guess = __fmul_rn(scaled, r);
     float error = __fmaf_rn(-guess, guess, scaled);
     float exact = __fmaf_rn(error, __fmul_rn(r, 0.5f), guess);
@@ -71,8 +70,7 @@ __device__ __forceinline__ float root_in_line(float a) {
 // The same for a number that is not so small that it has to be scaled: from ROOT_PLAIN_MIN on.
 #define ROOT_PLAIN_MIN 7.88860905e-31f
 __device__ __forceinline__ float root_plain(float a) {
-    float r;
-    asm("rsqrt.approx.ftz.f32 %0, %1;" : "=f"(r) : "f"(a));
+    float r = root_inverse_rough(a);
     float guess = __fmul_rn(a, r);
     float error = __fmaf_rn(-guess, guess, a);
     return __fmaf_rn(error, __fmul_rn(r, 0.5f), guess);
@@ -80,8 +78,7 @@ __device__ __forceinline__ float root_plain(float a) {
 
 // The correctly rounded reciprocal of a number between 1e-18 and 1e37, in the same way.
 __device__ __forceinline__ float reciprocal_in_line(float a) {
-    float r;
-    asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(r) : "f"(a));
+    float r = inverse_rough(a);
     float error = __fmaf_rn(-a, r, 1.0f);
     return __fmaf_rn(r, error, r);
 }

@@ -12,15 +12,6 @@
 // Blocks of 512 particles at most.
 #define RESIDENT_BLOCKS 96
 
-// Both halves of 16 bytes at once.
-__device__ __forceinline__ void pair_store(void* address, ulong low, ulong high) {
-    asm volatile("{ .reg .b128 pair; mov.b128 pair, {%1, %2}; st.relaxed.gpu.global.b128 [%0], pair; }" : : "l"(address), "l"(low), "l"(high) : "memory");
-}
-
-__device__ __forceinline__ void pair_load(const void* address, ulong& low, ulong& high) {
-    asm volatile("{ .reg .b128 pair; ld.relaxed.gpu.global.b128 pair, [%2]; mov.b128 {%0, %1}, pair; }" : "=l"(low), "=l"(high) : "l"(address) : "memory");
-}
-
 #ifndef CLOTH_F64
 template <uint THREADS> struct Resident {
     typedef SumMemory<THREADS> Sums;

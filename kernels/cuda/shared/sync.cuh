@@ -1,23 +1,6 @@
 // Waiting for other blocks of a kernel whose blocks are all resident (a cooperative launch). A release by one
 // thread after `__syncthreads` covers what all threads of its block wrote, an acquire before it what they read.
 
-__device__ __forceinline__ ulong load_acquire(const ulong* address) {
-    ulong value;
-    asm volatile("ld.acquire.gpu.global.u64 %0, [%1];" : "=l"(value) : "l"(address) : "memory");
-    return value;
-}
-
-__device__ __forceinline__ void store_release(ulong* address, ulong value) {
-    asm volatile("st.release.gpu.global.u64 [%0], %1;" : : "l"(address), "l"(value) : "memory");
-}
-
-// Adds; gives what was there.
-__device__ __forceinline__ ulong add_release(ulong* address, ulong value) {
-    ulong before;
-    asm volatile("atom.add.release.gpu.global.u64 %0, [%1], %2;" : "=l"(before) : "l"(address), "l"(value) : "memory");
-    return before;
-}
-
 // All blocks of the grid. The counter only grows, so that it never has to be set back; each kernel has its
 // own, as their numbers of blocks differ.
 __device__ __forceinline__ void grid_barrier(ulong* counter) {

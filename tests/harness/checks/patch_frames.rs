@@ -41,7 +41,11 @@ pub struct PatchFrames {
 }
 
 impl PatchFrames {
-    fn model(&self) -> cloth_core::Result<Arc<Model>> {
+    /// The model.
+    ///
+    /// # Errors
+    /// `InvalidModel`.
+    pub fn model(&self) -> cloth_core::Result<Arc<Model>> {
         let patch = GridPatch {
             columns: self.columns,
             rows: self.rows,
@@ -73,8 +77,15 @@ impl PatchFrames {
         Ok(Arc::new(builder.build()?))
     }
 
-    fn run(&self, backend: &dyn Backend) -> cloth_core::Result<State> {
-        let model = self.model()?;
+    /// Length of a substep \[s\].
+    #[must_use]
+    pub fn time_step(&self) -> f64 {
+        TIME_STEPS[usize::from(self.integrator != Integrator::Explicit)]
+    }
+
+    /// The state that `model` starts from.
+    #[must_use]
+    pub fn start(&self, model: &Model) -> State {
         let mut state = model.initial_state();
         fold(&mut state, 0.1 * SPACING, 0.8 * SPACING);
         // Springs without a length, one of them at the edge.
@@ -82,7 +93,17 @@ impl PatchFrames {
         for particle in [1, rows / 2 * columns + columns / 2] {
             state.positions[particle] = state.positions[particle + 1];
         }
-        let time_step = TIME_STEPS[usize::from(self.integrator != Integrator::Explicit)];
+        state
+    }
+
+    /// The state at the end of all frames.
+    ///
+    /// # Errors
+    /// Those of the backend.
+    pub fn run(&self, backend: &dyn Backend) -> cloth_core::Result<State> {
+        let model = self.model()?;
+        let mut state = self.start(&model);
+        let time_step = self.time_step();
         let config = SolverConfig {
             precision: self.precision,
             time_step,

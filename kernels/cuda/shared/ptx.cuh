@@ -1,0 +1,54 @@
+// Instructions of the device that CUDA C++ has no words for. Nothing else is written in them, so that kernels can run where there
+// is no device, with other functions of these names.
+
+// One divided by the square root, and one divided by the number, roughly.
+__device__ __forceinline__ float root_inverse_rough(float a) {
+    float r;
+    asm("rsqrt.approx.ftz.f32 %0, %1;" : "=f"(r) : "f"(a));
+    return r;
+}
+
+__device__ __forceinline__ float inverse_rough(float a) {
+    float r;
+    asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(r) : "f"(a));
+    return r;
+}
+
+__device__ __forceinline__ unsigned long long load_acquire(const unsigned long long* address) {
+    unsigned long long value;
+    asm volatile("ld.acquire.gpu.global.u64 %0, [%1];" : "=l"(value) : "l"(address) : "memory");
+    return value;
+}
+
+__device__ __forceinline__ void store_release(unsigned long long* address, unsigned long long value) {
+    asm volatile("st.release.gpu.global.u64 [%0], %1;" : : "l"(address), "l"(value) : "memory");
+}
+
+// Adds; gives what was there.
+__device__ __forceinline__ unsigned long long add_release(unsigned long long* address, unsigned long long value) {
+    unsigned long long before;
+    asm volatile("atom.add.release.gpu.global.u64 %0, [%1], %2;" : "=l"(before) : "l"(address), "l"(value) : "memory");
+    return before;
+}
+
+// Both halves of 16 bytes at once.
+__device__ __forceinline__ void pair_store(void* address, unsigned long long low, unsigned long long high) {
+    asm volatile("{ .reg .b128 pair; mov.b128 pair, {%1, %2}; st.relaxed.gpu.global.b128 [%0], pair; }" : : "l"(address), "l"(low), "l"(high) : "memory");
+}
+
+__device__ __forceinline__ void pair_load(const void* address, unsigned long long& low, unsigned long long& high) {
+    asm volatile("{ .reg .b128 pair; ld.relaxed.gpu.global.b128 pair, [%2]; mov.b128 {%0, %1}, pair; }" : "=l"(low), "=l"(high) : "l"(address) : "memory");
+}
+
+// Start to copy 16 or 8 bytes to shared memory; `copies_wait` waits for all that the thread has started.
+__device__ __forceinline__ void copy_start_16(void* to, const void* from) {
+    unsigned address = (unsigned)__cvta_generic_to_shared(to);
+    asm volatile("cp.async.cg.shared.global [%0], [%1], 16;" : : "r"(address), "l"(from) : "memory");
+}
+
+__device__ __forceinline__ void copy_start_8(void* to, const void* from) {
+    unsigned address = (unsigned)__cvta_generic_to_shared(to);
+    asm volatile("cp.async.ca.shared.global [%0], [%1], 8;" : : "r"(address), "l"(from) : "memory");
+}
+
+__device__ __forceinline__ void copies_wait() { asm volatile("cp.async.wait_all;" : : : "memory"); }

@@ -1,0 +1,179 @@
+// Runs frames of a patch with the kernel that comes before this text: `program INPUT OUTPUT BLOCKS THREADS SEED`. The input is
+// what `scene.rs` writes; the output has position and inverse mass, then velocity and mass, of every particle.
+
+struct Input {
+    std::vector<uint> words;
+    size_t next = 0;
+
+    explicit Input(const char* path) {
+        FILE* file = fopen(path, "rb");
+        uint word;
+        while (file && fread(&word, sizeof word, 1, file) == 1) words.push_back(word);
+        if (file) fclose(file);
+    }
+    uint integer() { return words.at(next++); }
+    float number() { return bits_as<float>(integer()); }
+    void numbers(float* to, uint count) {
+        for (uint k = 0; k < count; k++) to[k] = number();
+    }
+};
+
+// Memory of the device, which stays until the program ends.
+template <typename T> static T* device(size_t count) { return (T*)calloc(count + 1, sizeof(T)); }
+
+// The springs of particle i to its neighbours, in ascending order.
+static void springs_describe(Solver& s, const real4* kinds) {
+    uint* rows = device<uint>(s.count);
+    uint2* headers = device<uint2>(s.count);
+    uint2* entries = device<uint2>(2 * STENCIL_KINDS * (size_t)s.count);
+    uint* packed = device<uint>(2 * STENCIL_KINDS * (size_t)s.count);
+    uint end = 0;
+    for (uint i = 0; i < s.count; i++) {
+        rows[i] = i;
+        headers[i] = {end, 0};
+        uint mask = stencil_mask(s, i / s.columns, i % s.columns);
+        for (uint k = 0; k < 2 * STENCIL_KINDS; k++) {
+            if (!(mask >> k & 1)) continue;
+            uint kind = k < STENCIL_KINDS ? STENCIL_KINDS - 1 - k : k - STENCIL_KINDS;
+            int offset = stencil_rows(kind) * (int)s.columns + stencil_columns(kind);
+            if (k < STENCIL_KINDS) offset = -offset;
+            entries[end] = {(uint)offset, kind};
+            packed[end] = ((uint)offset & 0xffffu) | kind << 16;
+            end++;
+            headers[i].y++;
+        }
+    }
+    s.spring_row = rows;
+    s.spring_headers = headers;
+    s.spring_entries = entries;
+    s.spring_packed = packed;
+    s.spring_kinds = kinds;
+    s.header_count = s.count;
+    s.entry_count = end;
+    s.kind_count = STENCIL_KINDS;
+}
+
+// The groups of self-contact: those of the tiles.
+static void groups_describe(Solver& s, uint tiles) {
+    uint groups = tiles * (TILE_COLUMNS * TILE_ROWS / GROUP), across = (s.columns + TILE_COLUMNS - 1) / TILE_COLUMNS;
+    uint* members = device<uint>(groups * GROUP);
+    for (uint at = 0; at < groups * GROUP; at++) {
+        uint tile = at / (TILE_COLUMNS * TILE_ROWS), warp = at / GROUP % 8, lane = at % GROUP;
+        uint column = tile % across * TILE_COLUMNS + warp % 4 * 8 + lane % 8, row = tile / across * TILE_ROWS + warp / 4 * 4 + lane / 8;
+        members[at] = column < s.columns && row < s.rows ? row * s.columns + column : NONE;
+    }
+    s.group_members = members;
+    s.group_count = groups;
+    for (uint side = 0; side < 2; side++) {
+        s.group_positions[side] = device<real4>(groups * GROUP);
+        s.group_boxes[side] = device<real4>(2 * groups);
+    }
+    s.group_regions = device<real4>(2 * groups);
+    s.group_capacity = groups;
+    s.group_rows = device<uint>((size_t)groups * groups);
+    s.group_counts = device<uint>(groups);
+    s.cell_mask = 4095;
+    s.cell_heads = device<ulong>(4096);
+    s.cell_nodes = device<uint2>(groups * COVER_MAX);
+    s.candidate_capacity = 64;
+    s.candidates = device<uint>((size_t)s.count * s.candidate_capacity);
+    s.candidate_counts = device<uint>(s.count);
+}
+
+// Every block waits for every other.
+static void dependencies_describe(Solver& s, uint blocks) {
+    uint* rows = device<uint>(blocks + 1);
+    uint* others = device<uint>(blocks * blocks);
+    for (uint block = 0; block < blocks; block++) {
+        rows[block + 1] = rows[block];
+        for (uint other = 0; other < blocks; other++) {
+            if (other != block) others[rows[block + 1]++] = other;
+        }
+    }
+    s.dependency_rows = rows;
+    s.dependencies = others;
+    s.progress = device<ulong>(blocks);
+}
+
+static Solver solver;
+static uint substep_count;
+
+int main(int, char** arguments) {
+    Input input(arguments[1]);
+    uint blocks = (uint)atoi(arguments[3]), threads = (uint)atoi(arguments[4]), seed = (uint)atoi(arguments[5]);
+    Solver& s = solver;
+    s.columns = input.integer();
+    s.rows = input.integer();
+    s.count = s.columns * s.rows;
+    std::vector<uint> frames(input.integer());
+    for (uint& frame : frames) frame = input.integer();
+    float time_step = input.number();
+    input.numbers(s.acceleration, 3);
+    input.numbers(s.drag_rate, 3);
+    float offset = input.number();
+    real* offsets = device<real>(s.count);
+    std::fill(offsets, offsets + s.count, offset);
+    s.offsets = offsets;
+    real4* kinds = device<real4>(STENCIL_KINDS);
+    for (uint kind = 0; kind < STENCIL_KINDS; kind++) {
+        input.numbers(s.stencil[kind], 3);
+        kinds[kind] = {s.stencil[kind][0], s.stencil[kind][1], s.stencil[kind][2], 0};
+    }
+    springs_describe(s, kinds);
+    Collider* ball = device<Collider>(1);
+    ball->shape = SHAPE_SPHERE;
+    ball->rotation[0] = ball->rotation[4] = ball->rotation[8] = 1;
+    input.numbers(ball->translation, 3);
+    ball->size[0] = input.number();
+    ball->friction = input.number();
+    s.colliders = ball;
+    s.collider_count = 1;
+    uint tiles = (s.columns + TILE_COLUMNS - 1) / TILE_COLUMNS * ((s.rows + TILE_ROWS - 1) / TILE_ROWS);
+    groups_describe(s, tiles);
+    s.contact_distance = input.number();
+    s.contact_stiffness = input.number();
+    s.contact_damping = input.number();
+    s.contact = s.contact_distance > 0 ? CONTACT_PENALTY : 0;
+    s.list_margin = 2 * s.contact_distance;
+    s.list_horizon = 12 * time_step;
+    s.cells_per_metre = 2;
+    for (uint side = 0; side < 2; side++) {
+        s.position[side] = device<real4>(s.count);
+        s.velocity[side] = device<real4>(s.count);
+    }
+    input.numbers((float*)s.position[0], 4 * s.count);
+    input.numbers((float*)s.velocity[0], 4 * s.count);
+    s.packets = device<uint4>(4 * (size_t)s.count);
+    dependencies_describe(s, blocks);
+    s.status = device<Status>(1);
+    s.status->non_finite_step = ~0ull;
+#ifdef FRAME_OF_MESH
+    s.chunk = ((s.count + blocks - 1) / blocks + 31) / 32 * 32;
+#else
+    s.chunk = (tiles + blocks - 1) / blocks;
+#endif
+    uint tick = 0;
+    ulong contacts = 0;
+    for (uint frame : frames) {
+        SubstepData* substeps = device<SubstepData>(frame);
+        for (uint number = 0; number < frame; number++) {
+            substeps[number].step = tick;
+            substeps[number].tick = ++tick;
+            substeps[number].length = time_step;
+        }
+        s.substeps = substeps;
+        s.status->contacts = s.status->meetings[0] = s.status->meetings[1] = 0;
+        substep_count = frame;
+        launch([] { explicit_frame(solver, substep_count); }, blocks, threads, seed);
+        s.epoch += frame;
+        s.present ^= frame & 1;
+        contacts += s.status->contacts;
+    }
+    if (s.status->overflow > 0 || s.status->group_overflow > 0) return 3;
+    printf("%llu\n", contacts / 2);
+    FILE* file = fopen(arguments[2], "wb");
+    if (!file) return 2;
+    fwrite(s.position[s.present], sizeof(real4), s.count, file);
+    fwrite(s.velocity[s.present], sizeof(real4), s.count, file);
+    return fclose(file) == 0 ? 0 : 2;
+}

@@ -1,0 +1,70 @@
+//! What the program reads: 32-bit words, whole numbers and single precision numbers, in the order of `frame.h`.
+
+use cloth_core::{ColliderShape, ContactResponse, Model, State};
+use harness::checks::PatchFrames;
+
+/// Rows and columns to the later of 12 neighbours, as in `shared/stencil.cuh`.
+const STENCIL: [[i64; 2]; 6] = [[0, 1], [0, 2], [1, -1], [1, 0], [1, 1], [2, 0]];
+
+/// The words of a patch from its start on.
+pub(crate) fn words(patch: &PatchFrames) -> Vec<u32> {
+    let model = patch.model().expect("the patch is a model");
+    let state = patch.start(&model);
+    let mut words = vec![patch.columns, patch.rows, patch.frames.len() as u32];
+    words.extend(patch.frames);
+    let mut push = |numbers: &[f64]| words.extend(numbers.iter().map(|&a| (a as f32).to_bits()));
+    push(&[patch.time_step()]);
+    push(&model.uniform_acceleration());
+    push(&model.drag_rate());
+    push(&[0.5 * model.cloths()[0].thickness]);
+    for kind in kinds(&model, i64::from(patch.columns)) {
+        push(&kind);
+    }
+    let ball = &model.colliders()[0];
+    let ColliderShape::Sphere { radius } = ball.shape else { panic!("the collider is a ball") };
+    push(&ball.pose.translation);
+    push(&[radius, ball.friction]);
+    let contact = model.self_contact().map_or([0.0; 3], |contact| match contact.response {
+        ContactResponse::Penalty { stiffness, damping } => [contact.distance, stiffness, damping],
+        ContactResponse::Impulse { .. } => panic!("contact is by penalties"),
+    });
+    push(&contact);
+    let particles = state.positions.iter().zip(&state.held).zip(model.masses());
+    words.extend(particles.flat_map(|((x, &held), &mass)| {
+        let [x, y, z] = x.map(|a| a as f32);
+        [x, y, z, if held == 0 { 1.0 / mass as f32 } else { 0.0 }].map(f32::to_bits)
+    }));
+    let particles = state.velocities.iter().zip(model.masses());
+    words.extend(
+        particles.flat_map(|(v, &mass)| [v[0], v[1], v[2], mass].map(|a| (a as f32).to_bits())),
+    );
+    words
+}
+
+/// Rest length, stiffness and damping of the springs to each of the later neighbours.
+fn kinds(model: &Model, columns: i64) -> [[f64; 3]; 6] {
+    let springs = model.springs();
+    STENCIL.map(|offset| {
+        let is_this = |[i, j]: [u32; 2]| {
+            let [[a, b], [c, d]] = [i, j].map(|i| [i64::from(i) / columns, i64::from(i) % columns]);
+            [c - a, d - b] == offset
+        };
+        let spring = springs.iter().find(|spring| is_this(spring.particles));
+        let kind = springs.kinds()[spring.expect("the patch has such a spring").kind as usize];
+        [kind.rest_length, kind.stiffness, kind.damping]
+    })
+}
+
+/// The state that the program has written, as positions with inverse masses and velocities with masses.
+pub(crate) fn state(numbers: &[[f32; 4]]) -> State {
+    let (positions, velocities) = numbers.split_at(numbers.len() / 2);
+    let vectors = |numbers: &[[f32; 4]]| {
+        numbers.iter().map(|&[x, y, z, _]| [x, y, z].map(f64::from)).collect()
+    };
+    State {
+        positions: vectors(positions),
+        velocities: vectors(velocities),
+        held: positions.iter().map(|entry| u8::from(entry[3] == 0.0)).collect(),
+        ..State::default()
+    }
+}
