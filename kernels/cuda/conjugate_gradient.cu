@@ -137,7 +137,7 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_g
             l.vectors[IMAGE][i] = with_w(image, 0);
             return Products{dot(c, image), 0};
         });
-        grid_barrier(&s.status->barrier[2]);
+        grid_barrier(&s.status->barrier[1]);
         double delta, unused, beta;
         memory.add_blocks(1, l.partials, l.partials, units, delta, unused);
         if (!recurrence.advance(gamma, delta, beta)) {
@@ -191,7 +191,7 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) jacobi(cons
                 l.vectors[SOLUTION][i] = with_w(y, 0);
             }
         }
-        grid_barrier(&s.status->barrier[2]);
+        grid_barrier(&s.status->barrier[1]);
         double before = norm;
         Pass::residual_of(s, l, memory, l.vectors[SOLUTION], residual, norm);
         if (!damping.advance(before, norm)) {

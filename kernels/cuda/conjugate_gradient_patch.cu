@@ -13,7 +13,7 @@ typedef PatchTile<THREADS, TILE_WIDTH, TILE_OWN> Tile;
 // As `Pass::begin`, up to where all blocks have done it: particles in tiles are not those in steps.
 __device__ __forceinline__ Solve begin(const Solver& s, const Linear& l, Sums& memory, uint from_solution) {
     Solve solve = Pass::begin(s, l, memory, from_solution);
-    if (solve.iterates) grid_barrier(&s.status->barrier[2]);
+    if (solve.iterates) grid_barrier(&s.status->barrier[1]);
     return solve;
 }
 
@@ -35,9 +35,9 @@ __device__ __forceinline__ void for_rows(const Solver& s, const Linear& l, real4
 template <typename Get> __device__ __forceinline__ void products_add(const Solver& s, const Linear& l, Sums& memory, uint count, Get get, double& a, double& b) {
     uint units = Pass::units_of(s.count);
     double *first = l.partials, *second = l.partials + units;
-    grid_barrier(&s.status->barrier[2]);
+    grid_barrier(&s.status->barrier[1]);
     Pass::for_particles(s, memory, count, first, second, get);
-    grid_barrier(&s.status->barrier[2]);
+    grid_barrier(&s.status->barrier[1]);
     memory.add_blocks(count, first, second, units, a, b);
 }
 

@@ -3,7 +3,7 @@
 
 extern "C" __global__ void __launch_bounds__(256) contact_candidates(const __grid_constant__ Solver s, uint tick) {
     Motion motion = present_motion(s);
-    ulong* barrier = &s.status->barrier[1];
+    ulong* barrier = &s.status->barrier[0];
     bool holds = groups_store(s, 0, motion.x);
     if (!holds || s.status->built == 0) s.status->stale[tick & 3] = tick;
     grid_barrier(barrier);

@@ -35,6 +35,11 @@
 #define STENCIL false
 #endif
 
+// A block that has one tile has in each warp the same group all the time, and keeps what it knows of its list.
+#if defined(CLOTH_PENALTY) && defined(CLOTH_WIDE)
+#define KEEPS_GROUP
+#endif
+
 extern __shared__ __align__(16) unsigned char frame_memory[];
 
 // Puts the springs of shared rows into shared memory, where all threads of a warp read the same one. In a tile an
@@ -235,7 +240,7 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
     near_frame.start(s, substeps, threadIdx.x, blockDim.x);
     // Of the positions by group, those that hold.
     uint side = 0;
-#if defined(CLOTH_PENALTY) && defined(CLOTH_WIDE)
+#ifdef KEEPS_GROUP
     // Of the list of the warp's group, its length, and the entry of the lane.
     uint listed = 0, listed_first = 0;
 #endif
@@ -252,8 +257,7 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
         stopped |= (agreed & VOTE_STOP) != 0;
         bool stale = !stopped && (agreed & VOTE_STALE) != 0;
         if (stale) list_build(s, motion, side, substep.tick, meet);
-#ifdef CLOTH_WIDE
-        // The block has one tile, and each warp the same group all the time.
+#ifdef KEEPS_GROUP
         uint own_group = first * (TILE_COLUMNS * TILE_ROWS / GROUP) + warp;
         if (GRID && (number == 0 || stale)) {
             listed = list_count(s, own_group);
@@ -277,7 +281,7 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
             const real4* x = motion.x;
             const real4* v = motion.v;
             uint at = i;
-#if defined(CLOTH_PENALTY) && defined(CLOTH_WIDE)
+#ifdef KEEPS_GROUP
             GroupView view;
             NearGroups near_groups;
 #endif
@@ -308,7 +312,7 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
                 at = (r + HALO) * TILE_STRIDE + c + HALO;
                 x = tile;
                 v = tile + TILE_ENTRIES;
-#if defined(CLOTH_PENALTY) && defined(CLOTH_WIDE)
+#ifdef KEEPS_GROUP
                 // What is far away comes while springs are worked on.
                 view = GroupView::of(s, side, own_group, lane);
                 near_groups = NearGroups::of(s, side, view.box, lane, lane < listed, listed_first);
@@ -328,7 +332,7 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
                 uint found = 0;
                 if (!stopped) {
                     // Also those that springs join to the particle.
-#if !(defined(CLOTH_PENALTY) && defined(CLOTH_WIDE))
+#ifndef KEEPS_GROUP
                     uint listed = list_count(s, group);
                     GroupView view = GroupView::of(s, side, group, lane);
                     NearGroups near_groups = NearGroups::of(s, side, view.box, lane, lane < listed, list_entry(s, group, lane, 0, listed));

@@ -93,7 +93,7 @@ pub(crate) struct ControlForceData<T> {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Status {
-    pub(crate) barrier: [u64; 4],
+    pub(crate) barrier: [u64; 2],
     pub(crate) meetings: [u64; 2],
     pub(crate) non_finite_step: u64,
     pub(crate) contacts: u64,

@@ -370,7 +370,7 @@ impl<T: CudaReal> Memory<T> {
     pub(crate) fn status_reset(&mut self) -> Result<()> {
         let status = Status {
             non_finite_step: u64::MAX,
-            barrier: [0; 4],
+            barrier: [0; 2],
             meetings: [0; 2],
             contacts: 0,
             candidates: 0,

@@ -121,7 +121,7 @@ template <typename Memory> struct Passes {
 
     // |r| and r . c from what `for_particles` has put into `sums`.
     static __device__ __forceinline__ void residual_sums(const Solver& s, Memory& memory, double* const* sums, double& residual, double& gamma) {
-        grid_barrier(&s.status->barrier[2]);
+        grid_barrier(&s.status->barrier[1]);
         double square;
         memory.add_blocks(2, sums[0], sums[1], units_of(s.count), gamma, square);
         residual = sqrt(square);
@@ -172,7 +172,7 @@ template <typename Memory> struct Passes {
                 l.vectors[DIRECTION][i] = with_w(z, 0);
                 return Products{dot(z, z), 0};
             });
-            grid_barrier(&s.status->barrier[2]);
+            grid_barrier(&s.status->barrier[1]);
             double square, unused;
             memory.add_blocks(1, l.partials, l.partials, units, square, unused);
             is_constrained = square != 0;
@@ -197,7 +197,7 @@ template <typename Memory> struct Passes {
                 uint i = work.particle(k);
                 if (i < s.count) l.vectors[SOLUTION][i] = with_w(projected(s, l, i, xyz(l.vectors[SOLUTION][i])), 0);
             }
-            grid_barrier(&s.status->barrier[2]);
+            grid_barrier(&s.status->barrier[1]);
             residual_of(s, l, memory, l.vectors[SOLUTION], solve.residual, solve.gamma);
         }
         if (!(is_finite(solve.reference) && is_finite(solve.residual))) {

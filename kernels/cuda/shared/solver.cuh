@@ -58,8 +58,8 @@ struct Buckling {
 
 // What the host reads after a frame.
 struct Status {
-    // Of the frame kernel, the list kernel, the linear solver.
-    ulong barrier[4];
+    // Of the list kernel, the linear solver.
+    ulong barrier[2];
     // Of the frame kernel with contact, used in turn.
     ulong meetings[2];
     // First substep that ended with a number that is not finite; all ones if there is none.
