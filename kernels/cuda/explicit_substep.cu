@@ -134,15 +134,6 @@ __device__ __forceinline__ void tile_start(const Solver& s, const Motion& motion
     }
 }
 
-// Stores a particle; books a number that is not finite, and says whether there is none.
-__device__ __forceinline__ bool particle_store(const Solver& s, real4* x, real4* v, const SubstepData& substep, uint i, const Moved& moved, const real4& own, const real4& rate) {
-    x[i] = with_w(moved.position, own.w);
-    v[i] = with_w(moved.velocity, rate.w);
-    bool finite = is_finite(moved.position) && is_finite(moved.velocity);
-    if (!finite) atomicMin(&s.status->non_finite_step, substep.step);
-    return finite;
-}
-
 // A substep of one particle, with `found` partners. Gives where it gets to.
 __device__ __forceinline__ vec3 substep_store(
     const Solver& s, const TableEntry* table, const uint2* headers, const Motion& motion, const SubstepData& substep, const Collider* colliders,
@@ -154,7 +145,7 @@ __device__ __forceinline__ vec3 substep_store(
     if (!stopped) {
         moved = particle_advance<PENALTY, EXTRAS, TABLE>(s, table, headers, motion, substep, colliders, x, v, at, i, own, rate, partners, found, contacts);
     }
-    finite &= particle_store(s, next_x, next_v, substep, i, moved, own, rate);
+    finite &= particle_store(s, next_x, next_v, substep, i, moved, own.w, rate.w);
     total += contacts;
     return moved.position;
 }
@@ -179,7 +170,7 @@ __device__ __forceinline__ vec3 stencil_substep_store(
         }
         moved = particle_finish<PENALTY, EXTRAS>(s, motion, substep, colliders, i, own, rate, partners, found, true, force, offset, contacts);
     }
-    finite &= particle_store(s, next_x, next_v, substep, i, moved, own, rate);
+    finite &= particle_store(s, next_x, next_v, substep, i, moved, own.w, rate.w);
     total += contacts;
     return moved.position;
 }
@@ -409,5 +400,5 @@ extern "C" __global__ void __launch_bounds__(256) explicit_pass(const __grid_con
         uint found = PENALTY ? s.candidate_counts[i] : 0;
         moved = particle_advance<PENALTY, EXTRAS, false>(s, nullptr, nullptr, motion, substep, nullptr, motion.x, motion.v, i, i, own, rate, nullptr, found, contacts);
     }
-    particle_store(s, s.position[1 - s.present], s.velocity[1 - s.present], substep, i, moved, own, rate);
+    particle_store(s, s.position[1 - s.present], s.velocity[1 - s.present], substep, i, moved, own.w, rate.w);
 }

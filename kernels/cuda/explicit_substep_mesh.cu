@@ -157,9 +157,7 @@ extern "C" __global__ void __launch_bounds__(THREADS, 1) explicit_frame(const __
             number_after = number_third;
             Moved moved = integrate(substep.length, own.w, force, xi, vi);
             if (own.w > 0) collide_all<false>(s, colliders, i, offset, own.w, moved);
-            next_x[i] = with_w(moved.position, own.w);
-            next_v[i] = with_w(moved.velocity, rate.w);
-            if (!(is_finite(moved.position) && is_finite(moved.velocity))) atomicMin(&s.status->non_finite_step, substep.step);
+            particle_store(s, next_x, next_v, substep, i, moved, own.w, rate.w);
         }
         publish(s, s.epoch + number + 1);
         real4* last_x = next_x;

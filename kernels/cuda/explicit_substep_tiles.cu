@@ -167,9 +167,7 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
                 }
                 Moved moved = integrate(substep.length, inverse_mass, force, xi, vi);
                 if (inverse_mass > 0) collide_all<false>(s, colliders, i, offset, inverse_mass, moved);
-                next_x[i] = with_w(moved.position, inverse_mass);
-                next_v[i] = with_w(moved.velocity, mass);
-                if (!(is_finite(moved.position) && is_finite(moved.velocity))) atomicMin(&s.status->non_finite_step, substep.step);
+                particle_store(s, next_x, next_v, substep, i, moved, inverse_mass, mass);
             }
             place = above;
         }

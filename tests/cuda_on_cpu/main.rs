@@ -5,7 +5,6 @@
 mod program;
 mod scene;
 
-use cloth_core::{Integrator, Precision, Stencil};
 use harness::{backends::cpu, bits::first_difference, checks::PatchFrames};
 use program::{Form, Program};
 
@@ -23,17 +22,8 @@ const SMALL: [u32; 2] = [43, 20];
 /// Tiles of the small one.
 const TILES: u32 = 2 * 3;
 
-const fn patch([columns, rows]: [u32; 2], contact: bool) -> PatchFrames {
-    PatchFrames {
-        columns,
-        rows,
-        stencil: Stencil::Neighbours12,
-        contact,
-        collider: true,
-        integrator: Integrator::Explicit,
-        precision: Precision::F32,
-        frames: &[1, 2, 17, 6],
-    }
+fn patch(sides: [u32; 2], contact: bool) -> PatchFrames {
+    PatchFrames { contact, ..PatchFrames::explicit(sides) }
 }
 
 /// The form, its text changed by `edit`, gives the bits of the CPU with so many blocks, in order and by lot.

@@ -136,22 +136,11 @@ fn a_thousand_substeps_with_contact_end_in_the_bits_of_the_cpu() {
 fn frames_of_a_patch_give_the_bits_of_the_cpu() {
     let Some(gpu) = cuda(CudaOptions::default()) else { return };
     let cpu = cpu(2);
-    // Frames of one substep, of an even and of an odd number; a patch of one tile, of some with and without surroundings
-    // all around, of more than there are multiprocessors.
-    let frames = &[1, 2, 17, 6];
-    for [columns, rows] in [[19, 5], [101, 37], [130, 30], [230, 190]] {
+    // A patch of one tile, of some with and without surroundings all around, of more than there are multiprocessors.
+    for sides in [[19, 5], [101, 37], [130, 30], [230, 190]] {
         for contact in [false, true] {
             for precision in [Precision::F32, Precision::F64] {
-                let patch = PatchFrames {
-                    columns,
-                    rows,
-                    stencil: Stencil::Neighbours12,
-                    contact,
-                    collider: true,
-                    integrator: Integrator::Explicit,
-                    precision,
-                    frames,
-                };
+                let patch = PatchFrames { contact, precision, ..PatchFrames::explicit(sides) };
                 assert_eq!(checks::patch_frames([&cpu, &gpu], &patch), Ok(()));
             }
         }
@@ -169,17 +158,8 @@ fn frames_of_many_tiles_give_the_bits_of_the_cpu() {
         (false, Stencil::Neighbours24),
     ] {
         let Some(gpu) = cuda(CudaOptions { patches, ..CudaOptions::default() }) else { return };
-        for [columns, rows] in [[371, 1101], [1030, 515]] {
-            let patch = PatchFrames {
-                columns,
-                rows,
-                stencil,
-                contact: false,
-                collider: true,
-                integrator: Integrator::Explicit,
-                precision: Precision::F32,
-                frames: &[1, 2, 17, 6],
-            };
+        for sides in [[371, 1101], [1030, 515]] {
+            let patch = PatchFrames { stencil, ..PatchFrames::explicit(sides) };
             assert_eq!(checks::patch_frames([&cpu, &gpu], &patch), Ok(()));
         }
     }

@@ -20,6 +20,15 @@ __device__ __forceinline__ void words_copy_start(void* to, const void* from, uin
     for (uint at = thread; at < bytes / 8; at += threads) copy_start_8((char*)to + 8 * at, (const char*)from + 8 * at);
 }
 
+// Stores a particle; books a number that is not finite, and says whether there is none.
+__device__ __forceinline__ bool particle_store(const Solver& s, real4* x, real4* v, const SubstepData& substep, uint i, const Moved& moved, real inverse_mass, real mass) {
+    x[i] = with_w(moved.position, inverse_mass);
+    v[i] = with_w(moved.velocity, mass);
+    bool finite = is_finite(moved.position) && is_finite(moved.velocity);
+    if (!finite) atomicMin(&s.status->non_finite_step, substep.step);
+    return finite;
+}
+
 // The substeps that come next, and the colliders at their ends where these are few. In shared memory; threads 0 to
 // `threads` fill it.
 struct NearFrame {

@@ -13,7 +13,7 @@
 // A slot has a row for each kind and particle of a thread, but for the springs between these.
 #define SLOT_STRIDE (TILE_COLUMNS + HALO + 1)
 #define SLOT_ENTRIES (11 * SLOT_STRIDE)
-// Their first two components lie together.
+// Forces of all slots.
 #define PAIR_FORCES (PAIR_SLOTS * SLOT_ENTRIES)
 
 // Where, in a slot, the force of the spring of a kind is whose first end is particle `k` of a thread, at a column of the tile.
@@ -28,16 +28,6 @@ __device__ __forceinline__ int slot_first(int warp) { return (warp < 0 ? PAIR_SL
 // The same place in the slot above.
 __device__ __forceinline__ int slot_above(int place) {
     return place < SLOT_ENTRIES ? place + (PAIR_SLOTS - 1) * SLOT_ENTRIES : place - SLOT_ENTRIES;
-}
-
-__device__ __forceinline__ void slot_store(real* forces, int place, const vec3& force) {
-    ((real2*)forces)[place] = {force.x, force.y};
-    forces[2 * PAIR_FORCES + place] = force.z;
-}
-
-__device__ __forceinline__ vec3 slot_load(const real* forces, int place) {
-    real2 pair = ((const real2*)forces)[place];
-    return {pair.x, pair.y, forces[2 * PAIR_FORCES + place]};
 }
 
 // The kind of the springs to the particle so many rows and columns further on, STENCIL_KINDS if there are none.
@@ -99,7 +89,7 @@ template <bool PLAIN>
 __device__ __forceinline__ real pair_outer_spring(const Solver& s, const real4* x, const real4* v, const PairOuter& outer, int shift, real* forces) {
     uint i = outer.first(), j = outer.second();
     Spring spring = stencil_spring<PLAIN>(s, outer.kind(), xyz(x[i]), xyz(v[i]), xyz(x[j]), xyz(v[j]));
-    slot_store(forces, outer.place(shift), spring.force());
+    force_store<PAIR_FORCES>(forces, outer.place(shift), spring.force());
     return spring.length_squared;
 }
 
@@ -131,7 +121,7 @@ struct StencilPair {
                     if (kind >= STENCIL_KINDS) continue;
                     Spring spring = stencil_spring<PLAIN>(s, kind, xyz(x[k]), xyz(v[k]), xj, vj);
                     springs[k][kind] = spring.force();
-                    if (!is_own) slot_store(forces, place + slot_place(kind, k, 0), springs[k][kind]);
+                    if (!is_own) force_store<PAIR_FORCES>(forces, place + slot_place(kind, k, 0), springs[k][kind]);
                     least = fmin(spring.length_squared, least);
                 }
             }
@@ -150,7 +140,7 @@ struct StencilPair {
             if (first >= 0 && columns == 0) {
                 force = force - springs[first][kind];
             } else {
-                force = force - slot_load(forces, (first < 0 ? above : place) + slot_place(kind, first & 1, -columns));
+                force = force - force_load<PAIR_FORCES>(forces, (first < 0 ? above : place) + slot_place(kind, first & 1, -columns));
             }
         }
 #pragma unroll

@@ -72,14 +72,15 @@ __device__ __forceinline__ Spring stencil_spring(const Solver& s, uint kind, con
     return spring_at<PLAIN>({s.stencil[kind][0], s.stencil[kind][1], s.stencil[kind][2], nullptr}, xi, vi, xj, vj);
 }
 
-__device__ __forceinline__ void stencil_store(real* forces, int place, const vec3& force) {
+// Of so many forces in shared memory, the one at a place; the first two components of all lie before the third ones.
+template <int COUNT> __device__ __forceinline__ void force_store(real* forces, int place, const vec3& force) {
     ((real2*)forces)[place] = {force.x, force.y};
-    forces[2 * STENCIL_FORCES + place] = force.z;
+    forces[2 * COUNT + place] = force.z;
 }
 
-__device__ __forceinline__ vec3 stencil_load(const real* forces, int place) {
+template <int COUNT> __device__ __forceinline__ vec3 force_load(const real* forces, int place) {
     real2 pair = ((const real2*)forces)[place];
-    return {pair.x, pair.y, forces[2 * STENCIL_FORCES + place]};
+    return {pair.x, pair.y, forces[2 * COUNT + place]};
 }
 
 // Computes the springs of the thread: those from the particle at an entry of the tile to later ones, and the outer one.
@@ -95,13 +96,13 @@ __device__ __forceinline__ real stencil_springs_of(
         uint j = at + stencil_rows(kind) * TILE_STRIDE + stencil_columns(kind);
         Spring spring = stencil_spring<PLAIN>(s, kind, xi, vi, xyz(x[j]), xyz(v[j]));
         own[kind] = spring.force();
-        stencil_store(forces, place + stencil_place(kind, 0, 0), own[kind]);
+        force_store<STENCIL_FORCES>(forces, place + stencil_place(kind, 0, 0), own[kind]);
         least = fmin(spring.length_squared, least);
     }
     if (outer.exists()) {
         uint i = outer.first(), j = outer.second();
         Spring spring = stencil_spring<PLAIN>(s, outer.kind(), xyz(x[i]), xyz(v[i]), xyz(x[j]), xyz(v[j]));
-        stencil_store(forces, outer.place(), spring.force());
+        force_store<STENCIL_FORCES>(forces, outer.place(), spring.force());
         least = fmin(spring.length_squared, least);
     }
     return least;
@@ -144,12 +145,12 @@ __device__ __forceinline__ vec3 stencil_sum(const real* forces, uint row, uint c
     for (uint k = 0; k < STENCIL_KINDS; k++) {
         uint kind = STENCIL_KINDS - 1 - k;
         int place = stencil_place(kind, (int)row - stencil_rows(kind), (int)column - stencil_columns(kind));
-        if (INSIDE || mask >> k & 1) force = force - stencil_load(forces, place);
+        if (INSIDE || mask >> k & 1) force = force - force_load<STENCIL_FORCES>(forces, place);
     }
 #pragma unroll
     for (uint kind = 0; kind < STENCIL_KINDS; kind++) {
         if (!INSIDE && !(mask >> (6 + kind) & 1)) continue;
-        force = force + (HAS_OWN ? own[kind] : stencil_load(forces, stencil_place(kind, row, column)));
+        force = force + (HAS_OWN ? own[kind] : force_load<STENCIL_FORCES>(forces, stencil_place(kind, row, column)));
     }
     return force;
 }

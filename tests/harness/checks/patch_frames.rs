@@ -41,6 +41,22 @@ pub struct PatchFrames {
 }
 
 impl PatchFrames {
+    /// A patch of 12 neighbours in single precision, advanced by the explicit integrator in frames of one substep, of an even
+    /// and of an odd number; with the ball, without contact with itself.
+    #[must_use]
+    pub const fn explicit([columns, rows]: [u32; 2]) -> Self {
+        Self {
+            columns,
+            rows,
+            stencil: Stencil::Neighbours12,
+            contact: false,
+            collider: true,
+            integrator: Integrator::Explicit,
+            precision: Precision::F32,
+            frames: &[1, 2, 17, 6],
+        }
+    }
+
     /// The model.
     ///
     /// # Errors
