@@ -103,7 +103,9 @@ impl PatchFrames {
     #[must_use]
     pub fn start(&self, model: &Model) -> State {
         let mut state = model.initial_state();
-        fold(&mut state, 0.1 * SPACING, 0.8 * SPACING);
+        // So that one part lies on another, and a third by itself.
+        let place = (0.6 * f64::from(self.columns)).floor() + 0.1;
+        fold(&mut state, place * SPACING, 0.8 * SPACING);
         // Springs without a length, one of them at the edge.
         let [columns, rows] = [self.columns, self.rows].map(|side| side as usize);
         for particle in [1, rows / 2 * columns + columns / 2] {
