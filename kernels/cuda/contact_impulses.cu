@@ -55,6 +55,7 @@ extern "C" __global__ void contacts_clear(const __grid_constant__ Solver s) {
     if (blockIdx.x + threadIdx.x > 0) return;
     s.status->contacts = 0;
     s.status->meetings[0] = s.status->meetings[1] = 0;
+    for (uint k = 0; k < 3; k++) s.status->searched[k] = s.status->taken[k] = 0;
 }
 
 // Sets the count of builds back.

@@ -5,7 +5,8 @@
 // others; with contact all wait for all, as anything may touch anything, and so that they can build the list of groups
 // together when some group has left its region. In a tile with contact a warp has the particles of a group. Where nothing but
 // fields, springs and colliders acts, patches of few and of many tiles and large meshes have kernels of their own:
-// `explicit_substep_patch.cu`, `explicit_substep_tiles.cu`, `explicit_substep_mesh.cu`.
+// `explicit_substep_patch.cu`, `explicit_substep_tiles.cu`, `explicit_substep_mesh.cu`; patches of many tiles also with contact:
+// `explicit_substep_flat.cu`.
 
 #ifdef CLOTH_PENALTY
 #define PENALTY true
@@ -74,65 +75,12 @@ __device__ __forceinline__ unsigned char* table_load(const Solver& s, const Tabl
 #define TILES 2
 #endif
 
-// A tile by its place in the patch.
-struct TilePlace {
-    uint column;
-    uint row;
-
-    __device__ __forceinline__ void next(uint across) {
-        column++;
-        if (column == across) {
-            column = 0;
-            row++;
-        }
-    }
-};
-
-// Particles of a tile and around it that a thread loads.
-#define LOADS ((TILE_WIDTH * TILE_HEIGHT + 255) / 256)
-
-// One of them: its number less that of the first particle of the tile, its column and row counted from there, and its entry.
-struct TileLoad {
-    int relative;
-    uint packed;
-
-    __device__ __forceinline__ static TileLoad of_thread(const Solver& s, uint number) {
-        uint at = threadIdx.x + 256 * number;
-        uint row = at / TILE_WIDTH, column = at % TILE_WIDTH;
-        int relative = ((int)row - HALO) * (int)s.columns + (int)column - HALO;
-        if (row >= TILE_HEIGHT) return {0, 0xffffffffu};
-        return {relative, row * TILE_STRIDE + column | row << 16 | column << 24};
-    }
-    __device__ __forceinline__ bool exists() const { return packed != 0xffffffffu; }
-    __device__ __forceinline__ uint entry() const { return packed & 0xffffu; }
-    __device__ __forceinline__ uint row() const { return packed >> 16 & 0xffu; }
-    __device__ __forceinline__ uint column() const { return packed >> 24; }
-};
-
+// With contact there are no registers to keep what a thread loads of a tile.
 #if defined(CLOTH_PENALTY) && !defined(CLOTH_WIDE)
 #define KEEPS_LOADS false
 #else
 #define KEEPS_LOADS true
 #endif
-
-// Starts to load a tile with its surroundings.
-__device__ __forceinline__ void tile_start(const Solver& s, const Motion& motion, const TilePlace& place, const TileLoad* loads, real4* x, real4* v) {
-    uint column = place.column * TILE_COLUMNS, row = place.row * TILE_ROWS;
-    uint first = row * s.columns + column;
-    bool inside = column >= HALO && row >= HALO && column + TILE_COLUMNS + HALO <= s.columns && row + TILE_ROWS + HALO <= s.rows;
-#pragma unroll
-    for (uint number = 0; number < LOADS; number++) {
-        // With contact there are no registers to keep them in.
-        const TileLoad load = KEEPS_LOADS ? loads[number] : TileLoad::of_thread(s, number);
-        bool exists = load.exists();
-        if (!inside) exists &= column + load.column() - HALO < s.columns && row + load.row() - HALO < s.rows;
-        if (exists) {
-            uint j = first + load.relative;
-            copy_start(&x[load.entry()], &motion.x[j]);
-            copy_start(&v[load.entry()], &motion.v[j]);
-        }
-    }
-}
 
 // A substep of one particle, with `found` partners. Gives where it gets to.
 __device__ __forceinline__ vec3 substep_store(
@@ -148,38 +96,6 @@ __device__ __forceinline__ vec3 substep_store(
     finite &= particle_store(s, next_x, next_v, substep, i, moved, own.w, rate.w);
     total += contacts;
     return moved.position;
-}
-
-// The same with the springs of a tile in `forces`, and those that its thread has computed in `springs` unless that is null.
-// `inside` says that the particle has all springs.
-template <bool HAS_OWN>
-__device__ __forceinline__ vec3 stencil_substep_store(
-    const Solver& s, const Motion& motion, const SubstepData& substep, const Collider* colliders, const real4& own, const real4& rate, uint i,
-    const real4* partners, uint found, bool stopped, real4* next_x, real4* next_v, uint& total, bool& finite,
-    const real* forces, uint row, uint column, bool inside, const vec3* springs, real offset
-) {
-    uint contacts = 0;
-    Moved moved = {xyz(own), xyz(rate)};
-    if (!stopped) {
-        vec3 force = field_force(s, rate.w, xyz(rate));
-        force = procedural_force(substep, i, xyz(own), xyz(rate), rate.w, force);
-        if (inside) {
-            force = stencil_sum<true, HAS_OWN>(forces, row, column, 0, springs, force);
-        } else {
-            force = stencil_sum<false, HAS_OWN>(forces, row, column, stencil_mask(s, i / s.columns, i % s.columns), springs, force);
-        }
-        moved = particle_finish<PENALTY, EXTRAS>(s, motion, substep, colliders, i, own, rate, partners, found, true, force, offset, contacts);
-    }
-    finite &= particle_store(s, next_x, next_v, substep, i, moved, own.w, rate.w);
-    total += contacts;
-    return moved.position;
-}
-
-// The column and row in a tile, 32 by 8, such that a warp has a group, 8 by 4.
-__device__ __forceinline__ void tile_place_in_group(uint& column, uint& row) {
-    uint lane = threadIdx.x & 31, warp = threadIdx.x / 32;
-    column = warp % 4 * 8 + lane % 8;
-    row = warp / 4 * 4 + lane / 8;
 }
 
 // Few blocks for each multiprocessor, and registers in plenty: for models that do not fill the device.
@@ -264,7 +180,7 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
         uint total = 0;
         bool finite = true, holds = true;
         TilePlace place = GRID ? TilePlace{first % across, first / across} : TilePlace{0, 0};
-        if (GRID && TILES == 2) tile_start(s, motion, place, loads, tiles, tiles + TILE_ENTRIES);
+        if (GRID && TILES == 2) tile_start<KEEPS_LOADS>(s, motion, place, loads, tiles, tiles + TILE_ENTRIES);
         uint turn = 0;
         for (uint run = first; run < end; run += step) {
             uint i = run + threadIdx.x;
@@ -285,7 +201,7 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
                 real4* tile = tiles + 2 * TILE_ENTRIES * turn;
                 if (TILES == 1) {
                     __syncthreads();
-                    tile_start(s, motion, place, loads, tile, tile + TILE_ENTRIES);
+                    tile_start<KEEPS_LOADS>(s, motion, place, loads, tile, tile + TILE_ENTRIES);
                 }
                 copies_wait();
                 __syncthreads();
@@ -296,7 +212,7 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
                 if (TILES == 2) {
                     turn = 1 - turn;
                     real4* other = tiles + 2 * TILE_ENTRIES * turn;
-                    if (run + 1 < end) tile_start(s, motion, place, loads, other, other + TILE_ENTRIES);
+                    if (run + 1 < end) tile_start<KEEPS_LOADS>(s, motion, place, loads, other, other + TILE_ENTRIES);
                 }
                 exists = column < s.columns && row < s.rows;
                 i = row * s.columns + column;
@@ -305,8 +221,8 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
                 v = tile + TILE_ENTRIES;
 #ifdef KEEPS_GROUP
                 // What is far away comes while springs are worked on.
-                view = GroupView::of(s, side, own_group, lane);
-                near_groups = NearGroups::of(s, side, view.box, lane, lane < listed, listed_first);
+                view = GroupView::of(s, GroupsStored{s, side}, own_group, lane);
+                near_groups = NearGroups::of(GroupsStored{s, side}, view.box, lane, lane < listed, listed_first);
 #endif
 #ifdef CLOTH_STENCIL
                 tile_row = r;
@@ -325,22 +241,22 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
                     // Also those that springs join to the particle.
 #ifndef KEEPS_GROUP
                     uint listed = list_count(s, group);
-                    GroupView view = GroupView::of(s, side, group, lane);
-                    NearGroups near_groups = NearGroups::of(s, side, view.box, lane, lane < listed, list_entry(s, group, lane, 0, listed));
+                    GroupView view = GroupView::of(s, GroupsStored{s, side}, group, lane);
+                    NearGroups near_groups = NearGroups::of(GroupsStored{s, side}, view.box, lane, lane < listed, list_entry(s, group, lane, 0, listed));
 #endif
-                    group_contacts_visit(s, side, group, lane, view, near_groups, listed, stages + warp * GROUP, [&](uint, uint, const real4& partner) {
+                    group_contacts_visit(s, GroupsStored{s, side}, group, lane, view, near_groups, listed, stages + warp * GROUP, [&](uint, uint, const real4& partner) {
                         partner_add(partners, found, partner);
                         found++;
                     });
                     if (__any_sync(ALL_LANES, found > PARTNERS_NEAR)) {
                         kept = nullptr;
-                        found = group_contacts(s, side, group, lane, stages + warp * GROUP);
+                        found = group_contacts(s, GroupsStored{s, side}, group, lane, stages + warp * GROUP);
                     }
                 }
                 vec3 position = {0, 0, 0};
 #ifdef CLOTH_STENCIL
                 if (exists) {
-                    position = stencil_substep_store<false>(
+                    position = stencil_substep_store<PENALTY, EXTRAS, false>(
                         s, motion, substep, colliders, x[at], v[at], i, kept, found, stopped, next_x, next_v, total, finite,
                         forces, tile_row, tile_column, inside, nullptr, offset
                     );
@@ -352,7 +268,7 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
             } else if (exists) {
                 uint found = PENALTY ? s.candidate_counts[i] : 0;
 #ifdef CLOTH_STENCIL
-                stencil_substep_store<true>(
+                stencil_substep_store<PENALTY, EXTRAS, true>(
                     s, motion, substep, colliders, x[at], v[at], i, nullptr, found, stopped, next_x, next_v, total, finite,
                     forces, tile_row, tile_column, inside, springs, offset
                 );

@@ -7,82 +7,6 @@
 
 extern __shared__ __align__(16) unsigned char frame_memory[];
 
-// A tile by its first particle.
-struct Tile {
-    uint row;
-    uint column;
-
-    static __device__ __forceinline__ uint down(const Solver& s) { return (s.rows + TILE_ROWS - 1) / TILE_ROWS; }
-    static __device__ __forceinline__ uint count(const Solver& s) { return down(s) * ((s.columns + TILE_COLUMNS - 1) / TILE_COLUMNS); }
-    static __device__ __forceinline__ Tile of(const Solver& s, uint number) {
-        return {number % down(s) * TILE_ROWS, number / down(s) * TILE_COLUMNS};
-    }
-    __device__ __forceinline__ void next(const Solver& s) {
-        row += TILE_ROWS;
-        if (row >= s.rows) {
-            row = 0;
-            column += TILE_COLUMNS;
-        }
-    }
-};
-
-// One of the particles around a tile that a thread loads: below it, beside, above, in this order as the last are seldom needed.
-struct AroundLoad {
-    static constexpr uint BELOW = HALO * TILE_COLUMNS;
-    static constexpr uint BESIDE = 2 * HALO * (TILE_ROWS + HALO);
-    static constexpr uint ABOVE = HALO * TILE_WIDTH;
-    static constexpr uint TURNS = (BELOW + BESIDE + ABOVE + PAIR_THREADS - 1) / PAIR_THREADS;
-
-    // Entry, row and column, and whether it is above the tile.
-    uint packed;
-
-    __device__ __forceinline__ static AroundLoad of_thread(uint turn) {
-        uint number = threadIdx.x + turn * PAIR_THREADS, row, column;
-        if (number < BELOW) {
-            row = HALO + TILE_ROWS + number / TILE_COLUMNS;
-            column = HALO + number % TILE_COLUMNS;
-        } else if (number < BELOW + BESIDE) {
-            row = HALO + (number - BELOW) / (2 * HALO);
-            column = (number - BELOW) % (2 * HALO);
-            if (column >= HALO) column += TILE_COLUMNS;
-        } else {
-            row = (number - BELOW - BESIDE) / TILE_WIDTH;
-            column = (number - BELOW - BESIDE) % TILE_WIDTH;
-            if (row >= HALO) return {NONE};
-        }
-        return {row * TILE_STRIDE + column | row << 16 | column << 20 | (row < HALO ? 1u << 26 : 0u)};
-    }
-    __device__ __forceinline__ bool is_needed(bool is_first) const { return packed >> (is_first ? 27 : 26) == 0; }
-    __device__ __forceinline__ uint entry() const { return packed & 0xffffu; }
-    // From the first particle of the tile; may be before those of the patch.
-    __device__ __forceinline__ uint row() const { return (packed >> 16 & 15u) - HALO; }
-    __device__ __forceinline__ uint column() const { return (packed >> 20 & 63u) - HALO; }
-};
-
-// Starts to load a tile with its surroundings, of those above only if it is the first of a run. Each warp loads every fourth row.
-__device__ __forceinline__ void tile_start(const Solver& s, const Motion& motion, const Tile& tile, bool is_first, const AroundLoad* loads, real4* x, real4* v) {
-    bool inside = stencil_is_inside(s, tile.row, tile.column);
-    uint first = tile.row * s.columns + tile.column;
-    auto load = [&](uint row, uint column, uint entry) {
-        if (inside || tile.row + row < s.rows && tile.column + column < s.columns) {
-            uint j = first + row * s.columns + column;
-            copy_start(&x[entry], &motion.x[j]);
-            copy_start(&v[entry], &motion.v[j]);
-        }
-    };
-    uint column = threadIdx.x % 32;
-#pragma unroll
-    for (uint part = 0; part < PAIR; part++) {
-        uint row = threadIdx.x / 32 + part * PAIR_WARPS;
-        load(row, column, (row + HALO) * TILE_STRIDE + column + HALO);
-    }
-#pragma unroll
-    for (uint turn = 0; turn < AroundLoad::TURNS; turn++) {
-        const AroundLoad& around = loads[turn];
-        if (around.is_needed(is_first)) load(around.row(), around.column(), around.entry());
-    }
-}
-
 extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explicit_frame(const __grid_constant__ Solver s, uint substeps) {
     __shared__ NearFrame near_frame;
     real4* x = (real4*)frame_memory;
@@ -107,7 +31,7 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
     AroundLoad loads[AroundLoad::TURNS];
     for (uint turn = 0; turn < AroundLoad::TURNS; turn++) loads[turn] = AroundLoad::of_thread(turn);
     // As even as can be.
-    uint tiles = Tile::count(s);
+    uint tiles = StripTile::count(s);
     uint first = (uint)((ulong)blockIdx.x * tiles / gridDim.x), end = (uint)((ulong)(blockIdx.x + 1) * tiles / gridDim.x);
     near_frame.start(s, substeps, threadIdx.x, PAIR_THREADS);
     // Of the thread in its slot.
@@ -119,8 +43,8 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
         } else {
             __syncthreads();
         }
-        Tile tile = Tile::of(s, first);
-        tile_start(s, motion, tile, true, loads, x, v);
+        StripTile tile = StripTile::of(s, first);
+        strip_tile_start<false>(s, motion, tile, true, loads, x, v);
         const SubstepData& substep = near_frame.of(number);
         const Collider* colliders = near_frame.colliders_of(s, number);
         near_frame.follow<true>(s, number, substeps, threadIdx.x, PAIR_THREADS);
@@ -151,7 +75,7 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
             // Nobody reads this tile any more.
             tile.next(s);
             is_first = tile.row == 0;
-            if (run + 1 < end) tile_start(s, motion, tile, is_first, loads, x, v);
+            if (run + 1 < end) strip_tile_start<false>(s, motion, tile, is_first, loads, x, v);
 #pragma unroll
             for (uint k = 0; k < PAIR; k++) {
                 if (!inside && !(row + k < s.rows && column < s.columns)) continue;

@@ -52,6 +52,7 @@ modules! {
     "contact_linearise" [],
     "control_forces" [],
     "explicit_substep" ["penalty", "extras", "table", "grid", "wide", "stencil", "packed"],
+    "explicit_substep_flat" [],
     "explicit_substep_mesh" [],
     "explicit_substep_patch" [],
     "explicit_substep_tiles" [],
@@ -86,7 +87,7 @@ macro_rules! shared {
 
 shared! {
     "ptx" "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "sync" "meeting" "build"
-    "substep" "frame" "stencil" "pairs"
+    "substep" "frame" "stencil" "tile" "flat" "around" "tile_list" "pairs" "strip"
     "linear" "sum" "solve" "resident" "patch" "constraint"
 }
 

@@ -95,6 +95,15 @@ static void dependencies_describe(Solver& s, uint blocks) {
     s.progress = device<ulong>(blocks);
 }
 
+// The tiles of a patch in which something may touch.
+static void tiles_describe(Solver& s, uint tiles) {
+    s.tile_boxes = device<real4>(2 * tiles);
+    s.tile_flat = device<real4>(3 * tiles);
+    s.tile_marks = device<uint>(tiles);
+    s.tile_list = device<uint>(tiles);
+    s.tile_rough = device<uint2>(tiles);
+}
+
 static Solver solver;
 static uint substep_count;
 
@@ -130,6 +139,7 @@ int main(int, char** arguments) {
     s.collider_count = 1;
     uint tiles = (s.columns + TILE_COLUMNS - 1) / TILE_COLUMNS * ((s.rows + TILE_ROWS - 1) / TILE_ROWS);
     groups_describe(s, tiles);
+    tiles_describe(s, tiles);
     s.contact_distance = input.number();
     s.contact_stiffness = input.number();
     s.contact_damping = input.number();
@@ -164,6 +174,7 @@ int main(int, char** arguments) {
         s.substeps = substeps;
         s.status->contacts = s.status->meetings[0] = s.status->meetings[1] = 0;
         substep_count = frame;
+        for (uint k = 0; k < 3; k++) s.status->searched[k] = s.status->taken[k] = 0;
         launch([] { explicit_frame(solver, substep_count); }, blocks, threads, seed);
         s.epoch += frame;
         s.present ^= frame & 1;

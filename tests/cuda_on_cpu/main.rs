@@ -19,6 +19,8 @@ const fn mesh(module: &'static str, options: &'static [&'static str], threads: u
 /// Sides of a patch of several tiles along both, the last ones not full; and one that is small enough for a block for each tile.
 const LARGE: [u32; 2] = [70, 43];
 const SMALL: [u32; 2] = [43, 20];
+/// One that is folded far from most of its tiles: some touch others, some nothing.
+const WIDE: [u32; 2] = [200, 19];
 /// Tiles of the small one.
 const TILES: u32 = 2 * 3;
 
@@ -42,6 +44,12 @@ fn check_edited(
         assert_eq!(first_difference(&expected, &state), None, "{blocks} blocks, seed {seed}");
         assert_eq!(contacts > 0, contact, "{contacts} contacts");
     }
+}
+
+/// The text with a part of it changed.
+fn replaced(text: &str, right: &str, wrong: &str) -> String {
+    assert!(text.contains(right), "the kernel has no longer `{right}`");
+    text.replace(right, wrong)
 }
 
 fn check(form: &Form, sides: [u32; 2], contact: bool, blocks: &[u32]) {
@@ -72,32 +80,52 @@ fn patches_with_contact() {
     check(&tiles, LARGE, true, &[3, 6]);
     // The list of groups as it is built where these are many.
     check_edited(&tiles, LARGE, true, &[6, 3], |text| {
-        let few = "#define GROUPS_FEW 1024";
-        assert!(text.contains(few), "the kernel has no longer `{few}`");
-        text.replace(few, "#define GROUPS_FEW 0")
+        replaced(&text, "#define GROUPS_FEW 1024", "#define GROUPS_FEW 0")
     });
     let wide = form("explicit_substep", &["penalty", "table", "grid", "wide", "stencil"], 256);
     check(&wide, SMALL, true, &[TILES, TILES, TILES]);
 }
 
-/// Faults in a kernel are found: a sum in another order, and a barrier that is not there.
+#[test]
+fn large_patches_with_contact() {
+    let flat = form("explicit_substep_flat", &[], 128);
+    check(&flat, LARGE, true, &[4, 1, 7]);
+    check(&flat, WIDE, true, &[4, 3]);
+    // Regions that are left in almost every substep; and groups that are looked at one by one.
+    for (right, wrong) in [
+        ("s.list_margin + share", "(real)0.02 * s.list_margin + share"),
+        (
+            "bool is_flat = group_is_flat(s, row, column, lane, substep.tick)",
+            "bool is_flat = false",
+        ),
+    ] {
+        check_edited(&flat, WIDE, true, &[3], |text| replaced(&text, right, wrong));
+    }
+}
+
+/// Faults in a kernel are found: a sum in another order, a barrier that is not there, and contacts that are not looked for.
 #[test]
 fn faults_are_found() {
-    let patch = patch(LARGE, false);
-    let expected = patch.run(&cpu(2)).expect("the CPU simulates the patch");
     let tiles = form("explicit_substep_tiles", &[], 128);
+    let flat = form("explicit_substep_flat", &[], 128);
     let faults = [
-        ("STENCIL_KINDS - 1 - n, first", "n, first"),
+        (&tiles, "STENCIL_KINDS - 1 - n, first", "n, first"),
         (
+            &tiles,
             "int above = slot_above(place);\n            __syncthreads();",
             "int above = slot_above(place);",
         ),
+        (&flat, "STENCIL_KINDS - 1 - n, first", "n, first"),
+        (&flat, "if (roughs != 0 || !is_alone) {", "if (roughs != 0) {"),
+        (&flat, "if (roughs != 0 || !is_alone) {", "if (!is_alone) {"),
+        (&flat, "lane < listed && !(clear &&", "lane < listed && !("),
+        (&flat, "own.w + least >= enough", "true"),
     ];
-    for (right, wrong) in faults {
-        let program = Program::of(&tiles, |text| {
-            assert!(text.contains(right), "the kernel has no longer `{right}`");
-            text.replace(right, wrong)
-        });
+    for (form, right, wrong) in faults {
+        let contact = form.module == flat.module;
+        let patch = patch(if contact { WIDE } else { LARGE }, contact);
+        let expected = patch.run(&cpu(2)).expect("the CPU simulates the patch");
+        let program = Program::of(form, |text| replaced(&text, right, wrong));
         let (state, _) = program.run(&patch, 3, 1);
         assert!(first_difference(&expected, &state).is_some(), "`{wrong}` is not found");
     }

@@ -166,6 +166,8 @@ static unsigned __ballot_sync(unsigned, bool value) {
 
 static bool __any_sync(unsigned lanes, bool value) { return __ballot_sync(lanes, value) != 0; }
 
+static bool __all_sync(unsigned lanes, bool value) { return !__any_sync(lanes, !value); }
+
 static int __reduce_min_sync(unsigned, int value) {
     const uint64_t* shown = warp_show(to_word(value));
     int least = value;
@@ -183,6 +185,7 @@ static float __int_as_float(int a) { return bits_as<float>(a); }
 static float __fmul_rn(float a, float b) { return a * b; }
 static float __fmaf_rn(float a, float b, float c) { return std::fma(a, b, c); }
 
+using std::fma;
 using std::fmin;
 static unsigned min(unsigned a, unsigned b) { return a < b ? a : b; }
 static unsigned max(unsigned a, unsigned b) { return a > b ? a : b; }

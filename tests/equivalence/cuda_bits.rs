@@ -152,14 +152,15 @@ fn frames_of_many_tiles_give_the_bits_of_the_cpu() {
     let cpu = cpu(2);
     // As a patch, tiles in runs that go over the edges of the patch; as a mesh, with fewer and with more springs than are loaded
     // ahead.
-    for (patches, stencil) in [
-        (true, Stencil::Neighbours12),
-        (false, Stencil::Neighbours12),
-        (false, Stencil::Neighbours24),
+    for (patches, stencil, contact) in [
+        (true, Stencil::Neighbours12, false),
+        (true, Stencil::Neighbours12, true),
+        (false, Stencil::Neighbours12, false),
+        (false, Stencil::Neighbours24, false),
     ] {
         let Some(gpu) = cuda(CudaOptions { patches, ..CudaOptions::default() }) else { return };
         for sides in [[371, 1101], [1030, 515]] {
-            let patch = PatchFrames { stencil, ..PatchFrames::explicit(sides) };
+            let patch = PatchFrames { stencil, contact, ..PatchFrames::explicit(sides) };
             assert_eq!(checks::patch_frames([&cpu, &gpu], &patch), Ok(()));
         }
     }

@@ -42,6 +42,13 @@ pub(crate) struct ContactMemory<T> {
     cell_heads: Buffer<u64>,
     cell_nodes: Buffer<[u32; 2]>,
     crowd: Buffer<u32>,
+    /// Of the tiles of a patch: regions, what is asked of edges, uses that they were searched at, those that are searched, and
+    /// groups that were not flat.
+    tile_boxes: Buffer<Real4<T>>,
+    tile_flat: Buffer<Real4<T>>,
+    tile_marks: Buffer<u32>,
+    tile_list: Buffer<u32>,
+    tile_rough: Buffer<[u32; 2]>,
     /// Longest side of the groups at rest, on average \[m\].
     group_side: f64,
     groups: usize,
@@ -71,6 +78,7 @@ impl<T: CudaReal> ContactMemory<T> {
         let pair = |length| -> Result<[Buffer<Real4<T>>; 2]> {
             Ok([Buffer::zeros(queue, length)?, Buffer::zeros(queue, length)?])
         };
+        let tiles = patch.map_or(0, |patch| patch.tiles());
         let chains = (CHAINS * groups).next_power_of_two();
         Ok(Self {
             response: contact.response,
@@ -85,6 +93,11 @@ impl<T: CudaReal> ContactMemory<T> {
             cell_heads: Buffer::zeros(queue, chains)?,
             cell_nodes: Buffer::zeros(queue, groups * COVER_MAX)?,
             crowd: Buffer::zeros(queue, n)?,
+            tile_boxes: Buffer::zeros(queue, 2 * tiles)?,
+            tile_flat: Buffer::zeros(queue, 3 * tiles)?,
+            tile_marks: Buffer::zeros(queue, tiles)?,
+            tile_list: Buffer::zeros(queue, tiles)?,
+            tile_rough: Buffer::zeros(queue, tiles)?,
             group_side: group_side(model, &members),
             group_members: Buffer::of(queue, &members)?,
             groups,
@@ -107,6 +120,11 @@ impl<T: CudaReal> ContactMemory<T> {
         data.cell_heads = self.cell_heads.address();
         data.cell_nodes = self.cell_nodes.address();
         data.crowd = self.crowd.address();
+        data.tile_boxes = self.tile_boxes.address();
+        data.tile_flat = self.tile_flat.address();
+        data.tile_marks = self.tile_marks.address();
+        data.tile_list = self.tile_list.address();
+        data.tile_rough = self.tile_rough.address();
         data.group_count = self.groups as u32;
         data.cell_mask = self.cell_heads.len() as u32 - 1;
         [data.candidate_capacity, data.group_capacity] = self.capacity;

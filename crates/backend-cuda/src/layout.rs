@@ -104,7 +104,9 @@ pub(crate) struct Status {
     pub(crate) built: u32,
     pub(crate) stale: [u32; 4],
     pub(crate) large: u32,
-    pub(crate) padding: u32,
+    pub(crate) searched: [u32; 3],
+    pub(crate) taken: [u32; 3],
+    pub(crate) again: u32,
 }
 
 impl Status {
@@ -152,6 +154,11 @@ pub(crate) struct SolverData<T> {
     pub(crate) cell_heads: u64,
     pub(crate) cell_nodes: u64,
     pub(crate) crowd: u64,
+    pub(crate) tile_boxes: u64,
+    pub(crate) tile_flat: u64,
+    pub(crate) tile_marks: u64,
+    pub(crate) tile_list: u64,
+    pub(crate) tile_rough: u64,
     pub(crate) limited_springs: u64,
     pub(crate) longest: u64,
     pub(crate) partials: u64,

@@ -28,11 +28,14 @@ pub(crate) const FIGURES: usize = 16;
 const TILE_ENTRIES: usize = 37 * 12;
 /// Numbers of the springs of a tile, as in `stencil.cuh`.
 const STENCIL_FORCES: usize = 53 * 37 * 3;
-/// Threads of a block of `explicit_substep_tiles.cu`, and forces that it keeps, as in `shared/pairs.cuh`.
+/// Threads of a block of `explicit_substep_tiles.cu` and `explicit_substep_flat.cu`, and forces that it keeps, as in
+/// `shared/pairs.cuh`.
 const PAIR_THREADS: u32 = 128;
 const PAIR_FORCES: usize = 5 * 11 * 35;
-/// Tiles for each multiprocessor from which on that module is faster.
+/// Tiles for each multiprocessor from which on these modules are faster.
 const TILES_MIN: usize = 4;
+/// Tiles that are compared each with all to build the list of groups, at most: more take longer than that saves.
+const TILES_MAX: usize = 1 << 16;
 /// Threads of a block of `explicit_substep_mesh.cu`.
 const MESH_THREADS: u32 = 640;
 /// Bytes of shared memory that the table of springs may take in the frame kernel.
@@ -289,15 +292,20 @@ impl<T: CudaReal> Memory<T> {
         if is_small {
             options.push("wide");
         }
-        let is_plain = !has_penalty && !options.contains(&"extras");
+        let has_extras = options.contains(&"extras");
+        let is_plain = !has_penalty && !has_extras;
         let mut threads = THREADS;
-        let has_runs = is_plain && stencil.is_some() && items >= TILES_MIN * multiprocessors;
+        let tiles_max = if has_penalty { TILES_MAX } else { usize::MAX };
+        let has_runs = stencil.is_some()
+            && !has_extras
+            && (TILES_MIN * multiprocessors..=tiles_max).contains(&items);
         if is_small && is_plain && stencil.is_some() {
             self.frame_module = "explicit_substep_patch";
             self.packets = Buffer::zeros(&self.queue, 4 * n)?;
             self.data.packets = self.packets.address();
         } else if has_runs {
-            self.frame_module = "explicit_substep_tiles";
+            self.frame_module =
+                if has_penalty { "explicit_substep_flat" } else { "explicit_substep_tiles" };
             threads = PAIR_THREADS;
             shared = tile + 3 * PAIR_FORCES * size_of::<T>();
         } else if !is_small && is_plain && !T::DOUBLE && options.contains(&"packed") {
@@ -380,7 +388,9 @@ impl<T: CudaReal> Memory<T> {
             built: 0,
             stale: [0; 4],
             large: 0,
-            padding: 0,
+            searched: [0; 3],
+            taken: [0; 3],
+            again: 0,
         };
         self.status.write(&self.queue, 0, &[status])
     }

@@ -154,7 +154,7 @@ __device__ __forceinline__ void list_build(const Solver& s, const Motion& motion
     }
     if (looks > 0) atomicAdd(&s.status->candidates, looks * (ulong)(GROUP * GROUP));
     if (blockIdx.x + threadIdx.x == 0) {
-        s.status->built = 1;
+        s.status->built = LIST_BUILT;
         s.status->rebuilds++;
     }
     meet();

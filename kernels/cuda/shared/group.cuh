@@ -98,3 +98,15 @@ __device__ __forceinline__ bool groups_store(const Solver& s, uint side, const r
     }
     return holds;
 }
+
+// Where a group finds the particles of others, and boxes around them: as they were stored.
+struct GroupsStored {
+    const Solver& s;
+    uint side;
+
+    // Position and number.
+    __device__ __forceinline__ real4 position(uint group, uint lane) const { return s.group_positions[side][group * GROUP + lane]; }
+    __device__ __forceinline__ Box box(uint group) const { return box_load(s.group_boxes[side], group); }
+    // Of a group whose particle of this lane is known.
+    __device__ __forceinline__ Box box_now(uint group, const real4&) const { return box(group); }
+};

@@ -5,6 +5,10 @@
 // groups whose regions come within the contact distance of its own. As long as all groups are within their
 // regions, no pair in contact is in groups that the list does not name.
 
+// What `built` of the status is if there is a list, and if there are directions of tiles too (`flat.cuh`).
+#define LIST_BUILT 1
+#define LIST_BUILT_WITH_TILES 2
+
 // Members of a group that are compared one by one; of more, all are at once.
 #define MEMBERS_FEW 10
 
@@ -21,9 +25,10 @@ struct GroupView {
     vec3 x;
     Box box;
 
-    __device__ __forceinline__ static GroupView of(const Solver& s, uint side, uint group, uint lane) {
-        Box box = box_load(s.group_boxes[side], group);
-        return {xyz(s.group_positions[side][group * GROUP + lane]), box_grown(box, contact_reach(s, box))};
+    template <typename Groups> __device__ __forceinline__ static GroupView of(const Solver& s, const Groups& groups, uint group, uint lane) {
+        real4 position = groups.position(group, lane);
+        Box box = groups.box_now(group, position);
+        return {xyz(position), box_grown(box, contact_reach(s, box))};
     }
 };
 
@@ -42,18 +47,18 @@ struct NearGroups {
     real4 next;
 
     // `listed` says that the lane has one, `other`.
-    __device__ __forceinline__ static NearGroups of(const Solver& s, uint side, const Box& box, uint lane, bool listed, uint other) {
+    template <typename Groups> __device__ __forceinline__ static NearGroups of(const Groups& groups, const Box& box, uint lane, bool listed, uint other) {
         NearGroups near;
         near.other = other;
-        near.left = __ballot_sync(ALL_LANES, listed && boxes_meet(box, box_load(s.group_boxes[side], other)));
-        near.load(s, side, lane);
+        near.left = __ballot_sync(ALL_LANES, listed && boxes_meet(box, groups.box(other)));
+        near.load(groups, lane);
         return near;
     }
 
     // If there is none left, any.
-    __device__ __forceinline__ void load(const Solver& s, uint side, uint lane) {
+    template <typename Groups> __device__ __forceinline__ void load(const Groups& groups, uint lane) {
         at = __shfl_sync(ALL_LANES, other, left == 0 ? 0 : __ffs(left) - 1);
-        next = s.group_positions[side][at * GROUP + lane];
+        next = groups.position(at, lane);
     }
 };
 
@@ -68,18 +73,18 @@ __device__ __forceinline__ uint list_count(const Solver& s, uint group) { return
 // Calls `visit` for every particle in contact with that of the lane, also those that are left out, in no particular
 // order: with its group, its place there, its position and number. All lanes of the warp take part, but `visit` is called
 // by one alone. `near` are the first of the `listed` groups. `stage` is shared memory of the warp, one entry for each lane.
-template <typename Visit>
+template <typename Groups, typename Visit>
 __device__ __forceinline__ void group_contacts_visit(
-    const Solver& s, uint side, uint group, uint lane, const GroupView& view, NearGroups near, uint listed, real4* stage, Visit visit
+    const Solver& s, const Groups& groups, uint group, uint lane, const GroupView& view, NearGroups near, uint listed, real4* stage, Visit visit
 ) {
     real square = s.contact_distance * s.contact_distance;
     for (uint first = 0; first < listed; first += 32) {
-        if (first > 0) near = NearGroups::of(s, side, view.box, lane, first + lane < listed, list_entry(s, group, lane, first, listed));
+        if (first > 0) near = NearGroups::of(groups, view.box, lane, first + lane < listed, list_entry(s, group, lane, first, listed));
         while (near.left != 0) {
             real4 theirs = near.next;
             uint present = near.at;
             near.left &= near.left - 1;
-            if (near.left != 0) near.load(s, side, lane);
+            if (near.left != 0) near.load(groups, lane);
             uint inside = __ballot_sync(ALL_LANES, box_holds(view.box, xyz(theirs)));
             if (inside == 0) continue;
             stage[lane] = theirs;
@@ -139,13 +144,13 @@ __device__ __noinline__ uint candidate_add(const Solver& s, uint i, uint j, uint
 }
 
 // Fills the row of the particle of each lane of a group. Gives how many partners the row has.
-__device__ __forceinline__ uint group_contacts(const Solver& s, uint side, uint group, uint lane, real4* stage) {
-    uint i = number_unpack(s.group_positions[side][group * GROUP + lane].w);
+template <typename Groups> __device__ __forceinline__ uint group_contacts(const Solver& s, const Groups& groups, uint group, uint lane, real4* stage) {
+    uint i = number_unpack(groups.position(group, lane).w);
     uint found = 0;
-    GroupView view = GroupView::of(s, side, group, lane);
+    GroupView view = GroupView::of(s, groups, group, lane);
     uint listed = list_count(s, group);
-    NearGroups near = NearGroups::of(s, side, view.box, lane, lane < listed, list_entry(s, group, lane, 0, listed));
-    group_contacts_visit(s, side, group, lane, view, near, listed, stage, [&](uint, uint, const real4& other) {
+    NearGroups near = NearGroups::of(groups, view.box, lane, lane < listed, list_entry(s, group, lane, 0, listed));
+    group_contacts_visit(s, groups, group, lane, view, near, listed, stage, [&](uint, uint, const real4& other) {
         found = candidate_add(s, i, number_unpack(other.w), found);
     });
     if (found > s.candidate_capacity) atomicMax(&s.status->overflow, found);
@@ -158,6 +163,6 @@ __device__ __forceinline__ void contacts_find(const Solver& s, uint side, real4*
     uint lane = threadIdx.x & 31;
     uint warps = gridDim.x * blockDim.x / 32;
     for (uint group = (blockIdx.x * blockDim.x + threadIdx.x) / 32; group < s.group_count; group += warps) {
-        group_contacts(s, side, group, lane, stage);
+        group_contacts(s, GroupsStored{s, side}, group, lane, stage);
     }
 }

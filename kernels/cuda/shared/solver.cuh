@@ -71,12 +71,18 @@ struct Status {
     uint overflow;
     uint group_overflow;
     uint rebuilds;
+    // One of LIST_BUILT; 0 if there is no list.
     uint built;
     // Entry t mod 4 is t if the list does not hold for use t.
     uint stale[4];
     // The last use that some region was too large for the grid at.
     uint large;
-    uint padding;
+    // Tiles that are searched for contact, and groups of these that warps have taken beside their first, for three substeps in
+    // turn.
+    uint searched[3];
+    uint taken[3];
+    // The last use that some of these are to be done again at whatever they touch.
+    uint again;
 };
 
 struct Solver {
@@ -127,6 +133,13 @@ struct Solver {
     ulong* cell_heads;
     uint2* cell_nodes;
     uint* crowd;
+    // Of a large patch: regions of tiles; what is asked of their edges; the last use that each was searched for contact at, and
+    // those that are; and the last use that groups of each were not flat at, a bit each.
+    real4* tile_boxes;
+    real4* tile_flat;
+    uint* tile_marks;
+    uint* tile_list;
+    uint2* tile_rough;
     const uint4* limited_springs;
     const real* longest;
     double* partials;

@@ -1,0 +1,81 @@
+// Tiles of a large patch in runs that go down through it strip by strip, with two particles a thread (`pairs.cuh`).
+
+// A tile by its first particle.
+struct StripTile {
+    uint row;
+    uint column;
+
+    static __device__ __forceinline__ uint down(const Solver& s) { return (s.rows + TILE_ROWS - 1) / TILE_ROWS; }
+    static __device__ __forceinline__ uint count(const Solver& s) { return down(s) * ((s.columns + TILE_COLUMNS - 1) / TILE_COLUMNS); }
+    static __device__ __forceinline__ StripTile of(const Solver& s, uint number) {
+        return {number % down(s) * TILE_ROWS, number / down(s) * TILE_COLUMNS};
+    }
+    __device__ __forceinline__ void next(const Solver& s) {
+        row += TILE_ROWS;
+        if (row >= s.rows) {
+            row = 0;
+            column += TILE_COLUMNS;
+        }
+    }
+};
+
+// One of the particles around a tile that a thread loads: below it, beside, above, in this order as the last are seldom needed.
+struct AroundLoad {
+    static constexpr uint BELOW = HALO * TILE_COLUMNS;
+    static constexpr uint BESIDE = 2 * HALO * (TILE_ROWS + HALO);
+    static constexpr uint ABOVE = HALO * TILE_WIDTH;
+    static constexpr uint TURNS = (BELOW + BESIDE + ABOVE + PAIR_THREADS - 1) / PAIR_THREADS;
+
+    // Entry, row and column, and whether it is above the tile.
+    uint packed;
+
+    __device__ __forceinline__ static AroundLoad of_thread(uint turn) {
+        uint number = threadIdx.x + turn * PAIR_THREADS, row, column;
+        if (number < BELOW) {
+            row = HALO + TILE_ROWS + number / TILE_COLUMNS;
+            column = HALO + number % TILE_COLUMNS;
+        } else if (number < BELOW + BESIDE) {
+            row = HALO + (number - BELOW) / (2 * HALO);
+            column = (number - BELOW) % (2 * HALO);
+            if (column >= HALO) column += TILE_COLUMNS;
+        } else {
+            row = (number - BELOW - BESIDE) / TILE_WIDTH;
+            column = (number - BELOW - BESIDE) % TILE_WIDTH;
+            if (row >= HALO) return {NONE};
+        }
+        return {row * TILE_STRIDE + column | row << 16 | column << 20 | (row < HALO ? 1u << 26 : 0u)};
+    }
+    __device__ __forceinline__ bool is_needed(bool is_first) const { return packed >> (is_first ? 27 : 26) == 0; }
+    __device__ __forceinline__ uint entry() const { return packed & 0xffffu; }
+    // From the first particle of the tile; may be before those of the patch.
+    __device__ __forceinline__ uint row() const { return (packed >> 16 & 15u) - HALO; }
+    __device__ __forceinline__ uint column() const { return (packed >> 20 & 63u) - HALO; }
+};
+
+// Starts to load a tile with its surroundings, of those above only if it is the first of a run. Each warp loads every fourth row. If
+// `FILLS`, what is not in the patch is far away from all, and from each other, so that springs to it are long.
+template <bool FILLS>
+__device__ __forceinline__ void strip_tile_start(const Solver& s, const Motion& motion, const StripTile& tile, bool is_first, const AroundLoad* loads, real4* x, real4* v) {
+    bool inside = stencil_is_inside(s, tile.row, tile.column);
+    uint first = tile.row * s.columns + tile.column;
+    auto load = [&](uint row, uint column, uint entry) {
+        if (inside || tile.row + row < s.rows && tile.column + column < s.columns) {
+            uint j = first + row * s.columns + column;
+            copy_start(&x[entry], &motion.x[j]);
+            copy_start(&v[entry], &motion.v[j]);
+        } else if (FILLS) {
+            x[entry] = {(real)1e15 * (real)(entry + 1), 0, 0, 0};
+        }
+    };
+    uint column = threadIdx.x % 32;
+#pragma unroll
+    for (uint part = 0; part < PAIR; part++) {
+        uint row = threadIdx.x / 32 + part * PAIR_WARPS;
+        load(row, column, (row + HALO) * TILE_STRIDE + column + HALO);
+    }
+#pragma unroll
+    for (uint turn = 0; turn < AroundLoad::TURNS; turn++) {
+        const AroundLoad& around = loads[turn];
+        if (around.is_needed(is_first)) load(around.row(), around.column(), around.entry());
+    }
+}
