@@ -58,16 +58,8 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
                 pair.x[k] = x[at + k * TILE_STRIDE];
                 pair.v[k] = v[at + k * TILE_STRIDE];
             }
-            int shift = place - slot_first((int)warp) - (int)lane;
-            real least = pair.springs_compute<true>(s, x, v, at, outer, forces, place, shift);
-#if !defined(CLOTH_FAST) && !defined(CLOTH_F64)
-            if (least < ROOT_PLAIN_MIN) pair.springs_compute<false>(s, x, v, at, outer, forces, place, shift);
-#endif
-            if (is_first) {
-                for (uint n = threadIdx.x; n < PairOuter::ABOVE; n += PAIR_THREADS) {
-                    pair_outer_spring<false>(s, x, v, PairOuter::from_above(n), shift, forces);
-                }
-            }
+            int place_first = slot_first((int)warp) + (int)lane;
+            strip_springs(s, pair, x, v, at, outer, forces, place, place_first, is_first);
             int above = slot_above(place);
             __syncthreads();
             uint row = tile.row + warp * PAIR, column = tile.column + lane;
@@ -80,18 +72,8 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
             for (uint k = 0; k < PAIR; k++) {
                 if (!inside && !(row + k < s.rows && column < s.columns)) continue;
                 uint i = (row + k) * s.columns + column;
-                vec3 xi = xyz(pair.x[k]), vi = xyz(pair.v[k]);
-                real inverse_mass = pair.x[k].w, mass = pair.v[k].w;
-                vec3 force = field_force(s, mass, vi);
-                force = procedural_force(substep, i, xi, vi, mass, force);
-                if (inside) {
-                    force = pair.springs_sum<true>(forces, place, above, k, 0, force);
-                } else {
-                    force = pair.springs_sum<false>(forces, place, above, k, stencil_mask(s, row + k, column), force);
-                }
-                Moved moved = integrate(substep.length, inverse_mass, force, xi, vi);
-                if (inverse_mass > 0) collide_all<false>(s, colliders, i, offset, inverse_mass, moved);
-                particle_store(s, next_x, next_v, substep, i, moved, inverse_mass, mass);
+                Moved moved = strip_move(s, substep, colliders, pair, k, i, row + k, column, inside, forces, place, above, offset);
+                particle_store(s, next_x, next_v, substep, i, moved, pair.x[k].w, pair.v[k].w);
             }
             place = above;
         }

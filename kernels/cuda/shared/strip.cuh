@@ -79,3 +79,41 @@ __device__ __forceinline__ void strip_tile_start(const Solver& s, const Motion& 
         if (around.is_needed(is_first)) load(around.row(), around.column(), around.entry());
     }
 }
+
+// Computes the springs of the pair of a thread at an entry of a tile, and those that reach into the tile: from above only if it is the
+// first of a run. Gives the square of the shortest. `place` is where the forces belong, `place_first` where they did in the first tile.
+__device__ __forceinline__ real strip_springs(
+    const Solver& s, StencilPair& pair, const real4* x, const real4* v, uint at, const PairOuter& outer, real* forces, int place, int place_first, bool is_first
+) {
+    int shift = place - place_first;
+    real least = pair.springs_compute<true>(s, x, v, at, outer, forces, place, shift);
+#if !defined(CLOTH_FAST) && !defined(CLOTH_F64)
+    if (least < ROOT_PLAIN_MIN) pair.springs_compute<false>(s, x, v, at, outer, forces, place, shift);
+#endif
+    if (is_first) {
+        for (uint n = threadIdx.x; n < PairOuter::ABOVE; n += PAIR_THREADS) {
+            pair_outer_spring<false>(s, x, v, PairOuter::from_above(n), shift, forces);
+        }
+    }
+    return least;
+}
+
+// Where particle `k` of a pair, number `i` of the patch, at a row and column, gets to where nothing but fields, springs and colliders
+// acts. `inside` says that it has all springs.
+__device__ __forceinline__ Moved strip_move(
+    const Solver& s, const SubstepData& substep, const Collider* colliders, const StencilPair& pair, uint k, uint i, uint row, uint column, bool inside,
+    const real* forces, int place, int above, real offset
+) {
+    vec3 xi = xyz(pair.x[k]), vi = xyz(pair.v[k]);
+    real inverse_mass = pair.x[k].w, mass = pair.v[k].w;
+    vec3 force = field_force(s, mass, vi);
+    force = procedural_force(substep, i, xi, vi, mass, force);
+    if (inside) {
+        force = pair.springs_sum<true>(forces, place, above, k, 0, force);
+    } else {
+        force = pair.springs_sum<false>(forces, place, above, k, stencil_mask(s, row, column), force);
+    }
+    Moved moved = integrate(substep.length, inverse_mass, force, xi, vi);
+    if (inverse_mass > 0) collide_all<false>(s, colliders, i, offset, inverse_mass, moved);
+    return moved;
+}
