@@ -184,13 +184,7 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
         uint present = s.present ^ number & 1;
         Motion motion = {s.position[present], s.velocity[present]};
         if (stopped) {
-            real4* next_x = s.position[1 - present];
-            real4* next_v = s.velocity[1 - present];
-            // Nothing changes any more, but a frame goes to its end.
-            for (uint i = blockIdx.x * PAIR_THREADS + threadIdx.x; i < s.count && (substeps - number & 1); i += gridDim.x * PAIR_THREADS) {
-                next_x[i] = motion.x[i];
-                next_v[i] = motion.v[i];
-            }
+            state_carry(s, motion, s.position[1 - present], s.velocity[1 - present], substeps - number);
             break;
         }
         StripTile tile = StripTile::of(s, first);

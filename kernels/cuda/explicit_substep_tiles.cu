@@ -16,12 +16,8 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
     Motion motion = present_motion(s);
     real4* next_x = s.position[1 - s.present];
     real4* next_v = s.velocity[1 - s.present];
-    // Nothing changes any more once a number is not finite, but a frame goes to its end.
     if (*(volatile ulong*)&s.status->non_finite_step < s.substeps[0].step) {
-        for (uint i = blockIdx.x * PAIR_THREADS + threadIdx.x; i < s.count && (substeps & 1); i += gridDim.x * PAIR_THREADS) {
-            next_x[i] = motion.x[i];
-            next_v[i] = motion.v[i];
-        }
+        state_carry(s, motion, next_x, next_v, substeps);
         publish(s, s.epoch + substeps);
         return;
     }

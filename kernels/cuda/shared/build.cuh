@@ -76,6 +76,15 @@ __device__ __forceinline__ void row_add(const Solver& s, uint group, uint other,
     if (k < s.group_capacity) s.group_rows[group * s.group_capacity + k] = other;
 }
 
+// Books that the list is built, and how many groups the rows of the thread name.
+__device__ __forceinline__ void list_book(const Solver& s, ulong looks, uint built) {
+    if (looks > 0) atomicAdd(&s.status->candidates, looks * (ulong)(GROUP * GROUP));
+    if (blockIdx.x + threadIdx.x == 0) {
+        s.status->built = built;
+        s.status->rebuilds++;
+    }
+}
+
 // The list is to hold from use `tick` on, for the positions of `motion`, which are side `side` of those by group. All blocks
 // call `meet` to wait for each other, and end with what they need.
 template <typename Meet>
@@ -152,10 +161,6 @@ __device__ __forceinline__ void list_build(const Solver& s, const Motion& motion
         }
         __syncwarp();
     }
-    if (looks > 0) atomicAdd(&s.status->candidates, looks * (ulong)(GROUP * GROUP));
-    if (blockIdx.x + threadIdx.x == 0) {
-        s.status->built = LIST_BUILT;
-        s.status->rebuilds++;
-    }
+    list_book(s, looks, LIST_BUILT);
     meet();
 }

@@ -49,16 +49,16 @@ struct TileFlat {
         return {{xyz(words[0]), xyz(words[1]), xyz(words[2])}, words[0].w, words[1].w, absolute(words[2].w), words[2].w > 0};
     }
     __device__ __forceinline__ static real along_most(const Solver& s) { return FLAT_STRETCH * maximum(s.stencil[0][0], s.stencil[3][0]); }
-    // The same of edges in directions that are shared by all, off which they may be as far as they like.
-    __device__ __forceinline__ bool goes(const Solver& s, uint which, const vec3& edge) const {
-        return (part(edge, directions[which]) >= along) & (absolute(part(edge, directions[1 - which])) <= across);
-    }
     // Of an edge of columns (0) or of rows (1). Not bound to how a product is rounded; written so that what is not a number is not
     // flat.
     __device__ __forceinline__ bool holds(const Solver& s, uint which, const vec3& edge) const {
         real own = part(edge, directions[which]);
         return (own >= along) & (own <= along_most(s)) & (absolute(part(edge, directions[1 - which])) <= across)
             & (absolute(part(edge, directions[2])) <= off);
+    }
+    // The same where all share the directions: then it does not matter how long an edge is, nor how far it is off them.
+    __device__ __forceinline__ bool holds_shared(const Solver& s, uint which, const vec3& edge) const {
+        return (part(edge, directions[which]) >= along) & (absolute(part(edge, directions[1 - which])) <= across);
     }
 };
 

@@ -117,3 +117,12 @@ __device__ __forceinline__ Moved strip_move(
     if (inverse_mass > 0) collide_all<false>(s, colliders, i, offset, inverse_mass, moved);
     return moved;
 }
+
+// Once a number is not finite nothing changes any more, but a frame goes to its end: takes the state to where it is after so many
+// substeps more.
+__device__ __forceinline__ void state_carry(const Solver& s, const Motion& motion, real4* next_x, real4* next_v, uint substeps) {
+    for (uint i = blockIdx.x * PAIR_THREADS + threadIdx.x; i < s.count && (substeps & 1); i += gridDim.x * PAIR_THREADS) {
+        next_x[i] = motion.x[i];
+        next_v[i] = motion.v[i];
+    }
+}

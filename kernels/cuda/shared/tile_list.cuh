@@ -197,10 +197,6 @@ template <typename Meet> __device__ __forceinline__ void tiles_list_build(const 
         }
         __syncthreads();
     }
-    if (looks > 0) atomicAdd(&s.status->candidates, looks * (ulong)(GROUP * GROUP));
-    if (blockIdx.x + threadIdx.x == 0) {
-        s.status->built = LIST_BUILT_WITH_TILES;
-        s.status->rebuilds++;
-    }
+    list_book(s, looks, LIST_BUILT_WITH_TILES);
     meet();
 }
