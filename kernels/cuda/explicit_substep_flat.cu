@@ -29,10 +29,6 @@ struct NearTile {
 // Where a group is among those of a tile: the one of a warp at a place in its rows.
 __device__ __forceinline__ uint part_of(uint warp, uint place) { return warp * PAIR / 4 * 4 + place; }
 
-__device__ __forceinline__ uint tile_number(const Solver& s, const StripTile& tile) {
-    return tile.row / TILE_ROWS * tiles_across(s) + tile.column / TILE_COLUMNS;
-}
-
 // Looks whether the particles of a thread hold what the list was made for, and their edges to the right and down are flat. `INSIDE`
 // says that all are within the patch.
 template <bool INSIDE>
@@ -93,10 +89,13 @@ __device__ __noinline__ uint tiles_searched(
         uint i = r * s.columns + c;
         bool inside = AroundGroup::is_inside(s, row, column), exists = inside || r < s.rows && c < s.columns;
         real4 own = exists ? motion.x[i] : real4{0, 0, 0, 0};
-        uint listed = list_count(s, group), other = list_entry(s, group, lane, 0, listed);
+        uint listed = s.group_counts[group], other = lane < s.group_capacity ? s.group_rows[group * s.group_capacity + lane] : 0;
         bool is_flat = group_is_flat(s, row, column, lane, substep.tick), is_there = !is_flat;
+        listed = min(listed, s.group_capacity);
+        if (lane >= listed) other = group;
         __syncwarp();
         if (!is_flat) around.start(s, motion.x, row, column, lane);
+        Box region = groups.box(other);
         uint mask = exists ? stencil_mask(s, r, c) : 0;
         vec3 xi = xyz(own);
         Box box = warp_box(exists, xi, xi), reach = box_grown(box, contact_reach(s, box));
@@ -110,25 +109,28 @@ __device__ __noinline__ uint tiles_searched(
                 bool flat = inside ? around.is_flat<true>(s, row, column, (int)lane) : around.is_flat<false>(s, row, column, (int)lane);
                 if (!__all_sync(ALL_LANES, flat)) {
                     __syncwarp();
-                    clear = __all_sync(ALL_LANES, around.is_apart(s, row, column, (int)lane, reach) || !exists);
+                    clear = around.is_apart(s, row, column, lane, reach);
                     is_there = false;
                 }
             }
         }
         GroupView view = {exists ? xi : make_vec3(REAL_MAX, REAL_MAX, REAL_MAX), reach};
         bool is_needed = lane < listed && !(clear && groups_are_around(s, group, other));
-        NearGroups near_groups = NearGroups::of(groups, view.box, lane, is_needed, other);
+        uint near = __ballot_sync(ALL_LANES, is_needed && boxes_meet(view.box, region));
+        if (near != 0) is_there = false;
         real4 partners[PARTNERS_NEAR];
         const real4* kept = partners;
         uint found = 0;
         // Also those that springs join to the particle.
-        group_contacts_visit(s, groups, group, lane, view, near_groups, listed, around.stage, [&](uint, uint, const real4& partner) {
-            partner_add(partners, found, partner);
+        around_contacts_visit(s, groups, group, lane, view, near, other, listed, around, [&](uint theirs, uint member, const vec3& position) {
+            uint r, c;
+            GroupsOfPatch::place(s, theirs, member, r, c);
+            partner_add(partners, found, with_w(position, number_pack(r * s.columns + c)));
             found++;
         });
         if (__any_sync(ALL_LANES, found > PARTNERS_NEAR)) {
             kept = nullptr;
-            found = group_contacts(s, groups, group, lane, around.stage);
+            found = group_contacts(s, groups, group, lane, around.x);
         }
         bool is_changed = found > 0 || kept == nullptr || again;
         if (!is_there && __any_sync(ALL_LANES, is_changed)) {
@@ -156,6 +158,7 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
     // Groups of a tile that are not flat, a bit each, of tiles in turn.
     __shared__ uint rough[2];
     __shared__ Meeting meeting;
+    __shared__ StripRun tiles;
     real4* x = (real4*)frame_memory;
     real4* v = x + TILE_ENTRIES;
     real* forces = (real*)(v + TILE_ENTRIES);
@@ -164,37 +167,41 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
     uint at = (warp * PAIR + HALO) * TILE_STRIDE + lane + HALO;
     // Where the group of the thread's particles is among those of a tile.
     uint part = part_of(warp, lane / 8);
-    PairOuter outer = PairOuter::of_thread();
-    AroundLoad loads[AroundLoad::TURNS];
-    for (uint turn = 0; turn < AroundLoad::TURNS; turn++) loads[turn] = AroundLoad::of_thread(turn);
-    uint tiles = StripTile::count(s);
-    uint first = (uint)((ulong)blockIdx.x * tiles / gridDim.x), end = (uint)((ulong)(blockIdx.x + 1) * tiles / gridDim.x);
+    // What a thread leaves here while it searches, so that it has its registers.
+    __shared__ PairOuter outers[PAIR_THREADS];
+    __shared__ AroundLoad all_loads[AroundLoad::TURNS][PAIR_THREADS];
+    outers[threadIdx.x] = PairOuter::of_thread();
+    for (uint turn = 0; turn < AroundLoad::TURNS; turn++) all_loads[turn][threadIdx.x] = AroundLoad::of_thread(turn);
     if (threadIdx.x == 0) {
         meeting.start();
-        rough[0] = rough[1] = 0;
+        tiles = StripRun::of(s, blockIdx.x);
     }
     near_frame.start(s, substeps, threadIdx.x, PAIR_THREADS);
     bool is_built = *(volatile uint*)&s.status->built == LIST_BUILT_WITH_TILES;
     bool stopped = *(volatile ulong*)&s.status->non_finite_step < s.substeps[0].step;
-    int place = slot_first((int)warp) + (int)lane;
-    uint turn = 0;
     for (uint number = 0; number < substeps; number++) {
         copies_wait();
         __syncthreads();
-        uint present = s.present ^ number & 1;
-        Motion motion = {s.position[present], s.velocity[present]};
+        PairOuter outer = outers[threadIdx.x];
+        AroundLoad loads[AroundLoad::TURNS];
+        for (uint turn = 0; turn < AroundLoad::TURNS; turn++) loads[turn] = all_loads[turn][threadIdx.x];
         if (stopped) {
-            state_carry(s, motion, s.position[1 - present], s.velocity[1 - present], substeps - number);
+            state_carry(s, number, substeps);
             break;
         }
-        StripTile tile = StripTile::of(s, first);
+        uint present = state_after(s, number), next = state_after(s, number + 1);
+        Motion motion = {s.position[present], s.velocity[present]};
+        StripTile tile = StripTile::of(s, tiles.first);
         near_tile.start(s, tile_number(s, tile));
         strip_tile_start<true>(s, motion, tile, true, loads, x, v);
         const SubstepData& substep = near_frame.of(number);
         const Collider* colliders = near_frame.colliders_of(s, number);
         near_frame.follow<true>(s, number, substeps, threadIdx.x, PAIR_THREADS);
         bool is_first = true;
-        for (uint run = first; run < end; run++) {
+        int place = slot_first((int)warp) + (int)lane;
+        uint turn = 0;
+        if (threadIdx.x == 0) rough[0] = rough[1] = 0;
+        for (uint run = tiles.first; run < tiles.end; run++) {
             copies_wait();
             __syncthreads();
             uint row = tile.row + warp * PAIR, column = tile.column + lane;
@@ -227,7 +234,7 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
             // Nobody reads this tile any more.
             tile.next(s);
             is_first = tile.row == 0;
-            if (run + 1 < end) {
+            if (run + 1 < tiles.end) {
                 near_tile.start(s, tile_number(s, tile));
                 strip_tile_start<true>(s, motion, tile, is_first, loads, x, v);
             }
@@ -245,8 +252,8 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
                 if (!inside && !(row + k < s.rows && column < s.columns)) continue;
                 uint i = (row + k) * s.columns + column;
                 Moved moved = strip_move(s, substep, colliders, pair, k, i, row + k, column, inside, forces, place, above, offset);
-                s.position[1 - present][i] = with_w(moved.position, pair.x[k].w);
-                s.velocity[1 - present][i] = with_w(moved.velocity, pair.v[k].w);
+                s.position[next][i] = with_w(moved.position, pair.x[k].w);
+                s.velocity[next][i] = with_w(moved.velocity, pair.v[k].w);
                 finite &= is_finite(moved.position) && is_finite(moved.velocity);
             }
             if (!finite) {
@@ -266,7 +273,7 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
             s.status->searched[(number + 2) % 3] = s.status->taken[(number + 2) % 3] = 0;
         }
         bool finite = true;
-        uint total = tiles_searched(s, motion, s.position[1 - present], s.velocity[1 - present], substep, colliders, number, searched, again, finite);
+        uint total = tiles_searched(s, motion, s.position[next], s.velocity[next], substep, colliders, number, searched, again, finite);
         if (!finite) meeting.vote(VOTE_STOP);
         // The memory is that of tiles again.
         __syncthreads();

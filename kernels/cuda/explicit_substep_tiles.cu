@@ -17,7 +17,7 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
     real4* next_x = s.position[1 - s.present];
     real4* next_v = s.velocity[1 - s.present];
     if (*(volatile ulong*)&s.status->non_finite_step < s.substeps[0].step) {
-        state_carry(s, motion, next_x, next_v, substeps);
+        state_carry(s, 0, substeps);
         publish(s, s.epoch + substeps);
         return;
     }
@@ -26,9 +26,7 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
     PairOuter outer = PairOuter::of_thread();
     AroundLoad loads[AroundLoad::TURNS];
     for (uint turn = 0; turn < AroundLoad::TURNS; turn++) loads[turn] = AroundLoad::of_thread(turn);
-    // As even as can be.
-    uint tiles = StripTile::count(s);
-    uint first = (uint)((ulong)blockIdx.x * tiles / gridDim.x), end = (uint)((ulong)(blockIdx.x + 1) * tiles / gridDim.x);
+    StripRun tiles = StripRun::of(s, blockIdx.x);
     near_frame.start(s, substeps, threadIdx.x, PAIR_THREADS);
     // Of the thread in its slot.
     int place = slot_first((int)warp) + (int)lane;
@@ -39,13 +37,13 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
         } else {
             __syncthreads();
         }
-        StripTile tile = StripTile::of(s, first);
+        StripTile tile = StripTile::of(s, tiles.first);
         strip_tile_start<false>(s, motion, tile, true, loads, x, v);
         const SubstepData& substep = near_frame.of(number);
         const Collider* colliders = near_frame.colliders_of(s, number);
         near_frame.follow<true>(s, number, substeps, threadIdx.x, PAIR_THREADS);
         bool is_first = true;
-        for (uint run = first; run < end; run++) {
+        for (uint run = tiles.first; run < tiles.end; run++) {
             copies_wait();
             __syncthreads();
             StencilPair pair;
@@ -63,7 +61,7 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
             // Nobody reads this tile any more.
             tile.next(s);
             is_first = tile.row == 0;
-            if (run + 1 < end) strip_tile_start<false>(s, motion, tile, is_first, loads, x, v);
+            if (run + 1 < tiles.end) strip_tile_start<false>(s, motion, tile, is_first, loads, x, v);
 #pragma unroll
             for (uint k = 0; k < PAIR; k++) {
                 if (!inside && !(row + k < s.rows && column < s.columns)) continue;

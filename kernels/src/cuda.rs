@@ -87,7 +87,7 @@ macro_rules! shared {
 
 shared! {
     "ptx" "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "sync" "meeting" "build"
-    "substep" "frame" "stencil" "tile" "flat" "around" "tile_list" "pairs" "strip"
+    "substep" "frame" "stencil" "tile" "flat" "pairs" "strip" "tile_list" "around"
     "linear" "sum" "solve" "resident" "patch" "constraint"
 }
 

@@ -91,13 +91,14 @@ fn large_patches_with_contact() {
     let flat = form("explicit_substep_flat", &[], 128);
     check(&flat, LARGE, true, &[4, 1, 7]);
     check(&flat, WIDE, true, &[4, 3]);
-    // Regions that are left in almost every substep; and groups that are looked at one by one.
+    // Regions that are left in almost every substep; groups that are looked at one by one; and room for few of them at once.
     for (right, wrong) in [
         ("s.list_margin + share", "(real)0.02 * s.list_margin + share"),
         (
             "bool is_flat = group_is_flat(s, row, column, lane, substep.tick)",
             "bool is_flat = false",
         ),
+        ("TOGETHER = COLUMNS * ROWS / GROUP", "TOGETHER = 2"),
     ] {
         check_edited(&flat, WIDE, true, &[3], |text| replaced(&text, right, wrong));
     }
@@ -119,7 +120,7 @@ fn faults_are_found() {
         (&flat, "if (roughs != 0 || !is_alone) {", "if (roughs != 0) {"),
         (&flat, "if (roughs != 0 || !is_alone) {", "if (!is_alone) {"),
         (&flat, "lane < listed && !(clear &&", "lane < listed && !("),
-        (&flat, "own.w + least >= enough", "true"),
+        (&flat, "squared[j] + least[j] >= enough", "true"),
     ];
     for (form, right, wrong) in faults {
         let contact = form.module == flat.module;

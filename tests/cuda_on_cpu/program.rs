@@ -12,6 +12,9 @@ use harness::checks::PatchFrames;
 
 use crate::scene;
 
+/// Modules whose frames can leave the state that they begin with as it is.
+const KEEPING: [&str; 1] = ["explicit_substep_flat"];
+
 /// Shared parts that the runtime has in its own way, and those of linear systems, which the kernels of frames do without.
 const NOT_HERE: [&str; 7] = ["ptx", "linear", "sum", "solve", "resident", "patch", "constraint"];
 
@@ -42,8 +45,11 @@ impl Program {
             .replace("extern __shared__ __align__(16) unsigned char frame_memory[];", "");
         let folder = tempfile::tempdir().expect("there is room for temporary files");
         let mesh = if form.is_mesh { "#define FRAME_OF_MESH\n" } else { "" };
-        let text =
-            format!("#include \"runtime.h\"\n{}\n{mesh}#include \"frame.h\"\n", edit(kernel));
+        let keeps = if KEEPING.contains(&form.module) { "#define FRAME_KEEPS_FIRST\n" } else { "" };
+        let text = format!(
+            "#include \"runtime.h\"\n{}\n{mesh}{keeps}#include \"frame.h\"\n",
+            edit(kernel)
+        );
         let source = folder.path().join("kernel.cpp");
         fs::write(&source, text).expect("the source can be written");
         let path = folder.path().join("kernel");

@@ -93,7 +93,7 @@ impl<T: CudaReal> ContactMemory<T> {
             cell_heads: Buffer::zeros(queue, chains)?,
             cell_nodes: Buffer::zeros(queue, groups * COVER_MAX)?,
             crowd: Buffer::zeros(queue, n)?,
-            tile_boxes: Buffer::zeros(queue, 2 * tiles)?,
+            tile_boxes: Buffer::zeros(queue, 4 * tiles)?,
             tile_flat: Buffer::zeros(queue, 3 * tiles)?,
             tile_marks: Buffer::zeros(queue, tiles)?,
             tile_list: Buffer::zeros(queue, tiles)?,

@@ -120,8 +120,8 @@ impl Status {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub(crate) struct SolverData<T> {
-    pub(crate) position: [u64; 2],
-    pub(crate) velocity: [u64; 2],
+    pub(crate) position: [u64; 3],
+    pub(crate) velocity: [u64; 3],
     pub(crate) force: u64,
     pub(crate) kept_position: u64,
     pub(crate) kept_velocity: u64,

@@ -34,8 +34,10 @@ const PAIR_THREADS: u32 = 128;
 const PAIR_FORCES: usize = 5 * 11 * 35;
 /// Tiles for each multiprocessor from which on these modules are faster.
 const TILES_MIN: usize = 4;
-/// Tiles that are compared each with all to build the list of groups, at most: more take longer than that saves.
+/// Tiles of a patch with contact whose list of groups blocks build by comparing their runs, at most: with longer runs they have more in
+/// common than that saves. And blocks, `LIST_RUNS` of `shared/tile_list.cuh`.
 const TILES_MAX: usize = 1 << 16;
+const RUNS_MAX: usize = 1024;
 /// Threads of a block of `explicit_substep_mesh.cu`.
 const MESH_THREADS: u32 = 640;
 /// Bytes of shared memory that the table of springs may take in the frame kernel.
@@ -131,8 +133,8 @@ impl<T: CudaReal> Memory<T> {
             // SAFETY: it is made of integers and floating point numbers alone, for which zero is a value.
             unsafe { std::mem::zeroed() }
         };
-        data.position = position.each_ref().map(Buffer::address);
-        data.velocity = velocity.each_ref().map(Buffer::address);
+        data.position = [position[0].address(), position[1].address(), 0];
+        data.velocity = [velocity[0].address(), velocity[1].address(), 0];
         data.force = force.address();
         data.status = status.address();
         data.partials = partials.address();
@@ -323,7 +325,7 @@ impl<T: CudaReal> Memory<T> {
         } else {
             chunk = chunk.next_multiple_of(32);
         }
-        let blocks = if has_runs { blocks.min(items) } else { items.div_ceil(chunk) };
+        let blocks = if has_runs { blocks.min(items).min(RUNS_MAX) } else { items.div_ceil(chunk) };
         self.data.chunk = chunk as u32;
         self.frame = Launch { blocks: blocks as u32, threads, shared, cooperative: true };
         let dependencies = Dependencies::new(model, blocks, |particle| match patch {
@@ -412,6 +414,23 @@ impl<T: CudaReal> Memory<T> {
             *buffer = Buffer::zeros(queue, entries.len().next_power_of_two())?;
         }
         buffer.write(queue, 0, entries)
+    }
+
+    /// Whether the module of whole frames can leave the state that a frame begins with as it is.
+    pub(crate) fn frame_keeps_first(&self) -> bool {
+        self.frame_module == "explicit_substep_flat"
+    }
+
+    /// After a launch that left motion `first` as it is: that is the saved one now, and what was saved has the state that stood in
+    /// for it.
+    pub(crate) fn motion_exchange(&mut self, first: usize, saved: &mut [Buffer<Real4<T>>; 2]) {
+        let [position, velocity] = saved;
+        std::mem::swap(&mut self.position[first], position);
+        std::mem::swap(&mut self.velocity[first], velocity);
+        let [a, b] = self.position.each_ref().map(Buffer::address);
+        self.data.position = [a, b, 0];
+        let [a, b] = self.velocity.each_ref().map(Buffer::address);
+        self.data.velocity = [a, b, 0];
     }
 
     /// Makes the other motion the present one.

@@ -1,15 +1,16 @@
 // A group of a patch and those around it, which a warp looks at when something there may touch (`flat.cuh`).
 
-// So few are compared one by one.
-#define APART_FEW 14
+// Particles of a group that a lane compares with those of the groups around.
+#define APART_OWN 4
 
 // The particles of a group and of those around it, in shared memory of a warp.
 struct AroundGroup {
     static constexpr int COLUMNS = 24;
     static constexpr int ROWS = 12;
+    // Groups that there is room for.
+    static constexpr int TOGETHER = COLUMNS * ROWS / GROUP;
 
     real4 x[COLUMNS * ROWS];
-    real4 stage[GROUP];
 
     // The entry of the particle of a lane in one of the nine groups.
     __device__ __forceinline__ static int entry(int which, int lane) { return (which / 3 * 4 + lane / 8) * COLUMNS + which % 3 * 8 + lane % 8; }
@@ -50,51 +51,63 @@ struct AroundGroup {
         }
         return flat;
     }
-    // Whether the particle of a lane is surely farther than the contact distance from all others, but for those that springs join to
-    // it, whose springs are longer. `box` is around all that may touch some particle of the group. In place of positions there are
-    // then those from its middle, with their squares.
-    __device__ __forceinline__ bool is_apart(const Solver& s, uint row, uint column, int lane, const Box& box) {
+    // Whether the particles of the group are surely farther than the contact distance from all others, but for those that springs join to
+    // them, whose springs are longer. `box` is around all that may touch some particle of the group: what is in it is put together, the
+    // group first, as positions from its middle with their squares, in place of the positions.
+    __device__ __forceinline__ bool is_apart(const Solver& s, uint row, uint column, uint lane, const Box& box) {
         vec3 middle = (real)0.5 * (box.low + box.high), low = box.low - middle, high = box.high - middle;
+        vec3 from[9];
+        uint near = 0;
         real greatest = 0;
 #pragma unroll
         for (int which = 0; which < 9; which++) {
             uint r = row + (which / 3 - 1) * 4 + lane / 8, c = column + (which % 3 - 1) * 8 + lane % 8;
-            real4& entry_x = x[entry(which, lane)];
-            vec3 from = xyz(entry_x) - middle;
-            real squared = dot(from, from);
-            bool exists = r < s.rows && c < s.columns;
-            entry_x = exists ? with_w(from, squared) : real4{0, 0, 0, REAL_MAX};
-            if (exists) greatest = maximum(greatest, squared);
+            from[which] = xyz(x[entry(which, (int)lane)]) - middle;
+            if (!(r < s.rows && c < s.columns)) continue;
+            near |= box_holds({low, high}, from[which]) ? 1u << which : 0;
+            greatest = maximum(greatest, dot(from[which], from[which]));
+        }
+        __syncwarp();
+        bool exists = row + lane / 8 < s.rows && column + lane % 8 < s.columns;
+        x[lane] = exists ? with_w(from[4], dot(from[4], from[4])) : real4{0, 0, 0, REAL_MAX};
+        uint count = GROUP;
+#pragma unroll
+        for (int which = 0; which < 9; which++) {
+            if (which == 4) continue;
+            uint all = __ballot_sync(ALL_LANES, near >> which & 1);
+            if (near >> which & 1) x[count + __popc(all & (1u << lane) - 1)] = with_w(from[which], dot(from[which], from[which]));
+            count += __popc(all);
         }
         greatest = warp_maximum(greatest);
         __syncwarp();
-        real4 own = x[entry(4, lane)];
-        vec3 doubled = (real)-2 * xyz(own);
-        real least = REAL_MAX;
-#pragma unroll 1
-        for (int which = 0; which < 9; which++) {
-            const real4* first = &x[entry(which, 0)];
-            uint near = __ballot_sync(ALL_LANES, box_holds({low, high}, xyz(x[entry(which, lane)])));
-            if (near == 0) continue;
-            if (which != 4 && __popc(near) <= APART_FEW) {
-                while (near != 0) {
-                    int k = __ffs(near) - 1;
-                    near &= near - 1;
-                    real4 other = first[k / 8 * COLUMNS + k % 8];
-                    least = fmin(fma(doubled.x, other.x, fma(doubled.y, other.y, fma(doubled.z, other.z, other.w))), least);
-                }
-                continue;
-            }
+        // Eight lanes have all of the group, and every fourth of the others.
+        vec3 doubled[APART_OWN];
+        real least[APART_OWN], squared[APART_OWN];
 #pragma unroll
-            for (int k = 0; k < GROUP; k++) {
-                real4 other = first[k / 8 * COLUMNS + k % 8];
-                real squared = fma(doubled.x, other.x, fma(doubled.y, other.y, fma(doubled.z, other.z, other.w)));
-                least = fmin(which == 4 && k == lane ? REAL_MAX : squared, least);
-            }
+        for (uint j = 0; j < APART_OWN; j++) {
+            real4 own = x[lane % 8 + 8 * j];
+            doubled[j] = (real)-2 * xyz(own);
+            squared[j] = own.w;
+            least[j] = REAL_MAX;
         }
+        auto compare = [&](uint k, uint but) {
+            real4 other = x[k];
+#pragma unroll
+            for (uint j = 0; j < APART_OWN; j++) {
+                real part = fma(doubled[j].x, other.x, fma(doubled[j].y, other.y, fma(doubled[j].z, other.z, other.w)));
+                if (lane % 8 + 8 * j != but) least[j] = fmin(part, least[j]);
+            }
+        };
+#pragma unroll 2
+        for (uint k = lane / 8; k < GROUP; k += 4) compare(k, k);
+#pragma unroll 2
+        for (uint k = GROUP + lane / 8; k < count; k += 4) compare(k, NONE);
         // With what rounding may take away; written so that what is not a number is not apart.
         real enough = (real)1.001 * s.contact_distance * s.contact_distance + (real)32 * REAL_EPSILON * greatest;
-        return own.w + least >= enough;
+        bool apart = true;
+#pragma unroll
+        for (uint j = 0; j < APART_OWN; j++) apart &= squared[j] + least[j] >= enough;
+        return __all_sync(ALL_LANES, apart);
     }
     // The square of the shortest spring of the particle of a lane, which has those of a mask.
     __device__ __forceinline__ real springs_least(uint mask, int lane) const {
@@ -123,6 +136,47 @@ struct AroundGroup {
         return force;
     }
 };
+
+// As `group_contacts_visit` does it, but with the particles of several groups on their way at once, into the memory of those around.
+// `near` says which groups of the list, `other` of a lane, come near.
+template <typename Visit>
+__device__ __forceinline__ void around_contacts_visit(
+    const Solver& s, const GroupsOfPatch& groups, uint group, uint lane, const GroupView& view, uint near, uint other, uint listed, AroundGroup& around, Visit visit
+) {
+    __syncwarp();
+    for (uint first = 0; first < listed; first += 32) {
+        if (first > 0) {
+            other = list_entry(s, group, lane, first, listed);
+            near = __ballot_sync(ALL_LANES, first + lane < listed && boxes_meet(view.box, groups.box(other)));
+        }
+        while (near != 0) {
+            uint count = min((uint)__popc(near), (uint)AroundGroup::TOGETHER), mine = 0;
+            for (uint k = 0; k < count; k++) {
+                uint from = __shfl_sync(ALL_LANES, other, __ffs(near) - 1), row, column;
+                near &= near - 1;
+                if (lane == k) mine = from;
+                GroupsOfPatch::place(s, from, lane, row, column);
+                if (row < s.rows && column < s.columns) {
+                    copy_start(&around.x[k * GROUP + lane], &groups.x[row * s.columns + column]);
+                } else {
+                    around.x[k * GROUP + lane] = {REAL_MAX, REAL_MAX, REAL_MAX, 0};
+                }
+            }
+            copies_wait();
+            __syncwarp();
+            for (uint k = 0; k < count; k++) {
+                const real4* members = &around.x[k * GROUP];
+                uint present = __shfl_sync(ALL_LANES, mine, k);
+                uint inside = __ballot_sync(ALL_LANES, box_holds(view.box, xyz(members[lane])));
+                if (inside == 0) continue;
+                uint hits = members_in_contact(s, view, members, inside);
+                if (present == group) hits &= ~(1u << lane);
+                for (; hits != 0; hits &= hits - 1) visit(present, __ffs(hits) - 1, xyz(members[__ffs(hits) - 1]));
+            }
+            __syncwarp();
+        }
+    }
+}
 
 // Whether the group whose first particle is at a row and column, and those around it, were found flat in a substep.
 __device__ __forceinline__ bool group_is_flat(const Solver& s, uint row, uint column, uint lane, uint tick) {

@@ -70,6 +70,31 @@ __device__ __forceinline__ uint list_entry(const Solver& s, uint group, uint lan
 // Groups in the list of one.
 __device__ __forceinline__ uint list_count(const Solver& s, uint group) { return min(s.group_counts[group], s.group_capacity); }
 
+// Which members of a group, in shared memory, are in contact with the particle of the lane: of those in its box, `inside`, a bit each.
+__device__ __forceinline__ uint members_in_contact(const Solver& s, const GroupView& view, const real4* members, uint inside) {
+    real square = s.contact_distance * s.contact_distance;
+    uint hits = 0;
+    if (__popc(inside) > MEMBERS_FEW) {
+#pragma unroll
+        for (uint k = 0; k < GROUP; k++) hits |= pair_of(view.x, xyz(members[k])).length_squared < square ? 1u << k : 0;
+        return hits & inside;
+    }
+    while (inside != 0) {
+        // Of fewer than a batch, the first stands for those that are missing.
+        uint batch[MEMBERS_BATCH];
+#pragma unroll
+        for (uint k = 0; k < MEMBERS_BATCH; k++) {
+            batch[k] = k == 0 || inside != 0 ? __ffs(inside) - 1 : batch[0];
+            inside &= inside - 1;
+        }
+#pragma unroll
+        for (uint k = 0; k < MEMBERS_BATCH; k++) {
+            hits |= pair_of(view.x, xyz(members[batch[k]])).length_squared < square ? 1u << batch[k] : 0;
+        }
+    }
+    return hits;
+}
+
 // Calls `visit` for every particle in contact with that of the lane, also those that are left out, in no particular
 // order: with its group, its place there, its position and number. All lanes of the warp take part, but `visit` is called
 // by one alone. `near` are the first of the `listed` groups. `stage` is shared memory of the warp, one entry for each lane.
@@ -77,7 +102,6 @@ template <typename Groups, typename Visit>
 __device__ __forceinline__ void group_contacts_visit(
     const Solver& s, const Groups& groups, uint group, uint lane, const GroupView& view, NearGroups near, uint listed, real4* stage, Visit visit
 ) {
-    real square = s.contact_distance * s.contact_distance;
     for (uint first = 0; first < listed; first += 32) {
         if (first > 0) near = NearGroups::of(groups, view.box, lane, first + lane < listed, list_entry(s, group, lane, first, listed));
         while (near.left != 0) {
@@ -89,28 +113,7 @@ __device__ __forceinline__ void group_contacts_visit(
             if (inside == 0) continue;
             stage[lane] = theirs;
             __syncwarp();
-            uint hits = 0;
-            if (__popc(inside) > MEMBERS_FEW) {
-#pragma unroll
-                for (uint k = 0; k < GROUP; k++) {
-                    hits |= pair_of(view.x, xyz(stage[k])).length_squared < square ? 1u << k : 0;
-                }
-                hits &= inside;
-            } else {
-                while (inside != 0) {
-                    // Of fewer than a batch, the first stands for those that are missing.
-                    uint members[MEMBERS_BATCH];
-#pragma unroll
-                    for (uint k = 0; k < MEMBERS_BATCH; k++) {
-                        members[k] = k == 0 || inside != 0 ? __ffs(inside) - 1 : members[0];
-                        inside &= inside - 1;
-                    }
-#pragma unroll
-                    for (uint k = 0; k < MEMBERS_BATCH; k++) {
-                        hits |= pair_of(view.x, xyz(stage[members[k]])).length_squared < square ? 1u << members[k] : 0;
-                    }
-                }
-            }
+            uint hits = members_in_contact(s, view, stage, inside);
             if (present == group) hits &= ~(1u << lane);
             while (hits != 0) {
                 uint k = __ffs(hits) - 1;

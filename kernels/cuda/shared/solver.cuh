@@ -86,9 +86,10 @@ struct Status {
 };
 
 struct Solver {
-    // Position [m] and inverse mass [1/kg], 0 while held; velocity [m/s] and mass [kg].
-    real4* position[2];
-    real4* velocity[2];
+    // Position [m] and inverse mass [1/kg], 0 while held; velocity [m/s] and mass [kg]: two that take turns, and one that stands in for
+    // the first state of a frame where that is to stay as it is, or null.
+    real4* position[3];
+    real4* velocity[3];
     real4* force;
     real4* kept_position;
     real4* kept_velocity;
@@ -133,7 +134,7 @@ struct Solver {
     ulong* cell_heads;
     uint2* cell_nodes;
     uint* crowd;
-    // Of a large patch: regions of tiles; what is asked of their edges; the last use that each was searched for contact at, and
+    // Of a large patch: regions of tiles and, behind them, of the runs of blocks; what is asked of their edges; the last use that each was searched for contact at, and
     // those that are; and the last use that groups of each were not flat at, a bit each.
     real4* tile_boxes;
     real4* tile_flat;
@@ -195,6 +196,11 @@ struct Motion {
 
 __device__ __forceinline__ Motion present_motion(const Solver& s) {
     return {s.position[s.present], s.velocity[s.present]};
+}
+
+// Where the state is after so many substeps of a frame.
+__device__ __forceinline__ uint state_after(const Solver& s, uint substeps) {
+    return substeps & 1 ? 1 - s.present : substeps > 0 && s.position[2] ? 2 : s.present;
 }
 
 #define CONTACT_PENALTY 1u

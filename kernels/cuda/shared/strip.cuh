@@ -19,6 +19,17 @@ struct StripTile {
     }
 };
 
+// Tiles of a block, as even as can be.
+struct StripRun {
+    uint first;
+    uint end;
+
+    static __device__ __forceinline__ StripRun of(const Solver& s, uint block) {
+        ulong tiles = StripTile::count(s);
+        return {(uint)(block * tiles / gridDim.x), (uint)((block + 1) * tiles / gridDim.x)};
+    }
+};
+
 // One of the particles around a tile that a thread loads: below it, beside, above, in this order as the last are seldom needed.
 struct AroundLoad {
     static constexpr uint BELOW = HALO * TILE_COLUMNS;
@@ -118,11 +129,12 @@ __device__ __forceinline__ Moved strip_move(
     return moved;
 }
 
-// Once a number is not finite nothing changes any more, but a frame goes to its end: takes the state to where it is after so many
-// substeps more.
-__device__ __forceinline__ void state_carry(const Solver& s, const Motion& motion, real4* next_x, real4* next_v, uint substeps) {
-    for (uint i = blockIdx.x * PAIR_THREADS + threadIdx.x; i < s.count && (substeps & 1); i += gridDim.x * PAIR_THREADS) {
-        next_x[i] = motion.x[i];
-        next_v[i] = motion.v[i];
+// Once a number is not finite nothing changes any more, but a frame goes to its end: takes the state after `done` of its substeps to
+// where it is after all.
+__device__ __forceinline__ void state_carry(const Solver& s, uint done, uint substeps) {
+    uint from = state_after(s, done), to = state_after(s, substeps);
+    for (uint i = blockIdx.x * PAIR_THREADS + threadIdx.x; i < s.count && from != to; i += gridDim.x * PAIR_THREADS) {
+        s.position[to][i] = s.position[from][i];
+        s.velocity[to][i] = s.velocity[from][i];
     }
 }

@@ -1,10 +1,14 @@
-// NUMERICS section 8: building the list of groups of a large patch, with all blocks of a cooperative launch: tiles are compared each
-// with all, and then the groups of those that come near each other.
+// NUMERICS section 8: building the list of groups of a large patch, with all blocks of a cooperative launch. Each block compares its
+// run of tiles with those of all blocks, then its tiles with those of runs that come near, and then the groups of tiles that do.
 
-// Tiles of a block that are compared at once.
+// Tiles of a block that are compared at once: numbers of four bits.
 #define LIST_TILES 16
-// Tiles near one that are kept; if there are more all are looked at.
-#define LIST_NEAR 64
+// Blocks of a launch, at most.
+#define LIST_RUNS 1024
+
+__device__ __forceinline__ uint tile_number(const Solver& s, const StripTile& tile) {
+    return tile.row / TILE_ROWS * tiles_across(s) + tile.column / TILE_COLUMNS;
+}
 
 __device__ __forceinline__ Box boxes_join(const Box& a, const Box& b) {
     return {
@@ -66,44 +70,57 @@ struct FlatBounds {
 
 // What a block needs while it builds the list, in shared memory: of some of its tiles at once.
 struct ListMemory {
-    // Regions of groups, at last grown.
+    uint tiles[LIST_TILES];
+    // Regions of groups, and of tiles; at last grown.
     Box regions[LIST_TILES][TILE_GROUPS];
-    // Tiles, grown, and those that come near each.
     Box own[LIST_TILES];
-    uint near[LIST_TILES][LIST_NEAR];
+    // Blocks whose runs come near.
+    unsigned short runs[LIST_RUNS];
+    uint run_count;
+    // Tiles that come near each of the block, of those that are compared at once.
+    uint near[LIST_TILES][PAIR_THREADS];
     uint near_count[LIST_TILES];
     // Entries of their groups; whether one is not of a tile around; and what is asked of edges.
     uint found[LIST_TILES][TILE_GROUPS];
     uint is_far[LIST_TILES];
     FlatBounds bounds[LIST_TILES];
+
+    __device__ __forceinline__ uint group(uint at) const { return tiles[at / TILE_GROUPS] * TILE_GROUPS + at % TILE_GROUPS; }
 };
 
-// The regions of the groups of tiles, those around all of a tile, and the directions of the tiles: of `count` from `first` on.
-__device__ __forceinline__ void tile_regions_store(const Solver& s, const Motion& motion, uint first, uint count, ListMemory& near) {
-    uint lane = threadIdx.x & 31, warps = blockDim.x / 32, end = count * TILE_GROUPS;
-    auto group_of = [&](uint task) { return (first + task / TILE_GROUPS * gridDim.x) * TILE_GROUPS + task % TILE_GROUPS; };
+// By all threads: takes `count` tiles of a run, from one on.
+__device__ __forceinline__ void tiles_take(const Solver& s, uint first, uint count, ListMemory& near) {
+    __syncthreads();
+    if (threadIdx.x < count) near.tiles[threadIdx.x] = tile_number(s, StripTile::of(s, first + threadIdx.x));
+    __syncthreads();
+}
+
+// The regions of the groups of so many tiles, those around all of a tile, and the directions of the tiles.
+__device__ __forceinline__ void tile_regions_store(const Solver& s, const Motion& motion, uint count, ListMemory& near) {
+    uint lane = threadIdx.x & 31, end = count * TILE_GROUPS;
     // The particles of the next group are on their way while one is worked on.
     real4 entry, rate = {0, 0, 0, 0};
     auto load = [&](uint task) {
         if (task >= end) return;
-        entry = GroupsOfPatch{s, motion.x}.position(group_of(task), lane);
+        entry = GroupsOfPatch{s, motion.x}.position(near.group(task), lane);
         uint i = number_unpack(entry.w);
         if (i != NONE) rate = motion.v[i];
     };
     load(threadIdx.x / 32);
-    for (uint task = threadIdx.x / 32; task < end; task += warps) {
+    for (uint task = threadIdx.x / 32; task < end; task += PAIR_WARPS) {
         vec3 x = xyz(entry), v = xyz(rate);
         bool exists = number_unpack(entry.w) != NONE;
-        load(task + warps);
+        load(task + PAIR_WARPS);
         Box region = region_of(s, exists, x, v);
-        box_store(s.group_regions, group_of(task), lane, region);
+        box_store(s.group_regions, near.group(task), lane, region);
         if (lane == 0) near.regions[task / TILE_GROUPS][task % TILE_GROUPS] = region;
     }
     __syncthreads();
     if (threadIdx.x < count) {
-        uint tile = first + threadIdx.x * gridDim.x;
+        uint tile = near.tiles[threadIdx.x];
         Box all = near.regions[threadIdx.x][0];
         for (uint part = 1; part < TILE_GROUPS; part++) all = boxes_join(all, near.regions[threadIdx.x][part]);
+        near.own[threadIdx.x] = all;
         s.tile_boxes[2 * tile] = with_w(all.low, 0);
         s.tile_boxes[2 * tile + 1] = with_w(all.high, 0);
         vec3 columns, rows;
@@ -114,88 +131,143 @@ __device__ __forceinline__ void tile_regions_store(const Solver& s, const Motion
     __syncthreads();
 }
 
-// Which tiles come near `count` from `first` on.
-__device__ __forceinline__ void tiles_near_find(const Solver& s, uint first, uint count, uint tiles, ListMemory& near) {
+// The box around the boxes of so many tiles.
+__device__ __forceinline__ Box tiles_box(const ListMemory& near, uint count) {
+    Box all = near.own[0];
+    for (uint k = 1; k < count; k++) all = boxes_join(all, near.own[k]);
+    return all;
+}
+
+// Which blocks' runs come near so many tiles.
+__device__ __forceinline__ void runs_near_find(const Solver& s, const real4* run_boxes, uint count, ListMemory& near) {
     if (threadIdx.x < count) {
-        Box box = box_load(s.tile_boxes, first + threadIdx.x * gridDim.x);
+        Box box = box_load(s.tile_boxes, near.tiles[threadIdx.x]);
         near.own[threadIdx.x] = box_grown(box, contact_reach(s, box));
-        near.near_count[threadIdx.x] = near.is_far[threadIdx.x] = 0;
+        near.is_far[threadIdx.x] = near.near_count[threadIdx.x] = 0;
     }
-    for (uint at = threadIdx.x; at < count * TILE_GROUPS; at += blockDim.x) {
-        uint k = at / TILE_GROUPS, part = at % TILE_GROUPS;
-        Box region = box_load(s.group_regions, (first + k * gridDim.x) * TILE_GROUPS + part);
-        near.regions[k][part] = box_grown(region, contact_reach(s, region));
-        near.found[k][part] = 0;
+    for (uint at = threadIdx.x; at < count * TILE_GROUPS; at += PAIR_THREADS) {
+        Box region = box_load(s.group_regions, near.group(at));
+        near.regions[at / TILE_GROUPS][at % TILE_GROUPS] = box_grown(region, contact_reach(s, region));
+        near.found[at / TILE_GROUPS][at % TILE_GROUPS] = 0;
     }
+    if (threadIdx.x == 0) near.run_count = 0;
     __syncthreads();
-#pragma unroll 2
-    for (uint other = threadIdx.x; other < tiles; other += blockDim.x) {
-        Box theirs = box_load(s.tile_boxes, other);
-        for (uint k = 0; k < count; k++) {
-            if (!boxes_meet(near.own[k], theirs)) continue;
-            uint place = atomicAdd(&near.near_count[k], 1u);
-            if (place < LIST_NEAR) near.near[k][place] = other;
-        }
+    Box all = tiles_box(near, count);
+#pragma unroll 4
+    for (uint run = threadIdx.x; run < gridDim.x; run += PAIR_THREADS) {
+        if (boxes_meet(all, box_load(run_boxes, run))) near.runs[atomicAdd(&near.run_count, 1u)] = (unsigned short)run;
     }
     __syncthreads();
 }
 
-// The lists of the groups of a tile, by a warp; `k` is the number of the tile among those of the block.
-__device__ __forceinline__ void tile_rows_build(const Solver& s, uint tile, uint k, uint tiles, ListMemory& near) {
-    uint across = tiles_across(s);
-    bool each = near.near_count[k] > LIST_NEAR;
-    uint looked = (each ? tiles : near.near_count[k]) * TILE_GROUPS;
-#pragma unroll 4
-    for (uint at = threadIdx.x & 31; at < looked; at += 32) {
-        uint theirs = each ? at / TILE_GROUPS : near.near[k][at / TILE_GROUPS], other = theirs * TILE_GROUPS + at % TILE_GROUPS;
-        Box region = box_load(s.group_regions, other);
-        bool is_near = false;
-        for (uint part = 0; part < TILE_GROUPS; part++) {
-            if (!boxes_meet(near.regions[k][part], region)) continue;
-            row_add(s, tile * TILE_GROUPS + part, other, &near.found[k][part]);
-            is_near = true;
+// The lists of the groups of so many tiles.
+__device__ __forceinline__ void tile_rows_build(const Solver& s, uint count, ListMemory& near) {
+    uint lane = threadIdx.x % 32, across = tiles_across(s), longest = (StripTile::count(s) + gridDim.x - 1) / gridDim.x, looked = near.run_count * longest;
+    for (uint first = 0; first < looked; first += PAIR_THREADS) {
+        uint at = first + threadIdx.x;
+        if (at < looked) {
+            StripRun run = StripRun::of(s, near.runs[at / longest]);
+            uint number = run.first + at % longest;
+            if (number < run.end) {
+                uint other = tile_number(s, StripTile::of(s, number));
+                Box theirs = box_load(s.tile_boxes, other);
+                for (uint k = 0; k < count; k++) {
+                    if (boxes_meet(near.own[k], theirs)) near.near[k][atomicAdd(&near.near_count[k], 1u)] = other;
+                }
+            }
         }
-        uint columns = theirs % across - tile % across, rows = theirs / across - tile / across;
-        if (is_near && (columns + 1 > 2 || rows + 1 > 2)) near.is_far[k] = 1;
+        __syncthreads();
+        // A warp takes a tile of the block, and a lane a group of those that come near it.
+        for (uint k = threadIdx.x / 32; k < count; k += PAIR_WARPS) {
+            uint tile = near.tiles[k], end = near.near_count[k] * TILE_GROUPS;
+            uint found = lane < TILE_GROUPS ? near.found[k][lane] : 0;
+            bool is_far = false;
+            // That of the next group is on its way while one is looked at.
+            uint next = 0;
+            Box region;
+            auto load = [&](uint task) {
+                if (task < end) next = near.near[k][task / TILE_GROUPS] * TILE_GROUPS + task % TILE_GROUPS;
+                region = box_load(s.group_regions, next);
+            };
+            load(lane);
+            for (uint task = lane; task < (end + 31) / 32 * 32; task += 32) {
+                uint other = next;
+                Box present = region;
+                load(task + 32);
+                bool is_near = false;
+#pragma unroll
+                for (uint part = 0; part < TILE_GROUPS; part++) {
+                    bool meets = task < end && boxes_meet(near.regions[k][part], present);
+                    uint all = __ballot_sync(ALL_LANES, meets), place = __shfl_sync(ALL_LANES, found, part) + __popc(all & (1u << lane) - 1);
+                    if (meets && place < s.group_capacity) s.group_rows[(tile * TILE_GROUPS + part) * s.group_capacity + place] = other;
+                    if (lane == part) found += __popc(all);
+                    is_near |= meets;
+                }
+                uint theirs = other / TILE_GROUPS;
+                uint columns = theirs % across - tile % across, rows = theirs / across - tile / across;
+                is_far |= is_near && (columns + 1 > 2 || rows + 1 > 2);
+            }
+            if (is_far) near.is_far[k] = 1;
+            if (lane < TILE_GROUPS) near.found[k][lane] = found;
+            if (lane == 0) near.near_count[k] = 0;
+        }
+        __syncthreads();
     }
+}
+
+// Books the rows of so many tiles, and what is asked of their edges; what is not alone is searched in the substep. Gives how many
+// groups the rows of the thread name.
+__device__ __forceinline__ uint tile_rows_book(const Solver& s, uint count, uint substep, uint tick, ListMemory& near) {
+    for (uint task = threadIdx.x; task < LIST_TILES * 4; task += PAIR_THREADS) {
+        FlatBounds bounds = FlatBounds::of(s, near.tiles[min(task / 4, count - 1)], task % 4);
+        if (task % 4 == 0 && task / 4 < count) near.bounds[task / 4] = bounds;
+    }
+    __syncthreads();
+    uint looks = 0;
+    for (uint at = threadIdx.x; at < count * TILE_GROUPS; at += PAIR_THREADS) {
+        uint total = near.found[at / TILE_GROUPS][at % TILE_GROUPS];
+        s.group_counts[near.group(at)] = min(total, s.group_capacity);
+        if (total > s.group_capacity) atomicMax(&s.status->group_overflow, total);
+        looks += total;
+    }
+    if (threadIdx.x < count) {
+        uint tile = near.tiles[threadIdx.x];
+        bool is_far = near.is_far[threadIdx.x] != 0;
+        real4* words = s.tile_flat + TileFlat::WORDS * tile;
+        FlatBounds bounds = near.bounds[threadIdx.x];
+        words[0].w = bounds.along;
+        words[1].w = bounds.across;
+        words[2] = with_w(cross(xyz(words[0]), xyz(words[1])), is_far ? -bounds.off : bounds.off);
+        if (is_far) tile_search(s, tile, substep, tick);
+    }
+    return looks;
 }
 
 // The list is to hold from use `tick` on, for the positions of `motion`. All blocks call `meet` to wait for each other, and end
 // with what they need. Tiles that are not alone are put among those that are searched in the substep.
 template <typename Meet> __device__ __forceinline__ void tiles_list_build(const Solver& s, const Motion& motion, uint substep, uint tick, ListMemory& near, Meet meet) {
-    uint tiles = tiles_across(s) * tiles_down(s), stride = LIST_TILES * gridDim.x;
-    auto count_from = [&](uint first) { return min((tiles - first + gridDim.x - 1) / gridDim.x, LIST_TILES); };
-    for (uint first = blockIdx.x; first < tiles; first += stride) tile_regions_store(s, motion, first, count_from(first), near);
+    StripRun run = StripRun::of(s, blockIdx.x);
+    // They are behind those of tiles.
+    real4* run_boxes = s.tile_boxes + 2 * StripTile::count(s);
+    auto count_from = [&](uint first) { return min(run.end - first, LIST_TILES); };
+    Box all;
+    for (uint first = run.first; first < run.end; first += LIST_TILES) {
+        uint count = count_from(first);
+        tiles_take(s, first, count, near);
+        tile_regions_store(s, motion, count, near);
+        Box some = tiles_box(near, count);
+        all = first == run.first ? some : boxes_join(all, some);
+    }
+    box_store(run_boxes, blockIdx.x, threadIdx.x, all);
     if (blockIdx.x + threadIdx.x == 0) s.status->candidates = 0;
     meet();
     uint looks = 0;
-    for (uint first = blockIdx.x; first < tiles; first += stride) {
+    for (uint first = run.first; first < run.end; first += LIST_TILES) {
         uint count = count_from(first);
-        tiles_near_find(s, first, count, tiles, near);
-        for (uint k = threadIdx.x / 32; k < count; k += blockDim.x / 32) tile_rows_build(s, first + k * gridDim.x, k, tiles, near);
-        for (uint task = threadIdx.x; task < LIST_TILES * 4; task += blockDim.x) {
-            uint k = min(task / 4, count - 1);
-            FlatBounds bounds = FlatBounds::of(s, first + k * gridDim.x, task % 4);
-            if (task % 4 == 0 && task / 4 < count) near.bounds[k] = bounds;
-        }
-        __syncthreads();
-        for (uint task = threadIdx.x; task < count * TILE_GROUPS; task += blockDim.x) {
-            uint k = task / TILE_GROUPS, group = (first + k * gridDim.x) * TILE_GROUPS + task % TILE_GROUPS;
-            uint total = near.found[k][task % TILE_GROUPS];
-            s.group_counts[group] = min(total, s.group_capacity);
-            if (total > s.group_capacity) atomicMax(&s.status->group_overflow, total);
-            looks += total;
-        }
-        if (threadIdx.x < count) {
-            uint tile = first + threadIdx.x * gridDim.x;
-            real4* words = s.tile_flat + TileFlat::WORDS * tile;
-            FlatBounds bounds = near.bounds[threadIdx.x];
-            words[0].w = bounds.along;
-            words[1].w = bounds.across;
-            words[2] = with_w(cross(xyz(words[0]), xyz(words[1])), near.is_far[threadIdx.x] == 0 ? bounds.off : -bounds.off);
-            if (near.is_far[threadIdx.x] != 0) tile_search(s, tile, substep, tick);
-        }
-        __syncthreads();
+        tiles_take(s, first, count, near);
+        runs_near_find(s, run_boxes, count, near);
+        tile_rows_build(s, count, near);
+        looks += tile_rows_book(s, count, substep, tick, near);
     }
     list_book(s, looks, LIST_BUILT_WITH_TILES);
     meet();

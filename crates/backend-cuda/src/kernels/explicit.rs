@@ -23,7 +23,10 @@ pub(super) struct FrameQueue<T> {
     pub(super) kick: Option<Kick<T>>,
     /// Handed over, but the candidate list may have been too short.
     open: Option<OpenFrame<T>>,
+    /// The state at the start of an open frame, or where it may be put.
     saved: Option<[Buffer<[T; 4]>; 2]>,
+    /// The launch that comes next is to leave the state that it begins with as it is.
+    keeps_first: bool,
     collider_sets: usize,
 }
 
@@ -44,7 +47,14 @@ struct QueuedSubstep<T> {
 
 impl<T> Default for FrameQueue<T> {
     fn default() -> Self {
-        Self { pending: Vec::new(), kick: None, open: None, saved: None, collider_sets: 1 }
+        Self {
+            pending: Vec::new(),
+            kick: None,
+            open: None,
+            saved: None,
+            keeps_first: false,
+            collider_sets: 1,
+        }
     }
 }
 
@@ -122,7 +132,13 @@ impl<T: CudaReal> CudaKernels<T> {
             match &mut self.frames.open {
                 Some(open) => open.substeps.extend(&substeps),
                 None => {
-                    self.state_save()?;
+                    self.saved_prepare()?;
+                    self.frames.keeps_first = self.has_whole_frames()
+                        && self.memory.frame_keeps_first()
+                        && substeps[0].kick.is_none();
+                    if !self.frames.keeps_first {
+                        self.state_save()?;
+                    }
                     let present = self.memory.data.present;
                     let substeps = substeps.clone();
                     self.frames.open = Some(OpenFrame { present, substeps });
@@ -157,14 +173,18 @@ impl<T: CudaReal> CudaKernels<T> {
         }
     }
 
+    fn saved_prepare(&mut self) -> Result<()> {
+        if self.frames.saved.is_none() {
+            let (queue, n) = (&self.memory.queue, self.model.particle_count());
+            self.frames.saved = Some([Buffer::zeros(queue, n)?, Buffer::zeros(queue, n)?]);
+        }
+        Ok(())
+    }
+
     /// Keeps the state at the start of a frame.
     fn state_save(&mut self) -> Result<()> {
         let queue = &self.memory.queue;
-        let n = self.model.particle_count();
         let present = self.memory.data.present as usize;
-        if self.frames.saved.is_none() {
-            self.frames.saved = Some([Buffer::zeros(queue, n)?, Buffer::zeros(queue, n)?]);
-        }
         if let Some([position, velocity]) = &mut self.frames.saved {
             position.copy_from(queue, &self.memory.position[present])?;
             velocity.copy_from(queue, &self.memory.velocity[present])?;
@@ -188,13 +208,18 @@ impl<T: CudaReal> CudaKernels<T> {
         Ok(())
     }
 
+    /// Whether nothing comes between substeps or the parts of one.
+    fn has_whole_frames(&self) -> bool {
+        let impulses = self.memory.contact.as_ref().is_some_and(|contact| !contact.is_penalty());
+        !impulses && self.memory.colours.len() <= 1
+    }
+
     /// All substeps, in one launch if nothing comes between them or between the parts of one.
     fn substeps_run(&mut self, substeps: &[QueuedSubstep<T>]) -> Result<()> {
         let data: Vec<SubstepData<T>> = substeps.iter().map(|substep| substep.data).collect();
         Memory::<T>::grow_write(&self.memory.queue, &mut self.memory.substeps, &data)?;
         self.memory.data.substeps = self.memory.substeps.address();
-        let impulses = self.memory.contact.as_ref().is_some_and(|contact| !contact.is_penalty());
-        if impulses || self.memory.colours.len() > 1 {
+        if !self.has_whole_frames() {
             for (number, QueuedSubstep { data, length, kick }) in substeps.iter().enumerate() {
                 if let Some(kick) = kick {
                     self.kick_run(kick)?;
@@ -221,11 +246,20 @@ impl<T: CudaReal> CudaKernels<T> {
     fn frame_run(&mut self, count: u32) -> Result<()> {
         let (module, launch) = (self.memory.frame_module, self.memory.frame);
         self.contacts_clear()?;
+        let first = self.memory.present();
+        let keeps = std::mem::take(&mut self.frames.keeps_first);
+        if let (true, Some([position, velocity])) = (keeps, &self.frames.saved) {
+            self.memory.data.position[2] = position.address();
+            self.memory.data.velocity[2] = velocity.address();
+        }
         self.stage("explicit_substep", |kernels| {
             kernels.start((module, "explicit_frame"), launch, &[argument(&count)])
         })?;
         self.memory.data.epoch += u64::from(count);
         self.memory.data.present ^= count & 1;
+        if let (true, Some(saved)) = (keeps, &mut self.frames.saved) {
+            self.memory.motion_exchange(first, saved);
+        }
         Ok(())
     }
 
