@@ -54,6 +54,19 @@ __device__ __forceinline__ void pair_look(
     }
 }
 
+// By all threads, at the end of a run: puts its tiles in which something may touch into the list; those that are not flat with the tiles
+// around. To wait for that at each tile would take long.
+__device__ __forceinline__ void tiles_rough_search(const Solver& s, const StripRun& tiles, uint substep, uint tick) {
+    __syncthreads();
+    for (uint task = threadIdx.x; task < 9 * (tiles.end - tiles.first); task += PAIR_THREADS) {
+        uint tile = tile_number(s, StripTile::of(s, tiles.first + task / 9));
+        uint2 found = s.tile_rough[tile];
+        if (found.x != tick || found.y == 0 && task % 9 != 4) continue;
+        uint around = tile_around(s, tile, task % 9);
+        if (around != NONE) tile_search(s, around, substep, tick);
+    }
+}
+
 // Both parts take turns with shared memory.
 #define FRAME_BYTES (2 * TILE_ENTRIES * sizeof(real4) + 3 * PAIR_FORCES * sizeof(real))
 static_assert(sizeof(AroundGroup) * PAIR_WARPS <= FRAME_BYTES && sizeof(ListMemory) <= FRAME_BYTES, "what is done between tiles needs their memory");
@@ -239,11 +252,7 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
                 strip_tile_start<true>(s, motion, tile, is_first, loads, x, v);
             }
             if (roughs != 0 || !is_alone) {
-                // Something may touch here; if it is not flat, also in the tiles around.
-                if (threadIdx.x < 9 && (roughs != 0 || threadIdx.x == 4)) {
-                    uint around = tile_around(s, tile_present, threadIdx.x);
-                    if (around != NONE) tile_search(s, around, number, substep.tick);
-                }
+                // Something may touch here.
                 if (threadIdx.x == 0) s.tile_rough[tile_present] = {substep.tick, roughs};
             }
             bool finite = true;
@@ -263,6 +272,7 @@ extern "C" __global__ void __launch_bounds__(PAIR_THREADS, BLOCKS_PER_SM) explic
             }
             place = above;
         }
+        tiles_rough_search(s, tiles, number, substep.tick);
         uint agreed = meeting.meet(s.status->meetings);
         if (!is_built || agreed & VOTE_STALE) list_renew(s, motion, number, substep.tick, meeting);
         is_built = true;
