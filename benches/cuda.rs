@@ -1,4 +1,4 @@
-//! The CUDA backend on the common workload, timed by events on the device: medians of frames 10 to 70.
+//! The CUDA backend on the common workload, timed by events on the device: medians of frames 10 to 70, and their mean and longest.
 //!
 //! `cargo bench --bench cuda -- [--quick] [--sides 160,1024] [--only free|contact|implicit|field] [--ladder] [--reference PROGRAM]`. `--ladder`
 //! prints the table of the historical ladder alone. A reference program is run as `PROGRAM 160,1024` and
@@ -77,10 +77,14 @@ fn explicit(backend: &dyn Backend, label: &str, side: u32, contact: bool) -> Res
     let Some(report) = last else { return Ok(()) };
     let particles = f64::from(side) * f64::from(side);
     let floor = 17.0 * particles * 64.0 / BANDWIDTH * 1e6;
+    let mean = device.iter().sum::<f64>() / device.len() as f64;
+    let longest = device.iter().copied().fold(0.0, f64::max);
     println!(
-        "{label:<12} {side:>5} {:<7} {:>9.1} us/frame  wall {:>9.1}  floor {floor:>7.1}  strain mean {:.4}  rebuilds/frame {:.1}  contacts {}  ({:.1} s)",
+        "{label:<12} {side:>5} {:<7} {:>9.1} us/frame  mean {:>7.1}  longest {:>7.1}  wall {:>9.1}  floor {floor:>7.1}  strain mean {:.4}  rebuilds/frame {:.1}  contacts {}  ({:.1} s)",
         if contact { "contact" } else { "free" },
         median(device),
+        mean,
+        longest,
         median(wall),
         report.measures.strain_mean,
         f64::from(rebuilds) / FRAMES_MEASURED as f64,

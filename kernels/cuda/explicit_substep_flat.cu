@@ -5,7 +5,7 @@
 // themselves.
 
 // As many as leave a thread the registers that it needs.
-#define BLOCKS_PER_SM 5
+#define BLOCKS_PER_SM 4
 
 extern __shared__ __align__(16) unsigned char frame_memory[];
 
