@@ -5,8 +5,8 @@
 // others; with contact all wait for all, as anything may touch anything, and so that they can build the list of groups
 // together when some group has left its region. In a tile with contact a warp has the particles of a group. Where nothing but
 // fields, springs and colliders acts, patches of few and of many tiles and large meshes have kernels of their own:
-// `explicit_substep_patch.cu`, `explicit_substep_tiles.cu`, `explicit_substep_mesh.cu`; patches of many tiles also with contact:
-// `explicit_substep_flat.cu`.
+// `explicit_substep_patch.cu`, `explicit_substep_tiles.cu`, `explicit_substep_mesh.cu`; patches also with contact:
+// `explicit_substep_contact.cu`, `explicit_substep_flat.cu`.
 
 #ifdef CLOTH_PENALTY
 #define PENALTY true

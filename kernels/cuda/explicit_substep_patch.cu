@@ -8,36 +8,6 @@
 
 extern __shared__ __align__(16) unsigned char frame_memory[];
 
-__device__ __forceinline__ void packet_send(uint4* to, const vec3& a, uint number) {
-    ulong low = (ulong)__float_as_uint(a.y) << 32 | __float_as_uint(a.x);
-    ulong high = (ulong)number << 32 | __float_as_uint(a.z);
-    pair_store(to, low, high);
-}
-
-// Whether the packet is that of a substep; gives what it carries.
-__device__ __forceinline__ bool packet_take(const uint4* from, uint number, vec3& a) {
-    ulong low, high;
-    pair_load(from, low, high);
-    a = {__uint_as_float((uint)low), __uint_as_float((uint)(low >> 32)), __uint_as_float((uint)high)};
-    return (uint)(high >> 32) == number;
-}
-
-// Entry `number` of those around the tile: rows before it, after it, and what is beside it.
-__device__ __forceinline__ void surrounding_entry(uint number, uint& row, uint& column) {
-    const uint before = HALO * TILE_WIDTH;
-    if (number < 2 * before) {
-        row = number / TILE_WIDTH + (number < before ? 0 : TILE_ROWS);
-        column = number % TILE_WIDTH;
-    } else {
-        uint beside = number - 2 * before;
-        row = HALO + beside / (2 * HALO);
-        column = beside % (2 * HALO);
-        if (column >= HALO) column += TILE_COLUMNS;
-    }
-}
-
-#define SURROUNDING (TILE_WIDTH * TILE_HEIGHT - TILE_COLUMNS * TILE_ROWS)
-
 extern "C" __global__ void __launch_bounds__(256, 1) explicit_frame(const __grid_constant__ Solver s, uint substeps) {
     __shared__ NearFrame near_frame;
     real4* x = (real4*)frame_memory;
@@ -121,10 +91,7 @@ extern "C" __global__ void __launch_bounds__(256, 1) explicit_frame(const __grid
         if (reads_ahead) near_frame.follow<false>(s, number, substeps, lane, 32);
         if (takes) {
             vec3 position, velocity;
-            while (!packet_take(packets + 2 * around_i, tag, position)) {
-            }
-            while (!packet_take(packets + 2 * around_i + 1, tag, velocity)) {
-            }
+            packets_wait(packets + 2 * around_i, packets + 2 * around_i + 1, tag, position, velocity);
             x[around] = with_w(position, 0);
             v[around] = with_w(velocity, 0);
         }

@@ -52,6 +52,7 @@ modules! {
     "contact_linearise" [],
     "control_forces" [],
     "explicit_substep" ["penalty", "extras", "table", "grid", "wide", "stencil", "packed"],
+    "explicit_substep_contact" [],
     "explicit_substep_flat" [],
     "explicit_substep_mesh" [],
     "explicit_substep_patch" [],
@@ -87,7 +88,7 @@ macro_rules! shared {
 
 shared! {
     "ptx" "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "sync" "meeting" "build"
-    "substep" "frame" "stencil" "tile" "flat" "pairs" "strip" "tile_list" "around"
+    "substep" "frame" "stencil" "packet" "tile" "flat" "pairs" "strip" "tile_list" "around"
     "linear" "sum" "solve" "resident" "patch" "constraint"
 }
 

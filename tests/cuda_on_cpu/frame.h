@@ -158,7 +158,7 @@ int main(int, char** arguments) {
     }
     input.numbers((float*)s.position[0], 4 * s.count);
     input.numbers((float*)s.velocity[0], 4 * s.count);
-    s.packets = device<uint4>(4 * (size_t)s.count);
+    s.packets = device<uint4>(4 * (size_t)s.count + 6 * s.group_count + 2 * blocks);
     dependencies_describe(s, blocks);
     s.status = device<Status>(1);
     s.status->non_finite_step = ~0ull;

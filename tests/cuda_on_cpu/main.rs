@@ -19,6 +19,8 @@ const fn mesh(module: &'static str, options: &'static [&'static str], threads: u
 /// Sides of a patch of several tiles along both, the last ones not full; and one that is small enough for a block for each tile.
 const LARGE: [u32; 2] = [70, 43];
 const SMALL: [u32; 2] = [43, 20];
+/// Another of as many tiles, folded where two of them meet.
+const SEAM: [u32; 2] = [53, 20];
 /// One that is folded far from most of its tiles: some touch others, some nothing.
 const WIDE: [u32; 2] = [200, 19];
 /// Tiles of the small one.
@@ -101,6 +103,47 @@ fn large_patches_with_contact() {
         ("TOGETHER = COLUMNS * ROWS / GROUP", "TOGETHER = 2"),
     ] {
         check_edited(&flat, WIDE, true, &[3], |text| replaced(&text, right, wrong));
+    }
+}
+
+#[test]
+fn small_patches_with_contact() {
+    let form = form("explicit_substep_contact", &[], 512);
+    check(&form, SMALL, true, &[TILES, TILES, TILES]);
+    check(&form, SEAM, true, &[TILES, TILES]);
+    // Where there is no room for all partners and particles that are near; and where groups are looked at one by one.
+    for (most, least) in
+        [("PARTNERS 24", "PARTNERS 1"), ("FAR 96", "FAR 3"), ("TOGETHER 1", "TOGETHER 3")]
+    {
+        check_edited(&form, SMALL, true, &[TILES], |text| replaced(&text, most, least));
+    }
+}
+
+/// Each of the searches of the kernel for small patches finds partners in the scene, and its barriers are needed.
+#[test]
+fn faults_of_small_patches_are_found() {
+    let form = form("explicit_substep_contact", &[], 512);
+    let patches = [SMALL, SEAM].map(|sides| PatchFrames { frames: &[1, 9], ..patch(sides, true) });
+    let expected =
+        patches.each_ref().map(|patch| patch.run(&cpu(2)).expect("the CPU simulates the patch"));
+    for (right, wrong) in [
+        (
+            "(key & IN_PACKETS) == at) continue;",
+            "(key & IN_PACKETS) / AREA_STRIDE == at / AREA_STRIDE) continue;",
+        ),
+        ("search.take_around(s, around", "if (around) search.take_around(s, around"),
+        ("search.take_around(s, around", "if (!around) search.take_around(s, around"),
+        ("if (near != 0) search.find_far", "if (false) search.find_far"),
+        ("if (left < 32) hits", "hits"),
+        ("bool touches = is_in_contact(s, pair.length_squared)", "bool touches = true"),
+        ("TILE_PARTICLES] < key;", "TILE_PARTICLES] > key;"),
+    ] {
+        let program = Program::of(&form, |text| replaced(&text, right, wrong));
+        let is_found = patches.iter().zip(&expected).any(|(patch, expected)| {
+            let (state, _) = program.run(patch, TILES, 1);
+            first_difference(expected, &state).is_some()
+        });
+        assert!(is_found, "`{wrong}` in place of `{right}` is not found");
     }
 }
 

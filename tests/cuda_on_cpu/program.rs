@@ -13,7 +13,7 @@ use harness::checks::PatchFrames;
 use crate::scene;
 
 /// Modules whose frames can leave the state that they begin with as it is.
-const KEEPING: [&str; 1] = ["explicit_substep_flat"];
+const KEEPING: [&str; 2] = ["explicit_substep_contact", "explicit_substep_flat"];
 
 /// Shared parts that the runtime has in its own way, and those of linear systems, which the kernels of frames do without.
 const NOT_HERE: [&str; 7] = ["ptx", "linear", "sum", "solve", "resident", "patch", "constraint"];

@@ -72,7 +72,8 @@ struct Block {
     std::vector<Fiber> fibers;
     std::vector<Warp> warps;
     ucontext_t outside;
-    unsigned arrived = 0, generation = 0;
+    // At each barrier.
+    unsigned arrived[16] = {}, generation[16] = {};
     // Whether fibers take turns in an order drawn by lot, and copies come late.
     bool is_shuffled = false;
     std::mt19937 lot;
@@ -108,14 +109,21 @@ static void yield_to_block() {
     yield_to_other();
 }
 
-static void __syncthreads() {
-    unsigned generation = block->generation;
-    if (++block->arrived == block->fibers.size()) {
-        block->arrived = 0;
-        block->generation++;
-    }
-    while (block->generation == generation) yield_to_other();
+// Arrives at a barrier of so many threads.
+static void team_arrive(unsigned barrier, unsigned threads) {
+    if (++block->arrived[barrier] < threads) return;
+    block->arrived[barrier] = 0;
+    block->generation[barrier]++;
 }
+
+// Waits for so many threads of the block.
+static void team_wait(unsigned barrier, unsigned threads) {
+    unsigned generation = block->generation[barrier];
+    team_arrive(barrier, threads);
+    while (block->generation[barrier] == generation) yield_to_other();
+}
+
+static void __syncthreads() { team_wait(0, (unsigned)block->fibers.size()); }
 
 // Shows a value to the warp; gives what all lanes show.
 static const uint64_t* warp_show(uint64_t value) {
@@ -193,6 +201,8 @@ static int min(int a, int b) { return a < b ? a : b; }
 static int max(int a, int b) { return a > b ? a : b; }
 static unsigned min(unsigned a, int b) { return min(a, (unsigned)b); }
 static unsigned max(unsigned a, int b) { return max(a, (unsigned)b); }
+
+static void __threadfence() { __atomic_thread_fence(__ATOMIC_SEQ_CST); }
 
 template <typename T> static T atomicAdd(T* address, T value) { return __atomic_fetch_add(address, value, __ATOMIC_RELAXED); }
 template <typename T> static T atomicOr(T* address, T value) { return __atomic_fetch_or(address, value, __ATOMIC_RELAXED); }

@@ -7,7 +7,7 @@ use cloth_kernels::CudaModule;
 
 use crate::{
     compile::Target,
-    contact::ContactMemory,
+    contact::{ContactMemory, GROUP},
     device::{Device, Kernel},
     kernels::ImpulseMemory,
     layout::{
@@ -32,6 +32,16 @@ const STENCIL_FORCES: usize = 53 * 37 * 3;
 /// `shared/pairs.cuh`.
 const PAIR_THREADS: u32 = 128;
 const PAIR_FORCES: usize = 5 * 11 * 35;
+/// Threads of a block of `explicit_substep_contact.cu`, groups of its tile, particles that it has in shared memory, those that are
+/// compared, and partners that it has room for.
+const CONTACT_THREADS: u32 = 512;
+const CONTACT_GROUPS: usize = 8;
+const CONTACT_ENTRIES: usize = 48 * 16 + CONTACT_GROUPS * 96;
+const CONTACT_MEMBERS: usize = CONTACT_GROUPS * 8 * GROUP;
+const CONTACT_PARTNERS: usize = 24 * 256;
+/// Particles that it can name, and bytes of shared memory that it has beside those that depend on the model, at most.
+const CONTACT_PARTICLES_MAX: usize = 1 << 16;
+const CONTACT_STATIC: usize = 8 << 10;
 /// Tiles for each multiprocessor from which on these modules are faster.
 const TILES_MIN: usize = 4;
 /// Tiles of a patch with contact whose list of groups blocks build by comparing their runs, at most: with longer runs they have more in
@@ -99,6 +109,17 @@ pub(crate) struct Memory<T> {
     /// How the linear system is solved at present.
     pub(crate) solver: SolverForm,
     fast: bool,
+}
+
+/// Bytes of shared memory of a block of `explicit_substep_contact.cu` for a patch of so many groups.
+fn contact_shared_bytes<T>(groups: usize) -> usize {
+    let particles = 2 * CONTACT_ENTRIES + CONTACT_MEMBERS;
+    let names = CONTACT_MEMBERS + CONTACT_PARTNERS;
+    let lists = CONTACT_GROUPS * groups * size_of::<u16>();
+    particles * size_of::<Real4<T>>()
+        + names * size_of::<u32>()
+        + lists
+        + STENCIL_FORCES * size_of::<T>()
 }
 
 impl<T: CudaReal> Memory<T> {
@@ -301,7 +322,21 @@ impl<T: CudaReal> Memory<T> {
         let has_runs = stencil.is_some()
             && !has_extras
             && (TILES_MIN * multiprocessors..=tiles_max).contains(&items);
-        if is_small && is_plain && stencil.is_some() {
+        let groups = items * CONTACT_GROUPS;
+        let contact_shared = contact_shared_bytes::<T>(groups);
+        let has_contact_tiles = is_small
+            && has_penalty
+            && !has_extras
+            && stencil.is_some()
+            && n < CONTACT_PARTICLES_MAX
+            && contact_shared + CONTACT_STATIC <= self.queue.device.shared_max;
+        if has_contact_tiles {
+            self.frame_module = "explicit_substep_contact";
+            self.packets = Buffer::zeros(&self.queue, 4 * n + 6 * groups + 2 * items)?;
+            self.data.packets = self.packets.address();
+            threads = CONTACT_THREADS;
+            shared = contact_shared;
+        } else if is_small && is_plain && stencil.is_some() {
             self.frame_module = "explicit_substep_patch";
             self.packets = Buffer::zeros(&self.queue, 4 * n)?;
             self.data.packets = self.packets.address();
@@ -418,7 +453,7 @@ impl<T: CudaReal> Memory<T> {
 
     /// Whether the module of whole frames can leave the state that a frame begins with as it is.
     pub(crate) fn frame_keeps_first(&self) -> bool {
-        self.frame_module == "explicit_substep_flat"
+        ["explicit_substep_contact", "explicit_substep_flat"].contains(&self.frame_module)
     }
 
     /// After a launch that left motion `first` as it is: that is the saved one now, and what was saved has the state that stood in

@@ -40,6 +40,12 @@ __device__ __forceinline__ void pair_load(const void* address, unsigned long lon
     asm volatile("{ .reg .b128 pair; ld.relaxed.gpu.global.b128 pair, [%2]; mov.b128 {%0, %1}, pair; }" : "=l"(low), "=l"(high) : "l"(address) : "memory");
 }
 
+// Waits for so many threads of the block, whole warps that all name the same barrier, 1 to 15.
+__device__ __forceinline__ void team_wait(unsigned barrier, unsigned threads) { asm volatile("bar.sync %0, %1;" : : "r"(barrier), "r"(threads) : "memory"); }
+
+// The same without waiting: for who waits there, this one has come.
+__device__ __forceinline__ void team_arrive(unsigned barrier, unsigned threads) { asm volatile("bar.arrive %0, %1;" : : "r"(barrier), "r"(threads) : "memory"); }
+
 // Start to copy 16 or 8 bytes to shared memory; `copies_wait` waits for all that the thread has started.
 __device__ __forceinline__ void copy_start_16(void* to, const void* from) {
     unsigned address = (unsigned)__cvta_generic_to_shared(to);

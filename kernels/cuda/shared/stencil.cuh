@@ -5,7 +5,8 @@
 // In ascending order of the second end.
 #define STENCIL_KINDS 6
 // Forces: one row of a kind for each row that its first ends are in. Their first two components lie together.
-#define STENCIL_FORCES (53 * TILE_STRIDE)
+#define FORCE_STRIDE (TILE_WIDTH + 1)
+#define STENCIL_FORCES (53 * FORCE_STRIDE)
 
 __device__ constexpr int stencil_rows(uint kind) { return kind < 2 ? 0 : kind < 5 ? 1 : 2; }
 __device__ constexpr int stencil_columns(uint kind) { return kind == 2 ? -1 : kind == 3 || kind == 5 ? 0 : kind == 1 ? 2 : 1; }
@@ -14,15 +15,15 @@ __device__ constexpr int stencil_start(uint kind) { return kind < 3 ? 8 * kind :
 
 // Where the force of the spring of a kind is whose first end is at a row and column of the tile.
 __device__ __forceinline__ int stencil_place(uint kind, int row, int column) {
-    return (stencil_start(kind) + stencil_rows(kind) + row) * TILE_STRIDE + HALO + column;
+    return (stencil_start(kind) + stencil_rows(kind) + row) * FORCE_STRIDE + HALO + column;
 }
 
-// A spring that reaches into the tile: ends, place of the force, and kind.
+// A spring that reaches into the tile: first end, how far the second is from there, place of the force, and kind.
 struct StencilOuter {
     uint packed;
 
-    // That of a thread, if it has one.
-    __device__ __forceinline__ static StencilOuter of_thread() {
+    // That of a thread, if it has one, in a tile whose rows are so many entries apart.
+    template <uint STRIDE = TILE_STRIDE> __device__ __forceinline__ static StencilOuter of_thread() {
         int lane = (int)(threadIdx.x & 31);
         uint kind = STENCIL_KINDS;
         int row = -1, column = lane;
@@ -56,15 +57,15 @@ struct StencilOuter {
             break;
         }
         if (kind == STENCIL_KINDS) return {0xffffffffu};
-        uint first = (uint)((row + HALO) * TILE_STRIDE + column + HALO);
-        uint second = first + stencil_rows(kind) * TILE_STRIDE + stencil_columns(kind);
-        return {first | second << 9 | (uint)stencil_place(kind, row, column) << 18 | kind << 29};
+        uint first = (uint)((row + HALO) * (int)STRIDE + column + HALO);
+        uint further = stencil_rows(kind) * STRIDE + stencil_columns(kind);
+        return {first | further << 10 | (uint)stencil_place(kind, row, column) << 17 | kind << 28};
     }
     __device__ __forceinline__ bool exists() const { return packed != 0xffffffffu; }
-    __device__ __forceinline__ uint first() const { return packed & 511u; }
-    __device__ __forceinline__ uint second() const { return packed >> 9 & 511u; }
-    __device__ __forceinline__ uint place() const { return packed >> 18 & 2047u; }
-    __device__ __forceinline__ uint kind() const { return packed >> 29; }
+    __device__ __forceinline__ uint first() const { return packed & 1023u; }
+    __device__ __forceinline__ uint second() const { return first() + (packed >> 10 & 127u); }
+    __device__ __forceinline__ uint place() const { return packed >> 17 & 2047u; }
+    __device__ __forceinline__ uint kind() const { return packed >> 28; }
 };
 
 template <bool PLAIN>
@@ -85,7 +86,7 @@ template <int COUNT> __device__ __forceinline__ vec3 force_load(const real* forc
 
 // Computes the springs of the thread: those from the particle at an entry of the tile to later ones, and the outer one.
 // `PLAIN` says that no length needs care. Gives the square of the shortest.
-template <bool PLAIN>
+template <bool PLAIN, uint STRIDE>
 __device__ __forceinline__ real stencil_springs_of(
     const Solver& s, const real4* x, const real4* v, uint at, int place, const StencilOuter& outer, real* forces, vec3* own
 ) {
@@ -93,7 +94,7 @@ __device__ __forceinline__ real stencil_springs_of(
     real least = REAL_MAX;
 #pragma unroll
     for (uint kind = 0; kind < STENCIL_KINDS; kind++) {
-        uint j = at + stencil_rows(kind) * TILE_STRIDE + stencil_columns(kind);
+        uint j = at + stencil_rows(kind) * STRIDE + stencil_columns(kind);
         Spring spring = stencil_spring<PLAIN>(s, kind, xi, vi, xyz(x[j]), xyz(v[j]));
         own[kind] = spring.force();
         force_store<STENCIL_FORCES>(forces, place + stencil_place(kind, 0, 0), own[kind]);
@@ -108,15 +109,16 @@ __device__ __forceinline__ real stencil_springs_of(
     return least;
 }
 
-// The same for the particle at a row and column, once more where a length needs care.
+// The same for the particle at a row and column of a tile whose rows are so many entries apart, once more where a length needs care.
+template <uint STRIDE = TILE_STRIDE>
 __device__ __forceinline__ void stencil_springs(
     const Solver& s, const real4* x, const real4* v, uint row, uint column, const StencilOuter& outer, real* forces, vec3* own
 ) {
-    uint at = (row + HALO) * TILE_STRIDE + column + HALO;
-    int place = row * TILE_STRIDE + column;
-    real least = stencil_springs_of<true>(s, x, v, at, place, outer, forces, own);
+    uint at = (row + HALO) * STRIDE + column + HALO;
+    int place = row * FORCE_STRIDE + column;
+    real least = stencil_springs_of<true, STRIDE>(s, x, v, at, place, outer, forces, own);
 #if !defined(CLOTH_FAST) && !defined(CLOTH_F64)
-    if (least < ROOT_PLAIN_MIN) stencil_springs_of<false>(s, x, v, at, place, outer, forces, own);
+    if (least < ROOT_PLAIN_MIN) stencil_springs_of<false, STRIDE>(s, x, v, at, place, outer, forces, own);
 #endif
 }
 
