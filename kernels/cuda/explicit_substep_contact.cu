@@ -9,25 +9,8 @@
 
 extern __shared__ __align__(16) unsigned char frame_memory[];
 
-#define TILE_GROUPS (TILE_COLUMNS * TILE_ROWS / GROUP)
-#define TILE_PARTICLES (TILE_COLUMNS * TILE_ROWS)
-#define GROUP_COLUMNS 8
-#define GROUP_ROWS 4
 // A warp for each row of the tile, and one that searches for each group.
 #define WARPS (TILE_ROWS + TILE_GROUPS)
-
-// The tile and a group around it on all sides.
-#define AREA_STRIDE (TILE_COLUMNS + 2 * GROUP_COLUMNS)
-#define AREA_ENTRIES (AREA_STRIDE * (TILE_ROWS + 2 * GROUP_ROWS))
-// Particles that a group is compared with at once, or pairs of it in contact; particles from elsewhere that are kept, and partners of
-// one particle.
-#define MEMBERS (8 * GROUP)
-#define FAR 96
-#define PARTNERS 24
-// In place of an entry, for what there is no room for.
-#define IN_PACKETS 0xffffu
-// Groups that a warp looks at together, so that it does not wait for each.
-#define TOGETHER 1
 
 // Barriers: of the warps that compute springs, and of those that search; those at which the former tell the latter that the tile has
 // moved, and that what is around it is there; and that of all, where a substep is known but for what it does to the particles.
@@ -36,93 +19,6 @@ extern __shared__ __align__(16) unsigned char frame_memory[];
 #define BARRIER_MOVED 3
 #define BARRIER_AROUND 4
 #define BARRIER_FORCES 5
-
-// a b + c, rounded once.
-__device__ __forceinline__ real multiply_add(real a, real b, real c) {
-#ifdef CLOTH_F64
-    return fma(a, b, c);
-#else
-    return __fmaf_rn(a, b, c);
-#endif
-}
-
-// What is sent in one substep.
-struct Packets {
-    uint4* positions;
-    uint4* velocities;
-    // Two for each group.
-    uint4* boxes;
-    // One for each block.
-    uint4* votes;
-    uint number;
-
-    __device__ __forceinline__ static uint size(const Solver& s) { return 2 * s.count + 2 * s.group_count + gridDim.x; }
-
-    __device__ __forceinline__ static Packets of(const Solver& s, uint number) {
-        uint4* first = s.packets + (number & 1) * size(s);
-        return {first, first + s.count, first + 2 * s.count, first + 2 * s.count + 2 * s.group_count, number};
-    }
-
-    // Those of the regions of groups, of any substep.
-    __device__ __forceinline__ static uint4* regions(const Solver& s) { return s.packets + 2 * size(s); }
-
-    __device__ __forceinline__ void particle_ask(uint i, Coming& coming) const { coming.ask(positions + i, velocities + i); }
-    __device__ __forceinline__ void particle_wait(uint i, Coming& coming, vec3& position, vec3& velocity) const {
-        coming.wait(positions + i, velocities + i, number, position, velocity);
-    }
-    __device__ __forceinline__ void particle_wait(uint i, vec3& position, vec3& velocity) const {
-        packets_wait(positions + i, velocities + i, number, position, velocity);
-    }
-};
-
-// By the lanes of a warp together.
-__device__ __forceinline__ void box_send(uint4* boxes, uint group, uint lane, const Box& box, uint number) {
-    if (lane < 2) packet_send(boxes + 2 * group + lane, lane == 0 ? box.low : box.high, number);
-}
-
-// A group of the patch: its first row and column, and its particle of a lane.
-struct Place {
-    uint row;
-    uint column;
-
-    __device__ __forceinline__ static Place of(const Solver& s, uint group) {
-        uint across = (s.columns + TILE_COLUMNS - 1) / TILE_COLUMNS;
-        uint tile = group / TILE_GROUPS, part = group % TILE_GROUPS;
-        return {tile / across * TILE_ROWS + part / 4 * GROUP_ROWS, tile % across * TILE_COLUMNS + part % 4 * GROUP_COLUMNS};
-    }
-    __device__ __forceinline__ bool has(const Solver& s, uint lane) const {
-        return row + lane / GROUP_COLUMNS < s.rows && column + lane % GROUP_COLUMNS < s.columns;
-    }
-    __device__ __forceinline__ uint particle(const Solver& s, uint lane) const {
-        return (row + lane / GROUP_COLUMNS) * s.columns + column + lane % GROUP_COLUMNS;
-    }
-};
-
-// A group of the area by its row and column among these: those of the tile are in rows 1 and 2 and columns 1 to 4.
-struct AreaGroup {
-    uint row;
-    uint column;
-
-    // Group number `part` of the tile.
-    __device__ __forceinline__ static AreaGroup of_tile(uint part) { return {part / 4 + 1, part % 4 + 1}; }
-    // Two around the tile for each of eight warps.
-    __device__ __forceinline__ static AreaGroup around(uint warp, uint which) {
-        uint column = warp % 4, half = warp / 4;
-        if (which == 0) return {half * 3, column + 1};
-        bool is_beside = column == 0 || column == 3;
-        return {is_beside ? half + 1 : half * 3, column < 2 ? 0u : 5u};
-    }
-    // Number `which` of those around a group of the tile, row by row.
-    __device__ __forceinline__ AreaGroup next_to(uint which) const { return {row + which / 3 - 1, column + which % 3 - 1}; }
-    __device__ __forceinline__ bool is_of_tile() const { return row - 1 < 2 && column - 1 < 4; }
-    __device__ __forceinline__ Place place(uint first_row, uint first_column) const {
-        return {first_row + (row - 1) * GROUP_ROWS, first_column + (column - 1) * GROUP_COLUMNS};
-    }
-    // The entry of its particle of a lane.
-    __device__ __forceinline__ uint entry(uint lane) const {
-        return (row * GROUP_ROWS + lane / GROUP_COLUMNS) * AREA_STRIDE + column * GROUP_COLUMNS + lane % GROUP_COLUMNS;
-    }
-};
 
 // What the threads of a block have in shared memory beside the arrays of dynamic size.
 struct Shared {
@@ -141,300 +37,12 @@ struct Shared {
     uint total;
 };
 
-// The forces of the partners of a particle, and how many these are.
-struct ContactSum {
-    vec3 force;
-    uint contacts;
-};
-
-// A warp that searches for the partners of a group of the tile.
-struct Search {
-    // Particles: those of the area, then others that are kept.
-    real4* x;
-    real4* v;
-    // What is to be compared: particles as seen from the middle of the group, with the squares of their distances from there; and
-    // what they are called, number above and entry below.
-    real4* members;
-    uint* keys;
-    // Of the particle of the lane, so named and in no order.
-    uint* partners;
-    const unsigned short* list;
-    Place tile;
-    AreaGroup group;
-    uint lane;
-    uint at;
-    bool exists;
-    // Groups around it, four bits each, those of the tile first, and how many these are.
-    uint order;
-    uint order_in_tile;
-    // First entry of particles that are kept for the group.
-    uint far_first;
-
-    // Of a substep. In |x|² - 2 x·y + |y|², seen from the middle of the group, three operations for each pair tell those that are too
-    // far apart. Nobody needs its bits: `most` is larger than the square of the contact distance by more than rounding can take away, and
-    // what is left is looked at as the results need it.
-    vec3 own;
-    Box reach;
-    vec3 middle;
-    vec3 minus_twice;
-    real most;
-    // How many are to be compared, how many are kept, and how many partners there are.
-    uint count;
-    uint far;
-    uint found;
-
-    __device__ __forceinline__ void order_make() {
-        uint added = 0;
-        order = order_in_tile = 0;
-#pragma unroll 1
-        for (uint k = 0; k < 18; k++) {
-            uint which = k % 9;
-            if (which == 4 || group.next_to(which).is_of_tile() != k < 9) continue;
-            order |= which << 4 * added;
-            added++;
-            if (k < 9) order_in_tile++;
-        }
-    }
-
-    // The substep begins: gives the box of the group, which is compared with itself first.
-    __device__ __forceinline__ Box start(const Solver& s) {
-        own = xyz(x[at]);
-        Box box = warp_box(exists, own, own);
-        reach = box_grown(box, contact_reach(s, box));
-        middle = (real)0.5 * (box.low + box.high);
-        vec3 corner = reach.high - middle, seen = own - middle;
-        real squared = dot(seen, seen);
-        minus_twice = (real)-2 * seen;
-        most = (real)1.001 * s.contact_distance * s.contact_distance + (real)128 * REAL_EPSILON * dot(corner, corner) - squared;
-        far = found = 0;
-        uint present = __ballot_sync(ALL_LANES, exists);
-        count = __popc(present);
-        uint slot = __popc(present & ((1u << lane) - 1));
-        if (exists) {
-            members[slot] = with_w(seen, squared);
-            keys[slot] = group.place(tile.row, tile.column).particle(s, lane) << 16 | at;
-        }
-        return box;
-    }
-
-    // Those of a group that are in reach are to be compared.
-    __device__ __forceinline__ void take(uint inside, const vec3& theirs, uint number, uint entry) {
-        uint slot = count + __popc(inside & ((1u << lane) - 1));
-        if (inside >> lane & 1) {
-            vec3 seen = theirs - middle;
-            members[slot] = with_w(seen, dot(seen, seen));
-            keys[slot] = number << 16 | entry;
-        }
-        count += __popc(inside);
-    }
-
-    // Takes those around the group from number `first` of the order on. At most five are in the tile, as are at most five not: there is
-    // room for them and the group.
-    __device__ __forceinline__ void take_around(const Solver& s, uint first, uint end) {
-#pragma unroll 1
-        for (; first < end; first += TOGETHER) {
-            vec3 theirs[TOGETHER];
-            uint entries[TOGETHER], numbers[TOGETHER], inside[TOGETHER];
-#pragma unroll
-            for (uint k = 0; k < TOGETHER; k++) {
-                AreaGroup other = group.next_to(order >> 4 * (first + k) & 15u);
-                Place place = other.place(tile.row, tile.column);
-                bool is_there = first + k < end && place.has(s, lane);
-                entries[k] = is_there ? other.entry(lane) : at;
-                numbers[k] = place.particle(s, lane);
-                theirs[k] = xyz(x[entries[k]]);
-                inside[k] = __ballot_sync(ALL_LANES, is_there && box_holds(reach, theirs[k]));
-            }
-#pragma unroll
-            for (uint k = 0; k < TOGETHER; k++) take(inside[k], theirs[k], numbers[k], entries[k]);
-        }
-    }
-
-    // Compares what there is to be compared: what may be in contact are partners for the time being.
-    __device__ __forceinline__ void compare() {
-        __syncwarp();
-#pragma unroll 1
-        for (uint first = 0; first < count; first += 32) {
-            const real4* those = members + first;
-            uint left = count - first, hits = 0;
-#pragma unroll 1
-            for (uint done = 0; done < min(left, 32u); done += 8) {
-                uint eight = 0;
-#pragma unroll
-                for (uint k = 0; k < 8; k++) {
-                    real4 member = those[done + k];
-                    real difference = multiply_add(minus_twice.x, member.x, multiply_add(minus_twice.y, member.y, multiply_add(minus_twice.z, member.z, member.w)));
-                    // Written so that what is not a number may meet.
-                    eight |= difference >= most ? 0 : 1u << k;
-                }
-                hits |= eight << done;
-            }
-            if (left < 32) hits &= (1u << left) - 1;
-            if (!exists) hits = 0;
-            for (; hits != 0; hits &= hits - 1) {
-                uint key = keys[first + __ffs(hits) - 1];
-                if ((key & IN_PACKETS) == at) continue;
-                if (found < PARTNERS) partners[found * TILE_PARTICLES] = key;
-                found++;
-            }
-        }
-        __syncwarp();
-        count = 0;
-    }
-
-    // The group of the list that is that of the lane, from number `first` on.
-    __device__ __forceinline__ uint listed_group(uint first, uint listed) const { return first + lane < listed ? list[first + lane] : NONE; }
-
-    // Which of 32 groups of the list are near, one for each lane, whose box is on its way.
-    __device__ __forceinline__ uint near_groups(const Packets& packets, uint other, Coming& coming) const {
-        bool meets = false;
-        if (other != NONE) {
-            Box box;
-            coming.wait(packets.boxes + 2 * other, packets.boxes + 2 * other + 1, packets.number, box.low, box.high);
-            meets = boxes_meet(reach, box);
-        }
-        return __ballot_sync(ALL_LANES, meets);
-    }
-
-    // Compares with those of groups of the list, one for each lane, that are near, while others are on their way.
-    __device__ __forceinline__ void find_far(const Solver& s, const Packets& packets, uint other, uint near) {
-        Place places[TOGETHER];
-        Coming coming[TOGETHER];
-        auto ask = [&] {
-#pragma unroll
-            for (uint k = 0; k < TOGETHER; k++) {
-                places[k] = {s.rows, s.columns};
-                if (near == 0) continue;
-                places[k] = Place::of(s, __shfl_sync(ALL_LANES, other, __ffs(near) - 1));
-                near &= near - 1;
-                if (places[k].has(s, lane)) packets.particle_ask(places[k].particle(s, lane), coming[k]);
-            }
-        };
-        ask();
-#pragma unroll 1
-        while (places[0].row < s.rows) {
-#pragma unroll
-            for (uint k = 0; k < TOGETHER; k++) {
-                bool is_there = places[k].has(s, lane);
-                uint number = places[k].particle(s, lane);
-                vec3 theirs = {0, 0, 0}, velocity;
-                if (is_there) packets.particle_wait(number, coming[k], theirs, velocity);
-                uint inside = __ballot_sync(ALL_LANES, is_there && box_holds(reach, theirs));
-                uint slot = far + __popc(inside & ((1u << lane) - 1)), entry = IN_PACKETS;
-                far += __popc(inside);
-                if (slot < FAR && inside >> lane & 1) {
-                    entry = far_first + slot;
-                    x[entry] = with_w(theirs, 0);
-                    v[entry] = with_w(velocity, 0);
-                }
-                take(inside, theirs, number, entry);
-            }
-            ask();
-            compare();
-        }
-    }
-
-    // Looks at the partners of all particles of the group, and sums the forces of those in contact, ascending for each. A lane takes any
-    // of the pairs, so that few wait for the particle with the most. `start` is how many pairs lanes before have, `total` how many
-    // there are.
-    __device__ __forceinline__ ContactSum sum(const Solver& s, const Packets& packets, uint start, uint total) const {
-#pragma unroll 1
-        for (uint first = 0; first < total; first += 32) {
-            uint number = first + lane, owner = 0;
-#pragma unroll
-            for (uint step = 16; step > 0; step /= 2) {
-                if (__shfl_sync(ALL_LANES, start, owner + step) <= number) owner += step;
-            }
-            uint owner_start = __shfl_sync(ALL_LANES, start, owner), owner_found = __shfl_sync(ALL_LANES, found, owner);
-            uint owner_at = __shfl_sync(ALL_LANES, at, owner);
-            if (number >= total) continue;
-            const uint* keys_of_owner = partners + (lane_place(owner) - lane_place(lane));
-            uint key = keys_of_owner[(number - owner_start) * TILE_PARTICLES], place = owner_start;
-            for (uint k = 0; k < owner_found; k++) place += keys_of_owner[k * TILE_PARTICLES] < key;
-            uint entry = key & IN_PACKETS;
-            vec3 xj, vj, force = {0, 0, 0};
-            if (entry == IN_PACKETS) {
-                packets.particle_wait(key >> 16, xj, vj);
-            } else {
-                xj = xyz(x[entry]);
-                vj = xyz(v[entry]);
-            }
-            Pair pair = pair_of(xyz(x[owner_at]), xj);
-            bool touches = is_in_contact(s, pair.length_squared);
-            if (touches) penalty_add(s, pair, xyz(v[owner_at]) - vj, force);
-            members[place] = with_w(force, touches ? 1 : 0);
-        }
-        __syncwarp();
-        ContactSum sum = {{0, 0, 0}, 0};
-        for (uint k = 0; k < found; k++) {
-            real4 member = members[start + k];
-            // A sum is never -0, so that it stays as it is where there is no contact.
-            sum.force = sum.force + xyz(member);
-            sum.contacts += member.w > 0 ? 1 : 0;
-        }
-        __syncwarp();
-        return sum;
-    }
-
-    // How far the particle of a lane is from the first of the group in the tile.
-    __device__ __forceinline__ static int lane_place(uint lane) { return (int)(lane / GROUP_COLUMNS * TILE_COLUMNS + lane % GROUP_COLUMNS); }
-
-    // The same where there was no room for all: so many at a time as fit, from the lowest on. By value, as who is called may change
-    // what it has the address of.
-    __device__ __noinline__ static ContactSum sum_many(const Solver& s, Search search, Packets packets, uint listed) {
-        uint lane = search.lane, i = search.group.place(search.tile.row, search.tile.column).particle(s, lane), from = 0;
-        vec3 velocity = xyz(search.v[search.at]);
-        uint* kept = search.partners;
-        bool more = true;
-        ContactSum sum = {{0, 0, 0}, 0};
-        while (__any_sync(ALL_LANES, more)) {
-            uint found = 0;
-            more = false;
-            auto look = [&](const Place& there) {
-                bool is_there = there.has(s, lane);
-                vec3 position = {0, 0, 0}, theirs;
-                if (is_there) packets.particle_wait(there.particle(s, lane), position, theirs);
-                for (uint present = __ballot_sync(ALL_LANES, is_there); present != 0; present &= present - 1) {
-                    uint member = __ffs(present) - 1, j = there.particle(s, member);
-                    vec3 xj = {__shfl_sync(ALL_LANES, position.x, member), __shfl_sync(ALL_LANES, position.y, member), __shfl_sync(ALL_LANES, position.z, member)};
-                    if (!search.exists || j < from || j == i || !is_in_contact(s, pair_of(search.own, xj).length_squared)) continue;
-                    // The highest gives way.
-                    more |= found == PARTNERS;
-                    if (found == PARTNERS && kept[(PARTNERS - 1) * TILE_PARTICLES] < j) continue;
-                    uint place = min(found, PARTNERS - 1);
-                    for (; place > 0 && kept[(place - 1) * TILE_PARTICLES] > j; place--) kept[place * TILE_PARTICLES] = kept[(place - 1) * TILE_PARTICLES];
-                    kept[place * TILE_PARTICLES] = j;
-                    found = min(found + 1, PARTNERS);
-                }
-            };
-            for (uint which = 0; which < 9; which++) look(search.group.next_to(which).place(search.tile.row, search.tile.column));
-            for (uint first = 0; first < listed; first += 32) {
-                uint other = search.listed_group(first, listed);
-                Coming coming;
-                if (other != NONE) coming.ask(packets.boxes + 2 * other, packets.boxes + 2 * other + 1);
-                for (uint near = search.near_groups(packets, other, coming); near != 0; near &= near - 1) {
-                    look(Place::of(s, __shfl_sync(ALL_LANES, other, __ffs(near) - 1)));
-                }
-            }
-            for (uint k = 0; k < found; k++) {
-                uint j = kept[k * TILE_PARTICLES];
-                vec3 xj, vj;
-                packets.particle_wait(j, xj, vj);
-                penalty_add(s, pair_of(search.own, xj), velocity - vj, sum.force);
-                from = j + 1;
-            }
-            sum.contacts += found;
-        }
-        return sum;
-    }
-};
-
 // Makes the lists of groups that may come near those of the tile, but for those around each. All warps that search take part, in all
 // blocks; `region` is that of the group of the warp.
 __device__ __forceinline__ void lists_make(
-    const Solver& s, Shared& shared, unsigned short* lists, const Place& tile, const Box& region, uint part, uint lane, uint number
+    const Solver& s, Shared& shared, unsigned short* lists, const GroupPlace& tile, const Box& region, uint part, uint lane, uint number
 ) {
-    uint4* packets = Packets::regions(s);
+    uint4* packets = AreaPackets::regions(s);
     box_send(packets, blockIdx.x * TILE_GROUPS + part, lane, region, number);
     if (lane == 0) {
         shared.regions[part] = region;
@@ -456,11 +64,11 @@ __device__ __forceinline__ void lists_make(
         coming.wait(packets + 2 * other, packets + 2 * other + 1, number, theirs.low, theirs.high);
         coming = next;
         if (!boxes_meet(reach, theirs)) continue;
-        Place place = Place::of(s, other);
+        GroupPlace place = GroupPlace::of(s, other);
 #pragma unroll 1
         for (uint k = 0; k < TILE_GROUPS; k++) {
             if (!boxes_meet(shared.reaches[k], theirs)) continue;
-            Place own = AreaGroup::of_tile(k).place(tile.row, tile.column);
+            GroupPlace own = AreaGroup::of_tile(k).place(tile.row, tile.column);
             bool is_around = place.row + GROUP_ROWS - own.row <= 2 * GROUP_ROWS && place.column + GROUP_COLUMNS - own.column <= 2 * GROUP_COLUMNS;
             if (!is_around) lists[k * s.group_count + atomicAdd(&shared.listed[k], 1u)] = (unsigned short)other;
         }
@@ -491,7 +99,7 @@ struct Own {
     uint at;
     bool exists;
 
-    __device__ __forceinline__ static Own of(const Solver& s, const Place& tile, uint row, uint column) {
+    __device__ __forceinline__ static Own of(const Solver& s, const GroupPlace& tile, uint row, uint column) {
         uint r = tile.row + row, c = tile.column + column;
         return {row, column, r * s.columns + c, (row + GROUP_ROWS) * AREA_STRIDE + column + GROUP_COLUMNS, r < s.rows && c < s.columns};
     }
@@ -502,7 +110,7 @@ struct Own {
 };
 
 // What a warp that computes springs does in a frame. Says whether it was stopped.
-__device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Shared& shared, const Place& tile, real4* x, real4* v, real* forces) {
+__device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Shared& shared, const GroupPlace& tile, real4* x, real4* v, real* forces) {
     uint lane = threadIdx.x & 31, warp = threadIdx.x / 32;
     Own own = Own::of(s, tile, warp, lane);
     real inverse_mass = x[own.at].w, mass = v[own.at].w;
@@ -513,7 +121,7 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
     // Where the tile and what springs reach of its surroundings start in the area.
     const uint stencil_first = (GROUP_ROWS - HALO) * AREA_STRIDE + GROUP_COLUMNS - HALO;
     // Sends the particle of the thread, and what the block has to say when all its rows have come here.
-    auto send = [&](const Packets& packets, const vec3& position, const vec3& velocity, bool stays, bool finite) {
+    auto send = [&](const AreaPackets& packets, const vec3& position, const vec3& velocity, bool stays, bool finite) {
         if (own.exists) {
             packet_send(packets.positions + own.i, position, packets.number);
             packet_send(packets.velocities + own.i, velocity, packets.number);
@@ -526,10 +134,10 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
         shared.vote = 0;
         pair_store(packets.votes + blockIdx.x, (all >> 8 & 255u ? VOTE_STALE : 0) | (all >> 16 ? VOTE_STOP : 0), packets.number);
     };
-    send(Packets::of(s, (uint)s.epoch + 1), xyz(x[own.at]), xyz(v[own.at]), true, true);
+    send(AreaPackets::of(s, (uint)s.epoch + 1), xyz(x[own.at]), xyz(v[own.at]), true, true);
 #pragma unroll 1
     for (uint number = 0; number < substeps; number++) {
-        Packets packets = Packets::of(s, (uint)s.epoch + number + 1);
+        AreaPackets packets = AreaPackets::of(s, (uint)s.epoch + number + 1);
         if (number > 0) {
             Coming coming[2];
             uint entries[2], numbers[2];
@@ -537,7 +145,7 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
 #pragma unroll
             for (uint which = 0; which < 2; which++) {
                 AreaGroup around = AreaGroup::around(warp, which);
-                Place there = around.place(tile.row, tile.column);
+                GroupPlace there = around.place(tile.row, tile.column);
                 takes[which] = there.has(s, lane);
                 entries[which] = around.entry(lane);
                 numbers[which] = there.particle(s, lane);
@@ -586,18 +194,18 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
         team_arrive(BARRIER_MOVED, WARPS * 32);
         // Written so that what is not a number is not within.
         bool stays = !own.exists || box_holds(shared.regions[own.part()], moved.position);
-        send(Packets::of(s, packets.number + 1), moved.position, moved.velocity, stays, finite);
+        send(AreaPackets::of(s, packets.number + 1), moved.position, moved.velocity, stays, finite);
     }
     return false;
 }
 
 // What a warp that searches does in a frame.
-__device__ __forceinline__ void groups_search(const Solver& s, uint substeps, Shared& shared, Search& search, unsigned short* lists, uint part, uint particle) {
+__device__ __forceinline__ void groups_search(const Solver& s, uint substeps, Shared& shared, AreaSearch& search, unsigned short* lists, uint part, uint particle) {
     uint lane = search.lane;
     bool reads_ahead = part == TILE_GROUPS - 1;
 #pragma unroll 1
     for (uint number = 0; number < substeps; number++) {
-        Packets packets = Packets::of(s, (uint)s.epoch + number + 1);
+        AreaPackets packets = AreaPackets::of(s, (uint)s.epoch + number + 1);
         // The lists are made at the start of a frame, and where they turn out not to hold.
         bool holds = number > 0, again = false;
         while (true) {
@@ -638,8 +246,8 @@ __device__ __forceinline__ void groups_search(const Solver& s, uint substeps, Sh
             ContactSum sum = {{0, 0, 0}, 0};
             if (__any_sync(ALL_LANES, search.found > 0)) {
                 uint start = lanes_before(search.found, lane), total = __shfl_sync(ALL_LANES, start + search.found, 31);
-                if (__any_sync(ALL_LANES, search.found > PARTNERS) || total > MEMBERS) {
-                    sum = Search::sum_many(s, search, packets, listed);
+                if (__any_sync(ALL_LANES, search.found > AREA_PARTNERS) || total > AREA_MEMBERS) {
+                    sum = AreaSearch::sum_many(s, search, packets, listed);
                 } else {
                     sum = search.sum(s, packets, start, total);
                 }
@@ -665,16 +273,16 @@ __device__ __forceinline__ void groups_search(const Solver& s, uint substeps, Sh
 
 extern "C" __global__ void __launch_bounds__(WARPS * 32, 1) explicit_frame(const __grid_constant__ Solver s, uint substeps) {
     __shared__ Shared shared;
-    const uint kept_entries = AREA_ENTRIES + TILE_GROUPS * FAR;
+    const uint kept_entries = AREA_ENTRIES + TILE_GROUPS * AREA_FAR;
     real4* x = (real4*)frame_memory;
     real4* v = x + kept_entries;
     real4* members = v + kept_entries;
-    uint* keys = (uint*)(members + TILE_GROUPS * MEMBERS);
-    uint* partners = keys + TILE_GROUPS * MEMBERS;
-    real* forces = (real*)(partners + PARTNERS * TILE_PARTICLES);
+    uint* keys = (uint*)(members + TILE_GROUPS * AREA_MEMBERS);
+    uint* partners = keys + TILE_GROUPS * AREA_MEMBERS;
+    real* forces = (real*)(partners + AREA_PARTNERS * TILE_PARTICLES);
     unsigned short* lists = (unsigned short*)(forces + 3 * STENCIL_FORCES);
     uint across = (s.columns + TILE_COLUMNS - 1) / TILE_COLUMNS;
-    Place tile = {blockIdx.x / across * TILE_ROWS, blockIdx.x % across * TILE_COLUMNS};
+    GroupPlace tile = {blockIdx.x / across * TILE_ROWS, blockIdx.x % across * TILE_COLUMNS};
     Motion motion = present_motion(s);
     for (uint entry = threadIdx.x; entry < AREA_ENTRIES; entry += blockDim.x) {
         uint column = tile.column + entry % AREA_STRIDE - GROUP_COLUMNS, row = tile.row + entry / AREA_STRIDE - GROUP_ROWS;
@@ -706,11 +314,11 @@ extern "C" __global__ void __launch_bounds__(WARPS * 32, 1) explicit_frame(const
     } else if (!stopped) {
         uint part = warp - TILE_ROWS;
         Own own = Own::of(s, tile, part / 4 * GROUP_ROWS + lane / GROUP_COLUMNS, part % 4 * GROUP_COLUMNS + lane % GROUP_COLUMNS);
-        Search search;
+        AreaSearch search;
         search.x = x;
         search.v = v;
-        search.members = members + part * MEMBERS;
-        search.keys = keys + part * MEMBERS;
+        search.members = members + part * AREA_MEMBERS;
+        search.keys = keys + part * AREA_MEMBERS;
         search.partners = partners + own.number();
         search.list = lists + part * s.group_count;
         search.tile = tile;
@@ -718,7 +326,7 @@ extern "C" __global__ void __launch_bounds__(WARPS * 32, 1) explicit_frame(const
         search.lane = lane;
         search.at = own.at;
         search.exists = own.exists;
-        search.far_first = AREA_ENTRIES + part * FAR;
+        search.far_first = AREA_ENTRIES + part * AREA_FAR;
         search.order_make();
         groups_search(s, substeps, shared, search, lists, part, own.number());
     }

@@ -128,8 +128,8 @@ fn faults_of_small_patches_are_found() {
         patches.each_ref().map(|patch| patch.run(&cpu(2)).expect("the CPU simulates the patch"));
     for (right, wrong) in [
         (
-            "(key & IN_PACKETS) == at) continue;",
-            "(key & IN_PACKETS) / AREA_STRIDE == at / AREA_STRIDE) continue;",
+            "(key & AREA_IN_PACKETS) == at) continue;",
+            "(key & AREA_IN_PACKETS) / AREA_STRIDE == at / AREA_STRIDE) continue;",
         ),
         ("search.take_around(s, around", "if (around) search.take_around(s, around"),
         ("search.take_around(s, around", "if (!around) search.take_around(s, around"),
