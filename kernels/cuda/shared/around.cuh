@@ -10,7 +10,8 @@ struct AroundGroup {
     // Groups that there is room for.
     static constexpr int TOGETHER = COLUMNS * ROWS / GROUP;
 
-    real4 x[COLUMNS * ROWS];
+    // And a row that is loaded with others, but looked at by nobody.
+    real4 x[COLUMNS * (ROWS + 1)];
 
     // The entry of the particle of a lane in one of the nine groups.
     __device__ __forceinline__ static int entry(int which, int lane) { return (which / 3 * 4 + lane / 8) * COLUMNS + which % 3 * 8 + lane % 8; }
@@ -44,7 +45,6 @@ struct AroundGroup {
                 has_right &= r < s.rows && c < s.columns && c + 1 < s.columns;
                 has_below &= r < s.rows && c < s.columns && r + 1 < s.rows;
             }
-            // What lies behind the last row is memory too, and looked at by nobody.
             const real4* at = &x[entry(which, lane)];
             flat &= asked.holds_shared(s, 0, xyz(at[1]) - xyz(at[0])) | !has_right;
             flat &= asked.holds_shared(s, 1, xyz(at[COLUMNS]) - xyz(at[0])) | !has_below;

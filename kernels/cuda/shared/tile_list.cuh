@@ -207,7 +207,9 @@ __device__ __forceinline__ void tile_rows_build(const Solver& s, uint count, Lis
                 uint columns = theirs % across - tile % across, rows = theirs / across - tile / across;
                 is_far |= is_near && (columns + 1 > 2 || rows + 1 > 2);
             }
-            if (is_far) near.is_far[k] = 1;
+            if (__any_sync(ALL_LANES, is_far) && lane == 0) near.is_far[k] = 1;
+            // All have seen what is written here.
+            __syncwarp();
             if (lane < TILE_GROUPS) near.found[k][lane] = found;
             if (lane == 0) near.near_count[k] = 0;
         }
