@@ -111,10 +111,14 @@ fn small_patches_with_contact() {
     let form = form("explicit_substep_contact", &[], 512);
     check(&form, SMALL, true, &[TILES, TILES, TILES]);
     check(&form, SEAM, true, &[TILES, TILES]);
-    // Where there is no room for all partners and particles that are near; and where groups are looked at one by one.
-    for (most, least) in
-        [("PARTNERS 24", "PARTNERS 1"), ("FAR 96", "FAR 3"), ("TOGETHER 1", "TOGETHER 3")]
-    {
+    // Where there is no room for all partners, for particles and groups that are near, and for the groups near a tile.
+    for (most, least) in [
+        ("PARTNERS_NEAR 20", "PARTNERS_NEAR 1"),
+        ("PARTNERS_FAR 16", "PARTNERS_FAR 1"),
+        ("AREA_FAR 64", "AREA_FAR 3"),
+        ("AREA_NEAR 64", "AREA_NEAR 1"),
+        ("LISTS_NEAR (TILE_GROUPS * AREA_MEMBERS / 2u)", "LISTS_NEAR 3u"),
+    ] {
         check_edited(&form, SMALL, true, &[TILES], |text| replaced(&text, most, least));
     }
 }
@@ -128,12 +132,13 @@ fn faults_of_small_patches_are_found() {
         patches.each_ref().map(|patch| patch.run(&cpu(2)).expect("the CPU simulates the patch"));
     for (right, wrong) in [
         (
-            "(key & AREA_IN_PACKETS) == at) continue;",
-            "(key & AREA_IN_PACKETS) / AREA_STRIDE == at / AREA_STRIDE) continue;",
+            "if (other == key) continue;",
+            "if ((other & AREA_IN_PACKETS) / AREA_STRIDE == at / AREA_STRIDE) continue;",
         ),
         ("search.take_around(s, around", "if (around) search.take_around(s, around"),
         ("search.take_around(s, around", "if (!around) search.take_around(s, around"),
-        ("if (near != 0) search.find_far", "if (false) search.find_far"),
+        ("far.search(s, packets, near);", "far.found = 0;"),
+        ("near = is_near(least);", "near = false;"),
         ("if (left < 32) hits", "hits"),
         ("bool touches = is_in_contact(s, pair.length_squared)", "bool touches = true"),
         ("TILE_PARTICLES] < key;", "TILE_PARTICLES] > key;"),

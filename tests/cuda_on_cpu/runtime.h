@@ -183,6 +183,8 @@ static int __reduce_min_sync(unsigned, int value) {
     return least;
 }
 
+static int __reduce_max_sync(unsigned lanes, int value) { return ~__reduce_min_sync(lanes, ~value); }
+
 static int __popc(unsigned bits) { return __builtin_popcount(bits); }
 static int __ffs(unsigned bits) { return __builtin_ffs((int)bits); }
 template <typename T> static T __ldg(const T* address) { return *address; }

@@ -36,9 +36,9 @@ const PAIR_FORCES: usize = 5 * 11 * 35;
 /// compared, and partners that it has room for, as in `shared/area.cuh` and `shared/area_search.cuh`.
 const CONTACT_THREADS: u32 = 512;
 const CONTACT_GROUPS: usize = 8;
-const CONTACT_ENTRIES: usize = 48 * 16 + CONTACT_GROUPS * 96;
+const CONTACT_ENTRIES: usize = 48 * 16 + CONTACT_GROUPS * 64;
 const CONTACT_MEMBERS: usize = CONTACT_GROUPS * 8 * GROUP;
-const CONTACT_PARTNERS: usize = 24 * 256;
+const CONTACT_PARTNERS: usize = (20 + 16) * 256;
 /// Particles that it can name, and bytes of shared memory that it has beside those that depend on the model, at most.
 const CONTACT_PARTICLES_MAX: usize = 1 << 16;
 const CONTACT_STATIC: usize = 8 << 10;

@@ -8,6 +8,9 @@
 #define AREA_STRIDE (TILE_COLUMNS + 2 * GROUP_COLUMNS)
 #define AREA_ENTRIES (AREA_STRIDE * (TILE_ROWS + 2 * GROUP_ROWS))
 
+// How many entries a group is from that in the middle of the nine around it.
+__device__ constexpr int area_entries(int which) { return (which / 3 - 1) * GROUP_ROWS * AREA_STRIDE + (which % 3 - 1) * GROUP_COLUMNS; }
+
 // What is sent in one substep.
 struct AreaPackets {
     uint4* positions;

@@ -1,159 +1,140 @@
-// How a warp searches for the partners of a group of the tile: what is in reach is put together, from the area and from other groups
-// that are near, and compared at once; then the forces of those in contact are summed as the results need it.
+// How warps search for the partners of a group of the tile: what is in reach is put together and compared at once. One warp takes what is
+// in the area, another what is in other groups that are near.
 
-// Particles that a group is compared with at once, or pairs of it in contact; particles from elsewhere that are kept, and partners of
-// one particle.
+// Room for the particles that a group is compared with, the last of it for those from elsewhere, or for its pairs in contact; for particles
+// from elsewhere that are kept; and for partners of one particle that are in the area, and that are not.
 #define AREA_MEMBERS (8 * GROUP)
-#define AREA_FAR 96
-#define AREA_PARTNERS 24
+#define AREA_MEMBERS_FAR (GROUP + AREA_AT_ONCE)
+#define AREA_FAR 64
+#define AREA_PARTNERS_NEAR 20
+#define AREA_PARTNERS_FAR 16
+// Groups from elsewhere that may be near one.
+#define AREA_NEAR 64
+// Particles in shared memory: those of the area, then others that are kept, for each group.
+#define AREA_KEPT (AREA_ENTRIES + TILE_GROUPS * AREA_FAR)
+// Particles that are compared without a look at what was found.
+#define AREA_AT_ONCE 8
 // In place of an entry, for what there is no room for.
 #define AREA_IN_PACKETS 0xffffu
-// Groups that a warp looks at together, so that it does not wait for each.
-#define AREA_TOGETHER 1
 
-// The forces of the partners of a particle, and how many these are.
-struct ContactSum {
-    vec3 force;
-    uint contacts;
-};
+// What a block has in shared memory of dynamic size, one after the other; of addresses that are known when this is compiled, so that
+// nobody has to keep them.
+extern __shared__ __align__(16) unsigned char frame_memory[];
 
-// A warp that searches for the partners of a group of the tile.
-struct AreaSearch {
-    // Particles: those of the area, then others that are kept.
-    real4* x;
-    real4* v;
-    // What is to be compared: particles as seen from the middle of the group, with the squares of their distances from there; and
-    // what they are called, number above and entry below.
-    real4* members;
-    uint* keys;
-    // Of the particle of the lane, so named and in no order.
-    uint* partners;
-    const unsigned short* list;
+// Positions and velocities.
+__device__ __forceinline__ real4* area_x() { return (real4*)frame_memory; }
+__device__ __forceinline__ real4* area_v() { return area_x() + AREA_KEPT; }
+// What is to be compared, for each group: particles as seen from the middle of the group, with the squares of their distances from there;
+// and what they are called, number above and entry below.
+__device__ __forceinline__ real4* area_members() { return area_v() + AREA_KEPT; }
+__device__ __forceinline__ uint* area_keys() { return (uint*)(area_members() + TILE_GROUPS * AREA_MEMBERS); }
+// Partners of each particle of the tile, so named and in no order: those in the area, then others.
+__device__ __forceinline__ uint* area_partners() { return area_keys() + TILE_GROUPS * AREA_MEMBERS; }
+__device__ __forceinline__ real* area_forces() { return (real*)(area_partners() + (AREA_PARTNERS_NEAR + AREA_PARTNERS_FAR) * TILE_PARTICLES); }
+// The list of each group of the tile.
+__device__ __forceinline__ unsigned short* area_list(const Solver& s, uint part) { return (unsigned short*)(area_forces() + 3 * STENCIL_FORCES) + part * s.group_count; }
+
+// What a warp looks for partners with: a group of the tile, and the particle of the lane.
+struct AreaView {
     GroupPlace tile;
-    AreaGroup group;
+    uint part;
     uint lane;
+    // The particle of the lane: its entry, and what it is called.
     uint at;
+    uint key;
     bool exists;
-    // Groups around it, four bits each, those of the tile first, and how many these are.
-    uint order;
-    uint order_in_tile;
-    // First entry of particles that are kept for the group.
-    uint far_first;
 
-    // Of a substep. In |x|² - 2 x·y + |y|², seen from the middle of the group, three operations for each pair tell those that are too
-    // far apart. Nobody needs its bits: `most` is larger than the square of the contact distance by more than rounding can take away, and
-    // what is left is looked at as the results need it.
-    vec3 own;
-    Box reach;
+    // Of a substep: where partners may be, by its middle and how far it reaches from there along each axis. In |x|² - 2 x·y + |y|², seen
+    // from the middle of the group, three operations for each pair tell those that are too far apart. Nobody needs its bits: `most` is
+    // larger than the square of the contact distance by more than rounding can take away, and what is left is looked at as the results
+    // need it.
     vec3 middle;
+    vec3 half;
     vec3 minus_twice;
     real most;
-    // How many are to be compared, how many are kept, and how many partners there are.
+    // How many there are to be compared, and how many partners.
     uint count;
-    uint far;
     uint found;
 
-    __device__ __forceinline__ void order_make() {
-        uint added = 0;
-        order = order_in_tile = 0;
-#pragma unroll 1
-        for (uint k = 0; k < 18; k++) {
-            uint which = k % 9;
-            if (which == 4 || group.next_to(which).is_of_tile() != k < 9) continue;
-            order |= which << 4 * added;
-            added++;
-            if (k < 9) order_in_tile++;
-        }
+    __device__ __forceinline__ AreaView(const Solver& s, const GroupPlace& tile, uint part, uint lane) : tile(tile), part(part), lane(lane), found(0) {
+        AreaGroup group = AreaGroup::of_tile(part);
+        GroupPlace place = group.place(tile.row, tile.column);
+        at = group.entry(lane);
+        key = place.particle(s, lane) << 16 | at;
+        exists = place.has(s, lane);
     }
 
-    // The substep begins: gives the box of the group, which is compared with itself first.
-    __device__ __forceinline__ Box start(const Solver& s) {
-        own = xyz(x[at]);
-        Box box = warp_box(exists, own, own);
-        reach = box_grown(box, contact_reach(s, box));
+    // The particle of a lane among those of the tile, row by row.
+    __device__ __forceinline__ uint number(uint lane) const {
+        return (part / 4 * GROUP_ROWS + lane / GROUP_COLUMNS) * TILE_COLUMNS + part % 4 * GROUP_COLUMNS + lane % GROUP_COLUMNS;
+    }
+
+    // The substep begins: gives the box of the group.
+    __device__ __forceinline__ Box look(const Solver& s) {
+        Box box = warp_box_finite(exists, xyz(area_x()[at]));
         middle = (real)0.5 * (box.low + box.high);
-        vec3 corner = reach.high - middle, seen = own - middle;
-        real squared = dot(seen, seen);
-        minus_twice = (real)-2 * seen;
-        most = (real)1.001 * s.contact_distance * s.contact_distance + (real)128 * REAL_EPSILON * dot(corner, corner) - squared;
-        far = found = 0;
-        uint present = __ballot_sync(ALL_LANES, exists);
-        count = __popc(present);
-        uint slot = __popc(present & ((1u << lane) - 1));
-        if (exists) {
-            members[slot] = with_w(seen, squared);
-            keys[slot] = group.place(tile.row, tile.column).particle(s, lane) << 16 | at;
-        }
+        half = box.high - middle;
+        // The distance, and what rounding may take away.
+        real extent = fmax(fmax(half.x, half.y), half.z) + fmax(fmax(absolute(middle.x), absolute(middle.y)), absolute(middle.z));
+        real reach = (real)1.001 * s.contact_distance + (real)32 * REAL_EPSILON * extent;
+        half = {half.x + reach, half.y + reach, half.z + reach};
         return box;
     }
 
-    // Those of a group that are in reach are to be compared.
-    __device__ __forceinline__ void take(uint inside, const vec3& theirs, uint number, uint entry) {
-        uint slot = count + __popc(inside & ((1u << lane) - 1));
+    // Gives the particle of the lane as seen from the middle, with the square of its distance from there.
+    __device__ __forceinline__ real4 see(const Solver& s) {
+        vec3 seen = xyz(area_x()[at]) - middle;
+        real squared = dot(seen, seen);
+        minus_twice = (real)-2 * seen;
+        most = (real)1.001 * s.contact_distance * s.contact_distance + (real)128 * REAL_EPSILON * dot(half, half) - squared;
+        return with_w(seen, squared);
+    }
+
+    __device__ __forceinline__ bool is_in_reach(const vec3& seen) const { return absolute(seen.x) <= half.x & absolute(seen.y) <= half.y & absolute(seen.z) <= half.z; }
+
+    __device__ __forceinline__ real difference(const real4& member) const {
+        return fma(minus_twice.x, member.x, fma(minus_twice.y, member.y, fma(minus_twice.z, member.z, member.w)));
+    }
+
+    // Those of a group that are in reach are to be compared. `first` is where what there is to be compared starts.
+    __device__ __forceinline__ void take(uint first, uint inside, const vec3& seen, uint key) {
+        uint slot = first + count + __popc(inside & ((1u << lane) - 1));
         if (inside >> lane & 1) {
-            vec3 seen = theirs - middle;
-            members[slot] = with_w(seen, dot(seen, seen));
-            keys[slot] = number << 16 | entry;
+            area_members()[slot] = with_w(seen, dot(seen, seen));
+            area_keys()[slot] = key;
         }
         count += __popc(inside);
     }
 
-    // Takes those around the group from number `first` of the order on. At most five are in the tile, as are at most five not: there is
-    // room for them and the group.
-    __device__ __forceinline__ void take_around(const Solver& s, uint first, uint end) {
+    // Looks for what is near the particles of the group: what may be in contact are partners for the time being. From `partners` on there is
+    // room for so many of each particle.
+    __device__ __forceinline__ void find(uint first, uint end, uint* partners, uint room) {
 #pragma unroll 1
-        for (; first < end; first += AREA_TOGETHER) {
-            vec3 theirs[AREA_TOGETHER];
-            uint entries[AREA_TOGETHER], numbers[AREA_TOGETHER], inside[AREA_TOGETHER];
-#pragma unroll
-            for (uint k = 0; k < AREA_TOGETHER; k++) {
-                AreaGroup other = group.next_to(order >> 4 * (first + k) & 15u);
-                GroupPlace place = other.place(tile.row, tile.column);
-                bool is_there = first + k < end && place.has(s, lane);
-                entries[k] = is_there ? other.entry(lane) : at;
-                numbers[k] = place.particle(s, lane);
-                theirs[k] = xyz(x[entries[k]]);
-                inside[k] = __ballot_sync(ALL_LANES, is_there && box_holds(reach, theirs[k]));
-            }
-#pragma unroll
-            for (uint k = 0; k < AREA_TOGETHER; k++) take(inside[k], theirs[k], numbers[k], entries[k]);
-        }
-    }
-
-    // Compares what there is to be compared: what may be in contact are partners for the time being.
-    __device__ __forceinline__ void compare() {
-        __syncwarp();
+        for (; first < end; first += GROUP) {
+            uint left = end - first, hits = 0;
 #pragma unroll 1
-        for (uint first = 0; first < count; first += 32) {
-            const real4* those = members + first;
-            uint left = count - first, hits = 0;
-#pragma unroll 1
-            for (uint done = 0; done < min(left, 32u); done += 8) {
-                uint eight = 0;
+            for (uint k = 0; k < min(left, 32u); k += AREA_AT_ONCE) {
+                uint some = 0;
 #pragma unroll
-                for (uint k = 0; k < 8; k++) {
-                    real4 member = those[done + k];
-                    real difference = fma(minus_twice.x, member.x, fma(minus_twice.y, member.y, fma(minus_twice.z, member.z, member.w)));
-                    // Written so that what is not a number may meet.
-                    eight |= difference >= most ? 0 : 1u << k;
-                }
-                hits |= eight << done;
+                // Written so that what is not a number may meet.
+                for (uint l = 0; l < AREA_AT_ONCE; l++) some |= difference(area_members()[first + k + l]) >= most ? 0 : 1u << l;
+                hits |= some << k;
             }
             if (left < 32) hits &= (1u << left) - 1;
             if (!exists) hits = 0;
             for (; hits != 0; hits &= hits - 1) {
-                uint key = keys[first + __ffs(hits) - 1];
-                if ((key & AREA_IN_PACKETS) == at) continue;
-                if (found < AREA_PARTNERS) partners[found * TILE_PARTICLES] = key;
+                uint other = area_keys()[first + __ffs(hits) - 1];
+                if (other == key) continue;
+                if (found < room) partners[number(lane) + found * TILE_PARTICLES] = other;
                 found++;
             }
         }
-        __syncwarp();
-        count = 0;
     }
 
     // The group of the list that is that of the lane, from number `first` on.
-    __device__ __forceinline__ uint listed_group(uint first, uint listed) const { return first + lane < listed ? list[first + lane] : NONE; }
+    __device__ __forceinline__ uint listed_group(const Solver& s, uint first, uint listed) const {
+        return first + lane < listed ? area_list(s, part)[first + lane] : NONE;
+    }
 
     // Which of 32 groups of the list are near, one for each lane, whose box is on its way.
     __device__ __forceinline__ uint near_groups(const AreaPackets& packets, uint other, Coming& coming) const {
@@ -161,140 +142,183 @@ struct AreaSearch {
         if (other != NONE) {
             Box box;
             coming.wait(packets.boxes + 2 * other, packets.boxes + 2 * other + 1, packets.number, box.low, box.high);
-            meets = boxes_meet(reach, box);
+            // Twice what is between their middles.
+            vec3 between = box.low + box.high - (real)2 * middle, extent = box.high - box.low + (real)2 * half;
+            meets = absolute(between.x) <= extent.x & absolute(between.y) <= extent.y & absolute(between.z) <= extent.z;
         }
         return __ballot_sync(ALL_LANES, meets);
     }
+};
 
-    // Compares with those of groups of the list, one for each lane, that are near, while others are on their way.
-    __device__ __forceinline__ void find_far(const Solver& s, const AreaPackets& packets, uint other, uint near) {
-        GroupPlace places[AREA_TOGETHER];
-        Coming coming[AREA_TOGETHER];
-        auto ask = [&] {
-#pragma unroll
-            for (uint k = 0; k < AREA_TOGETHER; k++) {
-                places[k] = {s.rows, s.columns};
-                if (near == 0) continue;
-                places[k] = GroupPlace::of(s, __shfl_sync(ALL_LANES, other, __ffs(near) - 1));
-                near &= near - 1;
-                if (places[k].has(s, lane)) packets.particle_ask(places[k].particle(s, lane), coming[k]);
-            }
-        };
-        ask();
+// What the warp that searches in the area tells the one that searches in other groups: which of these are near, and where it looks.
+struct FarGroups {
+    vec3 middle;
+    vec3 half;
+    // As many as there are, also those that there is no room for.
+    uint count;
+    unsigned short groups[AREA_NEAR];
+
+    // The groups of the list that are near; all lanes of a warp.
+    __device__ __forceinline__ void fill(const Solver& s, const AreaView& view, const AreaPackets& packets, uint listed, uint other, Coming& coming) {
+        uint number = 0;
 #pragma unroll 1
-        while (places[0].row < s.rows) {
-#pragma unroll
-            for (uint k = 0; k < AREA_TOGETHER; k++) {
-                bool is_there = places[k].has(s, lane);
-                uint number = places[k].particle(s, lane);
-                vec3 theirs = {0, 0, 0}, velocity;
-                if (is_there) packets.particle_wait(number, coming[k], theirs, velocity);
-                uint inside = __ballot_sync(ALL_LANES, is_there && box_holds(reach, theirs));
-                uint slot = far + __popc(inside & ((1u << lane) - 1)), entry = AREA_IN_PACKETS;
-                far += __popc(inside);
-                if (slot < AREA_FAR && inside >> lane & 1) {
-                    entry = far_first + slot;
-                    x[entry] = with_w(theirs, 0);
-                    v[entry] = with_w(velocity, 0);
-                }
-                take(inside, theirs, number, entry);
-            }
-            ask();
-            compare();
-        }
-    }
-
-    // Looks at the partners of all particles of the group, and sums the forces of those in contact, ascending for each. A lane takes any
-    // of the pairs, so that few wait for the particle with the most. `start` is how many pairs lanes before have, `total` how many
-    // there are.
-    __device__ __forceinline__ ContactSum sum(const Solver& s, const AreaPackets& packets, uint start, uint total) const {
-#pragma unroll 1
-        for (uint first = 0; first < total; first += 32) {
-            uint number = first + lane, owner = 0;
-#pragma unroll
-            for (uint step = 16; step > 0; step /= 2) {
-                if (__shfl_sync(ALL_LANES, start, owner + step) <= number) owner += step;
-            }
-            uint owner_start = __shfl_sync(ALL_LANES, start, owner), owner_found = __shfl_sync(ALL_LANES, found, owner);
-            uint owner_at = __shfl_sync(ALL_LANES, at, owner);
-            if (number >= total) continue;
-            const uint* keys_of_owner = partners + (lane_place(owner) - lane_place(lane));
-            uint key = keys_of_owner[(number - owner_start) * TILE_PARTICLES], place = owner_start;
-            for (uint k = 0; k < owner_found; k++) place += keys_of_owner[k * TILE_PARTICLES] < key;
-            uint entry = key & AREA_IN_PACKETS;
-            vec3 xj, vj, force = {0, 0, 0};
-            if (entry == AREA_IN_PACKETS) {
-                packets.particle_wait(key >> 16, xj, vj);
-            } else {
-                xj = xyz(x[entry]);
-                vj = xyz(v[entry]);
-            }
-            Pair pair = pair_of(xyz(x[owner_at]), xj);
-            bool touches = is_in_contact(s, pair.length_squared);
-            if (touches) penalty_add(s, pair, xyz(v[owner_at]) - vj, force);
-            members[place] = with_w(force, touches ? 1 : 0);
-        }
-        __syncwarp();
-        ContactSum sum = {{0, 0, 0}, 0};
-        for (uint k = 0; k < found; k++) {
-            real4 member = members[start + k];
-            // A sum is never -0, so that it stays as it is where there is no contact.
-            sum.force = sum.force + xyz(member);
-            sum.contacts += member.w > 0 ? 1 : 0;
-        }
-        __syncwarp();
-        return sum;
-    }
-
-    // How far the particle of a lane is from the first of the group in the tile.
-    __device__ __forceinline__ static int lane_place(uint lane) { return (int)(lane / GROUP_COLUMNS * TILE_COLUMNS + lane % GROUP_COLUMNS); }
-
-    // The same where there was no room for all: so many at a time as fit, from the lowest on. By value, as who is called may change
-    // what it has the address of.
-    __device__ __noinline__ static ContactSum sum_many(const Solver& s, AreaSearch search, AreaPackets packets, uint listed) {
-        uint lane = search.lane, i = search.group.place(search.tile.row, search.tile.column).particle(s, lane), from = 0;
-        vec3 velocity = xyz(search.v[search.at]);
-        uint* kept = search.partners;
-        bool more = true;
-        ContactSum sum = {{0, 0, 0}, 0};
-        while (__any_sync(ALL_LANES, more)) {
-            uint found = 0;
-            more = false;
-            auto look = [&](const GroupPlace& there) {
-                bool is_there = there.has(s, lane);
-                vec3 position = {0, 0, 0}, theirs;
-                if (is_there) packets.particle_wait(there.particle(s, lane), position, theirs);
-                for (uint present = __ballot_sync(ALL_LANES, is_there); present != 0; present &= present - 1) {
-                    uint member = __ffs(present) - 1, j = there.particle(s, member);
-                    vec3 xj = {__shfl_sync(ALL_LANES, position.x, member), __shfl_sync(ALL_LANES, position.y, member), __shfl_sync(ALL_LANES, position.z, member)};
-                    if (!search.exists || j < from || j == i || !is_in_contact(s, pair_of(search.own, xj).length_squared)) continue;
-                    // The highest gives way.
-                    more |= found == AREA_PARTNERS;
-                    if (found == AREA_PARTNERS && kept[(AREA_PARTNERS - 1) * TILE_PARTICLES] < j) continue;
-                    uint place = min(found, AREA_PARTNERS - 1);
-                    for (; place > 0 && kept[(place - 1) * TILE_PARTICLES] > j; place--) kept[place * TILE_PARTICLES] = kept[(place - 1) * TILE_PARTICLES];
-                    kept[place * TILE_PARTICLES] = j;
-                    found = min(found + 1, AREA_PARTNERS);
-                }
-            };
-            for (uint which = 0; which < 9; which++) look(search.group.next_to(which).place(search.tile.row, search.tile.column));
-            for (uint first = 0; first < listed; first += 32) {
-                uint other = search.listed_group(first, listed);
-                Coming coming;
+        for (uint first = 0; first < listed; first += 32) {
+            if (first > 0) {
+                other = view.listed_group(s, first, listed);
                 if (other != NONE) coming.ask(packets.boxes + 2 * other, packets.boxes + 2 * other + 1);
-                for (uint near = search.near_groups(packets, other, coming); near != 0; near &= near - 1) {
-                    look(GroupPlace::of(s, __shfl_sync(ALL_LANES, other, __ffs(near) - 1)));
-                }
             }
-            for (uint k = 0; k < found; k++) {
-                uint j = kept[k * TILE_PARTICLES];
-                vec3 xj, vj;
-                packets.particle_wait(j, xj, vj);
-                penalty_add(s, pair_of(search.own, xj), velocity - vj, sum.force);
-                from = j + 1;
-            }
-            sum.contacts += found;
+            uint near = view.near_groups(packets, other, coming), place = number + __popc(near & ((1u << view.lane) - 1));
+            if (near >> view.lane & 1 && place < AREA_NEAR) groups[place] = (unsigned short)other;
+            number += __popc(near);
         }
-        return sum;
+        if (view.lane > 0) return;
+        middle = view.middle;
+        half = view.half;
+        count = number;
+    }
+};
+
+// The search in the area.
+struct AreaSearch : AreaView {
+    // Which of the nine groups around it, its own among them, are in the tile, a bit each.
+    uint in_tile;
+    // The first that it is looked for.
+    uint first;
+    // Whether there were partners in the last substep.
+    bool is_rough;
+
+    __device__ __forceinline__ AreaSearch(const Solver& s, const GroupPlace& tile, uint part, uint lane) : AreaView(s, tile, part, lane), in_tile(0) {
+        for (uint k = 0; k < 9; k++) in_tile |= AreaGroup::of_tile(part).next_to(k).is_of_tile() ? 1u << k : 0;
+    }
+
+    __device__ __forceinline__ uint members_first() const { return part * AREA_MEMBERS; }
+
+    // The substep begins: gives the box of the group.
+    __device__ __forceinline__ Box start(const Solver& s) {
+        Box box = look(s);
+        real4 seen = see(s);
+        area_members()[members_first() + lane] = exists ? seen : real4{0, 0, 0, REAL_MAX};
+        area_keys()[members_first() + lane] = key;
+        count = GROUP;
+        return box;
+    }
+
+    // Whether a lane has a difference that is small enough. Written so that what is not a number is.
+    __device__ __forceinline__ bool is_near(real least) const { return __any_sync(ALL_LANES, exists && !(least >= most && most <= REAL_MAX)); }
+
+    // Compares the group with itself, if nothing was near anything of it in the last substep each pair once to know whether it is.
+    __device__ __forceinline__ void compare_own() {
+        is_rough = __any_sync(ALL_LANES, found > 0);
+        found = 0;
+        __syncwarp();
+        bool near = is_rough;
+        if (!near) {
+            real least = REAL_MAX;
+#pragma unroll AREA_AT_ONCE
+            for (uint k = 1; k <= GROUP / 2; k++) least = fmin(least, difference(area_members()[members_first() + (lane + k) % GROUP]));
+            near = is_near(least);
+        }
+        first = near ? 0 : GROUP;
+    }
+
+    // Takes those of the nine groups that `groups` has, a bit each: the particle of a lane is as far from its own as the groups are. At most
+    // five are in the tile but for the group, as are at most five not: there is room for them and the group.
+    __device__ __forceinline__ void take_around(const Solver& s, uint groups) {
+        vec3 seen[9];
+        uint inside[9];
+#pragma unroll
+        for (int k = 0; k < 9; k++) {
+            seen[k] = {REAL_MAX, REAL_MAX, REAL_MAX};
+            if (k != 4 && groups >> k & 1) seen[k] = xyz(area_x()[(int)at + area_entries(k)]) - middle;
+        }
+#pragma unroll
+        for (int k = 0; k < 9; k++) inside[k] = k == 4 ? 0 : __ballot_sync(ALL_LANES, is_in_reach(seen[k]));
+#pragma unroll
+        for (int k = 0; k < 9; k++) {
+            if (k == 4 || inside[k] == 0) continue;
+            uint numbers = (uint)((k / 3 - 1) * GROUP_ROWS * (int)s.columns + (k % 3 - 1) * GROUP_COLUMNS);
+            take(members_first(), inside[k], seen[k], key + (numbers << 16) + (uint)area_entries(k));
+        }
+    }
+
+    // Compares with what there is, and the first time with the group itself where something in it is near. If nothing was near in the last
+    // substep it is looked first whether anything is.
+    __device__ __forceinline__ void compare() {
+        if (lane < AREA_AT_ONCE) area_members()[members_first() + count + lane] = {0, 0, 0, REAL_MAX};
+        __syncwarp();
+        bool near = is_rough;
+        if (!near) {
+            real least = REAL_MAX;
+#pragma unroll 1
+            for (uint k = GROUP; k < count; k += AREA_AT_ONCE) {
+#pragma unroll
+                for (uint l = 0; l < AREA_AT_ONCE; l++) least = fmin(least, difference(area_members()[members_first() + k + l]));
+            }
+            near = is_near(least);
+        }
+        find(members_first() + first, members_first() + (near ? count : GROUP), area_partners(), AREA_PARTNERS_NEAR);
+        __syncwarp();
+        first = count = GROUP;
+    }
+};
+
+// The search in other groups.
+struct FarSearch : AreaView {
+    // How many particles are kept.
+    uint kept;
+
+    __device__ __forceinline__ FarSearch(const Solver& s, const GroupPlace& tile, uint part, uint lane) : AreaView(s, tile, part, lane) {}
+
+    __device__ __forceinline__ uint members_first() const { return (part + 1) * AREA_MEMBERS - AREA_MEMBERS_FAR; }
+
+    // Asks for the particles of one of the groups that are near, one of a lane each.
+    __device__ __forceinline__ GroupPlace ask(const Solver& s, const AreaPackets& packets, const FarGroups& near, uint k, Coming& coming) const {
+        GroupPlace place = GroupPlace::of(s, near.groups[k]);
+        if (place.has(s, lane)) packets.particle_ask(place.particle(s, lane), coming);
+        return place;
+    }
+
+    // Takes those that have come, and keeps them.
+    __device__ __forceinline__ void take_group(const Solver& s, const AreaPackets& packets, const GroupPlace& place, Coming& coming) {
+        bool is_there = place.has(s, lane);
+        uint number = place.particle(s, lane);
+        vec3 theirs = {0, 0, 0}, velocity;
+        if (is_there) packets.particle_wait(number, coming, theirs, velocity);
+        vec3 seen = theirs - middle;
+        uint inside = __ballot_sync(ALL_LANES, is_there && is_in_reach(seen));
+        uint slot = kept + __popc(inside & ((1u << lane) - 1)), entry = AREA_IN_PACKETS;
+        kept += __popc(inside);
+        if (slot < AREA_FAR && inside >> lane & 1) {
+            entry = AREA_ENTRIES + part * AREA_FAR + slot;
+            area_x()[entry] = with_w(theirs, 0);
+            area_v()[entry] = with_w(velocity, 0);
+        }
+        take(members_first(), inside, seen, number << 16 | entry);
+    }
+
+    // Compares with what there is.
+    __device__ __forceinline__ void compare() {
+        __syncwarp();
+        find(members_first(), members_first() + count, area_partners() + AREA_PARTNERS_NEAR * TILE_PARTICLES, AREA_PARTNERS_FAR);
+        __syncwarp();
+        count = 0;
+    }
+
+    // Searches in so many groups that are near.
+    __device__ __forceinline__ void search(const Solver& s, const AreaPackets& packets, const FarGroups& near) {
+        middle = near.middle;
+        half = near.half;
+        count = kept = found = 0;
+        Coming coming;
+        GroupPlace place = ask(s, packets, near, 0, coming);
+        see(s);
+#pragma unroll 1
+        for (uint k = 0; k < near.count; k++) {
+            // There is always room for a group.
+            if (count > AREA_MEMBERS_FAR - GROUP) compare();
+            take_group(s, packets, place, coming);
+            if (k + 1 < near.count) place = ask(s, packets, near, k + 1, coming);
+        }
+        if (count > 0) compare();
     }
 };

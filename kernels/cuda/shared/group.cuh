@@ -51,6 +51,24 @@ __device__ __forceinline__ Box warp_box(bool exists, const vec3& low, const vec3
     return box;
 }
 
+// That of the particles of the lanes that have one, all of them finite.
+__device__ __forceinline__ Box warp_box_finite(bool exists, const vec3& x) {
+#ifdef CLOTH_F64
+    return warp_box(exists, x, x);
+#else
+    auto axis = [exists](float a, float& low, float& high) {
+        int number = ordered(__float_as_int(a));
+        low = __int_as_float(ordered(__reduce_min_sync(ALL_LANES, exists ? number : 0x7f7fffff)));
+        high = __int_as_float(ordered(__reduce_max_sync(ALL_LANES, exists ? number : (int)0x80800000)));
+    };
+    Box box;
+    axis(x.x, box.low.x, box.high.x);
+    axis(x.y, box.low.y, box.high.y);
+    axis(x.z, box.low.z, box.high.z);
+    return box;
+#endif
+}
+
 // Larger by this much on all sides.
 __device__ __forceinline__ Box box_grown(const Box& box, real by) {
     return {{box.low.x - by, box.low.y - by, box.low.z - by}, {box.high.x + by, box.high.y + by, box.high.z + by}};

@@ -1,0 +1,132 @@
+// How the forces of the partners that were found (`area_search.cuh`) are summed as the results need it.
+
+// The forces of the partners of a particle, and how many these are.
+struct ContactSum {
+    vec3 force;
+    uint contacts;
+};
+
+// The sum of a number below 32 over the lanes before this one, and over all.
+__device__ __forceinline__ uint lanes_before(uint number, uint lane, uint& total) {
+    uint before = 0;
+    total = 0;
+#pragma unroll
+    for (uint bit = 0; bit < 5; bit++) {
+        uint lanes = __ballot_sync(ALL_LANES, number >> bit & 1);
+        before += __popc(lanes & ((1u << lane) - 1)) << bit;
+        total += __popc(lanes) << bit;
+    }
+    return before;
+}
+
+// Pairs of a particle that are on their way from shared memory together.
+#define PAIRS_AT_ONCE 4
+
+// How many of the partners of a particle have lower keys.
+__device__ __forceinline__ uint keys_below(const uint* keys, uint count, uint key) {
+    uint below = 0;
+#pragma unroll 1
+    for (uint first = 0; first < count; first += PAIRS_AT_ONCE) {
+#pragma unroll
+        for (uint k = first; k < first + PAIRS_AT_ONCE; k++) {
+            if (k < count) below += keys[k * TILE_PARTICLES] < key;
+        }
+    }
+    return below;
+}
+
+// Looks at the partners of all particles of the group, and sums the forces of those in contact, ascending for each. A lane takes any of the
+// pairs, so that few wait for the particle with the most. `near` partners of the particle of the lane are in the area, `far` are not; lanes
+// before have `start` pairs, all have `total`.
+__device__ __forceinline__ ContactSum contacts_sum(const Solver& s, const AreaView& view, const AreaPackets& packets, uint near, uint far, uint start, uint total) {
+    real4* members = area_members() + view.part * AREA_MEMBERS;
+    uint* pairs = area_keys() + view.part * AREA_MEMBERS;
+    for (uint k = 0; k < near + far; k++) pairs[start + k] = (k < near ? k : AREA_PARTNERS_NEAR + k - near) << 10 | k << 5 | view.lane;
+    __syncwarp();
+#pragma unroll 1
+    for (uint first = 0; first < total; first += 32) {
+        uint number = first + view.lane, named = number < total ? pairs[number] : 0, owner = named % GROUP, rank = named >> 5 & 31u;
+        uint owner_near = __shfl_sync(ALL_LANES, near, owner), owner_far = __shfl_sync(ALL_LANES, far, owner);
+        uint owner_at = __shfl_sync(ALL_LANES, view.at, owner);
+        if (number >= total) continue;
+        const uint* keys = area_partners() + view.number(owner);
+        uint key = keys[(named >> 10) * TILE_PARTICLES], place = number - rank;
+        place += keys_below(keys, owner_near, key) + keys_below(keys + AREA_PARTNERS_NEAR * TILE_PARTICLES, owner_far, key);
+        uint entry = key & AREA_IN_PACKETS;
+        vec3 xj, vj, force = {0, 0, 0};
+        if (entry == AREA_IN_PACKETS) {
+            packets.particle_wait(key >> 16, xj, vj);
+        } else {
+            xj = xyz(area_x()[entry]);
+            vj = xyz(area_v()[entry]);
+        }
+        Pair pair = pair_of(xyz(area_x()[owner_at]), xj);
+        bool touches = is_in_contact(s, pair.length_squared);
+        if (touches) penalty_add(s, pair, xyz(area_v()[owner_at]) - vj, force);
+        members[place] = with_w(force, touches ? 1 : 0);
+    }
+    __syncwarp();
+    ContactSum sum = {{0, 0, 0}, 0};
+#pragma unroll 1
+    for (uint first = 0; first < near + far; first += PAIRS_AT_ONCE) {
+#pragma unroll
+        for (uint k = first; k < first + PAIRS_AT_ONCE; k++) {
+            real4 member = {0, 0, 0, 0};
+            if (k < near + far) member = members[start + k];
+            // A sum is never -0, so that it stays as it is where there is no contact.
+            sum.force = sum.force + xyz(member);
+            sum.contacts += member.w > 0 ? 1 : 0;
+        }
+    }
+    __syncwarp();
+    return sum;
+}
+
+// The same where there was no room for all: so many at a time as fit, from the lowest on. By value, as who is called may change
+// what it has the address of.
+__device__ __noinline__ ContactSum contacts_sum_many(const Solver& s, AreaView view, AreaPackets packets, uint listed) {
+    uint lane = view.lane, i = view.key >> 16, from = 0;
+    vec3 own = xyz(area_x()[view.at]), velocity = xyz(area_v()[view.at]);
+    uint* kept = area_partners() + view.number(view.lane);
+    bool more = true;
+    ContactSum sum = {{0, 0, 0}, 0};
+    while (__any_sync(ALL_LANES, more)) {
+        uint found = 0;
+        more = false;
+        auto look = [&](const GroupPlace& there) {
+            bool is_there = there.has(s, lane);
+            vec3 position = {0, 0, 0}, theirs;
+            if (is_there) packets.particle_wait(there.particle(s, lane), position, theirs);
+            for (uint present = __ballot_sync(ALL_LANES, is_there); present != 0; present &= present - 1) {
+                uint member = __ffs(present) - 1, j = there.particle(s, member);
+                vec3 xj = {__shfl_sync(ALL_LANES, position.x, member), __shfl_sync(ALL_LANES, position.y, member), __shfl_sync(ALL_LANES, position.z, member)};
+                if (!view.exists || j < from || j == i || !is_in_contact(s, pair_of(own, xj).length_squared)) continue;
+                // The highest gives way.
+                more |= found == AREA_PARTNERS_NEAR;
+                if (found == AREA_PARTNERS_NEAR && kept[(AREA_PARTNERS_NEAR - 1) * TILE_PARTICLES] < j) continue;
+                uint place = min(found, AREA_PARTNERS_NEAR - 1);
+                for (; place > 0 && kept[(place - 1) * TILE_PARTICLES] > j; place--) kept[place * TILE_PARTICLES] = kept[(place - 1) * TILE_PARTICLES];
+                kept[place * TILE_PARTICLES] = j;
+                found = min(found + 1, AREA_PARTNERS_NEAR);
+            }
+        };
+        for (uint which = 0; which < 9; which++) look(AreaGroup::of_tile(view.part).next_to(which).place(view.tile.row, view.tile.column));
+        for (uint first = 0; first < listed; first += 32) {
+            uint other = view.listed_group(s, first, listed);
+            Coming coming;
+            if (other != NONE) coming.ask(packets.boxes + 2 * other, packets.boxes + 2 * other + 1);
+            for (uint near = view.near_groups(packets, other, coming); near != 0; near &= near - 1) {
+                look(GroupPlace::of(s, __shfl_sync(ALL_LANES, other, __ffs(near) - 1)));
+            }
+        }
+        for (uint k = 0; k < found; k++) {
+            uint j = kept[k * TILE_PARTICLES];
+            vec3 xj, vj;
+            packets.particle_wait(j, xj, vj);
+            penalty_add(s, pair_of(own, xj), velocity - vj, sum.force);
+            from = j + 1;
+        }
+        sum.contacts += found;
+    }
+    return sum;
+}
