@@ -113,7 +113,7 @@ fn small_patches_with_contact() {
     check(&form, SEAM, true, &[TILES, TILES]);
     // Where there is no room for all partners, for particles and groups that are near, and for the groups near a tile.
     for (most, least) in [
-        ("PARTNERS_NEAR 20", "PARTNERS_NEAR 1"),
+        ("PARTNERS_NEAR 15", "PARTNERS_NEAR 1"),
         ("PARTNERS_FAR 16", "PARTNERS_FAR 1"),
         ("AREA_FAR 64", "AREA_FAR 3"),
         ("AREA_NEAR 64", "AREA_NEAR 1"),

@@ -38,7 +38,7 @@ const CONTACT_THREADS: u32 = 512;
 const CONTACT_GROUPS: usize = 8;
 const CONTACT_ENTRIES: usize = 48 * 16 + CONTACT_GROUPS * 64;
 const CONTACT_MEMBERS: usize = CONTACT_GROUPS * 8 * GROUP;
-const CONTACT_PARTNERS: usize = (20 + 16) * 256;
+const CONTACT_PARTNERS: usize = (15 + 16) * 256;
 /// Particles that it can name, and bytes of shared memory that it has beside those that depend on the model, at most.
 const CONTACT_PARTICLES_MAX: usize = 1 << 16;
 const CONTACT_STATIC: usize = 8 << 10;

@@ -6,8 +6,10 @@
 #define AREA_MEMBERS (8 * GROUP)
 #define AREA_MEMBERS_FAR (GROUP + AREA_AT_ONCE)
 #define AREA_FAR 64
-#define AREA_PARTNERS_NEAR 20
+#define AREA_PARTNERS_NEAR 15
 #define AREA_PARTNERS_FAR 16
+// Their numbers take five bits (`area_sum.cuh`).
+static_assert(AREA_PARTNERS_NEAR + AREA_PARTNERS_FAR < 32, "partners of a particle are numbered in five bits");
 // Groups from elsewhere that may be near one.
 #define AREA_NEAR 64
 // Particles in shared memory: those of the area, then others that are kept, for each group.
