@@ -18,9 +18,9 @@
 #define BARRIER_SEARCH 2
 #define BARRIER_MOVED 3
 #define BARRIER_AROUND 4
-#define BARRIER_NEAR 5
+#define BARRIER_FAR_GROUPS 5
 #define BARRIER_FORCES 6
-#define BARRIER_FAR 7
+#define BARRIER_FAR_FOUND 7
 
 // Groups near the tile that there is room for while lists are made.
 #define LISTS_NEAR (TILE_GROUPS * AREA_MEMBERS / 2u)
@@ -33,13 +33,13 @@ struct Shared {
     Box regions[TILE_GROUPS];
     // Groups in their lists, and near the tile when these were made.
     uint listed[TILE_GROUPS];
-    uint near;
+    uint lists_near;
     // Contact forces on the particles, row by row, and how many partners they have.
     vec3 forces[TILE_PARTICLES];
     uint contacts[TILE_PARTICLES];
     // Groups that are near those of the tile, and partners that are in these.
-    FarGroups near_groups[TILE_GROUPS];
-    uint far[TILE_PARTICLES];
+    FarGroups far_groups[TILE_GROUPS];
+    uint far_found[TILE_PARTICLES];
     // What warps have to say, and how many have; and what all blocks have said in two substeps in turn.
     uint vote;
     uint agreed[2];
@@ -57,7 +57,7 @@ __device__ __forceinline__ void lists_make(
         shared.regions[part] = region;
         shared.reaches[part] = box_grown(region, contact_reach(s, region));
         shared.listed[part] = 0;
-        if (part == 0) shared.near = 0;
+        if (part == 0) shared.lists_near = 0;
     }
     team_wait(BARRIER_SEARCH, TILE_PARTICLES);
     // What is far from all groups of the tile is not looked at by each.
@@ -82,7 +82,7 @@ __device__ __forceinline__ void lists_make(
         coming.wait(packets + 2 * other, packets + 2 * other + 1, number, theirs.low, theirs.high);
         coming = next;
         if (!boxes_meet(reach, theirs)) continue;
-        uint slot = atomicAdd(&shared.near, 1u);
+        uint slot = atomicAdd(&shared.lists_near, 1u);
         if (slot < LISTS_NEAR) {
             near[2 * slot] = with_w(theirs.low, number_pack(other));
             near[2 * slot + 1] = with_w(theirs.high, 0);
@@ -91,7 +91,7 @@ __device__ __forceinline__ void lists_make(
         }
     }
     team_wait(BARRIER_SEARCH, TILE_PARTICLES);
-    for (uint pair = thread; pair < TILE_GROUPS * min(shared.near, LISTS_NEAR); pair += TILE_PARTICLES) {
+    for (uint pair = thread; pair < TILE_GROUPS * min(shared.lists_near, LISTS_NEAR); pair += TILE_PARTICLES) {
         real4 low = near[pair / TILE_GROUPS * 2], high = near[pair / TILE_GROUPS * 2 + 1];
         add(number_unpack(low.w), {xyz(low), xyz(high)}, pair % TILE_GROUPS);
     }
@@ -205,12 +205,12 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
         // Where lists did not hold all is searched once more.
 #pragma unroll 1
         for (bool again = false;; again = true) {
-            team_wait(BARRIER_NEAR, WARPS * 32);
-            const FarGroups& near = shared.near_groups[warp];
-            if (near.count > 0 && near.count <= AREA_NEAR) {
-                far.search(s, packets, near);
-                shared.far[far.number(lane)] = far.found;
-                team_arrive(BARRIER_FAR + warp, 2 * GROUP);
+            team_wait(BARRIER_FAR_GROUPS, WARPS * 32);
+            const FarGroups& groups = shared.far_groups[warp];
+            if (groups.count > 0 && groups.count <= AREA_FAR_GROUPS) {
+                far.search(s, packets, groups);
+                shared.far_found[far.number(lane)] = far.found;
+                team_arrive(BARRIER_FAR_FOUND + warp, 2 * GROUP);
             }
             team_wait(BARRIER_FORCES, WARPS * 32);
             said = agreed(shared, number);
@@ -272,21 +272,22 @@ __device__ __forceinline__ void groups_search(const Solver& s, uint substeps, Sh
                 }
                 search.take_around(s, around ? ~search.in_tile : search.in_tile);
                 if (around) {
-                    shared.near_groups[part].fill(s, search, packets, listed, other, coming);
-                    team_arrive(BARRIER_NEAR, WARPS * 32);
+                    shared.far_groups[part].fill(s, search, packets, listed, other, coming);
+                    team_arrive(BARRIER_FAR_GROUPS, WARPS * 32);
                 }
                 search.compare();
             }
-            uint near = shared.near_groups[part].count, far = near > AREA_NEAR ? NONE : 0;
-            if (near > 0 && near <= AREA_NEAR) {
-                team_wait(BARRIER_FAR + part, 2 * GROUP);
-                far = shared.far[search.number(lane)];
+            uint groups = shared.far_groups[part].count, far = groups > AREA_FAR_GROUPS ? NONE : 0;
+            if (groups > 0 && groups <= AREA_FAR_GROUPS) {
+                team_wait(BARRIER_FAR_FOUND + part, 2 * GROUP);
+                far = shared.far_found[search.number(lane)];
             }
+            // Of too many groups nobody has looked at any.
             uint found = far == NONE ? 1 : search.found + far;
             ContactSum sum = {{0, 0, 0}, 0};
             if (__any_sync(ALL_LANES, found > 0)) {
                 uint total, start = lanes_before(found, lane, total);
-                if (__any_sync(ALL_LANES, search.found > AREA_PARTNERS_NEAR || far > AREA_PARTNERS_FAR) || total > AREA_MEMBERS) {
+                if (__any_sync(ALL_LANES, search.found > AREA_PARTNERS_HERE || far > AREA_PARTNERS_FAR) || total > AREA_MEMBERS) {
                     sum = contacts_sum_many(s, search, packets, shared.listed[part]);
                 } else {
                     sum = contacts_sum(s, search, packets, search.found, far, start, total);

@@ -113,10 +113,10 @@ fn small_patches_with_contact() {
     check(&form, SEAM, true, &[TILES, TILES]);
     // Where there is no room for all partners, for particles and groups that are near, and for the groups near a tile.
     for (most, least) in [
-        ("PARTNERS_NEAR 15", "PARTNERS_NEAR 1"),
+        ("PARTNERS_HERE 15", "PARTNERS_HERE 1"),
         ("PARTNERS_FAR 16", "PARTNERS_FAR 1"),
-        ("AREA_FAR 64", "AREA_FAR 3"),
-        ("AREA_NEAR 64", "AREA_NEAR 1"),
+        ("AREA_FAR_KEPT 64", "AREA_FAR_KEPT 3"),
+        ("AREA_FAR_GROUPS 64", "AREA_FAR_GROUPS 1"),
         ("LISTS_NEAR (TILE_GROUPS * AREA_MEMBERS / 2u)", "LISTS_NEAR 3u"),
     ] {
         check_edited(&form, SMALL, true, &[TILES], |text| replaced(&text, most, least));
@@ -137,7 +137,7 @@ fn faults_of_small_patches_are_found() {
         ),
         ("search.take_around(s, around", "if (around) search.take_around(s, around"),
         ("search.take_around(s, around", "if (!around) search.take_around(s, around"),
-        ("far.search(s, packets, near);", "far.found = 0;"),
+        ("far.search(s, packets, groups);", "far.found = 0;"),
         ("near = is_near(least);", "near = false;"),
         ("if (left < 32) hits", "hits"),
         ("bool touches = is_in_contact(s, pair.length_squared)", "bool touches = true"),

@@ -33,7 +33,7 @@ const STENCIL_FORCES: usize = 53 * 37 * 3;
 const PAIR_THREADS: u32 = 128;
 const PAIR_FORCES: usize = 5 * 11 * 35;
 /// Threads of a block of `explicit_substep_contact.cu`, groups of its tile, particles that it has in shared memory, those that are
-/// compared, and partners that it has room for, as in `shared/area.cuh` and `shared/area_search.cuh`.
+/// compared, and partners that it has room for, as in `shared/area.cuh` and `shared/area_view.cuh`.
 const CONTACT_THREADS: u32 = 512;
 const CONTACT_GROUPS: usize = 8;
 const CONTACT_ENTRIES: usize = 48 * 16 + CONTACT_GROUPS * 64;

@@ -1,4 +1,4 @@
-// How the forces of the partners that were found (`area_search.cuh`) are summed as the results need it.
+// How the forces of the partners that were found (`area_search.cuh`, `far_search.cuh`) are summed as the results need it.
 
 // The forces of the partners of a particle, and how many these are.
 struct ContactSum {
@@ -36,22 +36,22 @@ __device__ __forceinline__ uint keys_below(const uint* keys, uint count, uint ke
 }
 
 // Looks at the partners of all particles of the group, and sums the forces of those in contact, ascending for each. A lane takes any of the
-// pairs, so that few wait for the particle with the most. `near` partners of the particle of the lane are in the area, `far` are not; lanes
+// pairs, so that few wait for the particle with the most. `here` partners of the particle of the lane are in the area, `far` are not; lanes
 // before have `start` pairs, all have `total`.
-__device__ __forceinline__ ContactSum contacts_sum(const Solver& s, const AreaView& view, const AreaPackets& packets, uint near, uint far, uint start, uint total) {
+__device__ __forceinline__ ContactSum contacts_sum(const Solver& s, const AreaView& view, const AreaPackets& packets, uint here, uint far, uint start, uint total) {
     real4* members = area_members() + view.part * AREA_MEMBERS;
     uint* pairs = area_keys() + view.part * AREA_MEMBERS;
-    for (uint k = 0; k < near + far; k++) pairs[start + k] = (k < near ? k : AREA_PARTNERS_NEAR + k - near) << 10 | k << 5 | view.lane;
+    for (uint k = 0; k < here + far; k++) pairs[start + k] = (k < here ? k : AREA_PARTNERS_HERE + k - here) << 10 | k << 5 | view.lane;
     __syncwarp();
 #pragma unroll 1
     for (uint first = 0; first < total; first += 32) {
         uint number = first + view.lane, named = number < total ? pairs[number] : 0, owner = named % GROUP, rank = named >> 5 & 31u;
-        uint owner_near = __shfl_sync(ALL_LANES, near, owner), owner_far = __shfl_sync(ALL_LANES, far, owner);
+        uint owner_here = __shfl_sync(ALL_LANES, here, owner), owner_far = __shfl_sync(ALL_LANES, far, owner);
         uint owner_at = __shfl_sync(ALL_LANES, view.at, owner);
         if (number >= total) continue;
         const uint* keys = area_partners() + view.number(owner);
         uint key = keys[(named >> 10) * TILE_PARTICLES], place = number - rank;
-        place += keys_below(keys, owner_near, key) + keys_below(keys + AREA_PARTNERS_NEAR * TILE_PARTICLES, owner_far, key);
+        place += keys_below(keys, owner_here, key) + keys_below(keys + AREA_PARTNERS_HERE * TILE_PARTICLES, owner_far, key);
         uint entry = key & AREA_IN_PACKETS;
         vec3 xj, vj, force = {0, 0, 0};
         if (entry == AREA_IN_PACKETS) {
@@ -68,11 +68,11 @@ __device__ __forceinline__ ContactSum contacts_sum(const Solver& s, const AreaVi
     __syncwarp();
     ContactSum sum = {{0, 0, 0}, 0};
 #pragma unroll 1
-    for (uint first = 0; first < near + far; first += PAIRS_AT_ONCE) {
+    for (uint first = 0; first < here + far; first += PAIRS_AT_ONCE) {
 #pragma unroll
         for (uint k = first; k < first + PAIRS_AT_ONCE; k++) {
             real4 member = {0, 0, 0, 0};
-            if (k < near + far) member = members[start + k];
+            if (k < here + far) member = members[start + k];
             // A sum is never -0, so that it stays as it is where there is no contact.
             sum.force = sum.force + xyz(member);
             sum.contacts += member.w > 0 ? 1 : 0;
@@ -102,12 +102,12 @@ __device__ __noinline__ ContactSum contacts_sum_many(const Solver& s, AreaView v
                 vec3 xj = {__shfl_sync(ALL_LANES, position.x, member), __shfl_sync(ALL_LANES, position.y, member), __shfl_sync(ALL_LANES, position.z, member)};
                 if (!view.exists || j < from || j == i || !is_in_contact(s, pair_of(own, xj).length_squared)) continue;
                 // The highest gives way.
-                more |= found == AREA_PARTNERS_NEAR;
-                if (found == AREA_PARTNERS_NEAR && kept[(AREA_PARTNERS_NEAR - 1) * TILE_PARTICLES] < j) continue;
-                uint place = min(found, AREA_PARTNERS_NEAR - 1);
+                more |= found == AREA_PARTNERS_HERE;
+                if (found == AREA_PARTNERS_HERE && kept[(AREA_PARTNERS_HERE - 1) * TILE_PARTICLES] < j) continue;
+                uint place = min(found, AREA_PARTNERS_HERE - 1);
                 for (; place > 0 && kept[(place - 1) * TILE_PARTICLES] > j; place--) kept[place * TILE_PARTICLES] = kept[(place - 1) * TILE_PARTICLES];
                 kept[place * TILE_PARTICLES] = j;
-                found = min(found + 1, AREA_PARTNERS_NEAR);
+                found = min(found + 1, AREA_PARTNERS_HERE);
             }
         };
         for (uint which = 0; which < 9; which++) look(AreaGroup::of_tile(view.part).next_to(which).place(view.tile.row, view.tile.column));

@@ -1,0 +1,152 @@
+// What a warp looks for the partners of a group of the tile with, and where a block keeps what warps find.
+
+// Room for the particles that a group is compared with, the last of it for those from elsewhere, or for its pairs in contact; for particles
+// from elsewhere that are kept; and for partners of one particle that are in the area, and that are not.
+#define AREA_MEMBERS (8 * GROUP)
+#define AREA_FAR_MEMBERS (GROUP + AREA_AT_ONCE)
+#define AREA_FAR_KEPT 64
+#define AREA_PARTNERS_HERE 15
+#define AREA_PARTNERS_FAR 16
+// Their numbers take five bits (`area_sum.cuh`).
+static_assert(AREA_PARTNERS_HERE + AREA_PARTNERS_FAR < 32, "partners of a particle are numbered in five bits");
+// Groups from elsewhere that may be near one.
+#define AREA_FAR_GROUPS 64
+// Particles in shared memory: those of the area, then others that are kept, for each group.
+#define AREA_KEPT (AREA_ENTRIES + TILE_GROUPS * AREA_FAR_KEPT)
+// Particles that are compared without a look at what was found.
+#define AREA_AT_ONCE 8
+// In place of an entry, for what there is no room for.
+#define AREA_IN_PACKETS 0xffffu
+
+// What a block has in shared memory of dynamic size, one after the other; of addresses that are known when this is compiled, so that
+// nobody has to keep them.
+extern __shared__ __align__(16) unsigned char frame_memory[];
+
+// Positions and velocities.
+__device__ __forceinline__ real4* area_x() { return (real4*)frame_memory; }
+__device__ __forceinline__ real4* area_v() { return area_x() + AREA_KEPT; }
+// What is to be compared, for each group: particles as seen from the middle of the group, with the squares of their distances from there;
+// and what they are called, number above and entry below.
+__device__ __forceinline__ real4* area_members() { return area_v() + AREA_KEPT; }
+__device__ __forceinline__ uint* area_keys() { return (uint*)(area_members() + TILE_GROUPS * AREA_MEMBERS); }
+// Partners of each particle of the tile, so named and in no order: those in the area, then others.
+__device__ __forceinline__ uint* area_partners() { return area_keys() + TILE_GROUPS * AREA_MEMBERS; }
+__device__ __forceinline__ real* area_forces() { return (real*)(area_partners() + (AREA_PARTNERS_HERE + AREA_PARTNERS_FAR) * TILE_PARTICLES); }
+// The list of each group of the tile.
+__device__ __forceinline__ unsigned short* area_list(const Solver& s, uint part) { return (unsigned short*)(area_forces() + 3 * STENCIL_FORCES) + part * s.group_count; }
+
+// What a warp looks for partners with: a group of the tile, and the particle of the lane.
+struct AreaView {
+    GroupPlace tile;
+    uint part;
+    uint lane;
+    // The particle of the lane: its entry, and what it is called.
+    uint at;
+    uint key;
+    bool exists;
+
+    // Of a substep: where partners may be, by its middle and how far it reaches from there along each axis. In |x|² - 2 x·y + |y|², seen
+    // from the middle of the group, three operations for each pair tell those that are too far apart. Nobody needs its bits: `most` is
+    // larger than the square of the contact distance by more than rounding can take away, and what is left is looked at as the results
+    // need it.
+    vec3 middle;
+    vec3 half;
+    vec3 minus_twice;
+    real most;
+    // How many there are to be compared, and how many partners.
+    uint count;
+    uint found;
+
+    __device__ __forceinline__ AreaView(const Solver& s, const GroupPlace& tile, uint part, uint lane) : tile(tile), part(part), lane(lane), found(0) {
+        AreaGroup group = AreaGroup::of_tile(part);
+        GroupPlace place = group.place(tile.row, tile.column);
+        at = group.entry(lane);
+        key = place.particle(s, lane) << 16 | at;
+        exists = place.has(s, lane);
+    }
+
+    // The particle of a lane among those of the tile, row by row.
+    __device__ __forceinline__ uint number(uint lane) const {
+        return (part / 4 * GROUP_ROWS + lane / GROUP_COLUMNS) * TILE_COLUMNS + part % 4 * GROUP_COLUMNS + lane % GROUP_COLUMNS;
+    }
+
+    // The substep begins: gives the box of the group.
+    __device__ __forceinline__ Box look(const Solver& s) {
+        Box box = warp_box_finite(exists, xyz(area_x()[at]));
+        middle = (real)0.5 * (box.low + box.high);
+        half = box.high - middle;
+        // No less than `contact_reach`, in fewer operations.
+        real extent = fmax(fmax(half.x, half.y), half.z) + fmax(fmax(absolute(middle.x), absolute(middle.y)), absolute(middle.z));
+        real reach = (real)1.001 * s.contact_distance + (real)32 * REAL_EPSILON * extent;
+        half = {half.x + reach, half.y + reach, half.z + reach};
+        return box;
+    }
+
+    // Gives the particle of the lane as seen from the middle, with the square of its distance from there.
+    __device__ __forceinline__ real4 see(const Solver& s) {
+        vec3 seen = xyz(area_x()[at]) - middle;
+        real squared = dot(seen, seen);
+        minus_twice = (real)-2 * seen;
+        most = (real)1.001 * s.contact_distance * s.contact_distance + (real)128 * REAL_EPSILON * dot(half, half) - squared;
+        return with_w(seen, squared);
+    }
+
+    __device__ __forceinline__ bool is_in_reach(const vec3& seen) const { return absolute(seen.x) <= half.x & absolute(seen.y) <= half.y & absolute(seen.z) <= half.z; }
+
+    __device__ __forceinline__ real difference(const real4& member) const {
+        return fma(minus_twice.x, member.x, fma(minus_twice.y, member.y, fma(minus_twice.z, member.z, member.w)));
+    }
+
+    // Those of a group that are in reach are to be compared. `first` is where what there is to be compared starts.
+    __device__ __forceinline__ void take(uint first, uint inside, const vec3& seen, uint key) {
+        uint slot = first + count + __popc(inside & ((1u << lane) - 1));
+        if (inside >> lane & 1) {
+            area_members()[slot] = with_w(seen, dot(seen, seen));
+            area_keys()[slot] = key;
+        }
+        count += __popc(inside);
+    }
+
+    // Looks for what is near the particles of the group: what may be in contact are partners for the time being. From `partners` on there is
+    // room for so many of each particle.
+    __device__ __forceinline__ void find(uint first, uint end, uint* partners, uint room) {
+#pragma unroll 1
+        for (; first < end; first += GROUP) {
+            uint left = end - first, hits = 0;
+#pragma unroll 1
+            for (uint k = 0; k < min(left, 32u); k += AREA_AT_ONCE) {
+                uint some = 0;
+#pragma unroll
+                // Written so that what is not a number may meet.
+                for (uint l = 0; l < AREA_AT_ONCE; l++) some |= difference(area_members()[first + k + l]) >= most ? 0 : 1u << l;
+                hits |= some << k;
+            }
+            if (left < 32) hits &= (1u << left) - 1;
+            if (!exists) hits = 0;
+            for (; hits != 0; hits &= hits - 1) {
+                uint other = area_keys()[first + __ffs(hits) - 1];
+                if (other == key) continue;
+                if (found < room) partners[number(lane) + found * TILE_PARTICLES] = other;
+                found++;
+            }
+        }
+    }
+
+    // The group of the list that is that of the lane, from number `first` on.
+    __device__ __forceinline__ uint listed_group(const Solver& s, uint first, uint listed) const {
+        return first + lane < listed ? area_list(s, part)[first + lane] : NONE;
+    }
+
+    // Which of 32 groups of the list are near, one for each lane, whose box is on its way.
+    __device__ __forceinline__ uint near_groups(const AreaPackets& packets, uint other, Coming& coming) const {
+        bool meets = false;
+        if (other != NONE) {
+            Box box;
+            coming.wait(packets.boxes + 2 * other, packets.boxes + 2 * other + 1, packets.number, box.low, box.high);
+            // As `boxes_meet`, without branches: twice what is between their middles.
+            vec3 between = box.low + box.high - (real)2 * middle, extent = box.high - box.low + (real)2 * half;
+            meets = absolute(between.x) <= extent.x & absolute(between.y) <= extent.y & absolute(between.z) <= extent.z;
+        }
+        return __ballot_sync(ALL_LANES, meets);
+    }
+};
