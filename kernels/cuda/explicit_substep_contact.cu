@@ -3,7 +3,7 @@
 //
 // Half of the warps compute springs and move the particles, a row of the tile each; the others search for partners, those of a group
 // each: while particles around the tile are on their way in the tile, then around it. The former, when they have their springs, search in
-// other groups that are near, for a group each. Particles travel in packets that carry the number of their substep
+// other groups that are near, for a group each. A warp that waits for one other waits for a note of that one in shared memory, not for all. Particles travel in packets that carry the number of their substep
 // (`shared/packet.cuh`), so that nobody waits for a block whose particles it does not read, but for this: a block moves its particles only
 // when all have said that their groups were within their regions, and that they have read what is then written over. What was searched
 // with lists that did not hold is searched once more.
@@ -11,19 +11,21 @@
 // A warp for each row of the tile, and one that searches for each group.
 #define WARPS (TILE_ROWS + TILE_GROUPS)
 
-// Barriers: of the warps that compute springs, and of those that search; those at which the former tell the latter that the tile has
-// moved, and that what is around it is there; that at which the latter tell the former which groups are near; that of all, where a substep
-// is known but for what it does to the particles; and the first of those at which a warp tells another what it found in such groups.
+// Barriers: of the warps that compute springs, and of those that search; that at which the former tell the latter that the tile has
+// moved; that of all, where a substep is known but for what it does to the particles; and the first of those at which a warp tells
+// another what it found in other groups.
 #define BARRIER_SPRINGS 1
 #define BARRIER_SEARCH 2
 #define BARRIER_MOVED 3
-#define BARRIER_AROUND 4
-#define BARRIER_FAR_GROUPS 5
-#define BARRIER_FORCES 6
-#define BARRIER_FAR_FOUND 7
+#define BARRIER_FORCES 4
+#define BARRIER_FAR_FOUND 5
+
+// What is written when other groups near one are known, in the substep of a packet number: before lists are made anew, if they have to be, and
+// after.
+__device__ __forceinline__ uint search_turn(uint number, bool again) { return 2 * number + (again ? 1 : 0); }
 
 // Groups near the tile that there is room for while lists are made.
-#define LISTS_NEAR (TILE_GROUPS * AREA_MEMBERS / 2u)
+#define LISTS_NEAR (TILE_GROUPS * AREA_PAIRS / 2u)
 
 // What the threads of a block have in shared memory beside the arrays of dynamic size.
 struct Shared {
@@ -37,6 +39,8 @@ struct Shared {
     // Contact forces on the particles, row by row, and how many partners they have.
     vec3 forces[TILE_PARTICLES];
     uint contacts[TILE_PARTICLES];
+    // The last substep for which what is around the tile has come, by its packets.
+    uint around;
     // Groups that are near those of the tile, and partners that are in these.
     FarGroups far_groups[TILE_GROUPS];
     uint far_found[TILE_PARTICLES];
@@ -64,7 +68,7 @@ __device__ __forceinline__ void lists_make(
     const Box& one = shared.reaches[lane % TILE_GROUPS];
     Box reach = warp_box(true, one.low, one.high);
     uint thread = part * GROUP + lane;
-    real4* near = area_members();
+    real4* near = area_pairs();
     // Adds a group to the list of one of the tile, if they may come near each other and it is not around that one.
     auto add = [&](uint other, const Box& theirs, uint k) {
         if (!boxes_meet(shared.reaches[k], theirs)) return;
@@ -173,17 +177,20 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
                 v[entries[which]] = with_w(velocity, 0);
             }
         }
-        team_arrive(BARRIER_AROUND, WARPS * 32);
         team_wait(BARRIER_SPRINGS, TILE_PARTICLES);
+        if (threadIdx.x == 0) note_write(&shared.around, packets.number);
         // What others have said, and what comes next, are on their way while springs are computed.
-        uint block = threadIdx.x;
-        ulong voted = 0, told = packets.number;
-        if (block < gridDim.x) pair_load(packets.votes + block, voted, told);
+        // Lanes that are left over look at the last one.
+        uint block = warp * 32;
+        ulong voted, told;
+        if (block < gridDim.x) pair_load(packets.votes + min(block + lane, gridDim.x - 1), voted, told);
         bool reads_ahead = warp == TILE_ROWS - 1;
         if (reads_ahead) shared.frame.follow<true>(s, number, substeps, lane, 32);
         const SubstepData& substep = shared.frame.of(number);
         vec3 springs[STENCIL_KINDS];
         stencil_springs<AREA_STRIDE>(s, x + stencil_first, v + stencil_first, own.row, own.column, outer, forces, springs);
+        const FarGroups& groups = shared.far_groups[warp];
+        bool searches = far.begin(s, packets, groups, search_turn(packets.number, false));
         team_wait(BARRIER_SPRINGS, TILE_PARTICLES);
         vec3 xi = xyz(x[own.at]), vi = xyz(v[own.at]);
         vec3 force = field_force(s, mass, vi);
@@ -193,30 +200,27 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
         } else {
             force = stencil_sum<false, true>(forces, own.row, own.column, mask, springs, force);
         }
-        while (block < gridDim.x) {
-            while ((uint)told != packets.number) pair_load(packets.votes + block, voted, told);
-            if (voted != 0) atomicOr(&shared.agreed[number & 1], (uint)voted);
-            block += TILE_PARTICLES;
-            told = packets.number - 1;
-        }
-        __syncwarp();
-        if (reads_ahead) copies_wait();
         uint said = 0;
         // Where lists did not hold all is searched once more.
 #pragma unroll 1
         for (bool again = false;; again = true) {
-            team_wait(BARRIER_FAR_GROUPS, WARPS * 32);
-            const FarGroups& groups = shared.far_groups[warp];
-            if (groups.count > 0 && groups.count <= AREA_FAR_GROUPS) {
+            if (searches) {
                 far.search(s, packets, groups);
                 shared.far_found[far.number(lane)] = far.found;
                 team_arrive(BARRIER_FAR_FOUND + warp, 2 * GROUP);
             }
+#pragma unroll 1
+            for (; block < gridDim.x; block += TILE_PARTICLES) {
+                while ((uint)told != packets.number) pair_load(packets.votes + min(block + lane, gridDim.x - 1), voted, told);
+                if (voted != 0) atomicOr(&shared.agreed[number & 1], (uint)voted);
+                told = packets.number - 1;
+            }
+            __syncwarp();
+            if (reads_ahead && !again) copies_wait();
             team_wait(BARRIER_FORCES, WARPS * 32);
             said = agreed(shared, number);
             if (again || said != VOTE_STALE) break;
-            team_arrive(BARRIER_MOVED, WARPS * 32);
-            team_arrive(BARRIER_AROUND, WARPS * 32);
+            searches = far.begin(s, packets, groups, search_turn(packets.number, true));
         }
         if (threadIdx.x == 0) shared.agreed[(number + 1) & 1] = 0;
         if (said & VOTE_STOP) return true;
@@ -255,27 +259,20 @@ __device__ __forceinline__ void groups_search(const Solver& s, uint substeps, Sh
                 Box region = region_of(s, search.exists, xyz(area_x()[search.at]), xyz(area_v()[search.at]));
                 lists_make(s, shared, search.tile, region, part, lane, packets.number);
             }
-            team_wait(BARRIER_MOVED, WARPS * 32);
+            if (!again) team_wait(BARRIER_MOVED, WARPS * 32);
             Box box = search.start(s);
             box_send(packets.boxes, blockIdx.x * TILE_GROUPS + part, lane, box, packets.number);
-            search.compare_own();
+            uint listed = shared.listed[part], other = search.listed_group(s, 0, listed);
+            Coming coming;
+            if (other != NONE) coming.ask(packets.boxes + 2 * other, packets.boxes + 2 * other + 1);
             // First what is in the tile, then what is around it.
 #pragma unroll 1
             for (uint around = 0; around < 2; around++) {
-                uint listed = 0, other = NONE;
-                Coming coming;
-                if (around) {
-                    team_wait(BARRIER_AROUND, WARPS * 32);
-                    listed = shared.listed[part];
-                    other = search.listed_group(s, 0, listed);
-                    if (other != NONE) coming.ask(packets.boxes + 2 * other, packets.boxes + 2 * other + 1);
-                }
+                if (around) note_wait(&shared.around, packets.number);
                 search.take_around(s, around ? ~search.in_tile : search.in_tile);
-                if (around) {
-                    shared.far_groups[part].fill(s, search, packets, listed, other, coming);
-                    team_arrive(BARRIER_FAR_GROUPS, WARPS * 32);
-                }
-                search.compare();
+                if (!around) shared.far_groups[part].fill(s, search, packets, listed, other, coming, search_turn(packets.number, again));
+                // But for each with itself.
+                search.compare(s, around ? 0 : 1u << lane);
             }
             uint groups = shared.far_groups[part].count, far = groups > AREA_FAR_GROUPS ? NONE : 0;
             if (groups > 0 && groups <= AREA_FAR_GROUPS) {
@@ -286,11 +283,16 @@ __device__ __forceinline__ void groups_search(const Solver& s, uint substeps, Sh
             uint found = far == NONE ? 1 : search.found + far;
             ContactSum sum = {{0, 0, 0}, 0};
             if (__any_sync(ALL_LANES, found > 0)) {
-                uint total, start = lanes_before(found, lane, total);
-                if (__any_sync(ALL_LANES, search.found > AREA_PARTNERS_HERE || far > AREA_PARTNERS_FAR) || total > AREA_MEMBERS) {
-                    sum = contacts_sum_many(s, search, packets, shared.listed[part]);
+                bool has_room = !__any_sync(ALL_LANES, search.found > AREA_PARTNERS_HERE || far > AREA_PARTNERS_FAR);
+                if (has_room && !__any_sync(ALL_LANES, found > PARTNERS_FEW)) {
+                    sum = contacts_sum_few(s, search, packets, search.found, far);
                 } else {
-                    sum = contacts_sum(s, search, packets, search.found, far, start, total);
+                    uint total, start = lanes_before(found, lane, total);
+                    if (has_room && total <= AREA_PAIRS) {
+                        sum = contacts_sum(s, search, packets, search.found, far, start, total);
+                    } else {
+                        sum = contacts_sum_many(s, search, packets, shared.listed[part]);
+                    }
                 }
             }
             uint particle = search.number(lane);
@@ -323,8 +325,11 @@ extern "C" __global__ void __launch_bounds__(WARPS * 32, 1) explicit_frame(const
     uint lane = threadIdx.x & 31, warp = threadIdx.x / 32;
     if (warp == WARPS - 1) {
         shared.frame.start(s, substeps, lane, 32);
+        // As after the substep before.
+        if (lane < TILE_GROUPS) shared.far_groups[lane].turn = search_turn((uint)s.epoch, true);
         if (lane == 0) {
             shared.vote = shared.agreed[0] = shared.agreed[1] = shared.total = 0;
+            shared.around = (uint)s.epoch;
             if (blockIdx.x == 0) {
                 s.status->candidates = 0;
                 // Before any block can see that this one is there.

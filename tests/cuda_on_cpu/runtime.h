@@ -123,6 +123,11 @@ static void team_wait(unsigned barrier, unsigned threads) {
     while (block->generation[barrier] == generation) yield_to_other();
 }
 
+static void note_write(unsigned* note, unsigned number) { *note = number; }
+static void note_wait(const unsigned* note, unsigned number) {
+    while (*note != number) yield_to_other();
+}
+
 static void __syncthreads() { team_wait(0, (unsigned)block->fibers.size()); }
 
 // Shows a value to the warp; gives what all lanes show.
@@ -184,6 +189,22 @@ static int __reduce_min_sync(unsigned, int value) {
 }
 
 static int __reduce_max_sync(unsigned lanes, int value) { return ~__reduce_min_sync(lanes, ~value); }
+
+static unsigned __byte_perm(unsigned a, unsigned b, unsigned places) {
+    uint64_t bytes = (uint64_t)b << 32 | a;
+    unsigned chosen = 0;
+    for (int k = 0; k < 4; k++) chosen |= (unsigned)(bytes >> 8 * (places >> 4 * k & 7) & 255) << 8 * k;
+    return chosen;
+}
+
+static int __dp4a(int a, int b, int sum) {
+    for (int k = 0; k < 4; k++) sum += (int8_t)(a >> 8 * k) * (int8_t)(b >> 8 * k);
+    return sum;
+}
+
+static unsigned __funnelshift_l(unsigned low, unsigned high, unsigned bits) {
+    return (unsigned)(((uint64_t)high << 32 | low) << bits >> 32);
+}
 
 static int __popc(unsigned bits) { return __builtin_popcount(bits); }
 static int __ffs(unsigned bits) { return __builtin_ffs((int)bits); }

@@ -33,11 +33,12 @@ const STENCIL_FORCES: usize = 53 * 37 * 3;
 const PAIR_THREADS: u32 = 128;
 const PAIR_FORCES: usize = 5 * 11 * 35;
 /// Threads of a block of `explicit_substep_contact.cu`, groups of its tile, particles that it has in shared memory, those that are
-/// compared, and partners that it has room for, as in `shared/area.cuh` and `shared/area_view.cuh`.
+/// compared, pairs, and partners that it has room for, as in `shared/area.cuh` and `shared/area_view.cuh`.
 const CONTACT_THREADS: u32 = 512;
 const CONTACT_GROUPS: usize = 8;
 const CONTACT_ENTRIES: usize = 48 * 16 + CONTACT_GROUPS * 64;
-const CONTACT_MEMBERS: usize = CONTACT_GROUPS * 8 * GROUP;
+const CONTACT_MEMBERS: usize = CONTACT_GROUPS * 16 * GROUP;
+const CONTACT_PAIRS: usize = CONTACT_MEMBERS / 2;
 const CONTACT_PARTNERS: usize = (15 + 16) * 256;
 /// Particles that it can name, and bytes of shared memory that it has beside those that depend on the model, at most.
 const CONTACT_PARTICLES_MAX: usize = 1 << 16;
@@ -113,7 +114,7 @@ pub(crate) struct Memory<T> {
 
 /// Bytes of shared memory of a block of `explicit_substep_contact.cu` for a patch of so many groups.
 fn contact_shared_bytes<T>(groups: usize) -> usize {
-    let particles = 2 * CONTACT_ENTRIES + CONTACT_MEMBERS;
+    let particles = 2 * CONTACT_ENTRIES + CONTACT_PAIRS;
     let names = CONTACT_MEMBERS + CONTACT_PARTNERS;
     let lists = CONTACT_GROUPS * groups * size_of::<u16>();
     particles * size_of::<Real4<T>>()

@@ -39,7 +39,7 @@ __device__ __forceinline__ uint keys_below(const uint* keys, uint count, uint ke
 // pairs, so that few wait for the particle with the most. `here` partners of the particle of the lane are in the area, `far` are not; lanes
 // before have `start` pairs, all have `total`.
 __device__ __forceinline__ ContactSum contacts_sum(const Solver& s, const AreaView& view, const AreaPackets& packets, uint here, uint far, uint start, uint total) {
-    real4* members = area_members() + view.part * AREA_MEMBERS;
+    real4* members = area_pairs() + view.part * AREA_PAIRS;
     uint* pairs = area_keys() + view.part * AREA_MEMBERS;
     for (uint k = 0; k < here + far; k++) pairs[start + k] = (k < here ? k : AREA_PARTNERS_HERE + k - here) << 10 | k << 5 | view.lane;
     __syncwarp();
@@ -79,54 +79,5 @@ __device__ __forceinline__ ContactSum contacts_sum(const Solver& s, const AreaVi
         }
     }
     __syncwarp();
-    return sum;
-}
-
-// The same where there was no room for all: so many at a time as fit, from the lowest on. By value, as who is called may change
-// what it has the address of.
-__device__ __noinline__ ContactSum contacts_sum_many(const Solver& s, AreaView view, AreaPackets packets, uint listed) {
-    uint lane = view.lane, i = view.key >> 16, from = 0;
-    vec3 own = xyz(area_x()[view.at]), velocity = xyz(area_v()[view.at]);
-    uint* kept = area_partners() + view.number(view.lane);
-    bool more = true;
-    ContactSum sum = {{0, 0, 0}, 0};
-    while (__any_sync(ALL_LANES, more)) {
-        uint found = 0;
-        more = false;
-        auto look = [&](const GroupPlace& there) {
-            bool is_there = there.has(s, lane);
-            vec3 position = {0, 0, 0}, theirs;
-            if (is_there) packets.particle_wait(there.particle(s, lane), position, theirs);
-            for (uint present = __ballot_sync(ALL_LANES, is_there); present != 0; present &= present - 1) {
-                uint member = __ffs(present) - 1, j = there.particle(s, member);
-                vec3 xj = {__shfl_sync(ALL_LANES, position.x, member), __shfl_sync(ALL_LANES, position.y, member), __shfl_sync(ALL_LANES, position.z, member)};
-                if (!view.exists || j < from || j == i || !is_in_contact(s, pair_of(own, xj).length_squared)) continue;
-                // The highest gives way.
-                more |= found == AREA_PARTNERS_HERE;
-                if (found == AREA_PARTNERS_HERE && kept[(AREA_PARTNERS_HERE - 1) * TILE_PARTICLES] < j) continue;
-                uint place = min(found, AREA_PARTNERS_HERE - 1);
-                for (; place > 0 && kept[(place - 1) * TILE_PARTICLES] > j; place--) kept[place * TILE_PARTICLES] = kept[(place - 1) * TILE_PARTICLES];
-                kept[place * TILE_PARTICLES] = j;
-                found = min(found + 1, AREA_PARTNERS_HERE);
-            }
-        };
-        for (uint which = 0; which < 9; which++) look(AreaGroup::of_tile(view.part).next_to(which).place(view.tile.row, view.tile.column));
-        for (uint first = 0; first < listed; first += 32) {
-            uint other = view.listed_group(s, first, listed);
-            Coming coming;
-            if (other != NONE) coming.ask(packets.boxes + 2 * other, packets.boxes + 2 * other + 1);
-            for (uint near = view.near_groups(packets, other, coming); near != 0; near &= near - 1) {
-                look(GroupPlace::of(s, __shfl_sync(ALL_LANES, other, __ffs(near) - 1)));
-            }
-        }
-        for (uint k = 0; k < found; k++) {
-            uint j = kept[k * TILE_PARTICLES];
-            vec3 xj, vj;
-            packets.particle_wait(j, xj, vj);
-            penalty_add(s, pair_of(own, xj), velocity - vj, sum.force);
-            from = j + 1;
-        }
-        sum.contacts += found;
-    }
     return sum;
 }

@@ -1,9 +1,11 @@
 // What a warp looks for the partners of a group of the tile with, and where a block keeps what warps find.
 
-// Room for the particles that a group is compared with, the last of it for those from elsewhere, or for its pairs in contact; for particles
-// from elsewhere that are kept; and for partners of one particle that are in the area, and that are not.
-#define AREA_MEMBERS (8 * GROUP)
-#define AREA_FAR_MEMBERS (GROUP + AREA_AT_ONCE)
+// Room for the particles that a group is compared with, the last of it for those from elsewhere, or for the forces of its pairs in contact,
+// which are twice as large; for particles from elsewhere that are kept; and for partners of one particle that are in the area, and that are
+// not.
+#define AREA_MEMBERS (16 * GROUP)
+#define AREA_PAIRS (AREA_MEMBERS / 2)
+#define AREA_FAR_MEMBERS (9 * GROUP + AREA_AT_ONCE)
 #define AREA_FAR_KEPT 64
 #define AREA_PARTNERS_HERE 15
 #define AREA_PARTNERS_FAR 16
@@ -14,7 +16,9 @@ static_assert(AREA_PARTNERS_HERE + AREA_PARTNERS_FAR < 32, "partners of a partic
 // Particles in shared memory: those of the area, then others that are kept, for each group.
 #define AREA_KEPT (AREA_ENTRIES + TILE_GROUPS * AREA_FAR_KEPT)
 // Particles that are compared without a look at what was found.
-#define AREA_AT_ONCE 8
+#define AREA_AT_ONCE 16
+// The warp that searches in the area has a group and five others at most, beside what another warp has from elsewhere at the same time.
+static_assert(6 * GROUP + AREA_AT_ONCE + AREA_FAR_MEMBERS <= AREA_MEMBERS, "two warps share the room for what is compared");
 // In place of an entry, for what there is no room for.
 #define AREA_IN_PACKETS 0xffffu
 
@@ -25,10 +29,11 @@ extern __shared__ __align__(16) unsigned char frame_memory[];
 // Positions and velocities.
 __device__ __forceinline__ real4* area_x() { return (real4*)frame_memory; }
 __device__ __forceinline__ real4* area_v() { return area_x() + AREA_KEPT; }
-// What is to be compared, for each group: particles as seen from the middle of the group, with the squares of their distances from there;
-// and what they are called, number above and entry below.
-__device__ __forceinline__ real4* area_members() { return area_v() + AREA_KEPT; }
-__device__ __forceinline__ uint* area_keys() { return (uint*)(area_members() + TILE_GROUPS * AREA_MEMBERS); }
+// For each group what is to be compared: particles as seen from its middle; later forces of pairs. And what the particles are called, number
+// above and entry below.
+__device__ __forceinline__ real4* area_pairs() { return area_v() + AREA_KEPT; }
+__device__ __forceinline__ Sketch* area_sketches() { return (Sketch*)area_pairs(); }
+__device__ __forceinline__ uint* area_keys() { return (uint*)(area_pairs() + TILE_GROUPS * AREA_PAIRS); }
 // Partners of each particle of the tile, so named and in no order: those in the area, then others.
 __device__ __forceinline__ uint* area_partners() { return area_keys() + TILE_GROUPS * AREA_MEMBERS; }
 __device__ __forceinline__ real* area_forces() { return (real*)(area_partners() + (AREA_PARTNERS_HERE + AREA_PARTNERS_FAR) * TILE_PARTICLES); }
@@ -45,14 +50,10 @@ struct AreaView {
     uint key;
     bool exists;
 
-    // Of a substep: where partners may be, by its middle and how far it reaches from there along each axis. In |x|² - 2 x·y + |y|², seen
-    // from the middle of the group, three operations for each pair tell those that are too far apart. Nobody needs its bits: `most` is
-    // larger than the square of the contact distance by more than rounding can take away, and what is left is looked at as the results
-    // need it.
+    // Of a substep: where partners may be, by its middle and how far it reaches from there along each axis; and how the particle is compared.
     vec3 middle;
     vec3 half;
-    vec3 minus_twice;
-    real most;
+    SketchView sketch;
     // How many there are to be compared, and how many partners.
     uint count;
     uint found;
@@ -82,50 +83,39 @@ struct AreaView {
         return box;
     }
 
-    // Gives the particle of the lane as seen from the middle, with the square of its distance from there.
-    __device__ __forceinline__ real4 see(const Solver& s) {
-        vec3 seen = xyz(area_x()[at]) - middle;
-        real squared = dot(seen, seen);
-        minus_twice = (real)-2 * seen;
-        most = (real)1.001 * s.contact_distance * s.contact_distance + (real)128 * REAL_EPSILON * dot(half, half) - squared;
-        return with_w(seen, squared);
+    // The particle of the lane as it is to be compared.
+    __device__ __forceinline__ Sketch see(const Solver& s) {
+        sketch.scale_to((float)fmax(fmax(half.x, half.y), half.z));
+        return sketch.see(exists, xyz(area_x()[at]) - middle, (float)s.contact_distance);
     }
 
     __device__ __forceinline__ bool is_in_reach(const vec3& seen) const { return absolute(seen.x) <= half.x & absolute(seen.y) <= half.y & absolute(seen.z) <= half.z; }
-
-    __device__ __forceinline__ real difference(const real4& member) const {
-        return fma(minus_twice.x, member.x, fma(minus_twice.y, member.y, fma(minus_twice.z, member.z, member.w)));
-    }
 
     // Those of a group that are in reach are to be compared. `first` is where what there is to be compared starts.
     __device__ __forceinline__ void take(uint first, uint inside, const vec3& seen, uint key) {
         uint slot = first + count + __popc(inside & ((1u << lane) - 1));
         if (inside >> lane & 1) {
-            area_members()[slot] = with_w(seen, dot(seen, seen));
+            area_sketches()[slot] = sketch.of(seen);
             area_keys()[slot] = key;
         }
         count += __popc(inside);
     }
 
-    // Looks for what is near the particles of the group: what may be in contact are partners for the time being. From `partners` on there is
-    // room for so many of each particle.
-    __device__ __forceinline__ void find(uint first, uint end, uint* partners, uint room) {
+    // Looks for what is in contact with the particles of the group, but for those that `skipped` has of the first 32. From `partners` on there
+    // is room for so many of each particle.
+    __device__ __forceinline__ void find(const Solver& s, uint first, uint end, uint skipped, uint* partners, uint room) {
 #pragma unroll 1
         for (; first < end; first += GROUP) {
             uint left = end - first, hits = 0;
 #pragma unroll 1
-            for (uint k = 0; k < min(left, 32u); k += AREA_AT_ONCE) {
-                uint some = 0;
-#pragma unroll
-                // Written so that what is not a number may meet.
-                for (uint l = 0; l < AREA_AT_ONCE; l++) some |= difference(area_members()[first + k + l]) >= most ? 0 : 1u << l;
-                hits |= some << k;
-            }
+            for (uint k = 0; k < min(left, 32u); k += AREA_AT_ONCE) hits |= sketch.near<AREA_AT_ONCE>(area_sketches() + first + k) << k;
             if (left < 32) hits &= (1u << left) - 1;
-            if (!exists) hits = 0;
+            hits &= ~skipped;
+            skipped = 0;
             for (; hits != 0; hits &= hits - 1) {
-                uint other = area_keys()[first + __ffs(hits) - 1];
-                if (other == key) continue;
+                uint other = area_keys()[first + __ffs(hits) - 1], entry = other & AREA_IN_PACKETS;
+                // What is not here is looked at when forces are summed.
+                if (entry != AREA_IN_PACKETS && !is_in_contact(s, pair_of(xyz(area_x()[at]), xyz(area_x()[entry])).length_squared)) continue;
                 if (found < room) partners[number(lane) + found * TILE_PARTICLES] = other;
                 found++;
             }

@@ -4,33 +4,40 @@
 struct FarGroups {
     vec3 middle;
     vec3 half;
+    // The search that this is of (`search_turn`), written last.
+    uint turn;
     // As many as there are, also those that there is no room for.
     uint count;
     unsigned short groups[AREA_FAR_GROUPS];
 
-    // The groups of the list that are near; all lanes of a warp.
-    __device__ __forceinline__ void fill(const Solver& s, const AreaView& view, const AreaPackets& packets, uint listed, uint other, Coming& coming) {
-        uint number = 0;
+    // The groups of the list that are near, in the search of a number; all lanes of a warp.
+    __device__ __forceinline__ void fill(const Solver& s, const AreaView& view, const AreaPackets& packets, uint listed, uint other, Coming& coming, uint number) {
+        uint found = 0;
 #pragma unroll 1
         for (uint first = 0; first < listed; first += 32) {
             if (first > 0) {
                 other = view.listed_group(s, first, listed);
                 if (other != NONE) coming.ask(packets.boxes + 2 * other, packets.boxes + 2 * other + 1);
             }
-            uint near = view.near_groups(packets, other, coming), place = number + __popc(near & ((1u << view.lane) - 1));
+            uint near = view.near_groups(packets, other, coming), place = found + __popc(near & ((1u << view.lane) - 1));
             if (near >> view.lane & 1 && place < AREA_FAR_GROUPS) groups[place] = (unsigned short)other;
-            number += __popc(near);
+            found += __popc(near);
         }
+        __syncwarp();
         if (view.lane > 0) return;
         middle = view.middle;
         half = view.half;
-        count = number;
+        count = found;
+        note_write(&turn, number);
     }
 };
 
 struct FarSearch : AreaView {
     // How many particles are kept.
     uint kept;
+    // The first group that is near, and its particles on their way.
+    GroupPlace next;
+    Coming coming;
 
     __device__ __forceinline__ FarSearch(const Solver& s, const GroupPlace& tile, uint part, uint lane) : AreaView(s, tile, part, lane) {}
 
@@ -62,28 +69,34 @@ struct FarSearch : AreaView {
     }
 
     // Compares with what there is.
-    __device__ __forceinline__ void compare() {
+    __device__ __forceinline__ void compare(const Solver& s) {
         __syncwarp();
-        find(members_first(), members_first() + count, area_partners() + AREA_PARTNERS_HERE * TILE_PARTICLES, AREA_PARTNERS_FAR);
+        find(s, members_first(), members_first() + count, 0, area_partners() + AREA_PARTNERS_HERE * TILE_PARTICLES, AREA_PARTNERS_FAR);
         __syncwarp();
         count = 0;
     }
 
-    // Searches in so many groups that are near.
+    // Waits until it is known which groups are near; the particles of the first are on their way then. Says whether there are any to search in.
+    __device__ __forceinline__ bool begin(const Solver& s, const AreaPackets& packets, const FarGroups& groups, uint turn) {
+        note_wait(&groups.turn, turn);
+        if (groups.count == 0 || groups.count > AREA_FAR_GROUPS) return false;
+        next = ask(s, packets, groups, 0, coming);
+        return true;
+    }
+
+    // Searches in the groups that are near.
     __device__ __forceinline__ void search(const Solver& s, const AreaPackets& packets, const FarGroups& groups) {
         middle = groups.middle;
         half = groups.half;
         count = kept = found = 0;
-        Coming coming;
-        GroupPlace place = ask(s, packets, groups, 0, coming);
         see(s);
 #pragma unroll 1
         for (uint k = 0; k < groups.count; k++) {
             // There is always room for a group.
-            if (count > AREA_FAR_MEMBERS - GROUP) compare();
-            take_group(s, packets, place, coming);
-            if (k + 1 < groups.count) place = ask(s, packets, groups, k + 1, coming);
+            if (count > AREA_FAR_MEMBERS - AREA_AT_ONCE - GROUP) compare(s);
+            take_group(s, packets, next, coming);
+            if (k + 1 < groups.count) next = ask(s, packets, groups, k + 1, coming);
         }
-        if (count > 0) compare();
+        if (count > 0) compare(s);
     }
 };

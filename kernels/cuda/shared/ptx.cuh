@@ -46,6 +46,19 @@ __device__ __forceinline__ void team_wait(unsigned barrier, unsigned threads) { 
 // The same without waiting: for who waits there, this one has come.
 __device__ __forceinline__ void team_arrive(unsigned barrier, unsigned threads) { asm volatile("bar.arrive %0, %1;" : : "r"(barrier), "r"(threads) : "memory"); }
 
+// Writes a number in shared memory for other threads of the block. Who has seen it sees all that this thread has written or waited for.
+__device__ __forceinline__ void note_write(unsigned* note, unsigned number) {
+    asm volatile("st.release.cta.shared.u32 [%0], %1;" : : "r"((unsigned)__cvta_generic_to_shared(note)), "r"(number) : "memory");
+}
+
+// Waits until that number is there.
+__device__ __forceinline__ void note_wait(const unsigned* note, unsigned number) {
+    unsigned address = (unsigned)__cvta_generic_to_shared(note), present;
+    do {
+        asm volatile("ld.acquire.cta.shared.u32 %0, [%1];" : "=r"(present) : "r"(address) : "memory");
+    } while (present != number);
+}
+
 // Start to copy 16 or 8 bytes to shared memory; `copies_wait` waits for all that the thread has started.
 __device__ __forceinline__ void copy_start_16(void* to, const void* from) {
     unsigned address = (unsigned)__cvta_generic_to_shared(to);

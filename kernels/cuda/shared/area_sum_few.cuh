@@ -1,0 +1,55 @@
+// How forces of partners are summed where no particle of the group has more than a few.
+
+// Partners of a particle that a lane has in registers, all at once.
+#define PARTNERS_FEW 4
+
+// Sums the forces of those in contact, ascending; each lane those on its particle, two on their way at a time. `here` partners are in the
+// area, `far` are not.
+__device__ __forceinline__ ContactSum contacts_sum_few(const Solver& s, const AreaView& view, const AreaPackets& packets, uint here, uint far) {
+    const uint* listed = area_partners() + view.number(view.lane);
+    uint keys[PARTNERS_FEW];
+#pragma unroll
+    for (uint k = 0; k < PARTNERS_FEW; k++) {
+        keys[k] = NONE;
+        if (k < here + far) keys[k] = listed[(k < here ? k : AREA_PARTNERS_HERE + k - here) * TILE_PARTICLES];
+    }
+    auto order = [&](uint a, uint b) {
+        uint low = min(keys[a], keys[b]), high = max(keys[a], keys[b]);
+        keys[a] = low;
+        keys[b] = high;
+    };
+    // Four of any order take five exchanges (Knuth 1973, section 5.3.4).
+    order(0, 1), order(2, 3), order(0, 2), order(1, 3), order(1, 2);
+    vec3 xi = xyz(area_x()[view.at]), vi = xyz(area_v()[view.at]);
+    ContactSum sum = {{0, 0, 0}, 0};
+    uint most = __reduce_max_sync(ALL_LANES, (int)(here + far));
+#pragma unroll 1
+    for (uint first = 0; first < most; first += 2) {
+        vec3 forces[2];
+        bool touches[2];
+#pragma unroll
+        for (uint k = 0; k < 2; k++) {
+            uint key = keys[k], entry = key & AREA_IN_PACKETS;
+            forces[k] = {0, 0, 0};
+            vec3 xj = xi, vj = vi;
+            if (entry != AREA_IN_PACKETS) {
+                xj = xyz(area_x()[entry]);
+                vj = xyz(area_v()[entry]);
+            } else if (key != NONE) {
+                packets.particle_wait(key >> 16, xj, vj);
+            }
+            Pair pair = pair_of(xi, xj);
+            touches[k] = key != NONE && is_in_contact(s, pair.length_squared);
+            if (touches[k]) penalty_add(s, pair, vi - vj, forces[k]);
+        }
+        keys[0] = keys[2];
+        keys[1] = keys[3];
+        keys[2] = keys[3] = NONE;
+#pragma unroll
+        for (uint k = 0; k < 2; k++) {
+            sum.force = sum.force + forces[k];
+            sum.contacts += touches[k] ? 1 : 0;
+        }
+    }
+    return sum;
+}
