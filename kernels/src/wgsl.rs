@@ -47,7 +47,7 @@ modules! {
     "constraint_impulses" [],
     "constraint_project" ["colliders"],
     "constraint_release" [],
-    "contact_candidates_boxes" [],
+    "contact_candidates_boxes" ["wide"],
     "contact_candidates_groups" [],
     "contact_candidates_list" ["exclusions"],
     "contact_candidates_regions" [],
@@ -58,7 +58,8 @@ modules! {
     "control_forces" [],
     "control_forces_anchors" [],
     "control_forces_restore" [],
-    "explicit_substep" ["air", "buckling", "grids", "impulses", "penalty", "wide"],
+    "explicit_substep" ["air", "buckling", "grids", "impulses", "penalty"],
+    "explicit_substep_wide" ["air", "buckling", "grids", "impulses"],
     "field_forces" [],
     "implicit_assemble" ["air", "buckling", "colliders", "penalty"],
     "implicit_motion" [],
@@ -103,16 +104,18 @@ macro_rules! shared {
 }
 
 shared! {
-    "air" "air_jacobian" "air_jacobian_none" "assemble" "call" "cells" "collider" "constraint"
-    "constraint_change" "constraint_none" "contact_counts" "contact_exclusions" "contact_exclusions_none"
-    "contact_force" "contact_kept" "contact_pair" "contact_partners" "contact_penalty" "contact_row"
-    "contact_row_none" "contact_search" "contact_spill" "contact_turn" "contact_turn_wide" "contact_wanted"
-    "control_forces" "distance_grid" "distance_grid_none"
-    "field" "filter" "finite" "force" "group" "group_box" "group_check" "group_region" "group_rows" "impulses"
-    "impulses_none" "integrate" "link_kinds" "links" "matrix" "matrix_diagonal" "matrix_entry" "matrix_row" "matrix_springs"
-    "measure_sum" "model" "motion" "motion_out" "piece" "preconditioner" "preconditioner_block" "procedural"
-    "solve" "solve_begin" "solve_check" "solve_outcome" "spring" "spring_buckling" "spring_factor"
-    "spring_linear" "status" "substep" "symmetric" "triangles" "vectors"
+    "air" "air_add" "air_add_none" "air_jacobian" "air_jacobian_none" "assemble" "call" "cells" "collider"
+    "constraint" "constraint_change" "constraint_none" "contact_counts" "contact_exclusions"
+    "contact_exclusions_none" "contact_force" "contact_force_wide" "contact_kept" "contact_next"
+    "contact_pair" "contact_partners" "contact_penalty" "contact_row" "contact_row_none" "contact_search"
+    "contact_search_wide" "contact_spill" "contact_turn" "contact_turn_wide" "contact_wanted"
+    "control_forces" "crews" "distance_grid" "distance_grid_none" "field" "filter" "finite" "force" "group"
+    "group_box" "group_boxes" "group_boxes_out" "group_check" "group_positions" "group_positions_out"
+    "group_region" "group_rows" "impulses" "impulses_none" "integrate" "link_kinds" "links" "matrix"
+    "matrix_diagonal" "matrix_entry" "matrix_row" "matrix_springs" "measure_sum" "model" "motion" "motion_out"
+    "particle_advance" "particle_force" "piece" "preconditioner" "preconditioner_block" "procedural" "solve"
+    "solve_begin" "solve_check" "solve_outcome" "spring" "spring_buckling" "spring_factor" "spring_linear"
+    "spring_wide" "status" "substep" "symmetric" "triangles" "vectors"
 }
 
 /// A resource that a module binds.

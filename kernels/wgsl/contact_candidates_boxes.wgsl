@@ -1,5 +1,9 @@
-// NUMERICS section 8, first pass: the box around each group, and whether it stays in its region.
-//!include model substep status motion group contact_turn group_box group_rows group_region group_check
+// NUMERICS section 8, first pass: the box around each group, and whether it stays in its region. With `wide` also what
+// `explicit_substep_wide` finds particles by.
+//!include model substep status motion group contact_turn group_box group_boxes_out group_rows group_region group_check
+//!if wide
+//!include group_positions_out
+//!end
 
 @compute @workgroup_size(GROUP)
 fn main(
@@ -18,5 +22,9 @@ fn main(
     let member = group_members[group * GROUP + lane];
     // Threads without a particle do what the first one does.
     let particle = select(member, group_members[group * GROUP], member == NONE);
-    group_check(group, lane, position_in[particle].xyz, velocity_in[particle].xyz, substep.contact_tick);
+    let position = position_in[particle].xyz;
+//!if wide
+    position_keep(group, lane, member, position);
+//!end
+    group_check(group, lane, position, velocity_in[particle].xyz, substep.contact_tick);
 }

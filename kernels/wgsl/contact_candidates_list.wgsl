@@ -1,12 +1,12 @@
 // NUMERICS section 8, last pass: for each particle its partners in contact at the present positions.
-//!include model substep status motion group contact_turn group_box group_rows contact_pair
+//!include model substep status motion group contact_turn group_box group_boxes group_rows contact_pair
 //!if exclusions
 //!include contact_exclusions
 //!end
 //!if not exclusions
 //!include contact_exclusions_none
 //!end
-//!include contact_kept contact_search contact_spill
+//!include contact_kept contact_search contact_spill contact_next
 
 @group(0) @binding(17) var<storage, read_write> contact_rows: array<vec2<u32>>;
 

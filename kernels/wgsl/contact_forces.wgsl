@@ -15,7 +15,7 @@ fn main(
     let row = contact_rows[particle];
     var sum = vec3f(0.0);
     for (var at = row.x; at < row.x + row.y; at += 1u) {
-        sum = penalty_add(sum, position, velocity, contact_entries[at]);
+        sum = penalty_add(sum, push_of(position, velocity, contact_entries[at]));
     }
     if (substep.flags & FLAG_COUNT_CONTACTS) != 0u {
         contact_counts[particle] = row.y;

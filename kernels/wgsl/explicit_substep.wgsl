@@ -1,5 +1,5 @@
 // The composite stage: all forces, integration and, where nothing comes between, colliders, in one
-// pass over the particles. It is made of the same functions as the single stages.
+// pass over the particles. `explicit_substep_wide.wgsl` is the same for small models with contact.
 //!include model substep status motion motion_out finite field spring integrate collider procedural
 //!if grids
 //!include distance_grid
@@ -20,50 +20,17 @@
 //!include spring_linear
 //!end
 //!if air
-//!include triangles air
+//!include triangles air air_add
 //!end
-//!if wide
-//!include contact_turn_wide
+//!if not air
+//!include air_add_none
 //!end
-//!if not wide
-//!include contact_turn
-//!end
+//!include particle_force particle_advance
 //!if penalty
-//!include contact_pair contact_counts contact_penalty group group_box group_rows group_region
-//!include contact_exclusions_none contact_kept contact_search contact_spill contact_force group_check
+//!include contact_pair contact_counts contact_penalty group contact_turn group_box group_boxes group_rows group_region
+//!include contact_exclusions_none contact_kept contact_search contact_spill contact_next contact_force
+//!include group_boxes_out group_check
 //!end
-
-// A particle after the substep; `contact_force` is what contact with other particles adds.
-fn particle_advance(particle: u32, position: vec4f, velocity: vec4f, contact_force: vec3f, is_over: bool) -> Moved {
-    var sum = field_force(velocity.w, velocity.xyz);
-    sum = procedural_force(sum, particle, position.xyz, velocity.xyz, velocity.w);
-    sum = spring_force(sum, particle, position.xyz, velocity.xyz);
-//!if air
-    sum += air_force(particle);
-//!end
-//!if penalty
-    sum += contact_force;
-//!end
-    let step = integrate(position.xyz, position.w, velocity.xyz, sum);
-    var moved = Moved(step.position, step.velocity);
-    if model.colliders_in_pass != 0u && substep.collider_count != 0u && position.w > 0.0 {
-        moved = collide_all(particle, velocity.w, moved);
-    }
-    if is_over {
-        moved = Moved(position.xyz, velocity.xyz);
-    } else if !(is_finite(moved.position) && is_finite(moved.velocity)) {
-        atomicMin(&status.stopped, substep.serial);
-    }
-    position_out[particle] = vec4f(moved.position, position.w);
-    velocity_out[particle] = vec4f(moved.velocity, velocity.w);
-    return moved;
-}
-
-// A number that is not finite may be found in this very substep, by another particle: only an earlier one stops
-// it.
-fn is_over() -> bool {
-    return atomicLoad(&status.stopped) < substep.serial;
-}
 
 //!if not penalty
 @compute @workgroup_size(WORKGROUP)
@@ -77,7 +44,7 @@ fn main(
     }
     let position = position_in[particle];
     let velocity = velocity_in[particle];
-    particle_advance(particle, position, velocity, vec3f(0.0), is_over());
+    particle_advance(particle, position, velocity, particle_force(particle, position, velocity), is_over());
 }
 //!end
 //!if penalty
@@ -101,13 +68,14 @@ fn main(
     if group == 0u && lane == 0u {
         atomicStore(&status.contact_spilled[1u - (substep.contact_tick & 1u)], 0u);
     }
-    if lane == 0u && !is_over && !group_holds(group, box_in(group)) {
+    if lane == 0u && !is_over && !region_holds(group_region(group), box_in(group)) {
         atomicOr(&status.invalid, INVALID_LIST);
     }
     let force = contact_force(group, lane, exists, particle, position.xyz, velocity.xyz);
     var moved = Moved(position.xyz, velocity.xyz);
     if exists {
-        moved = particle_advance(particle, position, velocity, force, is_over);
+        let sum = particle_force(particle, position, velocity) + force;
+        moved = particle_advance(particle, position, velocity, sum, is_over);
     }
     group_check(group, lane, moved.position, moved.velocity, substep.contact_tick + 1u);
 }

@@ -12,31 +12,46 @@ use harness::{
     models::{grid_cloth, material},
 };
 
-/// Sheets so close to each other that every particle is in contact with hundreds.
-fn pile() -> Arc<cloth_core::Model> {
+/// Particles of a sheet that makes the others one model of many groups, which is searched in another form than those of
+/// up to 1024 groups of 32 particles.
+const FAR_SIDE: u32 = 186;
+
+/// Sheets so close to each other that every particle is in contact with hundreds, and others that touch nothing.
+fn pile(others: &[u32]) -> Arc<cloth_core::Model> {
     let spacing = 0.02;
     let mut builder = ModelBuilder::new().self_contact(SelfContact {
         distance: 3.9 * spacing,
         response: ContactResponse::Penalty { stiffness: 0.01, damping: 0.0 },
     });
-    for layer in 0..6 {
-        let patch = GridPatch::horizontal(16, spacing, 0.001 * f64::from(layer));
-        let name = format!("layer {layer}");
+    let layers = (0..6).map(|layer| (16, spacing, 0.001 * f64::from(layer)));
+    let others = others.iter().map(|&side| (side, 4.0 * spacing, 30.0));
+    for (number, (side, spacing, height)) in layers.chain(others).enumerate() {
+        let patch = GridPatch::horizontal(side, spacing, height);
+        let name = number.to_string();
         builder = builder.cloth(grid_cloth(&name, patch, material(1e-4, 10.0, 1e-3)));
     }
     Arc::new(builder.build().unwrap())
 }
 
 #[test]
-fn a_full_candidate_list_grows_and_the_frame_is_done_again() {
-    let model = pile();
+fn full_rows_grow_and_the_frame_is_done_again() {
+    full_rows_grow(&[]);
+}
+
+#[test]
+fn full_rows_grow_in_a_model_of_many_groups_too() {
+    full_rows_grow(&[FAR_SIDE]);
+}
+
+fn full_rows_grow(others: &[u32]) {
+    let model = pile(others);
     let config = SolverConfig { strain_bound: 1e3, ..SolverConfig::default() };
     let mut solver = gpu().create_solver(Arc::clone(&model), &config).unwrap();
     solver.advance(Frame { duration: 2e-3 }).unwrap();
     let report = solver.synchronize().unwrap();
     // Far above the sixteen partners for each particle, and the 32 groups for each of 48, that there is room for at
     // first.
-    assert!(report.contacts > 50 * model.particle_count() as u64);
+    assert!(report.contacts > 50 * 6 * 16 * 16);
     assert!(report.contact_candidates > 33 * 48 * 32 * 32);
     let mut found = State::default();
     solver.download(&mut found).unwrap();
@@ -47,7 +62,7 @@ fn a_full_candidate_list_grows_and_the_frame_is_done_again() {
     assert_eq!(report.contacts, solver.synchronize().unwrap().contacts);
     let mut expected = State::default();
     solver.download(&mut expected).unwrap();
-    for (found, expected) in found.velocities.iter().zip(&expected.velocities) {
+    for (found, expected) in found.velocities.iter().zip(&expected.velocities).take(6 * 16 * 16) {
         for (found, expected) in found.iter().zip(expected) {
             // Two substeps at 1e-4 kg: forces of up to 0.1 N give velocities of about 1 m/s.
             assert!((found - expected).abs() < 1e-4, "{found} {expected}");
@@ -116,12 +131,11 @@ fn layers(others: &[u32]) -> Arc<cloth_core::Model> {
     Arc::new(builder.build().unwrap())
 }
 
-/// Models of up to 1024 groups of 32 particles are searched in another form than larger ones.
 #[test]
 fn the_forms_for_few_and_for_many_groups_give_the_same_bits() {
     let particles = 6 * 20 * 20;
     let config = SolverConfig { time_step: 1e-4, strain_bound: 1e3, ..SolverConfig::default() };
-    let [few, many] = [&[][..], &[186]].map(|others| {
+    let [few, many] = [&[][..], &[FAR_SIDE]].map(|others| {
         let model = layers(others);
         assert_eq!(model.particle_count().div_ceil(32) > 1024, !others.is_empty());
         let mut solver = gpu().create_solver(model, &config).unwrap();

@@ -1,8 +1,5 @@
 // A short ascending row of partners that a thread keeps to itself.
 
-// Partners that are kept. For a particle that has more all are searched for again.
-const KEPT: u32 = 16u;
-
 // The smallest partners, NONE behind the last one. Not an array, so that it stays in registers: workgroup memory
 // for all threads would leave room for fewer workgroups at a time.
 struct Kept {

@@ -4,21 +4,11 @@
 // are near its box. These are put side by side in workgroup memory, and each thread compares them with its own.
 // `is_left_out` has the pairs that are no contact.
 
-// The boxes of all groups at the positions that are read, two corners each.
-@group(0) @binding(24) var<storage, read> group_boxes_in: array<vec4f>;
-
-// No place in memory.
-const NOWHERE: u32 = 0xffffffffu;
-
 var<workgroup> near: array<u32, GROUP>;
 var<workgroup> near_count: atomic<u32>;
 var<workgroup> stage_count: atomic<u32>;
 // Whether some thread of the workgroup has found more than it keeps.
 var<workgroup> is_more: atomic<u32>;
-
-fn box_in(group: u32) -> Box {
-    return Box(group_boxes_in[2u * group].xyz, group_boxes_in[2u * group + 1u].xyz);
-}
 
 struct Member {
     particle: u32,
@@ -92,25 +82,15 @@ fn contacts_search(group: u32, lane: u32, particle: u32, position: vec3f, place:
         // TURN groups at a time; the next ones are on their way while these are compared.
         var next_a = member_of(0u, count, lane);
         var next_b = member_of(1u, count, lane);
-        var next_c = Member(NONE, vec3f(0.0));
-        if TURN > 2u {
-            next_c = member_of(2u, count, lane);
-        }
         for (var at = 0u; at < count; at += TURN) {
             member_stage(around, next_a);
             member_stage(around, next_b);
-            if TURN > 2u {
-                member_stage(around, next_c);
-            }
             let staged = workgroupUniformLoad(&stage_count);
             if lane == 0u {
                 atomicStore(&stage_count, 0u);
             }
             next_a = member_of(at + TURN, count, lane);
             next_b = member_of(at + TURN + 1u, count, lane);
-            if TURN > 2u {
-                next_c = member_of(at + TURN + 2u, count, lane);
-            }
             for (var k = 0u; k < staged; k += 8u) {
                 var hits = hits_of(particle, position, k, staged - k);
                 while hits != 0u {

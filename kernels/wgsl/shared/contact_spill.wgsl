@@ -1,5 +1,10 @@
 // Partners of particles that have more than a thread keeps.
 
+// Partners that are kept. For a particle that has more all are searched for again.
+const KEPT: u32 = 16u;
+// No place in memory.
+const NOWHERE: u32 = 0xffffffffu;
+
 // What all particles have room for lies first (`contact_candidates_list`), then rows of any length in any order.
 @group(0) @binding(18) var<storage, read_write> contact_entries: array<u32>;
 
@@ -51,42 +56,4 @@ fn sort_entries(first: u32, count: u32) {
         contact_entries[first + last - 1u] = largest;
         sift_down(first, 0u, last - 1u);
     }
-}
-
-// The partners of a particle, one after the other.
-struct Partners {
-    count: u32,
-    // The next one in memory; NOWHERE if the thread keeps them.
-    place: u32,
-    kept: Kept,
-}
-
-// The partners of the particle of each thread, ascending. All threads of the workgroup take part.
-fn partners_of(group: u32, lane: u32, particle: u32, position: vec3f) -> Partners {
-    let found = contacts_search(group, lane, particle, position, NOWHERE);
-    if workgroupUniformLoad(&is_more) == 0u {
-        return Partners(found.count, NOWHERE, found.kept);
-    }
-    var place = NOWHERE;
-    if found.count > KEPT {
-        place = spill_allocate(found.count);
-    }
-    contacts_search(group, lane, particle, position, place);
-    if place == NOWHERE {
-        // Those that do not fit make the frame invalid.
-        return Partners(min(found.count, KEPT), NOWHERE, found.kept);
-    }
-    sort_entries(place, found.count);
-    return Partners(found.count, place, found.kept);
-}
-
-// Takes the next one.
-fn partner_next(partners: ptr<function, Partners>) -> u32 {
-    if (*partners).place == NOWHERE {
-        let next = (*partners).kept.a.x;
-        (*partners).kept = kept_rest((*partners).kept);
-        return next;
-    }
-    (*partners).place += 1u;
-    return contact_entries[(*partners).place - 1u];
 }

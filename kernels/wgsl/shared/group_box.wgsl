@@ -8,18 +8,20 @@ fn stage_position(at: u32) -> vec3f {
     return bitcast<vec3f>(stage[at].xyz);
 }
 
-// The smallest box with the positions of all threads. The stage must not be in use.
-fn group_box(lane: u32, position: vec3f) -> Box {
-    stage[lane] = vec4<u32>(bitcast<vec3<u32>>(position), 0u);
+// The smallest box with the positions of the first GROUP threads. The stage must not be in use by others than these.
+fn group_box(thread: u32, position: vec3f) -> Box {
+    if thread < GROUP {
+        stage[thread] = vec4<u32>(bitcast<vec3<u32>>(position), 0u);
+    }
     workgroupBarrier();
-    if lane < 16u {
-        let at = 4u * (lane % 8u);
+    if thread < 16u {
+        let at = 4u * (thread % 8u);
         let a = stage_position(at);
         let b = stage_position(at + 1u);
         let c = stage_position(at + 2u);
         let d = stage_position(at + 3u);
-        let corner = select(max(max(a, b), max(c, d)), min(min(a, b), min(c, d)), lane < 8u);
-        stage[GROUP + lane] = vec4<u32>(bitcast<vec3<u32>>(corner), 0u);
+        let corner = select(max(max(a, b), max(c, d)), min(min(a, b), min(c, d)), thread < 8u);
+        stage[GROUP + thread] = vec4<u32>(bitcast<vec3<u32>>(corner), 0u);
     }
     workgroupBarrier();
     var box = Box(stage_position(GROUP), stage_position(GROUP + 8u));

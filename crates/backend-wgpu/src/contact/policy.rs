@@ -25,9 +25,14 @@ impl ContactSizes {
     pub(crate) const fn row_words(&self) -> u64 {
         self.groups as u64 * (2 + self.near as u64 / 4)
     }
+
+    /// Whether the model has so few groups that their number does not matter.
+    pub(crate) const fn is_wide(&self) -> bool {
+        self.groups <= GROUPS_WIDE
+    }
 }
 
-/// Entries that every particle has a place for (`KEPT` in `shared/contact_kept.wgsl`).
+/// Entries that every particle has a place for (`KEPT` in `shared/contact_spill.wgsl`).
 const ROW: u32 = 16;
 /// Further entries at first, for each particle, for those with more partners.
 const SPILLED_PER_PARTICLE: u32 = 4;
@@ -104,9 +109,9 @@ impl ContactPolicy {
         }
     }
 
-    /// Whether the model has so few groups that their number does not matter.
+    /// As [`ContactSizes::is_wide`].
     pub(crate) const fn is_wide(&self) -> bool {
-        self.sizes.groups <= GROUPS_WIDE
+        self.sizes.is_wide()
     }
 
     const fn span(&self) -> Span {

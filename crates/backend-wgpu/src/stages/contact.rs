@@ -68,7 +68,8 @@ impl Stages {
     pub(super) fn groups_advance(&mut self, slot: usize) -> Result<()> {
         self.groups_prepare(slot)?;
         let next = self.free_motion();
-        self.over_groups("explicit_substep", "explicit_substep", next, slot)?;
+        let name = self.substep_kernel();
+        self.over_groups("explicit_substep", name, next, slot)?;
         self.has_boxes[next] = true;
         self.present = next;
         Ok(())

@@ -206,7 +206,7 @@ impl Stages {
 
     /// Compiles what every frame needs, so that what a device cannot do shows at once.
     fn kernels_prepare(&mut self) -> Result<()> {
-        match self.kernel("explicit_substep") {
+        match self.kernel(self.substep_kernel()) {
             Err(Error::LimitExceeded { .. }) => {
                 self.is_fused = false;
                 for name in ["field_forces", "spring_forces", "integrate_explicit"] {
@@ -257,12 +257,10 @@ impl Stages {
         let grids = self.model.colliders().iter().any(is_grid).then_some("grids");
         let impulses = self.model.collider_impulses().then_some("impulses");
         match name {
-            "explicit_substep" => {
+            "explicit_substep" | "explicit_substep_wide" => {
                 let air = self.model.air().is_some().then_some("air");
-                let penalty = is_penalty.then_some("penalty");
-                let is_wide = self.contact.as_ref().is_some_and(ContactPolicy::is_wide);
-                let wide = (is_penalty && is_wide).then_some("wide");
-                let forces = air.into_iter().chain(buckling).chain(penalty).chain(wide);
+                let penalty = (is_penalty && name == "explicit_substep").then_some("penalty");
+                let forces = air.into_iter().chain(buckling).chain(penalty);
                 forces.chain(grids).chain(impulses).collect()
             }
             "collider_response" => grids.into_iter().chain(impulses).collect(),
@@ -294,6 +292,7 @@ impl Stages {
             "measure" => {
                 buckling.into_iter().chain(contact.map(|_| "contact")).chain(grids).collect()
             }
+            "contact_candidates_boxes" => self.is_wide().then_some("wide").into_iter().collect(),
             "contact_candidates_list" => {
                 let excludes = contact.is_some_and(cloth_core::SelfContact::excludes_neighbours);
                 excludes.then_some("exclusions").into_iter().collect()
@@ -307,11 +306,22 @@ impl Stages {
         self.model.self_contact().is_some_and(|contact| !contact.excludes_neighbours())
     }
 
+    /// The form of the fused substep for this model.
+    fn substep_kernel(&self) -> &'static str {
+        if self.is_wide() { "explicit_substep_wide" } else { "explicit_substep" }
+    }
+
+    /// Whether the fused substep is in the form for few groups.
+    fn is_wide(&self) -> bool {
+        self.is_penalty() && self.contact.as_ref().is_some_and(ContactPolicy::is_wide)
+    }
+
     fn kernel(&mut self, name: &'static str) -> Result<Arc<Kernel>> {
         if let Some(kernel) = self.kernels.get(name) {
             return Ok(Arc::clone(kernel));
         }
-        let has_procedural = ["explicit_substep", "procedural_forces"].contains(&name);
+        let has_procedural =
+            ["explicit_substep", "explicit_substep_wide", "procedural_forces"].contains(&name);
         let procedural = self.procedural.as_ref().filter(|_| has_procedural);
         let kernel = self.context.kernel(name, &self.options(name), procedural)?;
         self.kernels.insert(name, Arc::clone(&kernel));

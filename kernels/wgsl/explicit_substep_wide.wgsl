@@ -1,0 +1,138 @@
+// The composite stage of a model of few groups with contact by penalties (`explicit_substep.wgsl`).
+//
+// So few workgroups leave most of a device idle, and the time is that of one of them: springs, particles to compare and partners are
+// shared out among several threads for each particle, and what one waits for is asked for before it is needed. The substep before
+// leaves behind the box of each group and, side by side, its particles.
+//!include model substep status motion motion_out finite field spring integrate collider procedural
+//!if grids
+//!include distance_grid
+//!end
+//!if not grids
+//!include distance_grid_none
+//!end
+//!if impulses
+//!include impulses
+//!end
+//!if not impulses
+//!include impulses_none
+//!end
+//!if buckling
+//!include spring_buckling
+//!end
+//!if not buckling
+//!include spring_linear
+//!end
+//!if air
+//!include triangles air air_add
+//!end
+//!if not air
+//!include air_add_none
+//!end
+//!include particle_advance contact_pair contact_counts contact_penalty group crews contact_turn_wide group_box group_boxes
+//!include group_boxes_out group_positions group_positions_out group_rows group_region group_check contact_spill spring_wide
+//!include contact_search_wide contact_force_wide
+
+@compute @workgroup_size(THREADS)
+fn main(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let group = group_index(workgroup, groups);
+    if group >= contact.group_count {
+        return;
+    }
+    let lane = thread % GROUP;
+    let crew = thread / GROUP;
+    let own = group_positions_in[group * GROUP + lane];
+    let first = group_positions_in[group * GROUP];
+    let row = group_row(group);
+    let other = row_entry(row, thread);
+    let listed = group_rows[row].w;
+    let region = group_region(group);
+    let box = box_in(group);
+    let is_over = is_over();
+    // Threads without a particle look at the first one, and store nothing.
+    let exists = own.w != NONE;
+    let particle = select(first.w, own.w, exists);
+    let position = bitcast<vec3f>(select(first.xyz, own.xyz, exists));
+    var other_box = box;
+    if thread < listed {
+        other_box = box_in(other);
+    }
+    // Two crews have springs: the second one the first of them, as the first one ends the sum.
+    let has_springs = crew < 2u;
+    let springs_first = select(BATCH, 0u, crew == 1u);
+    var velocity = vec4f(0.0);
+    var springs = SpringRow(0u, 0u, 1u);
+    if has_springs {
+        velocity = velocity_in[particle];
+        springs = spring_row(particle);
+    }
+    search_begin(thread, own);
+    var entries: Entries;
+    if has_springs {
+        entries = entries_of(springs, springs_first);
+    }
+    var before = vec4f(position, 0.0);
+    if crew == 0u {
+        before = position_in[particle];
+    }
+    if group == 0u && thread == 0u {
+        atomicStore(&status.contact_spilled[1u - (substep.contact_tick & 1u)], 0u);
+    }
+    if thread == 0u && !is_over && !region_holds(region, box) {
+        atomicOr(&status.invalid, INVALID_LIST);
+    }
+    let seeker = Seeker(group, crew, lane, own.w, position, box_grown(box, contact_reach(box)), NOWHERE);
+    workgroupBarrier();
+    if thread < listed {
+        near_add(seeker, other, other_box);
+    }
+    let count = workgroupUniformLoad(&near_count);
+    var members = members_of(seeker, 0u, count);
+    // While these are on their way.
+    compare_own(seeker);
+    var pulls: Pulls;
+    if has_springs {
+        pulls = pulls_of(springs, springs_first, entries, particle, position, velocity.xyz);
+    }
+    if crew == 1u {
+        var sum = field_force(velocity.w, velocity.xyz);
+        sum = procedural_force(sum, particle, position, velocity.xyz, velocity.w);
+        spring_sums[lane] = pulls_add(sum, pulls, springs, 0u);
+    }
+    var is_short = listed > THREADS;
+    for (var at = 0u; at == 0u || at < count; at += MEMBERS * CREWS) {
+        if at != 0u {
+            members = members_of(seeker, at, count);
+            stage_clear(seeker);
+        }
+        member_stage(seeker, members.a);
+        member_stage(seeker, members.b);
+        let staged = workgroupUniformLoad(&stage_count);
+        is_short = is_short || staged > STAGE;
+        compare_others(seeker, min(staged, STAGE));
+    }
+    var force = vec3f(0.0);
+    if crew == 0u {
+        force = pulls_add(spring_sums[lane], pulls, springs, BATCH);
+        force = springs_add(force, springs, 2u * BATCH, particle, position, velocity.xyz);
+        force = air_add(force, particle);
+    }
+    if workgroupUniformLoad(&partners_most) != 0u || is_short {
+        force += contact_force(seeker, listed, is_short, velocity.xyz);
+    }
+    var moved = Moved(position, velocity.xyz);
+    if crew == 0u {
+        if exists {
+            moved = particle_advance(particle, before, velocity, force, is_over);
+            if (substep.flags & FLAG_COUNT_CONTACTS) != 0u {
+                contact_counts[particle] = atomicLoad(&partner_counts[lane]);
+            }
+        }
+        position_keep(group, lane, own.w, moved.position);
+        region_check(region, moved.position, moved.velocity, substep.contact_tick + 1u);
+    }
+    box_keep(group, thread, moved.position);
+}
