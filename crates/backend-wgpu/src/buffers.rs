@@ -15,8 +15,11 @@ use crate::{
 };
 
 /// Copies of the motion of all particles. Two take turns; frames that may have to be done again need a third, in which the start
-/// of a frame is kept until the frame is known to be good.
-const MOTIONS: [&str; 3] = ["motion 0", "motion 1", "motion 2"];
+/// of a frame is kept until the frame is known to be good, and a fourth if the device is asked for some frames while it does others.
+const MOTIONS: [&str; MOTIONS_MAX] = ["motion 0", "motion 1", "motion 2", "motion 3"];
+
+/// Most copies of the motion.
+pub(crate) const MOTIONS_MAX: usize = 4;
 
 /// All buffers of a solver.
 #[derive(Debug)]

@@ -188,7 +188,16 @@ impl DeviceContext {
 
     /// Waits until the device has done everything it was given.
     pub(crate) fn wait(&self) -> Result<()> {
-        let outcome = self.device.poll(wgpu::PollType::wait_indefinitely());
+        self.poll(wgpu::PollType::wait_indefinitely())
+    }
+
+    /// Waits until the device has done all work up to a submission.
+    pub(crate) fn wait_for(&self, submission: wgpu::SubmissionIndex) -> Result<()> {
+        self.poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: None })
+    }
+
+    fn poll(&self, until: wgpu::PollType) -> Result<()> {
+        let outcome = self.device.poll(until);
         self.faults.check()?;
         match outcome {
             Ok(_) => Ok(()),

@@ -14,10 +14,10 @@ use cloth_core::{Error, Result};
 use crate::{device::DeviceContext, fault::BACKEND};
 
 /// Becomes ready when a buffer is mapped.
-#[derive(Clone, Default)]
+#[derive(Clone, Debug, Default)]
 struct Mapped(Arc<Mutex<MappedState>>);
 
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct MappedState {
     outcome: Option<std::result::Result<(), wgpu::BufferAsyncError>>,
     waker: Option<Waker>,
@@ -110,6 +110,36 @@ impl Readback {
         self.buffer.unmap();
         self.total.fetch_add(size, Ordering::Relaxed);
         Ok(result)
+    }
+}
+
+/// Something that was asked for and is not yet there.
+#[derive(Debug)]
+pub(crate) struct Answer {
+    readback: Readback,
+    size: u64,
+    mapped: Mapped,
+    /// The work that it comes after.
+    submission: wgpu::SubmissionIndex,
+}
+
+impl Answer {
+    /// The first `size` bytes of `readback` after all work submitted so far. Nothing blocks.
+    pub(crate) fn ask(context: &DeviceContext, readback: Readback, size: u64) -> Self {
+        let submission = context.queue.submit([]);
+        let mapped = readback.map(size);
+        Self { readback, size, mapped, submission }
+    }
+
+    /// Waits for it, and for no work submitted later.
+    pub(crate) fn wait<R>(
+        self,
+        context: &DeviceContext,
+        take: impl FnOnce(&[u8]) -> R,
+    ) -> Result<R> {
+        context.wait_for(self.submission)?;
+        pollster::block_on(self.mapped).map_err(|error| lost(&error))?;
+        self.readback.take(self.size, take)
     }
 }
 

@@ -7,7 +7,7 @@ use cloth_core::{
     stepper::{FramePlan, Substep},
 };
 
-use crate::{linear::SolveRequest, slots::Slots};
+use crate::{linear::SolveRequest, readback::Answer, slots::Slots};
 
 /// Something that changes the state or the forces.
 #[derive(Clone, Debug)]
@@ -63,6 +63,19 @@ pub(crate) struct OpenFrames {
     pub(crate) start: usize,
     /// Each of them.
     pub(crate) frames: Vec<OpenFrame>,
+    /// What the device was asked while it goes on.
+    pub(crate) question: Option<Question>,
+}
+
+/// Whether the first ones of the open frames are good.
+#[derive(Debug)]
+pub(crate) struct Question {
+    /// Number of these frames.
+    pub(crate) frames: usize,
+    /// The motion after them, which nothing may overwrite: the others begin with it.
+    pub(crate) motion: usize,
+    /// The status after them.
+    pub(crate) status: Answer,
 }
 
 /// A frame, or a part of one.

@@ -10,4 +10,4 @@
 mod frame;
 pub(crate) mod policy;
 
-pub(crate) use frame::{Command, OpenFrame, OpenFrames};
+pub(crate) use frame::{Command, OpenFrame, OpenFrames, Question};

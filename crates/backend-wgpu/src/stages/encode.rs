@@ -8,8 +8,8 @@ use crate::{
     dispatch::WORKGROUP,
 };
 
-/// Frames that may be under way before the host asks whether they are good.
-const FRAMES_AHEAD: usize = 8;
+/// Frames that may be under way before the host knows whether they are good.
+pub(super) const FRAMES_AHEAD: usize = 8;
 
 impl Stages {
     /// Runs a command. Where the device may turn out to have been given too little to do, or too little
@@ -26,7 +26,7 @@ impl Stages {
         }
         if self.open.is_none() && (self.is_batch || command.has_contact()) {
             let frames = vec![self.frame_open()];
-            self.open = Some(OpenFrames { start: self.present, frames });
+            self.open = Some(OpenFrames { start: self.present, frames, question: None });
             self.impulses_copy(["impulses", "impulses_of_frame"])?;
         }
         self.encode(&command)?;
@@ -47,11 +47,19 @@ impl Stages {
         OpenFrame { slots: self.slots.clone(), plan: self.plan.clone(), commands: Vec::new() }
     }
 
-    /// Whether frames may follow each other before the host knows that they are good.
-    pub(super) fn looks_ahead(&self) -> bool {
+    /// Makes sure that a frame may follow, before anything belongs to it.
+    pub(super) fn frame_admit(&mut self) -> Result<()> {
+        if self.asks_ahead() {
+            self.frames_confirm()?;
+        }
+        if self.looks_ahead(FRAMES_AHEAD) { Ok(()) } else { self.settle() }
+    }
+
+    /// Whether up to `most` frames may follow each other before the host knows that they are good.
+    fn looks_ahead(&self, most: usize) -> bool {
         self.solve_policy.is_none()
             && self.failure.is_none()
-            && self.open.as_ref().is_some_and(|open| open.frames.len() < FRAMES_AHEAD)
+            && self.open.as_ref().is_some_and(|open| open.frames.len() < most)
     }
 
     /// Whether the device decides how the solves of an implicit substep go on.
@@ -66,7 +74,9 @@ impl Stages {
 
     pub(crate) fn batch_begin(&mut self) {
         self.is_batch = true;
-        let settled = if self.looks_ahead() { Ok(()) } else { self.settle() };
+        // The frame that has begun is one of them. It may be the last one: `frame_admit` is going to make room for the next one.
+        let most = FRAMES_AHEAD + usize::from(self.asks_ahead());
+        let settled = if self.looks_ahead(most) { Ok(()) } else { self.settle() };
         if let Err(error) = settled.and_then(|()| self.constrained_reset()) {
             self.failure = Some(error);
         }

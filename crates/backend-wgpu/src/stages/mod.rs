@@ -1,5 +1,6 @@
 //! One solver's memory, and the recording of all stages on it.
 
+mod confirm;
 mod contact;
 mod control_forces;
 mod encode;
@@ -18,8 +19,11 @@ use cloth_core::{
 use wgpu::BindGroup;
 
 use crate::{
-    buffers::{Buffers, uniform_array},
-    contact::{OpenFrames, policy::ContactPolicy},
+    buffers::{Buffers, MOTIONS_MAX, uniform_array},
+    contact::{
+        OpenFrames,
+        policy::{ContactPolicy, ContactSizes},
+    },
     device::{DYNAMIC, DeviceContext, Kernel},
     dispatch::{Groups, MEASURE_BLOCK, WORKGROUP, groups, solve_blocks},
     fault::BACKEND,
@@ -55,7 +59,7 @@ pub(crate) struct Stages {
     /// The motion that holds the present state.
     present: usize,
     /// For each motion whether the boxes around its groups are known.
-    has_boxes: [bool; 3],
+    has_boxes: [bool; MOTIONS_MAX],
     held: Vec<bool>,
     control_forces: control_forces::InEffect,
     /// Whether one kernel does the composite stage; false on a device that cannot bind enough buffers.
@@ -150,7 +154,13 @@ impl Stages {
         };
         let sizes = contact.as_ref().map(|policy| policy.sizes);
         let repeats = contact.is_some() || solve_policy.is_some();
-        let motions = if repeats { 3 } else { 2 };
+        // Where a frame is short the device would stand still while the host learns how the last ones went.
+        let is_short = sizes.as_ref().is_some_and(ContactSizes::is_wide) && solve_policy.is_none();
+        let motions = match (repeats, is_short && !model.collider_impulses()) {
+            (_, true) => MOTIONS_MAX,
+            (true, false) => 3,
+            (false, false) => 2,
+        };
         let buffers = Buffers::new(&context, &model, &tables, sizes.as_ref(), motions)?;
         let mut stages = Self {
             recorder: Recorder::new(&context, solve_policy.is_some()),
@@ -163,7 +173,7 @@ impl Stages {
             slots: Slots::new(),
             colours: tables.colours,
             present: 0,
-            has_boxes: [false; 3],
+            has_boxes: [false; MOTIONS_MAX],
             held: vec![false; model.particle_count()],
             control_forces: control_forces::InEffect::default(),
             is_fused: true,
@@ -404,9 +414,7 @@ impl Stages {
     }
 
     pub(crate) fn frame_begin(&mut self, plan: &FramePlan) -> Result<()> {
-        if !self.looks_ahead() {
-            self.settle()?;
-        }
+        self.frame_admit()?;
         self.slots.fill(plan);
         self.slots.ticks();
         self.slots_write()?;

@@ -49,7 +49,7 @@ impl Stages {
         self.failure = None;
         self.recorder.submit(&self.context)?;
         self.present = 0;
-        self.has_boxes = [false; 3];
+        self.has_boxes.fill(false);
         let count = state.positions.len();
         let mut vectors: Vec<[f32; 4]> = Vec::with_capacity(count);
         for (particle, position) in state.positions.iter().enumerate() {
@@ -238,16 +238,23 @@ impl Stages {
         Ok(())
     }
 
-    /// A motion that may be overwritten: neither the present one nor the start of an open frame.
+    /// A motion that may be overwritten: neither the present one nor one that is kept.
     pub(super) fn free_motion(&self) -> usize {
-        let start = self.open.as_ref().map(|open| open.start);
         let mut motions = 0..self.buffers.motion_count();
-        motions.find(|&motion| motion != self.present && Some(motion) != start).unwrap_or(0)
+        motions.find(|&motion| motion != self.present && !self.is_kept(motion)).unwrap_or(0)
+    }
+
+    /// Whether open frames may begin with a motion.
+    fn is_kept(&self, motion: usize) -> bool {
+        self.open.as_ref().is_some_and(|open| {
+            let asked = open.question.as_ref().map(|question| question.motion);
+            motion == open.start || Some(motion) == asked
+        })
     }
 
     /// Makes sure that the present motion may be changed in place.
     pub(super) fn in_place(&mut self) -> Result<()> {
-        if self.open.as_ref().is_none_or(|open| open.start != self.present) {
+        if !self.is_kept(self.present) {
             self.has_boxes[self.present] = false;
             return Ok(());
         }

@@ -60,6 +60,9 @@ impl Stages {
 
     /// Waits for the device, and does the open frames again until they are good.
     fn finish(&mut self, measure: bool) -> Result<()> {
+        if let Some(open) = &mut self.open {
+            open.question = None;
+        }
         for attempt in 1..=ATTEMPTS_MAX {
             self.status_read(measure)?;
             if self.open.is_none() || !self.frame_repeat(attempt)? {
