@@ -6,6 +6,17 @@ struct ContactSum {
     uint contacts;
 };
 
+// Position and velocity of a partner by its key; nothing changes if that is NONE.
+__device__ __forceinline__ void partner_load(const AreaPackets& packets, uint key, vec3& position, vec3& velocity) {
+    uint entry = key & AREA_IN_PACKETS;
+    if (entry != AREA_IN_PACKETS) {
+        position = xyz(area_x()[entry]);
+        velocity = xyz(area_v()[entry]);
+    } else if (key != NONE) {
+        packets.particle_wait(key >> 16, position, velocity);
+    }
+}
+
 // The sum of a number below 32 over the lanes before this one, and over all.
 __device__ __forceinline__ uint lanes_before(uint number, uint lane, uint& total) {
     uint before = 0;
@@ -52,14 +63,8 @@ __device__ __forceinline__ ContactSum contacts_sum(const Solver& s, const AreaVi
         const uint* keys = area_partners() + view.number(owner);
         uint key = keys[(named >> 10) * TILE_PARTICLES], place = number - rank;
         place += keys_below(keys, owner_here, key) + keys_below(keys + AREA_PARTNERS_HERE * TILE_PARTICLES, owner_far, key);
-        uint entry = key & AREA_IN_PACKETS;
         vec3 xj, vj, force = {0, 0, 0};
-        if (entry == AREA_IN_PACKETS) {
-            packets.particle_wait(key >> 16, xj, vj);
-        } else {
-            xj = xyz(area_x()[entry]);
-            vj = xyz(area_v()[entry]);
-        }
+        partner_load(packets, key, xj, vj);
         Pair pair = pair_of(xyz(area_x()[owner_at]), xj);
         bool touches = is_in_contact(s, pair.length_squared);
         if (touches) penalty_add(s, pair, xyz(area_v()[owner_at]) - vj, force);

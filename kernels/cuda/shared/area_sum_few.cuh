@@ -29,17 +29,11 @@ __device__ __forceinline__ ContactSum contacts_sum_few(const Solver& s, const Ar
         bool touches[2];
 #pragma unroll
         for (uint k = 0; k < 2; k++) {
-            uint key = keys[k], entry = key & AREA_IN_PACKETS;
             forces[k] = {0, 0, 0};
             vec3 xj = xi, vj = vi;
-            if (entry != AREA_IN_PACKETS) {
-                xj = xyz(area_x()[entry]);
-                vj = xyz(area_v()[entry]);
-            } else if (key != NONE) {
-                packets.particle_wait(key >> 16, xj, vj);
-            }
+            partner_load(packets, keys[k], xj, vj);
             Pair pair = pair_of(xi, xj);
-            touches[k] = key != NONE && is_in_contact(s, pair.length_squared);
+            touches[k] = keys[k] != NONE && is_in_contact(s, pair.length_squared);
             if (touches[k]) penalty_add(s, pair, vi - vj, forces[k]);
         }
         keys[0] = keys[2];
