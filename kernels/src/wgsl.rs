@@ -114,8 +114,8 @@ shared! {
     "group_region" "group_rows" "impulses" "impulses_none" "integrate" "link_kinds" "links" "matrix"
     "matrix_diagonal" "matrix_entry" "matrix_row" "matrix_springs" "measure_sum" "model" "motion" "motion_out"
     "particle_advance" "particle_force" "piece" "preconditioner" "preconditioner_block" "procedural" "solve"
-    "solve_begin" "solve_check" "solve_outcome" "spring" "spring_buckling" "spring_factor" "spring_linear"
-    "spring_wide" "status" "substep" "symmetric" "triangles" "vectors"
+    "solve_begin" "solve_check" "solve_outcome" "spring" "spring_batch" "spring_buckling" "spring_factor" "spring_linear"
+    "status" "substep" "symmetric" "triangles" "vectors"
 }
 
 /// A resource that a module binds.

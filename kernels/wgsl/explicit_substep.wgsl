@@ -1,6 +1,6 @@
 // The composite stage: all forces, integration and, where nothing comes between, colliders, in one
 // pass over the particles. `explicit_substep_wide.wgsl` is the same for small models with contact.
-//!include model substep status motion motion_out finite field spring integrate collider procedural
+//!include model substep status motion motion_out finite field spring spring_batch integrate collider procedural
 //!if grids
 //!include distance_grid
 //!end

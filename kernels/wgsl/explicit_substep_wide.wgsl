@@ -3,7 +3,7 @@
 // So few workgroups leave most of a device idle, and the time is that of one of them: springs, particles to compare and partners are
 // shared out among several threads for each particle, and what one waits for is asked for before it is needed. The substep before
 // leaves behind the box of each group and, side by side, its particles.
-//!include model substep status motion motion_out finite field spring integrate collider procedural
+//!include model substep status motion motion_out finite field spring spring_batch integrate collider procedural
 //!if grids
 //!include distance_grid
 //!end
@@ -29,8 +29,11 @@
 //!include air_add_none
 //!end
 //!include particle_advance contact_pair contact_counts contact_penalty group crews contact_turn_wide group_box group_boxes
-//!include group_boxes_out group_positions group_positions_out group_rows group_region group_check contact_spill spring_wide
+//!include group_boxes_out group_positions group_positions_out group_rows group_region group_check contact_spill
 //!include contact_search_wide contact_force_wide
+
+// For each particle the sum over its first springs.
+var<workgroup> spring_sums: array<vec3f, GROUP>;
 
 @compute @workgroup_size(THREADS)
 fn main(
@@ -62,17 +65,18 @@ fn main(
     }
     // Two crews have springs: the second one the first of them, as the first one ends the sum.
     let has_springs = crew < 2u;
-    let springs_first = select(BATCH, 0u, crew == 1u);
     var velocity = vec4f(0.0);
     var springs = SpringRow(0u, 0u, 1u);
+    var springs_at = 0u;
     if has_springs {
         velocity = velocity_in[particle];
         springs = spring_row(particle);
+        springs_at = springs.first + select(SPRING_BATCH, 0u, crew == 1u) * springs.stride;
     }
     search_begin(thread, own);
-    var entries: Entries;
+    var entries: SpringEntries;
     if has_springs {
-        entries = entries_of(springs, springs_first);
+        entries = spring_entries_of(springs, springs_at);
     }
     var before = vec4f(position, 0.0);
     if crew == 0u {
@@ -93,14 +97,14 @@ fn main(
     var members = members_of(seeker, 0u, count);
     // While these are on their way.
     compare_own(seeker);
-    var pulls: Pulls;
+    var pulls: SpringPulls;
     if has_springs {
-        pulls = pulls_of(springs, springs_first, entries, particle, position, velocity.xyz);
+        pulls = spring_pulls(springs, springs_at, entries, particle, position, velocity.xyz);
     }
     if crew == 1u {
         var sum = field_force(velocity.w, velocity.xyz);
         sum = procedural_force(sum, particle, position, velocity.xyz, velocity.w);
-        spring_sums[lane] = pulls_add(sum, pulls, springs, 0u);
+        spring_sums[lane] = spring_pulls_add(sum, pulls, springs, springs_at);
     }
     var is_short = listed > THREADS;
     for (var at = 0u; at == 0u || at < count; at += MEMBERS * CREWS) {
@@ -116,8 +120,8 @@ fn main(
     }
     var force = vec3f(0.0);
     if crew == 0u {
-        force = pulls_add(spring_sums[lane], pulls, springs, BATCH);
-        force = springs_add(force, springs, 2u * BATCH, particle, position, velocity.xyz);
+        force = spring_pulls_add(spring_sums[lane], pulls, springs, springs_at);
+        force = springs_add(force, springs, springs_at + SPRING_BATCH * springs.stride, particle, position, velocity.xyz);
         force = air_add(force, particle);
     }
     if workgroupUniformLoad(&partners_most) != 0u || is_short {

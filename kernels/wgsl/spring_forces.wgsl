@@ -1,5 +1,5 @@
 // NUMERICS section 2: adds the forces of springs and their dampers.
-//!include model status motion force spring
+//!include model status motion force spring spring_batch
 //!if buckling
 //!include spring_buckling
 //!end
