@@ -3,26 +3,17 @@
 //
 // Half of the warps compute springs and move the particles, a row of the tile each; the others search for partners, those of a group
 // each: while particles around the tile are on their way in the tile, then around it. The former, when they have their springs, search in
-// other groups that are near, for a group each. A warp that waits for one other waits for a note of that one in shared memory, not for all. Particles travel in packets that carry the number of their substep
-// (`shared/packet.cuh`), so that nobody waits for a block whose particles it does not read, but for this: a block moves its particles only
-// when all have said that their groups were within their regions, and that they have read what is then written over. What was searched
-// with lists that did not hold is searched once more.
+// other groups that are near, for a group each. Warps wait for those alone whose work they need, at gates (`shared/ptx.cuh`). Particles travel
+// in packets that carry the number of their substep (`shared/packet.cuh`), so that nobody waits for a block whose particles it does not
+// read, but for this: a block moves its particles only when all have said that their groups were within their regions, and that they
+// have read what is then written over. What was searched with lists that did not hold is searched once more.
 
 // A warp for each row of the tile, and one that searches for each group.
 #define WARPS (TILE_ROWS + TILE_GROUPS)
 
-// Barriers: of the warps that compute springs, and of those that search; that at which the former tell the latter that the tile has
-// moved; that of all, where a substep is known but for what it does to the particles; and the first of those at which a warp tells
-// another what it found in other groups.
+// Barriers: of the warps that compute springs, and of those that search.
 #define BARRIER_SPRINGS 1
 #define BARRIER_SEARCH 2
-#define BARRIER_MOVED 3
-#define BARRIER_FORCES 4
-#define BARRIER_FAR_FOUND 5
-
-// What is written when other groups near one are known, in the substep of a packet number: before lists are made anew, if they have to be, and
-// after.
-__device__ __forceinline__ uint search_turn(uint number, bool again) { return 2 * number + (again ? 1 : 0); }
 
 // Groups near the tile that there is room for while lists are made.
 #define LISTS_NEAR (TILE_GROUPS * AREA_PAIRS / 2u)
@@ -39,8 +30,14 @@ struct Shared {
     // Contact forces on the particles, row by row, and how many partners they have.
     vec3 forces[TILE_PARTICLES];
     uint contacts[TILE_PARTICLES];
-    // The last substep for which what is around the tile has come, by its packets.
-    uint around;
+    // Gates that warps open which compute springs: when the tile has moved, when what is around it has come, and when what all blocks have said is
+    // known; and when what each of them has found in other groups is. One that warps open which search: when all contacts are known. Once for
+    // each substep, the last three once for each search.
+    ulong gate_moved;
+    ulong gate_around;
+    ulong gate_votes;
+    ulong gates_far[TILE_GROUPS];
+    ulong gate_found;
     // Groups that are near those of the tile, and partners that are in these.
     FarGroups far_groups[TILE_GROUPS];
     uint far_found[TILE_PARTICLES];
@@ -151,7 +148,8 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
         pair_store(packets.votes + blockIdx.x, (all >> 8 & 255u ? VOTE_STALE : 0) | (all >> 16 ? VOTE_STOP : 0), packets.number);
     };
     send(AreaPackets::of(s, (uint)s.epoch + 1), xyz(x[own.at]), xyz(v[own.at]), true, true);
-    team_arrive(BARRIER_MOVED, WARPS * 32);
+    gate_arrive(&shared.gate_moved);
+    uint searches_before = 0;
 #pragma unroll 1
     for (uint number = 0; number < substeps; number++) {
         AreaPackets packets = AreaPackets::of(s, (uint)s.epoch + number + 1);
@@ -177,8 +175,8 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
                 v[entries[which]] = with_w(velocity, 0);
             }
         }
+        gate_arrive(&shared.gate_around);
         team_wait(BARRIER_SPRINGS, TILE_PARTICLES);
-        if (threadIdx.x == 0) note_write(&shared.around, packets.number);
         // What others have said, and what comes next, are on their way while springs are computed.
         // Lanes that are left over look at the last one.
         uint block = warp * 32;
@@ -190,7 +188,7 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
         vec3 springs[STENCIL_KINDS];
         stencil_springs<AREA_STRIDE>(s, x + stencil_first, v + stencil_first, own.row, own.column, outer, forces, springs);
         const FarGroups& groups = shared.far_groups[warp];
-        bool searches = far.begin(s, packets, groups, search_turn(packets.number, false));
+        bool searches = far.begin(s, packets, groups, searches_before);
         team_wait(BARRIER_SPRINGS, TILE_PARTICLES);
         vec3 xi = xyz(x[own.at]), vi = xyz(v[own.at]);
         vec3 force = field_force(s, mass, vi);
@@ -207,8 +205,8 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
             if (searches) {
                 far.search(s, packets, groups);
                 shared.far_found[far.number(lane)] = far.found;
-                team_arrive(BARRIER_FAR_FOUND + warp, 2 * GROUP);
             }
+            gate_arrive(&shared.gates_far[warp]);
 #pragma unroll 1
             for (; block < gridDim.x; block += TILE_PARTICLES) {
                 while ((uint)told != packets.number) pair_load(packets.votes + min(block + lane, gridDim.x - 1), voted, told);
@@ -217,10 +215,13 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
             }
             __syncwarp();
             if (reads_ahead && !again) copies_wait();
-            team_wait(BARRIER_FORCES, WARPS * 32);
+            gate_arrive(&shared.gate_votes);
+            gate_wait(&shared.gate_votes, searches_before);
+            gate_wait(&shared.gate_found, searches_before);
+            searches_before++;
             said = agreed(shared, number);
             if (again || said != VOTE_STALE) break;
-            searches = far.begin(s, packets, groups, search_turn(packets.number, true));
+            searches = far.begin(s, packets, groups, searches_before);
         }
         if (threadIdx.x == 0) shared.agreed[(number + 1) & 1] = 0;
         if (said & VOTE_STOP) return true;
@@ -238,7 +239,7 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
             if (own.exists && contacts > 0) atomicAdd(&shared.total, contacts);
             break;
         }
-        team_arrive(BARRIER_MOVED, WARPS * 32);
+        gate_arrive(&shared.gate_moved);
         // Written so that what is not a number is not within.
         bool stays = !own.exists || box_holds(shared.regions[own.part()], moved.position);
         send(AreaPackets::of(s, packets.number + 1), moved.position, moved.velocity, stays, finite);
@@ -248,7 +249,7 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
 
 // What a warp that searches does in a frame.
 __device__ __forceinline__ void groups_search(const Solver& s, uint substeps, Shared& shared, AreaSearch& search) {
-    uint lane = search.lane, part = search.part;
+    uint lane = search.lane, part = search.part, searches_before = 0;
 #pragma unroll 1
     for (uint number = 0; number < substeps; number++) {
         AreaPackets packets = AreaPackets::of(s, (uint)s.epoch + number + 1);
@@ -259,7 +260,7 @@ __device__ __forceinline__ void groups_search(const Solver& s, uint substeps, Sh
                 Box region = region_of(s, search.exists, xyz(area_x()[search.at]), xyz(area_v()[search.at]));
                 lists_make(s, shared, search.tile, region, part, lane, packets.number);
             }
-            if (!again) team_wait(BARRIER_MOVED, WARPS * 32);
+            if (!again) gate_wait(&shared.gate_moved, number);
             Box box = search.start(s);
             box_send(packets.boxes, blockIdx.x * TILE_GROUPS + part, lane, box, packets.number);
             uint listed = shared.listed[part], other = search.listed_group(s, 0, listed);
@@ -268,15 +269,15 @@ __device__ __forceinline__ void groups_search(const Solver& s, uint substeps, Sh
             // First what is in the tile, then what is around it.
 #pragma unroll 1
             for (uint around = 0; around < 2; around++) {
-                if (around) note_wait(&shared.around, packets.number);
+                if (around && !again) gate_wait(&shared.gate_around, number);
                 search.take_around(s, around ? ~search.in_tile : search.in_tile);
-                if (!around) shared.far_groups[part].fill(s, search, packets, listed, other, coming, search_turn(packets.number, again));
+                if (!around) shared.far_groups[part].fill(s, search, packets, listed, other, coming);
                 // But for each with itself.
-                search.compare(s, around ? 0 : 1u << lane);
+                search.compare(around ? 0 : 1u << lane);
             }
             uint groups = shared.far_groups[part].count, far = groups > AREA_FAR_GROUPS ? NONE : 0;
             if (groups > 0 && groups <= AREA_FAR_GROUPS) {
-                team_wait(BARRIER_FAR_FOUND + part, 2 * GROUP);
+                gate_wait(&shared.gates_far[part], searches_before);
                 far = shared.far_found[search.number(lane)];
             }
             // Of too many groups nobody has looked at any.
@@ -298,7 +299,9 @@ __device__ __forceinline__ void groups_search(const Solver& s, uint substeps, Sh
             uint particle = search.number(lane);
             shared.contacts[particle] = sum.contacts;
             if (sum.contacts > 0) shared.forces[particle] = sum.force;
-            team_wait(BARRIER_FORCES, WARPS * 32);
+            gate_arrive(&shared.gate_found);
+            gate_wait(&shared.gate_votes, searches_before);
+            searches_before++;
             uint all = agreed(shared, number);
             if (all & VOTE_STOP) return;
             if (again || all != VOTE_STALE) break;
@@ -325,11 +328,16 @@ extern "C" __global__ void __launch_bounds__(WARPS * 32, 1) explicit_frame(const
     uint lane = threadIdx.x & 31, warp = threadIdx.x / 32;
     if (warp == WARPS - 1) {
         shared.frame.start(s, substeps, lane, 32);
-        // As after the substep before.
-        if (lane < TILE_GROUPS) shared.far_groups[lane].turn = search_turn((uint)s.epoch, true);
+        if (lane < TILE_GROUPS) {
+            gate_make(&shared.far_groups[lane].gate, GROUP);
+            gate_make(&shared.gates_far[lane], GROUP);
+        }
         if (lane == 0) {
             shared.vote = shared.agreed[0] = shared.agreed[1] = shared.total = 0;
-            shared.around = (uint)s.epoch;
+            gate_make(&shared.gate_moved, TILE_PARTICLES);
+            gate_make(&shared.gate_around, TILE_PARTICLES);
+            gate_make(&shared.gate_votes, TILE_PARTICLES);
+            gate_make(&shared.gate_found, TILE_PARTICLES);
             if (blockIdx.x == 0) {
                 s.status->candidates = 0;
                 // Before any block can see that this one is there.

@@ -109,23 +109,33 @@ static void yield_to_block() {
     yield_to_other();
 }
 
-// Arrives at a barrier of so many threads.
-static void team_arrive(unsigned barrier, unsigned threads) {
-    if (++block->arrived[barrier] < threads) return;
-    block->arrived[barrier] = 0;
-    block->generation[barrier]++;
-}
-
 // Waits for so many threads of the block.
 static void team_wait(unsigned barrier, unsigned threads) {
     unsigned generation = block->generation[barrier];
-    team_arrive(barrier, threads);
+    if (++block->arrived[barrier] == threads) {
+        block->arrived[barrier] = 0;
+        block->generation[barrier]++;
+    }
     while (block->generation[barrier] == generation) yield_to_other();
 }
 
-static void note_write(unsigned* note, unsigned number) { *note = number; }
-static void note_wait(const unsigned* note, unsigned number) {
-    while (*note != number) yield_to_other();
+struct Gate {
+    uint16_t threads, missing;
+    uint32_t times;
+};
+
+static void gate_make(unsigned long long* gate, unsigned threads) { *(Gate*)gate = {(uint16_t)threads, (uint16_t)threads, 0}; }
+
+static void gate_arrive(unsigned long long* address) {
+    Gate& gate = *(Gate*)address;
+    if (--gate.missing > 0) return;
+    gate.missing = gate.threads;
+    gate.times++;
+}
+
+static void gate_wait(const unsigned long long* address, unsigned time) {
+    const volatile Gate& gate = *(const volatile Gate*)address;
+    while (((gate.times ^ time) & 1) == 0) yield_to_other();
 }
 
 static void __syncthreads() { team_wait(0, (unsigned)block->fibers.size()); }

@@ -41,9 +41,9 @@ struct AreaSearch : AreaView {
     }
 
     // Compares with what there is, but for what `skipped` has of it (`find`).
-    __device__ __forceinline__ void compare(const Solver& s, uint skipped) {
+    __device__ __forceinline__ void compare(uint skipped) {
         __syncwarp();
-        find(s, members_first(), members_first() + count, skipped, area_partners(), AREA_PARTNERS_HERE);
+        find(members_first(), members_first() + count, skipped, area_partners(), AREA_PARTNERS_HERE);
         __syncwarp();
         count = 0;
     }

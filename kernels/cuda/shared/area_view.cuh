@@ -101,9 +101,9 @@ struct AreaView {
         count += __popc(inside);
     }
 
-    // Looks for what is in contact with the particles of the group, but for those that `skipped` has of the first 32. From `partners` on there
-    // is room for so many of each particle.
-    __device__ __forceinline__ void find(const Solver& s, uint first, uint end, uint skipped, uint* partners, uint room) {
+    // Looks for what may be in contact with the particles of the group, but for those that `skipped` has of the first 32. From `partners` on
+    // there is room for so many of each particle.
+    __device__ __forceinline__ void find(uint first, uint end, uint skipped, uint* partners, uint room) {
 #pragma unroll 1
         for (; first < end; first += GROUP) {
             uint left = end - first, hits = 0;
@@ -113,10 +113,7 @@ struct AreaView {
             hits &= ~skipped;
             skipped = 0;
             for (; hits != 0; hits &= hits - 1) {
-                uint other = area_keys()[first + __ffs(hits) - 1], entry = other & AREA_IN_PACKETS;
-                // What is not here is looked at when forces are summed.
-                if (entry != AREA_IN_PACKETS && !is_in_contact(s, pair_of(xyz(area_x()[at]), xyz(area_x()[entry])).length_squared)) continue;
-                if (found < room) partners[number(lane) + found * TILE_PARTICLES] = other;
+                if (found < room) partners[number(lane) + found * TILE_PARTICLES] = area_keys()[first + __ffs(hits) - 1];
                 found++;
             }
         }

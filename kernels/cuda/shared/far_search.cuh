@@ -4,14 +4,14 @@
 struct FarGroups {
     vec3 middle;
     vec3 half;
-    // The search that this is of (`search_turn`), written last.
-    uint turn;
+    // Opens once for each search, when they are known.
+    ulong gate;
     // As many as there are, also those that there is no room for.
     uint count;
     unsigned short groups[AREA_FAR_GROUPS];
 
-    // The groups of the list that are near, in the search of a number; all lanes of a warp.
-    __device__ __forceinline__ void fill(const Solver& s, const AreaView& view, const AreaPackets& packets, uint listed, uint other, Coming& coming, uint number) {
+    // The groups of the list that are near; all lanes of a warp.
+    __device__ __forceinline__ void fill(const Solver& s, const AreaView& view, const AreaPackets& packets, uint listed, uint other, Coming& coming) {
         uint found = 0;
 #pragma unroll 1
         for (uint first = 0; first < listed; first += 32) {
@@ -23,39 +23,43 @@ struct FarGroups {
             if (near >> view.lane & 1 && place < AREA_FAR_GROUPS) groups[place] = (unsigned short)other;
             found += __popc(near);
         }
-        __syncwarp();
-        if (view.lane > 0) return;
-        middle = view.middle;
-        half = view.half;
-        count = found;
-        note_write(&turn, number);
+        if (view.lane == 0) {
+            middle = view.middle;
+            half = view.half;
+            count = found;
+        }
+        gate_arrive(&gate);
     }
+};
+
+// A group that is near, and its particles on their way, one of a lane each.
+struct FarGroup {
+    GroupPlace place;
+    Coming coming;
 };
 
 struct FarSearch : AreaView {
     // How many particles are kept.
     uint kept;
-    // The first group that is near, and its particles on their way.
-    GroupPlace next;
-    Coming coming;
+    // Of the groups that are near the next two, those of even numbers and of odd ones in turn.
+    FarGroup even;
+    FarGroup odd;
 
     __device__ __forceinline__ FarSearch(const Solver& s, const GroupPlace& tile, uint part, uint lane) : AreaView(s, tile, part, lane) {}
 
     __device__ __forceinline__ uint members_first() const { return (part + 1) * AREA_MEMBERS - AREA_FAR_MEMBERS; }
 
-    // Asks for the particles of one of the groups that are near, one of a lane each.
-    __device__ __forceinline__ GroupPlace ask(const Solver& s, const AreaPackets& packets, const FarGroups& groups, uint k, Coming& coming) const {
-        GroupPlace place = GroupPlace::of(s, groups.groups[k]);
-        if (place.has(s, lane)) packets.particle_ask(place.particle(s, lane), coming);
-        return place;
+    // Asks for the particles of one of the groups that are near, if there is one of that number.
+    __device__ __forceinline__ void ask(const Solver& s, const AreaPackets& packets, const FarGroups& groups, uint k, FarGroup& group) const {
+        if (k >= groups.count) return;
+        group.place = GroupPlace::of(s, groups.groups[k]);
+        if (group.place.has(s, lane)) packets.particle_ask(group.place.particle(s, lane), group.coming);
     }
 
     // Takes those that have come, and keeps them.
-    __device__ __forceinline__ void take_group(const Solver& s, const AreaPackets& packets, const GroupPlace& place, Coming& coming) {
+    __device__ __forceinline__ void take_group(const Solver& s, const GroupPlace& place, const vec3& theirs, const vec3& velocity) {
         bool is_there = place.has(s, lane);
         uint number = place.particle(s, lane);
-        vec3 theirs = {0, 0, 0}, velocity;
-        if (is_there) packets.particle_wait(number, coming, theirs, velocity);
         vec3 seen = theirs - middle;
         uint inside = __ballot_sync(ALL_LANES, is_there && is_in_reach(seen));
         uint slot = kept + __popc(inside & ((1u << lane) - 1)), entry = AREA_IN_PACKETS;
@@ -69,18 +73,19 @@ struct FarSearch : AreaView {
     }
 
     // Compares with what there is.
-    __device__ __forceinline__ void compare(const Solver& s) {
+    __device__ __forceinline__ void compare() {
         __syncwarp();
-        find(s, members_first(), members_first() + count, 0, area_partners() + AREA_PARTNERS_HERE * TILE_PARTICLES, AREA_PARTNERS_FAR);
+        find(members_first(), members_first() + count, 0, area_partners() + AREA_PARTNERS_HERE * TILE_PARTICLES, AREA_PARTNERS_FAR);
         __syncwarp();
         count = 0;
     }
 
-    // Waits until it is known which groups are near; the particles of the first are on their way then. Says whether there are any to search in.
-    __device__ __forceinline__ bool begin(const Solver& s, const AreaPackets& packets, const FarGroups& groups, uint turn) {
-        note_wait(&groups.turn, turn);
+    // Waits until it is known which groups are near; the particles of the first two are on their way then. Says whether there are any to search in.
+    __device__ __forceinline__ bool begin(const Solver& s, const AreaPackets& packets, const FarGroups& groups, uint searches_before) {
+        gate_wait(&groups.gate, searches_before);
         if (groups.count == 0 || groups.count > AREA_FAR_GROUPS) return false;
-        next = ask(s, packets, groups, 0, coming);
+        ask(s, packets, groups, 0, even);
+        ask(s, packets, groups, 1, odd);
         return true;
     }
 
@@ -93,10 +98,21 @@ struct FarSearch : AreaView {
 #pragma unroll 1
         for (uint k = 0; k < groups.count; k++) {
             // There is always room for a group.
-            if (count > AREA_FAR_MEMBERS - AREA_AT_ONCE - GROUP) compare(s);
-            take_group(s, packets, next, coming);
-            if (k + 1 < groups.count) next = ask(s, packets, groups, k + 1, coming);
+            if (count > AREA_FAR_MEMBERS - AREA_AT_ONCE - GROUP) compare();
+            GroupPlace place;
+            vec3 theirs = {0, 0, 0}, velocity = {0, 0, 0};
+            auto receive = [&](FarGroup& group) {
+                place = group.place;
+                if (place.has(s, lane)) packets.particle_wait(place.particle(s, lane), group.coming, theirs, velocity);
+                ask(s, packets, groups, k + 2, group);
+            };
+            if (k % 2 == 0) {
+                receive(even);
+            } else {
+                receive(odd);
+            }
+            take_group(s, place, theirs, velocity);
         }
-        if (count > 0) compare(s);
+        if (count > 0) compare();
     }
 };

@@ -43,20 +43,30 @@ __device__ __forceinline__ void pair_load(const void* address, unsigned long lon
 // Waits for so many threads of the block, whole warps that all name the same barrier, 1 to 15.
 __device__ __forceinline__ void team_wait(unsigned barrier, unsigned threads) { asm volatile("bar.sync %0, %1;" : : "r"(barrier), "r"(threads) : "memory"); }
 
-// The same without waiting: for who waits there, this one has come.
-__device__ __forceinline__ void team_arrive(unsigned barrier, unsigned threads) { asm volatile("bar.arrive %0, %1;" : : "r"(barrier), "r"(threads) : "memory"); }
-
-// Writes a number in shared memory for other threads of the block. Who has seen it sees all that this thread has written or waited for.
-__device__ __forceinline__ void note_write(unsigned* note, unsigned number) {
-    asm volatile("st.release.cta.shared.u32 [%0], %1;" : : "r"((unsigned)__cvta_generic_to_shared(note)), "r"(number) : "memory");
+// A gate in shared memory, which opens for the next time when so many threads have arrived. Who has waited sees all that each of these has written
+// or waited for itself: a warp arrives with all its lanes, so that a tool that follows this can tell what is not in order.
+__device__ __forceinline__ void gate_make(unsigned long long* gate, unsigned threads) {
+    asm volatile("mbarrier.init.shared.b64 [%0], %1;" : : "r"((unsigned)__cvta_generic_to_shared(gate)), "r"(threads) : "memory");
 }
 
-// Waits until that number is there.
-__device__ __forceinline__ void note_wait(const unsigned* note, unsigned number) {
-    unsigned address = (unsigned)__cvta_generic_to_shared(note), present;
+__device__ __forceinline__ void gate_arrive(unsigned long long* gate) {
+    asm volatile("mbarrier.arrive.shared.b64 _, [%0];" : : "r"((unsigned)__cvta_generic_to_shared(gate)) : "memory");
+}
+
+// Waits until it has opened for time number `time`, from 0 on, of which only the last bit is looked at: it must not open once more before
+// all who wait have seen it.
+__device__ __forceinline__ void gate_wait(const unsigned long long* gate, unsigned time) {
+    unsigned address = (unsigned)__cvta_generic_to_shared(gate), open;
     do {
-        asm volatile("ld.acquire.cta.shared.u32 %0, [%1];" : "=r"(present) : "r"(address) : "memory");
-    } while (present != number);
+#if __CUDA_ARCH__ >= 900
+        // Lets others go on for a while.
+        asm volatile("{ .reg .pred is_open; mbarrier.try_wait.parity.shared.b64 is_open, [%1], %2; selp.u32 %0, 1, 0, is_open; }"
+                     : "=r"(open) : "r"(address), "r"(time & 1) : "memory");
+#else
+        asm volatile("{ .reg .pred is_open; mbarrier.test_wait.parity.shared.b64 is_open, [%1], %2; selp.u32 %0, 1, 0, is_open; }"
+                     : "=r"(open) : "r"(address), "r"(time & 1) : "memory");
+#endif
+    } while (open == 0);
 }
 
 // Start to copy 16 or 8 bytes to shared memory; `copies_wait` waits for all that the thread has started.
