@@ -2,6 +2,7 @@
 
 mod cuda_bits;
 mod cuda_ladder;
+mod cuda_sanitized;
 mod implicit_stages;
 mod invariants;
 mod negative_control;

@@ -11,7 +11,8 @@ use crate::command::{self, cargo};
 /// Runs everything and prints a short table. Logs stay beside it.
 const SCRIPT: &str = r#"#!/bin/sh
 # Runs the tests, the benchmarks and the program of this folder on a machine with an NVIDIA GPU that has no Rust.
-# `./run.sh --quick` leaves the benchmarks out. Logs are kept in the folder `logs`, the page of the benchmark in `bench`.
+# `./run.sh --quick` leaves the benchmarks out; `./run.sh --sanitize` only looks for errors of memory and races between threads, with
+# compute-sanitizer of the CUDA toolkit, where that is in PATH or in a usual place. Logs are kept in the folder `logs`, the page of the benchmark in `bench`.
 # NVRTC is looked for in the usual places; LD_LIBRARY_PATH can name others. What goes through Vulkan is left out, and listed as that,
 # where Vulkan finds no NVIDIA GPU; CLOTH_LEAVE_OUT=wgpu leaves it out anywhere.
 cd "$(dirname "$0")" || exit 1
@@ -28,6 +29,17 @@ row() {
     printf '%-16s %-8s %5s s\n' "$name" "$result" $(($(date +%s) - started))
     [ $result = passed ] || tail -n 5 "logs/$name.log" | sed 's/^/    /'
 }
+if [ "$1" = --sanitize ]; then
+    PATH="$PATH:/usr/local/cuda/bin:/usr/local/cuda/compute-sanitizer"
+    if ! command -v compute-sanitizer >/dev/null; then
+        echo 'no compute-sanitizer; it is part of the CUDA toolkit, as the package cuda-sanitizer too' >&2
+        exit 1
+    fi
+    for tool in memcheck racecheck; do
+        row $tool compute-sanitizer --tool $tool --error-exitcode 1 ./equivalence --test-threads 1 cuda_sanitized
+    done
+    exit $failed
+fi
 left_out() { printf '%-16s left out: %s\n' "$1" "$2"; }
 row program ./cloth backends
 case ",$CLOTH_LEAVE_OUT," in

@@ -1,0 +1,62 @@
+//! The composite kernels of the CUDA backend once each, in little time: what `compute-sanitizer` is run on, for which other tests would
+//! take hours.
+
+use cloth_backend_cuda::CudaOptions;
+use cloth_core::{ImplicitSettings, Integrator, LinearMethod, Precision, Stencil};
+use harness::{
+    backends::{cpu, cuda},
+    checks::{self, PatchFrames},
+};
+
+fn check(options: CudaOptions, patch: &PatchFrames) {
+    let Some(gpu) = cuda(options) else { return };
+    assert_eq!(checks::patch_frames([&cpu(2), &gpu], patch), Ok(()));
+}
+
+/// Patches of a few tiles, folded within one and where two meet, with contact and without it; and as meshes.
+#[test]
+fn small_patches() {
+    for sides in [[43, 20], [53, 20]] {
+        for (patches, contact) in [(true, true), (true, false), (false, true), (false, false)] {
+            let options = CudaOptions { patches, ..CudaOptions::default() };
+            check(
+                options,
+                &PatchFrames { contact, frames: &[1, 9], ..PatchFrames::explicit(sides) },
+            );
+        }
+    }
+}
+
+/// One of so many tiles that blocks have several.
+#[test]
+fn large_patches() {
+    for contact in [true, false] {
+        let patch = PatchFrames { contact, frames: &[1, 9], ..PatchFrames::explicit([401, 347]) };
+        check(CudaOptions::default(), &patch);
+    }
+}
+
+/// Implicit steps whose solve is resident, one of tiles, and a general one.
+#[test]
+fn implicit_patches() {
+    for (sides, stencil) in [
+        ([43, 20], Stencil::Neighbours24),
+        ([371, 359], Stencil::Neighbours24),
+        ([371, 359], Stencil::Neighbours12),
+    ] {
+        let mut settings = ImplicitSettings::default();
+        settings.linear.method = LinearMethod::ConjugateGradient;
+        settings.linear.iterations_max = 3;
+        let patch = PatchFrames {
+            columns: sides[0],
+            rows: sides[1],
+            stencil,
+            contact: false,
+            collider: false,
+            integrator: Integrator::Implicit(settings),
+            precision: Precision::F32,
+            frames: &[1],
+        };
+        check(CudaOptions::default(), &patch);
+    }
+}
