@@ -140,7 +140,6 @@ fn faults_of_small_patches_are_found() {
         &[("float far = 1.001f", "float far = 0.5f")],
         &[("if (left < 32) hits", "hits")],
         &[("order(1, 2);", "order(2, 1);")],
-        &[("if (!again) gate_wait(&shared.gate_moved, number);", "")],
         &[("gate_wait(&shared.gates_far[part], searches_before);", "")],
         &[by_ranks, ("TILE_PARTICLES] < key;", "TILE_PARTICLES] > key;")],
     ] {
