@@ -46,6 +46,8 @@ struct Shared {
     uint agreed[2];
     uint total;
 };
+// `CONTACT_STATIC` of the host.
+static_assert(sizeof(Shared) <= 8 << 10 || sizeof(real) > sizeof(float), "a block has more shared memory than the host knows of");
 
 // Makes the lists of groups that may come near those of the tile, but for those around each. All warps that search take part, in all
 // blocks; `region` is that of the group of the warp.

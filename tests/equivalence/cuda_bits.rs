@@ -29,7 +29,7 @@ fn pairs() -> Vec<[&'static Candidate; 2]> {
         .collect()
 }
 
-fn for_all(
+pub(super) fn for_all(
     cases: u32,
     strategy: &impl Strategy<Value = Description>,
     check: impl Fn([&Candidate; 2], &Description) -> Verdict,

@@ -1,16 +1,26 @@
-//! The composite kernels of the CUDA backend once each, in little time: what `compute-sanitizer` is run on, for which other tests would
-//! take hours.
+//! The kernels of the CUDA backend once or twice each, in little time: what `compute-sanitizer` is run on, for which other tests would take
+//! hours.
 
 use cloth_backend_cuda::CudaOptions;
 use cloth_core::{ImplicitSettings, Integrator, LinearMethod, Precision, Stencil};
 use harness::{
     backends::{cpu, cuda},
     checks::{self, PatchFrames},
+    models::description,
 };
+
+use crate::cuda_bits::for_all;
 
 fn check(options: CudaOptions, patch: &PatchFrames) {
     let Some(gpu) = cuda(options) else { return };
     assert_eq!(checks::patch_frames([&cpu(2), &gpu], patch), Ok(()));
+}
+
+/// Kernels of single stages.
+#[test]
+fn stages() {
+    for_all(2, &description(), checks::bits_of_explicit_stages);
+    for_all(2, &description(), checks::bits_of_implicit_stages);
 }
 
 /// Patches of a few tiles, folded within one and where two meet, with contact and without it; and as meshes.

@@ -34,7 +34,8 @@ __device__ __forceinline__ real4* area_v() { return area_x() + AREA_KEPT; }
 __device__ __forceinline__ real4* area_pairs() { return area_v() + AREA_KEPT; }
 __device__ __forceinline__ Sketch* area_sketches() { return (Sketch*)area_pairs(); }
 __device__ __forceinline__ uint* area_keys() { return (uint*)(area_pairs() + TILE_GROUPS * AREA_PAIRS); }
-// Partners of each particle of the tile, so named and in no order: those in the area, then others.
+// What may be in contact with each particle of the tile, so named and in no order: in the area, then elsewhere. What is, is known when forces are
+// summed.
 __device__ __forceinline__ uint* area_partners() { return area_keys() + TILE_GROUPS * AREA_MEMBERS; }
 __device__ __forceinline__ real* area_forces() { return (real*)(area_partners() + (AREA_PARTNERS_HERE + AREA_PARTNERS_FAR) * TILE_PARTICLES); }
 // The list of each group of the tile.
@@ -54,7 +55,7 @@ struct AreaView {
     vec3 middle;
     vec3 half;
     SketchView sketch;
-    // How many there are to be compared, and how many partners.
+    // How many there are to be compared, and how many may be partners.
     uint count;
     uint found;
 
