@@ -1,8 +1,8 @@
 //! The common workloads on the GPU: time of a frame, of its stages, and what that means in bytes.
 //!
-//! `cargo bench -p cloth-benches --bench gpu [-- explicit|implicit|field] [SIDE ...]`. Times are medians of frames 10 to 70. A frame
-//! is timed in two ways: with its report, as an application runs that looks at every frame; and in a row
-//! of frames with one wait at their end, which is what the device itself takes.
+//! `cargo bench -p cloth-benches --bench gpu [-- explicit|implicit|field] [SIDE ...]`. Times are those of frames 10 to 70. A frame
+//! is timed in two ways: with its report, as an application runs that looks at every frame (the median); and in a row
+//! of frames with one wait at their end (the mean). `cargo xtask bench` has medians by the device's clock.
 
 use std::{error::Error, sync::Arc, time::Instant};
 

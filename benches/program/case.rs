@@ -29,8 +29,6 @@ pub(crate) struct Case {
     pub(crate) frame: Frame,
     /// Frames before those that are timed, and timed.
     pub(crate) frames: [usize; 2],
-    /// Whether the times of stages are wanted even if they cost a run of their own.
-    pub(crate) stages: bool,
     /// Bytes that a frame cannot do without.
     pub(crate) bytes: Option<f64>,
     /// What the table was published with for this row.
@@ -81,7 +79,6 @@ impl Case {
             config: compiled.config,
             frame,
             frames: [FRAMES_BEFORE, FRAMES_MEASURED],
-            stages: false,
             bytes: Some(STATE_BYTES * substeps * f64::from(side).powi(2)),
             published: None,
         })
@@ -103,7 +100,6 @@ impl Case {
                 .map(|count| ITERATION_BYTES * f64::from(count) * workload.particles() as f64),
             config,
             frames: [5, 20],
-            stages: false,
             published: None,
         }
     }
@@ -129,7 +125,6 @@ impl Case {
             config,
             frame: Frame { duration: CURTAIN_STEP },
             frames: [10, 50],
-            stages: false,
             bytes: None,
             published: None,
         }
@@ -142,11 +137,6 @@ impl Case {
 
     pub(crate) const fn over(mut self, frames: [usize; 2]) -> Self {
         self.frames = frames;
-        self
-    }
-
-    pub(crate) const fn with_stages(mut self, stages: bool) -> Self {
-        self.stages = stages;
         self
     }
 

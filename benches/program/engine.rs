@@ -17,9 +17,17 @@ pub(crate) struct Engine {
     copy_rate: f64,
 }
 
+/// Which run has times of stages by the clock of the device.
+pub(crate) enum DeviceClock<'a> {
+    None,
+    EveryRun,
+    /// One of its own, on this backend.
+    SecondRun(&'a dyn Backend),
+}
+
 enum Kind {
     Cpu(Box<dyn Backend>),
-    /// The second one takes the times of stages, which costs speed.
+    /// The second one takes the times of stages, and waits for them after each frame.
     Wgpu(Box<WgpuBackend>, Box<WgpuBackend>),
     Cuda(Box<CudaBackend>, Arc<CudaContext>),
 }
@@ -69,17 +77,13 @@ impl Engine {
         }
     }
 
-    /// The backend for a second run that only takes the times of stages, if the first one does not.
-    pub(crate) fn timed(&self) -> Option<&dyn Backend> {
+    /// Who has times of stages by the clock of the device.
+    pub(crate) fn device_clock(&self) -> DeviceClock<'_> {
         match &self.kind {
-            Kind::Wgpu(_, timed) => Some(&**timed),
-            _ => None,
+            Kind::Cpu(_) => DeviceClock::None,
+            Kind::Wgpu(_, timed) => DeviceClock::SecondRun(&**timed),
+            Kind::Cuda(..) => DeviceClock::EveryRun,
         }
-    }
-
-    /// Whether times of stages are those of the device's own clock in every run.
-    pub(crate) const fn has_device_clock(&self) -> bool {
-        matches!(self.kind, Kind::Cuda(..))
     }
 
     /// Whether frames can be started before those before are done.

@@ -1,19 +1,16 @@
 //! Running a case and taking its time.
 
-use std::{sync::Arc, time::Instant};
+use std::time::Instant;
 
-use cloth::{Backend, Model, Solver, State, StepReport};
+use cloth::{Backend, Solver, State, StepReport};
 
 use crate::{
     case::{Case, CaseError},
     check,
-    engine::Engine,
+    engine::{DeviceClock, Engine},
     memory::MemoryMark,
     record::{Quality, Record, Statistics, Verdict},
 };
-
-/// Frames of the run that only takes the times of stages.
-const FRAMES_STAGES: usize = 10;
 
 /// Stages that are there for the report alone.
 const STAGE_MEASURE: &str = "measure";
@@ -40,7 +37,7 @@ pub(crate) fn measure(
     solver.download(&mut state)?;
     let frames = Frames::run(&mut *solver, case)?;
     let particles = model.particle_count() as f64;
-    let (host, device) = mark.since(engine);
+    let (memory_host, memory_device) = mark.since(engine);
     let in_a_row = if engine.is_asynchronous() {
         Some(frames_in_a_row(&mut *solver, case, &state)?)
     } else {
@@ -55,10 +52,21 @@ pub(crate) fn measure(
         case.spacing(),
     )?;
     drop(solver);
-    let stages = match engine.timed().filter(|_| case.stages) {
-        Some(timed) => stages_of(timed, model, case)?,
-        None => frames.stages.clone(),
+    let timed = match engine.device_clock() {
+        DeviceClock::None => None,
+        DeviceClock::EveryRun => Some(&frames),
+        DeviceClock::SecondRun(backend) => {
+            let mut solver = backend.create_solver(model, &case.config)?;
+            for _ in 0..case.frames[0] {
+                step(&mut *solver, case)?;
+            }
+            Some(&Frames::run(&mut *solver, case)?)
+        }
     };
+    // Without time stamps there are no stages.
+    let timed = timed.filter(|timed| !timed.stages.is_empty());
+    let device = timed.map(|timed| Statistics::new(timed.device.clone()));
+    let stages = timed.unwrap_or(&frames).stages.clone();
     let [columns, rows] = case.size();
     let last = &frames.last;
     Ok(Record {
@@ -73,12 +81,12 @@ pub(crate) fn measure(
         substeps: last.substeps,
         frames: case.frames,
         first_frame,
-        frame: Statistics::new(frames.wall),
-        device: engine.has_device_clock().then(|| Statistics::new(frames.device)),
+        frame: Statistics::new(frames.wall.clone()),
+        device,
         in_a_row,
         bytes: case.bytes,
-        memory_host: host / particles,
-        memory_device: device.map(|bytes| bytes / particles),
+        memory_host: memory_host / particles,
+        memory_device: memory_device.map(|bytes| bytes / particles),
         stages,
         quality: Quality {
             strain_mean: last.measures.strain_mean,
@@ -136,23 +144,6 @@ fn frames_in_a_row(solver: &mut dyn Solver, case: &Case, state: &State) -> Resul
     }
     solver.synchronize()?;
     Ok(milliseconds(start) / case.frames[1].max(1) as f64)
-}
-
-/// Mean times of stages in the first measured frames \[ms\].
-fn stages_of(
-    timed: &dyn Backend,
-    model: Arc<Model>,
-    case: &Case,
-) -> Result<Vec<(String, f64)>, CaseError> {
-    let mut solver = timed.create_solver(model, &case.config)?;
-    for _ in 0..case.frames[0] {
-        step(&mut *solver, case)?;
-    }
-    let mut stages = Vec::new();
-    for _ in 0..FRAMES_STAGES {
-        stages_add(&mut stages, &step(&mut *solver, case)?, FRAMES_STAGES);
-    }
-    Ok(stages)
 }
 
 fn stages_add(stages: &mut Vec<(String, f64)>, report: &StepReport, frames: usize) {

@@ -69,7 +69,7 @@ pub(crate) struct Record {
     pub(crate) first_frame: f64,
     /// A frame with its report, as an application waits for it \[ms\].
     pub(crate) frame: Statistics,
-    /// A frame by the clock of the device \[ms\].
+    /// A frame by the clock of the device, without stages that are there for the report alone \[ms\].
     pub(crate) device: Option<Statistics>,
     /// A frame in a row of them with one wait at their end \[ms\].
     pub(crate) in_a_row: Option<f64>,

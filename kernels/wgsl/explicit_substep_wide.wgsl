@@ -32,7 +32,7 @@
 //!include group_boxes_out group_positions group_positions_out group_rows group_region group_check contact_spill
 //!include contact_search_wide contact_force_wide
 
-// For each particle the sum over its first springs.
+// For each particle the sum over its springs so far.
 var<workgroup> spring_sums: array<vec3f, GROUP>;
 
 @compute @workgroup_size(THREADS)
@@ -63,15 +63,16 @@ fn main(
     if thread < listed {
         other_box = box_in(other);
     }
-    // Two crews have springs: the second one the first of them, as the first one ends the sum.
-    let has_springs = crew < 2u;
+    // Crews 1 and 2 have a batch of springs each, and crew 0 what follows, as it ends the sum. Two of them have to meet between
+    // their turns to add, which they do anyway; for four crews that were once more.
+    let has_springs = crew < 3u;
     var velocity = vec4f(0.0);
     var springs = SpringRow(0u, 0u, 1u);
     var springs_at = 0u;
     if has_springs {
         velocity = velocity_in[particle];
         springs = spring_row(particle);
-        springs_at = springs.first + select(SPRING_BATCH, 0u, crew == 1u) * springs.stride;
+        springs_at = springs.first + SPRING_BATCH * ((crew + 2u) % 3u) * springs.stride;
     }
     search_begin(thread, own);
     var entries: SpringEntries;
@@ -118,14 +119,18 @@ fn main(
         is_short = is_short || staged > STAGE;
         compare_others(seeker, min(staged, STAGE));
     }
+    if crew == 2u {
+        spring_sums[lane] = spring_pulls_add(spring_sums[lane], pulls, springs, springs_at);
+    }
+    let partners_found = workgroupUniformLoad(&partners_most);
     var force = vec3f(0.0);
     if crew == 0u {
         force = spring_pulls_add(spring_sums[lane], pulls, springs, springs_at);
         force = springs_add(force, springs, springs_at + SPRING_BATCH * springs.stride, particle, position, velocity.xyz);
         force = air_add(force, particle);
     }
-    if workgroupUniformLoad(&partners_most) != 0u || is_short {
-        force += contact_force(seeker, listed, is_short, velocity.xyz);
+    if partners_found != 0u || is_short {
+        force += contact_force(seeker, listed, is_short, velocity.xyz, partners_found);
     }
     var moved = Moved(position, velocity.xyz);
     if crew == 0u {

@@ -15,8 +15,6 @@ use crate::{
 
 /// Iterations of every implicit step.
 const ITERATIONS: u32 = 30;
-/// Particles along a side at which the times of stages are taken.
-const SIDE_STAGES: u32 = 160;
 /// Window of frames in the quick suite: the patch has reached the sphere.
 const FRAMES_QUICK: [usize; 2] = [10, 20];
 /// Particles along a side up to which a constant matrix is factorised.
@@ -26,7 +24,7 @@ pub(super) fn cases(suite: Suite, engine: &Engine) -> Result<Vec<Case>, CaseErro
     let mut cases = Vec::new();
     for side in explicit_sides(suite, engine) {
         for (group, contact) in [(group::EXPLICIT, false), (group::CONTACT, true)] {
-            let case = Case::sphere(group, side, contact)?.with_stages(side == SIDE_STAGES);
+            let case = Case::sphere(group, side, contact)?;
             cases.push(if suite == Suite::Quick { case.over(FRAMES_QUICK) } else { case });
         }
     }
@@ -36,8 +34,7 @@ pub(super) fn cases(suite: Suite, engine: &Engine) -> Result<Vec<Case>, CaseErro
             (group::JACOBI, LinearMethod::Jacobi),
         ] {
             let integrator = implicit(method, Preconditioner::Diagonal, ITERATIONS);
-            let case = Case::hang(group, HangWorkload::new(side), integrator);
-            cases.push(case.with_stages(side == SIDE_STAGES));
+            cases.push(Case::hang(group, HangWorkload::new(side), integrator));
         }
         if side <= SIDE_FACTORISED {
             let integrator = Integrator::SemiImplicit(SemiImplicitSettings::default());

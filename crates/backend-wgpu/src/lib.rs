@@ -64,8 +64,8 @@ pub struct WgpuOptions {
     pub adapter: Option<String>,
     /// Limits to ask for instead of all that the adapter has.
     pub limits: Option<wgpu::Limits>,
-    /// Whether to take the time of every stage, where the adapter can. Costs speed: every stage then
-    /// waits for the one before.
+    /// Whether to take the time of every stage, where the adapter can: from when it begins to when the next one does. Costs
+    /// speed, as the host then waits for the device to give them.
     pub stage_times: bool,
 }
 

@@ -8,8 +8,8 @@ use crate::{
     readback::Readback,
 };
 
-/// Work that is recorded but not yet handed over. All dispatches go into one pass; with times taken,
-/// each into a pass of its own, as times are those of passes.
+/// Work that is recorded but not yet handed over. All dispatches go into one pass; with times taken, into one for each row of
+/// dispatches of the same stage, as times are those of passes.
 #[derive(Debug)]
 pub(crate) struct Recorder {
     encoder: Option<wgpu::CommandEncoder>,
@@ -93,28 +93,19 @@ impl Recorder {
         offsets: &[u32],
         groups: Groups,
     ) -> Result<()> {
-        if self.clock.as_ref().is_some_and(|clock| clock.stages.len() as u32 == CLOCK_PASSES) {
+        if self.clock.as_ref().is_some_and(|clock| clock.stages.last() != Some(&stage)) {
+            self.pass = None;
+        }
+        if self.pass.is_none() && self.clock.as_ref().is_some_and(Clock::is_full) {
             self.submit(context)?;
         }
-        let timestamp_writes = self.clock.as_mut().map(|clock| {
-            let first = 2 * clock.stages.len() as u32;
-            clock.stages.push(stage);
-            wgpu::ComputePassTimestampWrites {
-                query_set: &clock.queries,
-                beginning_of_pass_write_index: Some(first),
-                end_of_pass_write_index: Some(first + 1),
-            }
+        let Self { encoder, pass, clock, .. } = self;
+        let timed = clock.is_some();
+        let pass = pass.get_or_insert_with(|| {
+            let timestamp_writes = clock.as_mut().map(|clock| clock.begin(stage));
+            let descriptor = wgpu::ComputePassDescriptor { label: None, timestamp_writes };
+            Self::encoder(encoder, context).begin_compute_pass(&descriptor).forget_lifetime()
         });
-        let timed = timestamp_writes.is_some();
-        let pass = match &mut self.pass {
-            Some(pass) if !timed => pass,
-            pass => {
-                *pass = None;
-                let encoder = Self::encoder(&mut self.encoder, context);
-                let descriptor = wgpu::ComputePassDescriptor { label: None, timestamp_writes };
-                pass.insert(encoder.begin_compute_pass(&descriptor).forget_lifetime())
-            }
-        };
         pass.set_pipeline(&kernel.pipeline);
         pass.set_bind_group(0, bind_group, offsets);
         pass.dispatch_workgroups(groups[0], groups[1], 1);
@@ -186,6 +177,21 @@ impl Recorder {
 }
 
 impl Clock {
+    const fn is_full(&self) -> bool {
+        self.stages.len() as u32 == CLOCK_PASSES
+    }
+
+    /// What a pass of a stage writes.
+    fn begin(&mut self, stage: &'static str) -> wgpu::ComputePassTimestampWrites<'_> {
+        let first = 2 * self.stages.len() as u32;
+        self.stages.push(stage);
+        wgpu::ComputePassTimestampWrites {
+            query_set: &self.queries,
+            beginning_of_pass_write_index: Some(first),
+            end_of_pass_write_index: Some(first + 1),
+        }
+    }
+
     /// Waits for the time stamps and adds them up.
     fn take(&mut self, context: &DeviceContext, size: u64) -> Result<()> {
         let period = f64::from(context.queue.get_timestamp_period());
@@ -193,9 +199,11 @@ impl Clock {
         let times = &mut self.times;
         self.readback.read(context, size, |bytes| {
             let stamps: Vec<u64> = bytemuck::pod_collect_to_vec(bytes);
-            for (stage, pair) in stages.into_iter().zip(stamps.chunks_exact(2)) {
-                let nanoseconds = pair[1].saturating_sub(pair[0]) as f64 * period;
-                let time = std::time::Duration::from_nanos(nanoseconds as u64);
+            for (index, stage) in stages.into_iter().enumerate() {
+                // The begin of the next pass, if there is one, else the end of this: what is between passes takes time, too.
+                let [begin, end, next] = [0, 1, 2].map(|at| stamps.get(2 * index + at).copied());
+                let ticks = next.or(end).unwrap_or(0).saturating_sub(begin.unwrap_or(0));
+                let time = std::time::Duration::from_nanos((ticks as f64 * period) as u64);
                 match times.iter_mut().find(|entry| entry.stage == stage) {
                     Some(entry) => entry.time += time,
                     None => times.push(StageTime { stage, time }),

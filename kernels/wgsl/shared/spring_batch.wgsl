@@ -1,16 +1,14 @@
-// Springs of a particle six at a time, so that the device waits once for what they read. What lies beyond the row is the last one
-// once more, and left out of sums.
+// Springs of a particle four at a time, so that the device waits once for what they read. What lies beyond the row is the last one
+// once more, and left out of sums. More of them save no time, and take registers that more threads could have.
 
-const SPRING_BATCH: u32 = 6u;
+const SPRING_BATCH: u32 = 4u;
 
-// The entries of six springs.
+// The entries of four springs.
 struct SpringEntries {
     a: vec4<u32>,
     b: vec4<u32>,
     c: vec4<u32>,
     d: vec4<u32>,
-    e: vec4<u32>,
-    f: vec4<u32>,
 }
 
 // For each, from the particle to its neighbour [m], and tension / length [N/m].
@@ -19,8 +17,6 @@ struct SpringPulls {
     b: vec4f,
     c: vec4f,
     d: vec4f,
-    e: vec4f,
-    f: vec4f,
 }
 
 // Where the spring of a row is that lies `number` behind the one at `at`.
@@ -35,8 +31,6 @@ fn spring_entries_of(row: SpringRow, at: u32) -> SpringEntries {
         spring_entries[spring_place(row, at, 1u)],
         spring_entries[spring_place(row, at, 2u)],
         spring_entries[spring_place(row, at, 3u)],
-        spring_entries[spring_place(row, at, 4u)],
-        spring_entries[spring_place(row, at, 5u)],
     );
 }
 
@@ -50,21 +44,15 @@ fn spring_pulls(row: SpringRow, at: u32, entries: SpringEntries, particle: u32, 
     let position_b = position_in[particle + entries.b.x].xyz;
     let position_c = position_in[particle + entries.c.x].xyz;
     let position_d = position_in[particle + entries.d.x].xyz;
-    let position_e = position_in[particle + entries.e.x].xyz;
-    let position_f = position_in[particle + entries.f.x].xyz;
     let velocity_a = velocity_in[particle + entries.a.x].xyz;
     let velocity_b = velocity_in[particle + entries.b.x].xyz;
     let velocity_c = velocity_in[particle + entries.c.x].xyz;
     let velocity_d = velocity_in[particle + entries.d.x].xyz;
-    let velocity_e = velocity_in[particle + entries.e.x].xyz;
-    let velocity_f = velocity_in[particle + entries.f.x].xyz;
     return SpringPulls(
         spring_pull(spring_place(row, at, 0u), entries.a, position_a - position, velocity_a - velocity),
         spring_pull(spring_place(row, at, 1u), entries.b, position_b - position, velocity_b - velocity),
         spring_pull(spring_place(row, at, 2u), entries.c, position_c - position, velocity_c - velocity),
         spring_pull(spring_place(row, at, 3u), entries.d, position_d - position, velocity_d - velocity),
-        spring_pull(spring_place(row, at, 4u), entries.e, position_e - position, velocity_e - velocity),
-        spring_pull(spring_place(row, at, 5u), entries.f, position_f - position, velocity_f - velocity),
     );
 }
 
@@ -79,8 +67,6 @@ fn spring_pulls_add(start: vec3f, pulls: SpringPulls, row: SpringRow, at: u32) -
     sum = spring_pull_add(sum, pulls.b, row, at + 1u * row.stride);
     sum = spring_pull_add(sum, pulls.c, row, at + 2u * row.stride);
     sum = spring_pull_add(sum, pulls.d, row, at + 3u * row.stride);
-    sum = spring_pull_add(sum, pulls.e, row, at + 4u * row.stride);
-    sum = spring_pull_add(sum, pulls.f, row, at + 5u * row.stride);
     return sum;
 }
 

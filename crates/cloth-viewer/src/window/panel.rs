@@ -143,7 +143,7 @@ pub(super) fn settings(ui: &mut Ui, settings: &mut Settings, backends: &[&'stati
     choice(ui, "backend", &mut settings.backend, backends.iter().map(|&name| (name.into(), name)));
     if settings.backend == "wgpu" {
         ui.checkbox(&mut settings.stage_times, "time of every stage")
-            .on_hover_text("each stage then waits for the one before, which costs speed");
+            .on_hover_text("the program then waits for the device to give them, which costs speed");
     }
     let solver = settings.solver;
     let solvers = SceneSolver::ALL.iter().map(|&solver| (solver, solver.name()));
