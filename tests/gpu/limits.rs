@@ -1,5 +1,7 @@
 //! What a device cannot do is known before any work, or done in another way.
 
+use std::time::{Duration, Instant};
+
 use cloth_backend_wgpu::{WgpuBackend, WgpuOptions};
 use cloth_core::{
     Backend, Error, ImplicitSettings, Integrator, Precision, Preconditioner, SolverConfig,
@@ -120,11 +122,19 @@ fn limits_that_no_device_has_are_an_error() {
 fn stages_are_timed_when_asked_for() {
     let options = WgpuOptions { stage_times: true, ..WgpuOptions::default() };
     let backend = WgpuBackend::with_options(&options).unwrap();
-    let mut solver = backend.create_solver(model(17, Some(IMPULSE)), &config()).unwrap();
+    let model = model(17, Some(IMPULSE));
+    let mut solver = backend.create_solver(model.clone(), &config()).unwrap();
+    let start = Instant::now();
     solver.advance(cloth_core::Frame { duration: 6.0 * 5e-4 }).unwrap();
     let report = solver.synchronize().unwrap();
+    let elapsed = start.elapsed();
     for stage in ["explicit_substep", "contact_impulses", "strain_limit", "measure"] {
         let time = report.stage_times.iter().find(|time| time.stage == stage);
         assert!(time.is_some_and(|time| !time.time.is_zero()), "{stage}: {:?}", report.stage_times);
     }
+    // One follows the other, so that nothing is counted twice. Two clocks may differ a little.
+    let sum: Duration = report.stage_times.iter().map(|time| time.time).sum();
+    assert!(sum < elapsed.mul_f64(1.05), "{sum:?} of {elapsed:?}");
+    let states = [run(gpu(), &model, 2), run(&backend, &model, 2)];
+    assert_eq!(first_difference(&states[0], &states[1]), None);
 }
