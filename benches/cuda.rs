@@ -12,8 +12,8 @@ use cloth::{
     scene::BenchKind,
 };
 use cloth_benches::{
-    FRAMES_MEASURED, HangWorkload, LADDER_SIDES, RunningWorkload, Workload, field_cost,
-    ladder_heading, ladder_line, ladder_row,
+    FRAMES_MEASURED, HangWorkload, LADDER_SIDES, RunningWorkload, STATE_BYTES, Workload,
+    field_cost, ladder_heading, ladder_line, ladder_row,
 };
 
 /// Bytes that a device of this kind copies in a second, read and written: the floor is made of it.
@@ -76,7 +76,7 @@ fn explicit(backend: &dyn Backend, label: &str, side: u32, contact: bool) -> Res
     }
     let Some(report) = last else { return Ok(()) };
     let particles = f64::from(side) * f64::from(side);
-    let floor = 17.0 * particles * 64.0 / BANDWIDTH * 1e6;
+    let floor = 17.0 * particles * STATE_BYTES / BANDWIDTH * 1e6;
     let mean = device.iter().sum::<f64>() / device.len() as f64;
     let longest = device.iter().copied().fold(0.0, f64::max);
     println!(

@@ -13,17 +13,9 @@ use cloth::{
     wgpu::{WgpuBackend, WgpuOptions},
 };
 use cloth_benches::{
-    FRAMES_BEFORE, FRAMES_MEASURED, HANG_STEP, HangWorkload, Workload, copy_rate_wgpu, field_cost,
+    FRAMES_BEFORE, FRAMES_MEASURED, HANG_STEP, HangWorkload, ITERATION_BYTES, STATE_BYTES,
+    Workload, copy_rate_wgpu, field_cost,
 };
-
-/// Bytes of the state that a substep must read and write for each particle: position, velocity, inverse
-/// mass and mass.
-const STATE_BYTES: f64 = 64.0;
-
-/// Bytes that an iteration of the conjugate gradient method reads and writes for each particle with 24
-/// neighbours, if every number comes from memory once: the factors of its 12 springs, the vectors, the
-/// diagonal of the matrix, the preconditioner.
-const ITERATION_BYTES: f64 = 496.0;
 
 /// Iterations of each implicit step.
 const ITERATIONS: u32 = 30;
@@ -103,7 +95,7 @@ fn explicit(
             let workload = Workload::new(BenchKind::Sphere, side, contact);
             let mut running = workload.start(timed)?;
             let title = format!("N {side:>5} contact {contact:<6}");
-            stages(&title, || Ok(running.step()?))?;
+            stages(&title, workload.particles() as f64, copy, || Ok(running.step()?))?;
         }
     }
     Ok(())
@@ -148,7 +140,8 @@ fn implicit(
     for &side in sides {
         let workload = HangWorkload::new(side);
         let mut running = workload.start(timed, Integrator::Implicit(settings), FRAMES_BEFORE)?;
-        stages(&format!("N {side:>5} implicit"), || Ok(running.step()?))?;
+        let title = format!("N {side:>5} implicit");
+        stages(&title, workload.particles() as f64, copy, || Ok(running.step()?))?;
     }
     Ok(())
 }
@@ -239,23 +232,53 @@ fn case(backend: &WgpuBackend, workload: Workload, copy: f64) -> Result<(), Box<
     Ok(())
 }
 
-/// Times of single stages, which wait for each other here.
+/// Bytes that a stage must read and write in a frame for each particle, if every number comes from memory once.
+fn stage_bytes(stage: &str, report: &StepReport) -> Option<f64> {
+    // Position and velocity; where a particle is in no contact nothing else need be known of it.
+    let state_read = STATE_BYTES / 2.0;
+    match stage {
+        "explicit_substep" => Some(STATE_BYTES * f64::from(report.substeps)),
+        // Where a list is built.
+        "contact_candidates" => Some(state_read * f64::from(report.contact_rebuilds)),
+        // The factors of 12 springs and the right-hand side are written.
+        "implicit_system" => Some(state_read + 12.0 * 16.0 + 16.0),
+        "conjugate_gradient" => Some(ITERATION_BYTES * f64::from(ITERATIONS)),
+        // The solution is read.
+        "implicit_motion" => Some(STATE_BYTES + 16.0),
+        "measure" => Some(state_read),
+        _ => None,
+    }
+}
+
+/// Mean times of single stages by the clock of the device, and how fast they move what they must \[GB/s\].
 fn stages(
     title: &str,
+    particles: f64,
+    copy: f64,
     mut step: impl FnMut() -> Result<StepReport, Box<dyn Error>>,
 ) -> Result<(), Box<dyn Error>> {
-    let mut sums: Vec<StageTime> = Vec::new();
+    let mut sums: Vec<(StageTime, Option<f64>)> = Vec::new();
     for _ in 0..FRAMES_MEASURED {
-        for time in step()?.stage_times {
-            match sums.iter_mut().find(|sum| sum.stage == time.stage) {
-                Some(sum) => sum.time += time.time,
-                None => sums.push(time),
+        let report = step()?;
+        for &time in &report.stage_times {
+            let bytes = stage_bytes(time.stage, &report);
+            match sums.iter_mut().find(|(sum, _)| sum.stage == time.stage) {
+                Some((sum, all)) => {
+                    sum.time += time.time;
+                    *all = all.zip(bytes).map(|(all, bytes)| all + bytes);
+                }
+                None => sums.push((time, bytes)),
             }
         }
     }
-    for sum in sums {
-        let time = sum.time.as_secs_f64() * 1e6 / FRAMES_MEASURED as f64;
-        println!("stage {:<22} {title}{time:>10.1} us a frame", sum.stage);
+    for (sum, bytes) in sums {
+        let seconds = sum.time.as_secs_f64();
+        let time = seconds * 1e6 / FRAMES_MEASURED as f64;
+        print!("stage {:<22} {title}{time:>10.1} us a frame", sum.stage);
+        match bytes.map(|bytes| bytes * particles / seconds / 1e9) {
+            Some(rate) => println!("{rate:>10.1} GB/s{:>8.3} of copy", rate / copy),
+            None => println!(),
+        }
     }
     Ok(())
 }

@@ -7,15 +7,7 @@ use cloth::{
     ModelBuilder, ModelError, SolverConfig, SpringCoefficients, StrainLimit,
     scene::{BenchKind, CompileOptions, SceneError, bench_scene},
 };
-use cloth_benches::{FRAMES_BEFORE, FRAMES_MEASURED, HangWorkload};
-
-/// Bytes of the state that a substep of the explicit integrator must read and write for each particle: position,
-/// velocity, inverse mass and mass.
-const STATE_BYTES: f64 = 64.0;
-/// Bytes that an iteration of the conjugate gradient method reads and writes for each particle with 24 neighbours,
-/// if every number comes from memory once: the factors of its 12 springs, the vectors, the diagonal of the matrix,
-/// the preconditioner.
-const ITERATION_BYTES: f64 = 400.0;
+use cloth_benches::{FRAMES_BEFORE, FRAMES_MEASURED, HangWorkload, ITERATION_BYTES, STATE_BYTES};
 
 /// One thing to measure.
 #[derive(Clone)]

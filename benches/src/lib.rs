@@ -1,5 +1,6 @@
 //! Workloads that the engine is measured by, and the programs it is measured beside.
 
+mod bytes;
 mod chosen;
 mod copy_rate;
 mod field;
@@ -8,6 +9,7 @@ mod ladder;
 mod reference;
 mod workload;
 
+pub use bytes::{ITERATION_BYTES, STATE_BYTES};
 pub use chosen::{ChosenBackend, chosen_backends};
 pub use copy_rate::{copy_rate_cpu, copy_rate_cuda, copy_rate_wgpu};
 pub use field::{FieldCost, field_cost};
