@@ -63,8 +63,8 @@ fn main(
     if thread < listed {
         other_box = box_in(other);
     }
-    // Crews 1 and 2 have a batch of springs each, and crew 0 what follows, as it ends the sum. Two of them have to meet between
-    // their turns to add, which they do anyway; for four crews that were once more.
+    // Crew 1 has the first batch of springs, crew 2 the second, and crew 0 what follows, as it ends the sum. A barrier is needed before
+    // the next one adds to it: there are two anyway, but not a third one, which crew 3 would take.
     let has_springs = crew < 3u;
     var velocity = vec4f(0.0);
     var springs = SpringRow(0u, 0u, 1u);

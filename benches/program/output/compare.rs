@@ -63,10 +63,23 @@ impl Comparison {
 }
 
 fn ratio(key: String, old: &Record, new: &Record) -> Ratio {
-    // Quartiles of the best clock, or of single frames where that has none.
-    let spread = |record: &Record| record.device.unwrap_or(record.frame);
-    let times = [old.time(), new.time()];
-    Ratio { key, times, bounds: bounds(times, [spread(old), spread(new)]) }
+    let clocks = |record: &Record| (record.device, record.in_a_row, record.frame);
+    let (times, spreads) = by_one_clock(clocks(old), clocks(new));
+    Ratio { key, times, bounds: bounds(times, spreads) }
+}
+
+/// A frame by the clock of the device, in a row of them, and by itself \[ms\].
+type Clocks = (Option<Statistics>, Option<f64>, Statistics);
+
+/// Times by the best clock that both runs have, and what they vary by: single frames where that clock has only a mean.
+fn by_one_clock(old: Clocks, new: Clocks) -> ([f64; 2], [Statistics; 2]) {
+    let frames = [old.2, new.2];
+    let medians = |spreads: [Statistics; 2]| spreads.map(|spread| spread.median);
+    match (old.0.zip(new.0), old.1.zip(new.1)) {
+        (Some((old, new)), _) => (medians([old, new]), [old, new]),
+        (None, Some((old, new))) => ([old, new], frames),
+        (None, None) => (medians(frames), frames),
+    }
 }
 
 /// What the ratio would be with the new time at its lower quartile and the old one at its upper, and the other way.
@@ -96,6 +109,15 @@ mod tests {
             [old, new].map(|[lower, median, upper]: [f64; 3]| Statistics { median, lower, upper });
         let times = spreads.map(|spread| spread.median);
         Ratio { key: String::new(), times, bounds: bounds(times, spreads) }
+    }
+
+    #[test]
+    fn runs_are_compared_by_a_clock_that_both_have() {
+        let at = |median| Statistics { median, lower: median, upper: median };
+        let (with, without) = ((Some(at(1.0)), Some(2.0), at(3.0)), (None, Some(2.5), at(3.5)));
+        assert_eq!(by_one_clock(with, with).0, [1.0, 1.0]);
+        assert_eq!(by_one_clock(without, with), ([2.5, 2.0], [at(3.5), at(3.0)]));
+        assert_eq!(by_one_clock((None, None, at(4.0)), with).0, [4.0, 3.0]);
     }
 
     #[test]
