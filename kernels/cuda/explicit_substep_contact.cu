@@ -5,8 +5,9 @@
 // each: while particles around the tile are on their way in the tile, then around it. The former, when they have their springs, search in
 // other groups that are near, for a group each. Warps wait for those alone whose work they need, at gates (`shared/ptx.cuh`). Particles travel
 // in packets that carry the number of their substep (`shared/packet.cuh`), so that nobody waits for a block whose particles it does not
-// read, but for this: a block moves its particles only when all have said that their groups were within their regions, and that they
-// have read what is then written over. What was searched with lists that did not hold is searched once more.
+// read, but for this: a block moves its particles only when all have said that their groups were within their regions and their expected
+// boxes (`shared/area_expected.cuh`), and that they have read what is then written over. What was searched with lists or boxes that did not
+// hold is searched once more.
 
 // A warp for each row of the tile, and one that searches for each group.
 #define WARPS (TILE_ROWS + TILE_GROUPS)
@@ -47,7 +48,7 @@ struct Shared {
     uint total;
 };
 // `CONTACT_STATIC` of the host.
-static_assert(sizeof(Shared) <= 8 << 10 || sizeof(real) > sizeof(float), "a block has more shared memory than the host knows of");
+static_assert(sizeof(Shared) <= 8704 || sizeof(real) > sizeof(float), "a block has more shared memory than the host knows of");
 
 // Makes the lists of groups that may come near those of the tile, but for those around each. All warps that search take part, in all
 // blocks; `region` is that of the group of the warp.
@@ -135,12 +136,17 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
     FarSearch far(s, tile, warp, lane);
     // Where the tile and what springs reach of its surroundings start in the area.
     const uint stencil_first = (GROUP_ROWS - HALO) * AREA_STRIDE + GROUP_COLUMNS - HALO;
-    // Sends the particle of the thread, and what the block has to say when all its rows have come here.
-    auto send = [&](const AreaPackets& packets, const vec3& position, const vec3& velocity, bool stays, bool finite) {
+    // Sends the particle of the thread.
+    auto send = [&](const AreaPackets& packets, const vec3& position, const vec3& velocity) {
         if (own.exists) {
             packet_send(packets.positions + own.i, position, packets.number);
             packet_send(packets.velocities + own.i, velocity, packets.number);
         }
+    };
+    // Whether it has stayed where it was expected, and within numbers that are finite. Sends what the block has to say of that when all its rows
+    // have come here.
+    bool stays = true, finite = true;
+    auto vote = [&](const AreaPackets& packets) {
         bool is_stale = __any_sync(ALL_LANES, !stays), stops = __any_sync(ALL_LANES, !finite);
         if (lane != 0) return;
         uint said = 1 + (is_stale ? 1u << 8 : 0) + (stops ? 1u << 16 : 0);
@@ -149,7 +155,8 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
         shared.vote = 0;
         pair_store(packets.votes + blockIdx.x, (all >> 8 & 255u ? VOTE_STALE : 0) | (all >> 16 ? VOTE_STOP : 0), packets.number);
     };
-    send(AreaPackets::of(s, (uint)s.epoch + 1), xyz(x[own.at]), xyz(v[own.at]), true, true);
+    send(AreaPackets::of(s, (uint)s.epoch + 1), xyz(x[own.at]), xyz(v[own.at]));
+    vote(AreaPackets::of(s, (uint)s.epoch + 1));
     gate_arrive(&shared.gate_moved);
     uint searches_before = 0;
 #pragma unroll 1
@@ -168,6 +175,7 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
                 numbers[which] = there.particle(s, lane);
                 if (takes[which]) packets.particle_ask(numbers[which], coming[which]);
             }
+            vote(packets);
 #pragma unroll
             for (uint which = 0; which < 2; which++) {
                 if (!takes[which]) continue;
@@ -187,19 +195,11 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
         bool reads_ahead = warp == TILE_ROWS - 1;
         if (reads_ahead) shared.frame.follow<true>(s, number, substeps, lane, 32);
         const SubstepData& substep = shared.frame.of(number);
-        vec3 springs[STENCIL_KINDS];
+        // Where the particle is, and the force on it; its own springs come back from shared memory, as a search comes between.
+        vec3 xi, vi, force, springs[STENCIL_KINDS];
         stencil_springs<AREA_STRIDE>(s, x + stencil_first, v + stencil_first, own.row, own.column, outer, forces, springs);
         const FarGroups& groups = shared.far_groups[warp];
         bool searches = far.begin(s, packets, groups, searches_before);
-        team_wait(BARRIER_SPRINGS, TILE_PARTICLES);
-        vec3 xi = xyz(x[own.at]), vi = xyz(v[own.at]);
-        vec3 force = field_force(s, mass, vi);
-        force = procedural_force(substep, own.i, xi, vi, mass, force);
-        if (inside) {
-            force = stencil_sum<true, true>(forces, own.row, own.column, 0, springs, force);
-        } else {
-            force = stencil_sum<false, true>(forces, own.row, own.column, mask, springs, force);
-        }
         uint said = 0;
         // Where lists did not hold all is searched once more.
 #pragma unroll 1
@@ -209,6 +209,17 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
                 shared.far_found[far.number(lane)] = far.found;
             }
             gate_arrive(&shared.gates_far[warp]);
+            if (!again) {
+                team_wait(BARRIER_SPRINGS, TILE_PARTICLES);
+                xi = xyz(x[own.at]), vi = xyz(v[own.at]);
+                force = field_force(s, mass, vi);
+                force = procedural_force(substep, own.i, xi, vi, mass, force);
+                if (inside) {
+                    force = stencil_sum<true, false>(forces, own.row, own.column, 0, nullptr, force);
+                } else {
+                    force = stencil_sum<false, false>(forces, own.row, own.column, mask, nullptr, force);
+                }
+            }
 #pragma unroll 1
             for (; block < gridDim.x; block += TILE_PARTICLES) {
                 while ((uint)told != packets.number) pair_load(packets.votes + min(block + lane, gridDim.x - 1), voted, told);
@@ -231,7 +242,7 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
         if (contacts > 0) force = force + shared.forces[own.number()];
         Moved moved = integrate(substep.length, inverse_mass, force, xi, vi);
         if (own.exists && inverse_mass > 0) collide_all<false>(s, shared.frame.colliders_of(s, number), own.i, offset, inverse_mass, moved);
-        bool finite = !own.exists || is_finite(moved.position) && is_finite(moved.velocity);
+        finite = !own.exists || is_finite(moved.position) && is_finite(moved.velocity);
         if (!finite) atomicMin(&s.status->non_finite_step, substep.step);
         if (own.exists) {
             x[own.at] = with_w(moved.position, inverse_mass);
@@ -243,15 +254,17 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
         }
         gate_arrive(&shared.gate_moved);
         // Written so that what is not a number is not within.
-        bool stays = !own.exists || box_holds(shared.regions[own.part()], moved.position);
-        send(AreaPackets::of(s, packets.number + 1), moved.position, moved.velocity, stays, finite);
+        bool is_within = box_holds(shared.regions[own.part()], moved.position) && expected_holds(s, expected_place(substep, xi, vi), moved.position);
+        stays = !own.exists || is_within;
+        send(AreaPackets::of(s, packets.number + 1), moved.position, moved.velocity);
     }
     return false;
 }
 
 // What a warp that searches does in a frame.
 __device__ __forceinline__ void groups_search(const Solver& s, uint substeps, Shared& shared, AreaSearch& search) {
-    uint lane = search.lane, part = search.part, searches_before = 0;
+    uint lane = search.lane, part = search.part, group = blockIdx.x * TILE_GROUPS + part, searches_before = 0, listed = 0;
+    ListedGroup other;
 #pragma unroll 1
     for (uint number = 0; number < substeps; number++) {
         AreaPackets packets = AreaPackets::of(s, (uint)s.epoch + number + 1);
@@ -264,16 +277,20 @@ __device__ __forceinline__ void groups_search(const Solver& s, uint substeps, Sh
             }
             if (!again) gate_wait(&shared.gate_moved, number);
             Box box = search.start(s);
-            box_send(packets.boxes, blockIdx.x * TILE_GROUPS + part, lane, box, packets.number);
-            uint listed = shared.listed[part], other = search.listed_group(s, 0, listed);
-            Coming coming;
-            if (other != NONE) coming.ask(packets.boxes + 2 * other, packets.boxes + 2 * other + 1);
+            if (!holds) {
+                packets.is_exact = true;
+                packets.group_send(group, lane, box);
+                listed = shared.listed[part];
+                other.find(s, search, 0, listed);
+                packets.box_ask(other.group, other.box);
+            }
+            vec3 place = expected_place(shared.frame.of(number), xyz(area_x()[search.at]), xyz(area_v()[search.at]));
             // First what is in the tile, then what is around it.
 #pragma unroll 1
             for (uint around = 0; around < 2; around++) {
                 if (around && !again) gate_wait(&shared.gate_around, number);
                 search.take_around(s, around ? ~search.in_tile : search.in_tile);
-                if (!around) shared.far_groups[part].fill(s, search, packets, listed, other, coming);
+                if (!around) shared.far_groups[part].fill(s, search, packets, listed, other);
                 // But for each with itself.
                 search.compare(around ? 0 : 1u << lane);
             }
@@ -302,11 +319,20 @@ __device__ __forceinline__ void groups_search(const Solver& s, uint substeps, Sh
             shared.contacts[particle] = sum.contacts;
             if (sum.contacts > 0) shared.forces[particle] = sum.force;
             gate_arrive(&shared.gate_found);
+            Box expected = expected_box(s, search.exists, place);
             gate_wait(&shared.gate_votes, searches_before);
             searches_before++;
             uint all = agreed(shared, number);
             if (all & VOTE_STOP) return;
-            if (again || all != VOTE_STALE) break;
+            if (again || all != VOTE_STALE) {
+                // All have read the boxes that these take the place of.
+                AreaPackets next = AreaPackets::of(s, packets.number + 1);
+                if (number + 1 < substeps) {
+                    next.group_send(group, lane, expected);
+                    next.box_ask(other.group, other.box);
+                }
+                break;
+            }
             again = true;
             holds = false;
         }

@@ -88,7 +88,7 @@ macro_rules! shared {
 
 shared! {
     "ptx" "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "sync" "meeting" "build"
-    "substep" "frame" "stencil" "packet" "tile" "flat" "pairs" "strip" "tile_list" "around" "area" "sketch" "area_view" "area_search"
+    "substep" "frame" "stencil" "packet" "tile" "flat" "pairs" "strip" "tile_list" "around" "area" "area_expected" "sketch" "area_view" "area_search"
     "far_search" "area_sum" "area_sum_few" "area_sum_many"
     "linear" "sum" "solve" "resident" "patch" "constraint"
 }

@@ -42,7 +42,11 @@ const CONTACT_PAIRS: usize = CONTACT_MEMBERS / 2;
 const CONTACT_PARTNERS: usize = (15 + 16) * 256;
 /// Particles that it can name, and bytes of shared memory that it has beside those that depend on the model, at most.
 const CONTACT_PARTICLES_MAX: usize = 1 << 16;
-const CONTACT_STATIC: usize = 8 << 10;
+const CONTACT_STATIC: usize = 8704;
+const _: () = assert!(
+    contact_shared_bytes::<f32>(800) + CONTACT_STATIC <= 163 << 10,
+    "a block of compute capability 8.0 has no room for the common workload of 160 x 160 any more",
+);
 /// Tiles for each multiprocessor from which on these modules are faster.
 const TILES_MIN: usize = 4;
 /// Tiles of a patch with contact whose list of groups blocks build by comparing their runs, at most: with longer runs they have more in
@@ -113,7 +117,7 @@ pub(crate) struct Memory<T> {
 }
 
 /// Bytes of shared memory of a block of `explicit_substep_contact.cu` for a patch of so many groups.
-fn contact_shared_bytes<T>(groups: usize) -> usize {
+const fn contact_shared_bytes<T>(groups: usize) -> usize {
     let particles = 2 * CONTACT_ENTRIES + CONTACT_PAIRS;
     let names = CONTACT_MEMBERS + CONTACT_PARTNERS;
     let lists = CONTACT_GROUPS * groups * size_of::<u16>();

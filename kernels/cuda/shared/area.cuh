@@ -11,6 +11,14 @@
 // How many entries a group is from that in the middle of the nine around it.
 __device__ constexpr int area_entries(int which) { return (which / 3 - 1) * GROUP_ROWS * AREA_STRIDE + (which % 3 - 1) * GROUP_COLUMNS; }
 
+// Turned around in the number that boxes carry which are those of groups as they are, and not as they were expected.
+#define BOX_EXACT 0x80000000u
+
+// By the lanes of a warp together.
+__device__ __forceinline__ void box_send(uint4* boxes, uint group, uint lane, const Box& box, uint number) {
+    if (lane < 2) packet_send(boxes + 2 * group + lane, lane == 0 ? box.low : box.high, number);
+}
+
 // What is sent in one substep.
 struct AreaPackets {
     uint4* positions;
@@ -20,17 +28,28 @@ struct AreaPackets {
     // One for each block.
     uint4* votes;
     uint number;
+    // Whether boxes have to be those of groups as they are.
+    bool is_exact;
 
     __device__ __forceinline__ static uint size(const Solver& s) { return 2 * s.count + 2 * s.group_count + gridDim.x; }
 
     __device__ __forceinline__ static AreaPackets of(const Solver& s, uint number) {
         uint4* first = s.packets + (number & 1) * size(s);
-        return {first, first + s.count, first + 2 * s.count, first + 2 * s.count + 2 * s.group_count, number};
+        return {first, first + s.count, first + 2 * s.count, first + 2 * s.count + 2 * s.group_count, number, false};
     }
 
     // Those of the regions of groups, of any substep.
     __device__ __forceinline__ static uint4* regions(const Solver& s) { return s.packets + 2 * size(s); }
 
+    // The box of the group of a warp, to all that have it in their lists.
+    __device__ __forceinline__ void group_send(uint group, uint lane, const Box& box) const { box_send(boxes, group, lane, box, is_exact ? number ^ BOX_EXACT : number); }
+    __device__ __forceinline__ void box_ask(uint group, Coming& coming) const {
+        if (group != NONE) coming.ask(boxes + 2 * group, boxes + 2 * group + 1);
+    }
+    // One that is as it is may have taken the place of that which was expected, and does as well.
+    __device__ __forceinline__ void box_wait(uint group, Coming& coming, Box& box) const {
+        coming.wait(boxes + 2 * group, boxes + 2 * group + 1, number ^ BOX_EXACT, box.low, box.high, is_exact ? ~0u : ~BOX_EXACT);
+    }
     __device__ __forceinline__ void particle_ask(uint i, Coming& coming) const { coming.ask(positions + i, velocities + i); }
     __device__ __forceinline__ void particle_wait(uint i, Coming& coming, vec3& position, vec3& velocity) const {
         coming.wait(positions + i, velocities + i, number, position, velocity);
@@ -39,11 +58,6 @@ struct AreaPackets {
         packets_wait(positions + i, velocities + i, number, position, velocity);
     }
 };
-
-// By the lanes of a warp together.
-__device__ __forceinline__ void box_send(uint4* boxes, uint group, uint lane, const Box& box, uint number) {
-    if (lane < 2) packet_send(boxes + 2 * group + lane, lane == 0 ? box.low : box.high, number);
-}
 
 // A group of the patch: its first row and column, and its particle of a lane.
 struct GroupPlace {
@@ -55,6 +69,9 @@ struct GroupPlace {
         uint tile = group / TILE_GROUPS, part = group % TILE_GROUPS;
         return {tile / across * TILE_ROWS + part / 4 * GROUP_ROWS, tile % across * TILE_COLUMNS + part % 4 * GROUP_COLUMNS};
     }
+    // In one word, as nobody wants to divide once more.
+    __device__ __forceinline__ uint pack() const { return row << 16 | column; }
+    __device__ __forceinline__ static GroupPlace unpack(uint packed) { return {packed >> 16, packed & 0xffffu}; }
     __device__ __forceinline__ bool has(const Solver& s, uint lane) const {
         return row + lane / GROUP_COLUMNS < s.rows && column + lane % GROUP_COLUMNS < s.columns;
     }

@@ -1,7 +1,7 @@
 // How forces of partners are summed where no particle of the group has more than a few.
 
 // Partners of a particle that a lane has in registers, all at once.
-#define PARTNERS_FEW 4
+#define PARTNERS_FEW 8
 
 // Sums the forces of those in contact, ascending; each lane those on its particle, two on their way at a time. `here` partners are in the
 // area, `far` are not.
@@ -18,11 +18,17 @@ __device__ __forceinline__ ContactSum contacts_sum_few(const Solver& s, const Ar
         keys[a] = low;
         keys[b] = high;
     };
-    // Four of any order take five exchanges (Knuth 1973, section 5.3.4).
+    // Four of any order take five exchanges; eight take nineteen: two times four, and then those that merge these (Batcher 1968).
+    uint most = __reduce_max_sync(ALL_LANES, (int)(here + far));
     order(0, 1), order(2, 3), order(0, 2), order(1, 3), order(1, 2);
+    if (most > 4) {
+        order(4, 5), order(6, 7), order(4, 6), order(5, 7), order(5, 6);
+        order(0, 4), order(1, 5), order(2, 6), order(3, 7);
+        order(2, 4), order(3, 5);
+        order(1, 2), order(3, 4), order(5, 6);
+    }
     vec3 xi = xyz(area_x()[view.at]), vi = xyz(area_v()[view.at]);
     ContactSum sum = {{0, 0, 0}, 0};
-    uint most = __reduce_max_sync(ALL_LANES, (int)(here + far));
 #pragma unroll 1
     for (uint first = 0; first < most; first += 2) {
         vec3 forces[2];
@@ -36,9 +42,9 @@ __device__ __forceinline__ ContactSum contacts_sum_few(const Solver& s, const Ar
             touches[k] = keys[k] != NONE && is_in_contact(s, pair.length_squared);
             if (touches[k]) penalty_add(s, pair, vi - vj, forces[k]);
         }
-        keys[0] = keys[2];
-        keys[1] = keys[3];
-        keys[2] = keys[3] = NONE;
+#pragma unroll
+        for (uint k = 0; k < PARTNERS_FEW - 2; k++) keys[k] = keys[k + 2];
+        keys[PARTNERS_FEW - 2] = keys[PARTNERS_FEW - 1] = NONE;
 #pragma unroll
         for (uint k = 0; k < 2; k++) {
             sum.force = sum.force + forces[k];

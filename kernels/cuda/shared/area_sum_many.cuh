@@ -32,7 +32,7 @@ __device__ __noinline__ ContactSum contacts_sum_many(const Solver& s, AreaView v
         for (uint first = 0; first < listed; first += 32) {
             uint other = view.listed_group(s, first, listed);
             Coming coming;
-            if (other != NONE) coming.ask(packets.boxes + 2 * other, packets.boxes + 2 * other + 1);
+            packets.box_ask(other, coming);
             for (uint near = view.near_groups(packets, other, coming); near != 0; near &= near - 1) {
                 look(GroupPlace::of(s, __shfl_sync(ALL_LANES, other, __ffs(near) - 1)));
             }

@@ -12,7 +12,7 @@
 // Their numbers take five bits (`area_sum.cuh`).
 static_assert(AREA_PARTNERS_HERE + AREA_PARTNERS_FAR < 32, "partners of a particle are numbered in five bits");
 // Groups from elsewhere that may be near one.
-#define AREA_FAR_GROUPS 64
+#define AREA_FAR_GROUPS 48
 // Particles in shared memory: those of the area, then others that are kept, for each group.
 #define AREA_KEPT (AREA_ENTRIES + TILE_GROUPS * AREA_FAR_KEPT)
 // Particles that are compared without a look at what was found.
@@ -113,9 +113,15 @@ struct AreaView {
             if (left < 32) hits &= (1u << left) - 1;
             hits &= ~skipped;
             skipped = 0;
-            for (; hits != 0; hits &= hits - 1) {
-                if (found < room) partners[number(lane) + found * TILE_PARTICLES] = area_keys()[first + __ffs(hits) - 1];
+            // Two at a time, so that their keys are on their way together.
+            while (hits != 0) {
+                uint rest = hits & (hits - 1), one = __ffs(hits) - 1, other = rest != 0 ? __ffs(rest) - 1 : one;
+                uint keys[2] = {area_keys()[first + one], area_keys()[first + other]};
+                if (found < room) partners[number(lane) + found * TILE_PARTICLES] = keys[0];
                 found++;
+                if (rest != 0 && found < room) partners[number(lane) + found * TILE_PARTICLES] = keys[1];
+                found += rest != 0 ? 1 : 0;
+                hits = rest & (rest - 1);
             }
         }
     }
@@ -130,7 +136,7 @@ struct AreaView {
         bool meets = false;
         if (other != NONE) {
             Box box;
-            coming.wait(packets.boxes + 2 * other, packets.boxes + 2 * other + 1, packets.number, box.low, box.high);
+            packets.box_wait(other, coming, box);
             // As `boxes_meet`, without branches: twice what is between their middles.
             vec3 between = box.low + box.high - (real)2 * middle, extent = box.high - box.low + (real)2 * half;
             meets = absolute(between.x) <= extent.x & absolute(between.y) <= extent.y & absolute(between.z) <= extent.z;

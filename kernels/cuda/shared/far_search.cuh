@@ -1,5 +1,18 @@
 // How another warp searches for the partners of the group in groups from elsewhere that are near.
 
+// A group of the list, one of a lane: its number, NONE if there is none; where it is in the patch (`GroupPlace::pack`); and its box on its way.
+struct ListedGroup {
+    uint group;
+    uint place;
+    Coming box;
+
+    // That of the lane, from number `first` on.
+    __device__ __forceinline__ void find(const Solver& s, const AreaView& view, uint first, uint listed) {
+        group = view.listed_group(s, first, listed);
+        place = GroupPlace::of(s, group).pack();
+    }
+};
+
 // What the warp that searches in the area tells the one that searches in other groups: which of these are near, and where it looks.
 struct FarGroups {
     vec3 middle;
@@ -8,19 +21,19 @@ struct FarGroups {
     ulong gate;
     // As many as there are, also those that there is no room for.
     uint count;
-    unsigned short groups[AREA_FAR_GROUPS];
+    uint places[AREA_FAR_GROUPS];
 
-    // The groups of the list that are near; all lanes of a warp.
-    __device__ __forceinline__ void fill(const Solver& s, const AreaView& view, const AreaPackets& packets, uint listed, uint other, Coming& coming) {
+    // The groups of the list that are near, of which each lane has one of the first and has asked for its box; all lanes of a warp.
+    __device__ __forceinline__ void fill(const Solver& s, const AreaView& view, const AreaPackets& packets, uint listed, ListedGroup other) {
         uint found = 0;
 #pragma unroll 1
         for (uint first = 0; first < listed; first += 32) {
             if (first > 0) {
-                other = view.listed_group(s, first, listed);
-                if (other != NONE) coming.ask(packets.boxes + 2 * other, packets.boxes + 2 * other + 1);
+                other.find(s, view, first, listed);
+                packets.box_ask(other.group, other.box);
             }
-            uint near = view.near_groups(packets, other, coming), place = found + __popc(near & ((1u << view.lane) - 1));
-            if (near >> view.lane & 1 && place < AREA_FAR_GROUPS) groups[place] = (unsigned short)other;
+            uint near = view.near_groups(packets, other.group, other.box), slot = found + __popc(near & ((1u << view.lane) - 1));
+            if (near >> view.lane & 1 && slot < AREA_FAR_GROUPS) places[slot] = other.place;
             found += __popc(near);
         }
         if (view.lane == 0) {
@@ -52,7 +65,7 @@ struct FarSearch : AreaView {
     // Asks for the particles of one of the groups that are near, if there is one of that number.
     __device__ __forceinline__ void ask(const Solver& s, const AreaPackets& packets, const FarGroups& groups, uint k, FarGroup& group) const {
         if (k >= groups.count) return;
-        group.place = GroupPlace::of(s, groups.groups[k]);
+        group.place = GroupPlace::unpack(groups.places[k]);
         if (group.place.has(s, lane)) packets.particle_ask(group.place.particle(s, lane), group.coming);
     }
 

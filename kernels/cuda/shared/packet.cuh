@@ -15,9 +15,9 @@ struct Coming {
         pair_load(first, words[0], words[1]);
         pair_load(second, words[2], words[3]);
     }
-    // Waits until they are those of a substep; gives what they carry.
-    __device__ __forceinline__ void wait(const uint4* first, const uint4* second, uint number, vec3& a, vec3& b) {
-        while ((uint)(words[1] >> 32) != number || (uint)(words[3] >> 32) != number) ask(first, second);
+    // Waits until they are those of a substep, by the bits of a mask of its number; gives what they carry.
+    __device__ __forceinline__ void wait(const uint4* first, const uint4* second, uint number, vec3& a, vec3& b, uint mask = 0xffffffffu) {
+        while ((((uint)(words[1] >> 32) ^ number) | ((uint)(words[3] >> 32) ^ number)) & mask) ask(first, second);
         a = {__uint_as_float((uint)words[0]), __uint_as_float((uint)(words[0] >> 32)), __uint_as_float((uint)words[1])};
         b = {__uint_as_float((uint)words[2]), __uint_as_float((uint)(words[2] >> 32)), __uint_as_float((uint)words[3])};
     }
