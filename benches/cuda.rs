@@ -13,16 +13,11 @@ use cloth::{
 };
 use cloth_benches::{
     FRAMES_MEASURED, HangWorkload, LADDER_SIDES, RunningWorkload, STATE_BYTES, Workload,
-    field_cost, ladder_heading, ladder_line, ladder_row,
+    field_cost, ladder_heading, ladder_line, ladder_row, median,
 };
 
 /// Bytes that a device of this kind copies in a second, read and written: the floor is made of it.
 const BANDWIDTH: f64 = 4.28e12;
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
-}
 
 /// Iterations of the linear solvers.
 const ITERATIONS: u32 = 30;
@@ -56,7 +51,7 @@ fn implicit(backend: &dyn Backend, label: &str, side: u32, method: LinearMethod)
     };
     let particles = workload.particles() as f64;
     let floor = f64::from(ITERATIONS) * particles * bytes / BANDWIDTH * 1e6;
-    let time = median(device);
+    let time = median(&mut device);
     println!("{label:<12} {side:>5} {method:<7} {time:>9.1} us/step   floor {floor:>7.1}");
     Ok(())
 }
@@ -82,10 +77,10 @@ fn explicit(backend: &dyn Backend, label: &str, side: u32, contact: bool) -> Res
     println!(
         "{label:<12} {side:>5} {:<7} {:>9.1} us/frame  mean {:>7.1}  longest {:>7.1}  wall {:>9.1}  floor {floor:>7.1}  strain mean {:.4}  rebuilds/frame {:.1}  contacts {}  ({:.1} s)",
         if contact { "contact" } else { "free" },
-        median(device),
+        median(&mut device),
         mean,
         longest,
-        median(wall),
+        median(&mut wall),
         report.measures.strain_mean,
         f64::from(rebuilds) / FRAMES_MEASURED as f64,
         report.contacts,

@@ -14,7 +14,7 @@ use cloth::{
 };
 use cloth_benches::{
     FRAMES_BEFORE, FRAMES_MEASURED, HANG_STEP, HangWorkload, ITERATION_BYTES, STATE_BYTES,
-    Workload, copy_rate_wgpu, field_cost,
+    Workload, copy_rate_wgpu, field_cost, median,
 };
 
 /// Iterations of each implicit step.
@@ -148,11 +148,6 @@ fn implicit(
 
 fn milliseconds(start: Instant) -> f64 {
     start.elapsed().as_secs_f64() * 1e3
-}
-
-fn median(times: &mut [f64]) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
 }
 
 /// Times of a frame \[ms\].

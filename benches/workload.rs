@@ -11,7 +11,7 @@ use cloth::{
     Backend, State,
     scene::{BenchKind, CompileOptions, bench_scene},
 };
-use cloth_benches::{FRAMES_MEASURED, Workload, reference_build, reference_run};
+use cloth_benches::{FRAMES_MEASURED, Workload, median, reference_build, reference_run};
 use peak_alloc::PeakAlloc;
 
 #[global_allocator]
@@ -103,8 +103,7 @@ fn measure(backend: &dyn Backend, workload: Workload) -> cloth::Result<Row> {
         times.push(start.elapsed().as_secs_f64() * 1e3);
         last = Some(report);
     }
-    times.sort_by(f64::total_cmp);
-    let milliseconds = times[FRAMES_MEASURED / 2];
+    let milliseconds = median(&mut times);
     let report = last.unwrap_or_default();
     let steps = workload.particles() as f64 * f64::from(report.substeps);
     Ok(Row {

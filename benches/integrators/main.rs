@@ -15,7 +15,7 @@ mod solvers;
 use std::{env, error::Error, process::ExitCode};
 
 use cloth::{Backend, StepReport};
-use cloth_benches::RunningWorkload;
+use cloth_benches::{RunningWorkload, median};
 use peak_alloc::PeakAlloc;
 
 #[global_allocator]
@@ -80,7 +80,6 @@ fn timing(running: &mut RunningWorkload, count: usize) -> cloth::Result<Timing> 
         result.iterations += result.report.solver.iterations as f64 / count as f64;
         result.residual = result.residual.max(result.report.solver.residual);
     }
-    times.sort_by(f64::total_cmp);
-    result.milliseconds = times[count / 2];
+    result.milliseconds = median(&mut times);
     Ok(result)
 }

@@ -7,7 +7,7 @@ use cloth::{
     scene::{BenchKind, CompileOptions, SceneField, bench_scene},
 };
 
-use crate::{FRAMES_BEFORE, FRAMES_MEASURED};
+use crate::{FRAMES_BEFORE, FRAMES_MEASURED, median};
 
 /// Frames that are enqueued before the device is waited for.
 const FRAMES_IN_A_ROW: usize = 10;
@@ -75,10 +75,9 @@ pub fn field_cost(backend: &dyn Backend, side: u32) -> Result<FieldCost> {
     }
     let mut states = [State::default(), State::default()];
     for (run, state) in runs.iter_mut().zip(&mut states) {
-        run.times.sort_by(f64::total_cmp);
         run.solver.download(state)?;
     }
-    let [built_in, expression] = runs.map(|run| run.times[run.times.len() / 2]);
+    let [built_in, expression] = runs.map(|mut run| median(&mut run.times));
     let [a, b] = states.map(|state| state.positions);
     let differences = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).abs());
     let width = f64::from(side.max(2) - 1) * 0.02;

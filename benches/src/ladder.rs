@@ -5,6 +5,8 @@ use cloth::{
     cuda::ladder::{self, Ladder, Rung, single_thread},
 };
 
+use crate::quantile;
+
 /// Sides of the patches of the table.
 pub const LADDER_SIDES: [u32; 7] = [5, 10, 20, 40, 80, 120, 160];
 
@@ -56,8 +58,7 @@ pub struct LadderTime {
 
 /// First quartile, median and third quartile.
 fn quartiles(mut values: Vec<f64>) -> [f64; 3] {
-    values.sort_by(f64::total_cmp);
-    [1, 2, 3].map(|quarter| values.get(quarter * (values.len().max(1) - 1) / 4).map_or(0.0, |v| *v))
+    [0.25, 0.5, 0.75].map(|share| quantile(&mut values, share))
 }
 
 fn deviation(a: &State, b: &State) -> f64 {

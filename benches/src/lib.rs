@@ -7,6 +7,7 @@ mod field;
 mod hang;
 mod ladder;
 mod reference;
+mod statistics;
 mod workload;
 
 pub use bytes::{ITERATION_BYTES, STATE_BYTES};
@@ -18,4 +19,5 @@ pub use ladder::{
     LADDER_PUBLISHED, LADDER_SIDES, LadderRow, LadderTime, ladder_heading, ladder_line, ladder_row,
 };
 pub use reference::{ReferenceRow, reference_build, reference_run};
+pub use statistics::{median, quantile};
 pub use workload::{FRAMES_BEFORE, FRAMES_MEASURED, RunningWorkload, Workload};

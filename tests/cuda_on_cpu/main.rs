@@ -144,6 +144,9 @@ fn small_patches_with_contact() {
     check_edited(&form, SMALL, true, &[TILES], |text| all_replaced(text, &SPREAD));
 }
 
+/// Orders in which threads take turns that are tried until a fault is found.
+const ORDERS: u32 = 12;
+
 /// Each of the searches of the kernel for small patches finds partners in the scene.
 #[test]
 fn faults_of_small_patches_are_found() {
@@ -169,9 +172,12 @@ fn faults_of_small_patches_are_found() {
         &[by_ranks, ("TILE_PARTICLES] < key;", "TILE_PARTICLES] > key;")],
     ] {
         let program = Program::of(&form, |text| all_replaced(text, faults));
-        let is_found = patches.iter().zip(&expected).any(|(patch, expected)| {
-            let (state, _) = program.run(patch, TILES, 1);
-            first_difference(expected, &state).is_some()
+        // Who is early where nobody waits is a matter of the order, and of what else the machine does.
+        let is_found = (1..=ORDERS).any(|seed| {
+            patches.iter().zip(&expected).any(|(patch, expected)| {
+                let (state, _) = program.run(patch, TILES, seed);
+                first_difference(expected, &state).is_some()
+            })
         });
         assert!(is_found, "{faults:?} are not found");
     }
