@@ -1,6 +1,6 @@
 //! What came of a case, as it is written and read.
 
-use cloth_benches::quantile;
+use cloth_benches::quartiles;
 use serde::{Deserialize, Serialize};
 
 /// The version of the format of [`Results`].
@@ -123,7 +123,7 @@ pub(crate) struct Statistics {
 impl Statistics {
     /// Of some samples; zeros if there is none.
     pub(crate) fn new(mut samples: Vec<f64>) -> Self {
-        let [median, lower, upper] = [0.5, 0.25, 0.75].map(|share| quantile(&mut samples, share));
+        let [lower, median, upper] = quartiles(&mut samples);
         Self { median, lower, upper }
     }
 }

@@ -5,7 +5,7 @@ use cloth::{
     cuda::ladder::{self, Ladder, Rung, single_thread},
 };
 
-use crate::quantile;
+use crate::quartiles;
 
 /// Sides of the patches of the table.
 pub const LADDER_SIDES: [u32; 7] = [5, 10, 20, 40, 80, 120, 160];
@@ -56,11 +56,6 @@ pub struct LadderTime {
     pub is_valid: bool,
 }
 
-/// First quartile, median and third quartile.
-fn quartiles(mut values: Vec<f64>) -> [f64; 3] {
-    [0.25, 0.5, 0.75].map(|share| quantile(&mut values, share))
-}
-
 fn deviation(a: &State, b: &State) -> f64 {
     let both = a.positions.iter().zip(&b.positions);
     let components = both.flat_map(|(a, b)| (0..3).map(move |axis| (a[axis] - b[axis]).abs()));
@@ -73,18 +68,18 @@ fn deviation(a: &State, b: &State) -> f64 {
 /// What the device reports.
 pub fn ladder_row(ladder: Option<&Ladder>, side: u32) -> Result<LadderRow> {
     let start = ladder::model(side)?.initial_state();
-    let reference = single_thread(side, &start, 1)?;
+    let mut reference = single_thread(side, &start, 1)?;
     let [_, single_thread, _] = if side <= SINGLE_FRAMES.0 {
-        quartiles(single_thread(side, &start, SINGLE_FRAMES.1)?.frame_seconds)
+        quartiles(&mut single_thread(side, &start, SINGLE_FRAMES.1)?.frame_seconds)
     } else {
-        quartiles(reference.frame_seconds)
+        quartiles(&mut reference.frame_seconds)
     };
     let mut rungs = Vec::new();
     for (ladder, rung) in ladder.into_iter().flat_map(|ladder| Rung::ALL.map(|rung| (ladder, rung)))
     {
         let deviation = deviation(&ladder.run(rung, side, 1)?.state, &reference.state);
-        let run = ladder.run(rung, side, FRAMES[0] + FRAMES[1])?;
-        let seconds = quartiles(run.frame_seconds[FRAMES[0]..].to_vec());
+        let mut run = ladder.run(rung, side, FRAMES[0] + FRAMES[1])?;
+        let seconds = quartiles(&mut run.frame_seconds[FRAMES[0]..]);
         rungs.push(LadderTime {
             rung,
             seconds,
@@ -135,6 +130,6 @@ mod tests {
         assert!(row.single_thread > 0.0 && row.rungs.is_empty());
         assert_eq!(ladder_line(&row).split_whitespace().count(), 2);
         assert!(ladder_heading().contains("1635.58 x at 160"));
-        assert_eq!(quartiles(vec![4.0, 1.0, 2.0, 3.0, 5.0]), [2.0, 3.0, 4.0]);
+        assert_eq!(quartiles(&mut [4.0, 1.0, 2.0, 3.0, 5.0]), [2.0, 3.0, 4.0]);
     }
 }

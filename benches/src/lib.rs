@@ -19,5 +19,5 @@ pub use ladder::{
     LADDER_PUBLISHED, LADDER_SIDES, LadderRow, LadderTime, ladder_heading, ladder_line, ladder_row,
 };
 pub use reference::{ReferenceRow, reference_build, reference_run};
-pub use statistics::{median, quantile};
+pub use statistics::{median, quartiles};
 pub use workload::{FRAMES_BEFORE, FRAMES_MEASURED, RunningWorkload, Workload};
