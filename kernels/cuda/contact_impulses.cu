@@ -50,15 +50,12 @@ extern "C" __global__ void contact_impulses(const __grid_constant__ Solver s, re
     s.velocity[1 - s.present][i] = with_w(vi, rate.w);
 }
 
-// Sets the count of contacts back, and those of the meetings of a frame.
-extern "C" __global__ void contacts_clear(const __grid_constant__ Solver s) {
+// Sets the count of contacts back, and those of the meetings of a frame; if wanted, that of the pairs that are looked at, and of builds.
+extern "C" __global__ void counts_clear(const __grid_constant__ Solver s, uint with_candidates, uint with_rebuilds) {
     if (blockIdx.x + threadIdx.x > 0) return;
     s.status->contacts = 0;
+    if (with_candidates) s.status->candidates = 0;
+    if (with_rebuilds) s.status->rebuilds = 0;
     s.status->meetings[0] = s.status->meetings[1] = 0;
     for (uint k = 0; k < 3; k++) s.status->searched[k] = s.status->taken[k] = 0;
-}
-
-// Sets the count of builds back.
-extern "C" __global__ void rebuilds_clear(const __grid_constant__ Solver s) {
-    if (blockIdx.x + threadIdx.x == 0) s.status->rebuilds = 0;
 }

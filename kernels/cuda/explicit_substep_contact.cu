@@ -45,7 +45,6 @@ struct Shared {
     // What warps have to say, and how many have; and what all blocks have said in two substeps in turn.
     uint vote;
     uint agreed[2];
-    uint total;
 };
 // `CONTACT_STATIC` of the host.
 static_assert(sizeof(Shared) <= 8704 || sizeof(real) > sizeof(float), "a block has more shared memory than the host knows of");
@@ -241,17 +240,14 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
         uint contacts = shared.contacts[own.number()];
         if (contacts > 0) force = force + shared.forces[own.number()];
         Moved moved = integrate(substep.length, inverse_mass, force, xi, vi);
-        if (own.exists && inverse_mass > 0) collide_all<false>(s, shared.frame.colliders_of(s, number), own.i, offset, inverse_mass, moved);
+        if (own.exists && inverse_mass > 0) shared.frame.collide(s, number, own.i, offset, inverse_mass, moved);
         finite = !own.exists || is_finite(moved.position) && is_finite(moved.velocity);
         if (!finite) atomicMin(&s.status->non_finite_step, substep.step);
         if (own.exists) {
             x[own.at] = with_w(moved.position, inverse_mass);
             v[own.at] = with_w(moved.velocity, mass);
         }
-        if (number + 1 == substeps) {
-            if (own.exists && contacts > 0) atomicAdd(&shared.total, contacts);
-            break;
-        }
+        if (number + 1 == substeps) break;
         gate_arrive(&shared.gate_moved);
         // Written so that what is not a number is not within.
         bool is_within = box_holds(shared.regions[own.part()], moved.position) && expected_holds(s, expected_place(substep, xi, vi), moved.position);
@@ -259,6 +255,18 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
         send(AreaPackets::of(s, packets.number + 1), moved.position, moved.velocity);
     }
     return false;
+}
+
+// The group of the tile that such a warp searches for. Every fourth warp has the same scheduler: those of two groups one above the other, which
+// crumple together, have different ones.
+__device__ __forceinline__ uint group_of_warp(uint warp) { return warp < 4 ? warp : 4 + (warp + 2) % 4; }
+
+// Adds what a group has in contact and what it looked at to the counts of the frame.
+__device__ __forceinline__ void group_count(const Solver& s, uint lane, uint contacts, uint listed) {
+    uint total = (uint)__reduce_add_sync(ALL_LANES, (int)contacts);
+    if (lane != 0) return;
+    if (total > 0) atomicAdd(&s.status->contacts, (ulong)total);
+    atomicAdd(&s.status->candidates, (ulong)(9 + listed) * (GROUP * GROUP));
 }
 
 // What a warp that searches does in a frame.
@@ -272,14 +280,15 @@ __device__ __forceinline__ void groups_search(const Solver& s, uint substeps, Sh
         bool holds = number > 0, again = false;
         while (true) {
             if (!holds) {
+                // Boxes are on their way to all while lists are made.
+                packets.is_exact = true;
+                packets.group_send(group, lane, search.look(s));
                 Box region = region_of(s, search.exists, xyz(area_x()[search.at]), xyz(area_v()[search.at]));
                 lists_make(s, shared, search.tile, region, part, lane, packets.number);
             }
             if (!again) gate_wait(&shared.gate_moved, number);
-            Box box = search.start(s);
+            search.start(s);
             if (!holds) {
-                packets.is_exact = true;
-                packets.group_send(group, lane, box);
                 listed = shared.listed[part];
                 other.find(s, search, 0, listed);
                 packets.box_ask(other.group, other.box);
@@ -289,7 +298,7 @@ __device__ __forceinline__ void groups_search(const Solver& s, uint substeps, Sh
 #pragma unroll 1
             for (uint around = 0; around < 2; around++) {
                 if (around && !again) gate_wait(&shared.gate_around, number);
-                search.take_around(s, around ? ~search.in_tile : search.in_tile);
+                search.take_around(s, !around);
                 if (!around) shared.far_groups[part].fill(s, search, packets, listed, other);
                 // But for each with itself.
                 search.compare(around ? 0 : 1u << lane);
@@ -325,12 +334,14 @@ __device__ __forceinline__ void groups_search(const Solver& s, uint substeps, Sh
             uint all = agreed(shared, number);
             if (all & VOTE_STOP) return;
             if (again || all != VOTE_STALE) {
+                if (number + 1 == substeps) {
+                    group_count(s, lane, sum.contacts, listed);
+                    break;
+                }
                 // All have read the boxes that these take the place of.
                 AreaPackets next = AreaPackets::of(s, packets.number + 1);
-                if (number + 1 < substeps) {
-                    next.group_send(group, lane, expected);
-                    next.box_ask(other.group, other.box);
-                }
+                next.group_send(group, lane, expected);
+                next.box_ask(other.group, other.box);
                 break;
             }
             again = true;
@@ -345,36 +356,27 @@ extern "C" __global__ void __launch_bounds__(WARPS * 32, 1) explicit_frame(const
     real4* v = area_v();
     uint across = (s.columns + TILE_COLUMNS - 1) / TILE_COLUMNS;
     GroupPlace tile = {blockIdx.x / across * TILE_ROWS, blockIdx.x % across * TILE_COLUMNS};
-    Motion motion = present_motion(s);
-    for (uint entry = threadIdx.x; entry < AREA_ENTRIES; entry += blockDim.x) {
-        uint column = tile.column + entry % AREA_STRIDE - GROUP_COLUMNS, row = tile.row + entry / AREA_STRIDE - GROUP_ROWS;
-        bool exists = column < s.columns && row < s.rows;
-        // What is not there is in nobody's reach.
-        x[entry] = exists ? motion.x[row * s.columns + column] : real4{REAL_MAX, REAL_MAX, REAL_MAX, 0};
-        v[entry] = exists ? motion.v[row * s.columns + column] : real4{0, 0, 0, 0};
-    }
+    ulong broken = *(volatile ulong*)&s.status->non_finite_step;
     uint lane = threadIdx.x & 31, warp = threadIdx.x / 32;
+    if (warp == WARPS - 1) shared.frame.start(s, substeps, lane, 32);
+    // What is not there is in nobody's reach.
+    rectangle_start<AREA_ENTRIES, AREA_STRIDE, WARPS * 32>(s, present_motion(s), tile.row - GROUP_ROWS, tile.column - GROUP_COLUMNS, REAL_MAX, x, v);
     if (warp == WARPS - 1) {
-        shared.frame.start(s, substeps, lane, 32);
         if (lane < TILE_GROUPS) {
             gate_make(&shared.far_groups[lane].gate, GROUP);
             gate_make(&shared.gates_far[lane], GROUP);
         }
         if (lane == 0) {
-            shared.vote = shared.agreed[0] = shared.agreed[1] = shared.total = 0;
+            shared.vote = shared.agreed[0] = shared.agreed[1] = 0;
             gate_make(&shared.gate_moved, TILE_PARTICLES);
             gate_make(&shared.gate_around, TILE_PARTICLES);
             gate_make(&shared.gate_votes, TILE_PARTICLES);
             gate_make(&shared.gate_found, TILE_PARTICLES);
-            if (blockIdx.x == 0) {
-                s.status->candidates = 0;
-                // Before any block can see that this one is there.
-                __threadfence();
-            }
         }
     }
+    copies_wait();
     __syncthreads();
-    bool stopped = *(volatile ulong*)&s.status->non_finite_step < shared.frame.of(0).step;
+    bool stopped = broken < shared.frame.of(0).step;
     if (warp < TILE_ROWS) {
         if (!stopped) stopped = rows_advance(s, substeps, shared, tile, x, v, area_forces());
         Own own = Own::of(s, tile, warp, lane);
@@ -383,14 +385,7 @@ extern "C" __global__ void __launch_bounds__(WARPS * 32, 1) explicit_frame(const
             s.velocity[state_after(s, substeps)][own.i] = v[own.at];
         }
     } else if (!stopped) {
-        AreaSearch search(s, tile, warp - TILE_ROWS, lane);
+        AreaSearch search(s, tile, group_of_warp(warp - TILE_ROWS), lane);
         groups_search(s, substeps, shared, search);
-    }
-    __syncthreads();
-    if (threadIdx.x == 0 && !stopped) {
-        if (shared.total > 0) atomicAdd(&s.status->contacts, (ulong)shared.total);
-        uint looks = 9 * TILE_GROUPS;
-        for (uint k = 0; k < TILE_GROUPS; k++) looks += shared.listed[k];
-        atomicAdd(&s.status->candidates, (ulong)looks * (GROUP * GROUP));
     }
 }

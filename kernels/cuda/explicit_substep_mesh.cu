@@ -91,6 +91,7 @@ extern "C" __global__ void __launch_bounds__(THREADS, 1) explicit_frame(const __
         if (number > 0) {
             wait_for_dependencies(s, s.epoch + number);
         } else {
+            copies_wait();
             __syncthreads();
         }
         const SubstepData& substep = near_frame.of(number);

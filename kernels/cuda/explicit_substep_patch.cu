@@ -6,9 +6,12 @@
 // nothing else has to be waited for. There are two words for each, used in turn: a block sends those of the next
 // substep only when it has seen that all around have read those of the last one, as they have sent what they made of them.
 
+// One for each particle of a tile.
+#define THREADS (TILE_COLUMNS * TILE_ROWS)
+
 extern __shared__ __align__(16) unsigned char frame_memory[];
 
-extern "C" __global__ void __launch_bounds__(256, 1) explicit_frame(const __grid_constant__ Solver s, uint substeps) {
+extern "C" __global__ void __launch_bounds__(THREADS, 1) explicit_frame(const __grid_constant__ Solver s, uint substeps) {
     __shared__ NearFrame near_frame;
     real4* x = (real4*)frame_memory;
     real4* v = x + TILE_ENTRIES;
@@ -19,16 +22,12 @@ extern "C" __global__ void __launch_bounds__(256, 1) explicit_frame(const __grid
     Motion motion = present_motion(s);
     real4* last_x = s.position[s.present ^ substeps & 1];
     real4* last_v = s.velocity[s.present ^ substeps & 1];
-    for (uint entry = threadIdx.x; entry < TILE_ENTRIES; entry += blockDim.x) {
-        uint column = first_column + entry % TILE_STRIDE - HALO, row = first_row + entry / TILE_STRIDE - HALO;
-        bool exists = column < s.columns && row < s.rows;
-        x[entry] = exists ? motion.x[row * s.columns + column] : real4{0, 0, 0, 0};
-        v[entry] = exists ? motion.v[row * s.columns + column] : real4{0, 0, 0, 0};
-    }
+    ulong broken = *(volatile ulong*)&s.status->non_finite_step;
     uint lane = threadIdx.x & 31;
     // The last warp has time to read ahead while others wait for particles around the tile.
-    bool reads_ahead = threadIdx.x / 32 == blockDim.x / 32 - 1;
+    bool reads_ahead = threadIdx.x / 32 == THREADS / 32 - 1;
     if (reads_ahead) near_frame.start(s, substeps, lane, 32);
+    rectangle_start<TILE_ENTRIES, TILE_STRIDE, THREADS>(s, motion, first_row - HALO, first_column - HALO, 0, x, v);
     uint tile_column = threadIdx.x % TILE_COLUMNS, tile_row = threadIdx.x / TILE_COLUMNS;
     uint column = first_column + tile_column, row = first_row + tile_row;
     bool exists = column < s.columns && row < s.rows;
@@ -46,8 +45,9 @@ extern "C" __global__ void __launch_bounds__(256, 1) explicit_frame(const __grid
     uint around_i = around_row * s.columns + around_column;
     real offset = s.offsets[0];
     StencilOuter outer = StencilOuter::of_thread();
+    copies_wait();
     __syncthreads();
-    bool stopped = *(volatile ulong*)&s.status->non_finite_step < near_frame.of(0).step;
+    bool stopped = broken < near_frame.of(0).step;
     if (stopped) {
         if (exists) {
             last_x[i] = x[at];
@@ -58,7 +58,6 @@ extern "C" __global__ void __launch_bounds__(256, 1) explicit_frame(const __grid
     real inverse_mass = x[at].w, mass = v[at].w;
     for (uint number = 0; number < substeps; number++) {
         const SubstepData& substep = near_frame.of(number);
-        const Collider* colliders = near_frame.colliders_of(s, number);
         vec3 springs[STENCIL_KINDS];
         stencil_springs(s, x, v, tile_row, tile_column, outer, forces, springs);
         __syncthreads();
@@ -71,7 +70,7 @@ extern "C" __global__ void __launch_bounds__(256, 1) explicit_frame(const __grid
             force = stencil_sum<false, true>(forces, tile_row, tile_column, mask, springs, force);
         }
         Moved moved = integrate(substep.length, inverse_mass, force, xi, vi);
-        if (exists && inverse_mass > 0) collide_all<false>(s, colliders, i, offset, inverse_mass, moved);
+        if (exists && inverse_mass > 0) near_frame.collide(s, number, i, offset, inverse_mass, moved);
         if (exists && !(is_finite(moved.position) && is_finite(moved.velocity))) atomicMin(&s.status->non_finite_step, substep.step);
         if (number + 1 == substeps) {
             if (exists) {

@@ -85,7 +85,11 @@ fn meshes() {
 fn patches() {
     check(&form("explicit_substep", &["table", "grid", "stencil"], 256), LARGE, false, &[4, 6]);
     check(&form("explicit_substep_tiles", &[], 128), LARGE, false, &[4, 1, 3, 7]);
-    check(&form("explicit_substep_patch", &[], 256), SMALL, false, &[TILES, TILES]);
+    let small = form("explicit_substep_patch", &[], 256);
+    check(&small, SMALL, false, &[TILES, TILES]);
+    check_edited(&small, SMALL, false, &[TILES], |text| {
+        replaced(&text, "s.collider_count <= COLLIDERS_NEAR", "false")
+    });
 }
 
 #[test]
@@ -136,6 +140,8 @@ fn small_patches_with_contact() {
         ("AREA_FAR_GROUPS 48", "AREA_FAR_GROUPS 1"),
         ("LISTS_NEAR (TILE_GROUPS * AREA_PAIRS / 2u)", "LISTS_NEAR 3u"),
         ("found > PARTNERS_FEW", "found > 0"),
+        // More colliders than are kept.
+        ("s.collider_count <= COLLIDERS_NEAR", "false"),
         // Particles that are hardly ever where they were expected.
         ("EXPECTED_MARGIN (real)0.3", "EXPECTED_MARGIN (real)1e-4"),
     ] {
@@ -156,12 +162,12 @@ fn faults_of_small_patches_are_found() {
         patches.each_ref().map(|patch| patch.run(&cpu(2)).expect("the CPU simulates the patch"));
     let by_ranks = ("found > PARTNERS_FEW", "found > 0");
     for faults in [
-        &[("hits &= ~skipped;", "hits = skipped != 0 ? 0 : hits;")][..],
-        &[("search.take_around(s, around", "if (around) search.take_around(s, around")],
-        &[("search.take_around(s, around", "if (!around) search.take_around(s, around")],
+        &[("& ~skipped;", "& (skipped != 0 ? 0u : ~0u);")][..],
+        &[("search.take_around(s, !around", "if (around) search.take_around(s, !around")],
+        &[("search.take_around(s, !around", "if (!around) search.take_around(s, !around")],
         &[("far.search(s, packets, groups);", "far.found = 0;")],
         &[("float far = 1.001f", "float far = 0.5f")],
-        &[("if (left < 32) hits", "hits")],
+        &[("if (lane < AREA_AT_ONCE) area_sketches()", "if (false) area_sketches()")],
         &[("order(1, 2);", "order(2, 1);")],
         &[&SPREAD[..], &[("order(2, 4), order(3, 5);", "order(4, 2), order(5, 3);")]].concat(),
         &[

@@ -198,6 +198,13 @@ static int __reduce_min_sync(unsigned, int value) {
     return least;
 }
 
+static int __reduce_add_sync(unsigned, int value) {
+    const uint64_t* shown = warp_show(to_word(value));
+    int sum = 0;
+    for (unsigned lane = 0; lane < 32; lane++) sum += of_word<int>(shown[lane]);
+    return sum;
+}
+
 static int __reduce_max_sync(unsigned lanes, int value) { return ~__reduce_min_sync(lanes, ~value); }
 
 static unsigned __byte_perm(unsigned a, unsigned b, unsigned places) {

@@ -37,7 +37,7 @@ pub(crate) struct Device {
 struct Module(CUmodule);
 
 /// A kernel of a loaded module.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Kernel(pub(crate) CUfunction);
 
 // SAFETY: handles of the driver may be used from any thread that has made the context current, which

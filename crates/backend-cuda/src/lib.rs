@@ -10,6 +10,7 @@
 //!
 //! It builds without a CUDA toolkit: the driver and the compiler NVRTC are opened when they are needed.
 
+mod chain;
 mod compile;
 mod contact;
 mod device;

@@ -24,7 +24,7 @@ pub(crate) struct Queue {
 unsafe impl Send for Queue {}
 
 /// Size of a launch.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Launch {
     pub(crate) blocks: u32,
     pub(crate) threads: u32,

@@ -23,10 +23,14 @@ unsafe impl Send for Timing {}
 impl Timing {
     fn event(&mut self, queue: &Queue) -> Result<sys::CUevent> {
         queue.device.bind()?;
-        let event = match self.free.pop() {
-            Some(event) => event,
-            None => result::event::create(sys::CUevent_flags::CU_EVENT_DEFAULT).engine()?,
-        };
+        match self.free.pop() {
+            Some(event) => Ok(event),
+            None => result::event::create(sys::CUevent_flags::CU_EVENT_DEFAULT).engine(),
+        }
+    }
+
+    fn record(&mut self, queue: &Queue) -> Result<sys::CUevent> {
+        let event = self.event(queue)?;
         // SAFETY: event and stream are alive.
         unsafe { result::event::record(event, queue.stream()) }.engine()?;
         Ok(event)
@@ -37,7 +41,7 @@ impl Timing {
     /// # Errors
     /// `DeviceLost`.
     pub(crate) fn begin(&mut self, queue: &Queue) -> Result<Option<sys::CUevent>> {
-        if self.spans.len() < SPANS_MAX { self.event(queue).map(Some) } else { Ok(None) }
+        if self.spans.len() < SPANS_MAX { self.record(queue).map(Some) } else { Ok(None) }
     }
 
     /// Marks its end.
@@ -51,10 +55,27 @@ impl Timing {
         start: Option<sys::CUevent>,
     ) -> Result<()> {
         if let Some(start) = start {
-            let end = self.event(queue)?;
+            let end = self.record(queue)?;
             self.spans.push((stage, [start, end]));
         }
         Ok(())
+    }
+
+    /// The events around a stage that the caller has recorded, together with what is between them.
+    ///
+    /// # Errors
+    /// `DeviceLost`.
+    pub(crate) fn span(
+        &mut self,
+        queue: &Queue,
+        stage: &'static str,
+    ) -> Result<Option<[sys::CUevent; 2]>> {
+        if self.spans.len() == SPANS_MAX {
+            return Ok(None);
+        }
+        let events = [self.event(queue)?, self.event(queue)?];
+        self.spans.push((stage, events));
+        Ok(Some(events))
     }
 
     /// The times since the last call, once everything is done.

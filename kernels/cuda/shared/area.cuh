@@ -8,9 +8,6 @@
 #define AREA_STRIDE (TILE_COLUMNS + 2 * GROUP_COLUMNS)
 #define AREA_ENTRIES (AREA_STRIDE * (TILE_ROWS + 2 * GROUP_ROWS))
 
-// How many entries a group is from that in the middle of the nine around it.
-__device__ constexpr int area_entries(int which) { return (which / 3 - 1) * GROUP_ROWS * AREA_STRIDE + (which % 3 - 1) * GROUP_COLUMNS; }
-
 // Turned around in the number that boxes carry which are those of groups as they are, and not as they were expected.
 #define BOX_EXACT 0x80000000u
 
@@ -96,7 +93,6 @@ struct AreaGroup {
     }
     // Number `which` of those around a group of the tile, row by row.
     __device__ __forceinline__ AreaGroup next_to(uint which) const { return {row + which / 3 - 1, column + which % 3 - 1}; }
-    __device__ __forceinline__ bool is_of_tile() const { return row - 1 < 2 && column - 1 < 4; }
     __device__ __forceinline__ GroupPlace place(uint first_row, uint first_column) const {
         return {first_row + (row - 1) * GROUP_ROWS, first_column + (column - 1) * GROUP_COLUMNS};
     }

@@ -102,17 +102,19 @@ struct AreaView {
         count += __popc(inside);
     }
 
+    // Nothing more is to be compared: what comes after is nowhere near, so that as many as are compared at once need no look at how many there are.
+    __device__ __forceinline__ void members_end(uint first) const {
+        if (lane < AREA_AT_ONCE) area_sketches()[first + count + lane] = SKETCH_NOWHERE;
+        __syncwarp();
+    }
+
     // Looks for what may be in contact with the particles of the group, but for those that `skipped` has of the first 32. From `partners` on
     // there is room for so many of each particle.
     __device__ __forceinline__ void find(uint first, uint end, uint skipped, uint* partners, uint room) {
 #pragma unroll 1
-        for (; first < end; first += GROUP) {
-            uint left = end - first, hits = 0;
-#pragma unroll 1
-            for (uint k = 0; k < min(left, 32u); k += AREA_AT_ONCE) hits |= sketch.near<AREA_AT_ONCE>(area_sketches() + first + k) << k;
-            if (left < 32) hits &= (1u << left) - 1;
-            hits &= ~skipped;
-            skipped = 0;
+        for (; first < end; first += AREA_AT_ONCE) {
+            uint hits = sketch.near<AREA_AT_ONCE>(area_sketches() + first) & ~skipped;
+            skipped >>= AREA_AT_ONCE;
             // Two at a time, so that their keys are on their way together.
             while (hits != 0) {
                 uint rest = hits & (hits - 1), one = __ffs(hits) - 1, other = rest != 0 ? __ffs(rest) - 1 : one;

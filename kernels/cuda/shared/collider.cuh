@@ -196,7 +196,8 @@ __device__ __noinline__ void impulse_add(const Solver& s, uint collider, uint pa
     impulse_sum(s, collider, particle, px, py, pz, moved.position);
 }
 
-// Contact with all colliders, one after the other.
+// Contact with all colliders, one after the other. `colliders` is best known to be in shared or in global memory: loads by an address that may
+// be either take longer.
 template <bool IMPULSES>
 __device__ __forceinline__ void collide_all(const Solver& s, const Collider* colliders, uint particle, real offset, real inverse_mass, Moved& moved) {
     for (uint k = 0; k < s.collider_count; k++) {

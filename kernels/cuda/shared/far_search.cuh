@@ -87,7 +87,7 @@ struct FarSearch : AreaView {
 
     // Compares with what there is.
     __device__ __forceinline__ void compare() {
-        __syncwarp();
+        members_end(members_first());
         find(members_first(), members_first() + count, 0, area_partners() + AREA_PARTNERS_HERE * TILE_PARTICLES, AREA_PARTNERS_FAR);
         __syncwarp();
         count = 0;

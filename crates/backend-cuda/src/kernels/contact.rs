@@ -8,9 +8,19 @@ use crate::{
     queue::{Launch, argument},
 };
 
+/// What the counts of contacts on the device are of.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Counts {
+    /// Set back for a frame, and booked before.
+    Clear,
+    OfFrame,
+    OfList,
+}
+
 impl<T: CudaReal> CudaKernels<T> {
     /// Lets the device find the pairs in contact, and build the list of groups before if it does not hold.
     pub(super) fn contacts_start(&mut self, tick: u32) -> Result<()> {
+        self.counts = Counts::OfList;
         let launch = self.memory.contacts_launch()?;
         self.start(("contact_candidates", "contact_candidates"), launch, &[argument(&tick)])
     }
@@ -43,23 +53,42 @@ impl<T: CudaReal> CudaKernels<T> {
 
     /// Books what the device did with the list.
     pub(super) fn status_book(&mut self, status: &Status) {
-        // Each pair is counted from both ends, those that the list makes the device look at too.
-        self.statistics.contacts = status.contacts / 2;
-        self.statistics.candidates = status.candidates / 2;
         self.statistics.rebuilds = status.rebuilds;
+        if self.counts != Counts::Clear {
+            // Each pair is counted from both ends, those that the list makes the device look at too.
+            self.statistics.contacts = status.contacts / 2;
+            self.statistics.candidates = status.candidates / 2;
+        }
     }
 
-    /// Sets the count of contacts back.
-    pub(super) fn contacts_clear(&mut self) -> Result<()> {
+    /// Sets the count of contacts back, if wanted those of pairs that are looked at, and of builds, too.
+    fn counts_clear(&mut self, candidates: bool, rebuilds: bool) -> Result<()> {
+        let [candidates, rebuilds] = [candidates, rebuilds].map(u32::from);
+        let arguments = [argument(&candidates), argument(&rebuilds)];
+        self.start(("contact_impulses", "counts_clear"), Launch::over(1), &arguments)
+    }
+
+    /// Whether a frame counts itself what it looks at; others have lists that were counted when they were built.
+    fn frame_has_candidates(&self) -> bool {
+        self.memory.frame_module == "explicit_substep_contact"
+    }
+
+    /// Sets the counts back for a frame that comes next, where they are not yet.
+    pub(super) fn frame_counts_begin(&mut self) -> Result<()> {
         if self.memory.contact.is_none() {
             return Ok(());
         }
-        self.start(("contact_impulses", "contacts_clear"), Launch::over(1), &[])
+        if self.counts != Counts::Clear {
+            self.counts_clear(self.frame_has_candidates(), false)?;
+        }
+        self.counts = Counts::OfFrame;
+        Ok(())
     }
 
     /// Counts the partners of every particle.
     pub(super) fn contacts_count(&mut self) -> Result<()> {
-        self.contacts_clear()?;
+        self.counts_clear(false, false)?;
+        self.counts = Counts::OfList;
         let launch = Launch::over(self.count());
         self.start(("contact_impulses", "contact_impulses_count"), launch, &[])
     }
@@ -82,7 +111,13 @@ impl<T: CudaReal> CudaKernels<T> {
         }
         let status = self.memory.status_read()?;
         self.status_book(&status);
-        self.start(("contact_impulses", "rebuilds_clear"), Launch::over(1), &[])?;
+        if self.counts == Counts::OfFrame {
+            // Now, so that the frame that comes next need not wait for it.
+            self.counts_clear(self.frame_has_candidates(), true)?;
+            self.counts = Counts::Clear;
+        } else {
+            self.counts_clear(false, true)?;
+        }
         Ok(self.statistics)
     }
 

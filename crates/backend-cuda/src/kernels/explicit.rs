@@ -7,6 +7,7 @@ use cloth_core::{
 
 use super::{CudaKernels, control_forces::Kick};
 use crate::{
+    chain::{Chain, Link},
     layout::{ColliderData, CudaReal, SubstepData},
     memory::Memory,
     queue::{Buffer, Launch, argument},
@@ -28,6 +29,8 @@ pub(super) struct FrameQueue<T> {
     /// The launch that comes next is to leave the state that it begins with as it is.
     keeps_first: bool,
     collider_sets: usize,
+    /// What a frame that is one launch is submitted with.
+    chain: Chain,
 }
 
 /// A frame from its start.
@@ -54,6 +57,7 @@ impl<T> Default for FrameQueue<T> {
             saved: None,
             keeps_first: false,
             collider_sets: 1,
+            chain: Chain::default(),
         }
     }
 }
@@ -244,23 +248,36 @@ impl<T: CudaReal> CudaKernels<T> {
 
     /// The substeps that come next on the device, in one launch.
     fn frame_run(&mut self, count: u32) -> Result<()> {
-        let (module, launch) = (self.memory.frame_module, self.memory.frame);
-        self.contacts_clear()?;
+        self.frame_counts_begin()?;
         let first = self.memory.present();
         let keeps = std::mem::take(&mut self.frames.keeps_first);
         if let (true, Some([position, velocity])) = (keeps, &self.frames.saved) {
             self.memory.data.position[2] = position.address();
             self.memory.data.velocity[2] = velocity.address();
         }
-        self.stage("explicit_substep", |kernels| {
-            kernels.start((module, "explicit_frame"), launch, &[argument(&count)])
-        })?;
+        self.frame_submit(count)?;
         self.memory.data.epoch += u64::from(count);
         self.memory.data.present ^= count & 1;
         if let (true, Some(saved)) = (keeps, &mut self.frames.saved) {
             self.memory.motion_exchange(first, saved);
         }
         Ok(())
+    }
+
+    /// Submits the kernel of so many substeps and the events around it.
+    fn frame_submit(&mut self, count: u32) -> Result<()> {
+        let (module, launch) = (self.memory.frame_module, self.memory.frame);
+        let kernel = self.memory.kernel(module, "explicit_frame")?;
+        let span = self.timing.span(&self.memory.queue, "explicit_substep")?;
+        let data = self.memory.data;
+        let mut arguments = [argument(&data), argument(&count)];
+        let mut links = Vec::with_capacity(3);
+        links.extend(span.map(|[start, _]| Link::Event(start)));
+        links.push(Link::Kernel { kernel, launch, arguments: &mut arguments });
+        links.extend(span.map(|[_, end]| Link::Event(end)));
+        // SAFETY: these are the arguments that a kernel of this name takes; all memory is owned by this solver, which waits for
+        // its queue before any of it is freed, as are events.
+        unsafe { self.frames.chain.submit(&self.memory.queue, &mut links) }
     }
 
     /// One substep as a fused pass and the stages that come after it.

@@ -27,6 +27,7 @@ use crate::{
     timing::Timing,
 };
 
+use contact::Counts;
 use control_forces::ControlForces;
 use explicit::FrameQueue;
 pub(crate) use impulses::ImpulseMemory;
@@ -43,6 +44,7 @@ pub(crate) struct CudaKernels<T> {
     /// Uses of the list of groups so far.
     tick: u32,
     statistics: ContactStatistics,
+    counts: Counts,
     has_force: bool,
     /// Memory of the linear system, once it is needed.
     linear: Option<Box<LinearMemory<T>>>,
@@ -65,6 +67,7 @@ impl<T: CudaReal> CudaKernels<T> {
             control_forces: ControlForces::default(),
             tick: 0,
             statistics: ContactStatistics::default(),
+            counts: Counts::OfList,
             has_force: false,
             linear: None,
             semi_implicit: SemiImplicit::default(),
