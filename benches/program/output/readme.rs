@@ -26,7 +26,7 @@ const ROWS: [(&str, &str, [u32; 3]); 4] = [
     (group::SEMI_IMPLICIT, "semi-implicit, a step", [33, 60, 256]),
 ];
 
-/// Writes both, of one file of results for each machine.
+/// Writes both, of one file of results for each machine, and of later ones of some of its backends.
 ///
 /// # Errors
 /// If a file cannot be read or written, or the README has no marks.
@@ -72,10 +72,15 @@ fn columns(results: &[Results]) -> Vec<Column<'_>> {
             let title = format!("{}: {device}", engine.backend);
             let column = Column { title, backend: &engine.backend, results };
             // A GPU that the processor plays has none of these sizes.
-            if ROWS.iter().any(|(group, _, sides)| {
+            if !ROWS.iter().any(|(group, _, sides)| {
                 sides.iter().any(|&side| cell(&column, group, side).is_some())
             }) {
-                columns.push(column);
+                continue;
+            }
+            // Of the same device the later results count.
+            match columns.iter_mut().find(|older: &&mut Column<'_>| older.title == column.title) {
+                Some(older) => *older = column,
+                None => columns.push(column),
             }
         }
     }
@@ -106,7 +111,7 @@ fn section(results: &[Results], plot: &Path) -> String {
     lines.push(String::new());
     lines.push(format!(
         "Medians by `cargo xtask bench --suite full`, {}. Every result was compared with that of the CPU in double precision.",
-        dates.join(" and ")
+        dates.join(", ")
     ));
     lines.push(String::new());
     lines.push(format!("![Time of a frame against particles]({})", plot.display()));
@@ -152,5 +157,18 @@ mod tests {
         let expected = format!("a\n{}\nnew\n{}\nb", MARKS[0], MARKS[1]);
         assert_eq!(replace(&text, "new"), Some(expected));
         assert_eq!(replace("no marks", "new"), None);
+    }
+
+    #[test]
+    fn later_results_of_a_backend_take_the_place_of_earlier_ones() {
+        let published = |name: &str| {
+            let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
+            read(&folder.join(name)).expect("it is in the repository")
+        };
+        let results = [published("h200.json"), published("h200_cuda.json")];
+        let columns = columns(&results);
+        let found = columns.iter().map(|column| (column.backend, &*column.results.revision));
+        let [all, cuda] = results.each_ref().map(|results| &*results.revision);
+        assert_eq!(found.collect::<Vec<_>>(), [("cpu", all), ("wgpu", all), ("cuda", cuda)]);
     }
 }
