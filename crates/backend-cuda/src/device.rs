@@ -54,10 +54,45 @@ fn no_device(reason: impl Into<String>) -> Error {
     Error::NoDevice { backend: BACKEND, reason: reason.into() }
 }
 
+/// CUDA version of the driver from which on it has all functions that are called: the others panic. The number is as
+/// `cuDriverGetVersion` gives it.
+const DRIVER_MIN: i32 = 13_000;
+/// Compute capability from which on a GPU has the instructions of the kernels.
+const CAPABILITY_MIN: u32 = 8;
+
+/// A version as `cuDriverGetVersion` gives it, for people.
+pub(crate) fn version_text(version: i32) -> String {
+    format!("{}.{}", version / 1000, version % 1000 / 10)
+}
+
+/// The CUDA version of the driver.
+///
+/// # Errors
+/// `NoDevice` if it is too old.
+fn driver_version() -> Result<i32> {
+    let mut version = 0;
+    // SAFETY: writes one integer.
+    unsafe { sys::cuDriverGetVersion(&raw mut version) }
+        .result()
+        .map_err(|error| no_device(words(error)))?;
+    driver_check(version)
+}
+
+fn driver_check(version: i32) -> Result<i32> {
+    if version < DRIVER_MIN {
+        return Err(no_device(format!(
+            "the NVIDIA driver is for CUDA {}; install one for CUDA {} or later, or choose another backend",
+            version_text(version),
+            version_text(DRIVER_MIN),
+        )));
+    }
+    Ok(version)
+}
+
 /// Number of GPUs that the driver shows.
 ///
 /// # Errors
-/// `NoDevice` without a driver.
+/// `NoDevice` without a driver, or if it is too old.
 pub(crate) fn device_count() -> Result<usize> {
     // SAFETY: it only tries to open the library. All other calls panic without it.
     if !unsafe { sys::is_culib_present() } {
@@ -65,6 +100,7 @@ pub(crate) fn device_count() -> Result<usize> {
             "the NVIDIA driver (libcuda) is not installed; install it, or choose another backend",
         ));
     }
+    driver_version()?;
     result::init().map_err(|error| no_device(words(error)))?;
     let count = result::device::get_count().map_err(|error| no_device(words(error)))?;
     Ok(count.max(0) as usize)
@@ -84,23 +120,18 @@ impl Device {
         let failed = |error| no_device(words(error));
         let handle = result::device::get(ordinal as i32).map_err(failed)?;
         let name = result::device::get_name(handle).map_err(failed)?;
-        // SAFETY: the handle is of a device that exists; the context is released when this is dropped.
-        let context = unsafe { result::primary_ctx::retain(handle) }.map_err(failed)?;
         let attribute = |attribute| {
-            // SAFETY: as above.
+            // SAFETY: the handle is of a device that exists.
             unsafe { result::device::get_attribute(handle, attribute) }.map_err(failed)
         };
         let major = attribute(Attribute::CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR)? as u32;
         let minor = attribute(Attribute::CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR)? as u32;
-        if major < 7 {
+        if major < CAPABILITY_MIN {
             let reason = format!(
-                "{name} has compute capability {major}.{minor}; the kernels need 7.0 or later"
+                "{name} has compute capability {major}.{minor}; the kernels need {CAPABILITY_MIN}.0 or later; choose another backend"
             );
             return Err(no_device(reason));
         }
-        let mut driver = 0;
-        // SAFETY: writes one integer.
-        unsafe { sys::cuDriverGetVersion(&raw mut driver) }.result().map_err(failed)?;
         Ok(Arc::new(Self {
             name,
             // SAFETY: as above.
@@ -109,9 +140,11 @@ impl Device {
             multiprocessors: attribute(Attribute::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT)? as u32,
             shared_max: attribute(Attribute::CU_DEVICE_ATTRIBUTE_MAX_SHARED_MEMORY_PER_BLOCK_OPTIN)?
                 as usize,
-            driver,
+            driver: driver_version()?,
             handle,
-            context,
+            // Last, as what fails before has nothing to release.
+            // SAFETY: as above; the context is released when this is dropped.
+            context: unsafe { result::primary_ctx::retain(handle) }.map_err(failed)?,
             modules: Mutex::new(HashMap::new()),
         }))
     }
@@ -215,5 +248,19 @@ impl Drop for Device {
         }
         // SAFETY: it was retained once.
         let _ = unsafe { result::primary_ctx::release(self.handle) };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_driver_that_is_too_old_is_an_error_that_names_both_versions() {
+        assert_eq!(driver_check(DRIVER_MIN), Ok(DRIVER_MIN));
+        let Err(Error::NoDevice { reason, .. }) = driver_check(12_090) else {
+            panic!("it is too old")
+        };
+        assert!(reason.contains("12.9") && reason.contains("13.0"), "{reason}");
     }
 }

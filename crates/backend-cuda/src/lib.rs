@@ -98,7 +98,7 @@ impl CudaBackend {
         let device = Device::open(options.device)?;
         let (major, minor) = device.capability;
         let arithmetic = if options.fast { "fast" } else { "reproducible" };
-        let driver = format!("CUDA {}.{}", device.driver / 1000, device.driver % 1000 / 10);
+        let driver = format!("CUDA {}", device::version_text(device.driver));
         let details = vec![
             ("compute capability", format!("{major}.{minor}")),
             ("multiprocessors", device.multiprocessors.to_string()),
