@@ -167,7 +167,10 @@ fn faults_of_small_patches_are_found() {
         &[("search.take_around(s, !around", "if (!around) search.take_around(s, !around")],
         &[("far.search(s, packets, groups);", "far.found = 0;")],
         &[("float far = 1.001f", "float far = 0.5f")],
-        &[("if (lane < AREA_AT_ONCE) area_sketches()", "if (false) area_sketches()")],
+        &[(
+            "[first + count + lane] = SKETCH_NOWHERE",
+            "[first + count - 8 + lane] = SKETCH_NOWHERE",
+        )],
         &[("order(1, 2);", "order(2, 1);")],
         &[&SPREAD[..], &[("order(2, 4), order(3, 5);", "order(4, 2), order(5, 3);")]].concat(),
         &[
