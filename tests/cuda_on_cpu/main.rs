@@ -169,7 +169,7 @@ fn faults_of_small_patches_are_found() {
         &[("float far = 1.001f", "float far = 0.5f")],
         &[(
             "[first + count + lane] = SKETCH_NOWHERE",
-            "[first + count - 8 + lane] = SKETCH_NOWHERE",
+            "[first + max(count, 8) - 8 + lane] = SKETCH_NOWHERE",
         )],
         &[("order(1, 2);", "order(2, 1);")],
         &[&SPREAD[..], &[("order(2, 4), order(3, 5);", "order(4, 2), order(5, 3);")]].concat(),
