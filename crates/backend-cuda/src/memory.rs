@@ -461,6 +461,12 @@ impl<T: CudaReal> Memory<T> {
         ["explicit_substep_contact", "explicit_substep_flat"].contains(&self.frame_module)
     }
 
+    /// Whether the module of whole frames counts the pairs that each frame looks at; others have lists whose pairs were counted when they
+    /// were built.
+    pub(crate) fn frame_counts_candidates(&self) -> bool {
+        self.frame_module == "explicit_substep_contact"
+    }
+
     /// After a launch that left motion `first` as it is: that is the saved one now, and what was saved has the state that stood in
     /// for it.
     pub(crate) fn motion_exchange(&mut self, first: usize, saved: &mut [Buffer<Real4<T>>; 2]) {

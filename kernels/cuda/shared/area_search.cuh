@@ -24,6 +24,7 @@ struct AreaSearch : AreaView {
         // What is not in the tile is not to be looked at while it comes: in its place there is what is.
         int left = in_tile && is_first ? 0 : -1, right = in_tile && is_last ? 0 : 1;
         int rows[5] = {row, row, row, 0, last_row}, columns[5] = {left, 0, right, in_tile ? left : outer, in_tile ? right : outer};
+        // Which of the five there are, a bit each.
         uint exist = in_tile ? (is_first ? 0x16u : is_last ? 0x0bu : 0x1fu) : (is_first || is_last ? 0x1fu : 0x07u);
         vec3 seen[5];
         uint inside[5];

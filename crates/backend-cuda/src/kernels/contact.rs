@@ -13,7 +13,9 @@ use crate::{
 pub(super) enum Counts {
     /// Set back for a frame, and booked before.
     Clear,
+    /// What a frame in one launch has counted since they were set back for it.
     OfFrame,
+    /// What kernels outside of such a frame have counted, of the pairs of the list.
     OfList,
 }
 
@@ -68,18 +70,13 @@ impl<T: CudaReal> CudaKernels<T> {
         self.start(("contact_impulses", "counts_clear"), Launch::over(1), &arguments)
     }
 
-    /// Whether a frame counts itself what it looks at; others have lists that were counted when they were built.
-    fn frame_has_candidates(&self) -> bool {
-        self.memory.frame_module == "explicit_substep_contact"
-    }
-
     /// Sets the counts back for a frame that comes next, where they are not yet.
     pub(super) fn frame_counts_begin(&mut self) -> Result<()> {
         if self.memory.contact.is_none() {
             return Ok(());
         }
         if self.counts != Counts::Clear {
-            self.counts_clear(self.frame_has_candidates(), false)?;
+            self.counts_clear(self.memory.frame_counts_candidates(), false)?;
         }
         self.counts = Counts::OfFrame;
         Ok(())
@@ -113,7 +110,7 @@ impl<T: CudaReal> CudaKernels<T> {
         self.status_book(&status);
         if self.counts == Counts::OfFrame {
             // Now, so that the frame that comes next need not wait for it.
-            self.counts_clear(self.frame_has_candidates(), true)?;
+            self.counts_clear(self.memory.frame_counts_candidates(), true)?;
             self.counts = Counts::Clear;
         } else {
             self.counts_clear(false, true)?;
