@@ -183,7 +183,7 @@ pub fn cuda(options: CudaOptions) -> Option<CudaBackend> {
         }
         Err(error) => {
             static SAID: std::sync::Once = std::sync::Once::new();
-            SAID.call_once(|| eprintln!("cuda: not run here: {error}"));
+            SAID.call_once(|| println!("not run here: cuda: {error}"));
             None
         }
     }
@@ -318,7 +318,7 @@ pub fn candidates() -> &'static [Candidate] {
             );
         }
         if is_left_out("wgpu") {
-            eprintln!("wgpu is left out: CLOTH_LEAVE_OUT says so");
+            println!("not run here: wgpu: CLOTH_LEAVE_OUT leaves it out");
         } else {
             candidates.push(gpu_candidate("wgpu", Box::new(SharedGpu)));
         }

@@ -45,6 +45,6 @@ pub(crate) fn is_lacking_printed(label: &str, feature: Feature) {
     static PRINTED: Mutex<Option<HashSet<(String, Feature)>>> = Mutex::new(None);
     let mut printed = PRINTED.lock().unwrap_or_else(PoisonError::into_inner);
     if printed.get_or_insert_default().insert((label.to_owned(), feature)) {
-        eprintln!("{label} is left out: it does not offer {}", feature.wording());
+        println!("not run here: {label}: it does not offer {}", feature.wording());
     }
 }

@@ -3,10 +3,9 @@
 use std::{
     fs,
     path::{Path, PathBuf},
-    process::Stdio,
 };
 
-use crate::command::{self, cargo};
+use crate::artifacts::{self, Artifact};
 
 /// Runs everything and prints a short table. Logs stay beside it.
 const SCRIPT: &str = r#"#!/bin/sh
@@ -98,14 +97,15 @@ fn gather() -> Result<PathBuf, String> {
     let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
     let folder = root.join(target).join("dist");
     fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
-    let program = ["build", "--release", "--package", "cloth-cli", "--bin", "cloth"];
+    let program = ["build", "--profile", "dist", "--package", "cloth-cli", "--bin", "cloth"];
     copy(&folder, &program, |name| name.to_owned())?;
-    let bench = ["build", "--release", "--package", "cloth-benches", "--bin", "cloth-bench"];
+    let bench =
+        ["build", "--profile", "dist", "--package", "cloth-benches", "--bin", "cloth-bench"];
     copy(&folder, &bench, |name| name.to_owned())?;
-    let mut tests = vec!["test", "--release", "--no-run", "--package", "cloth-tests"];
+    let mut tests = vec!["test", "--profile", "dist", "--no-run", "--package", "cloth-tests"];
     tests.extend(TESTS.iter().flat_map(|name| ["--test", name]));
     copy(&folder, &tests, |name| name.to_owned())?;
-    let mut benches = vec!["bench", "--no-run", "--package", "cloth-benches"];
+    let mut benches = vec!["bench", "--profile", "dist", "--no-run", "--package", "cloth-benches"];
     benches.extend(BENCHES.iter().flat_map(|name| ["--bench", name]));
     // A test has the name of a benchmark.
     copy(&folder, &benches, |name| format!("{name}-bench"))?;
@@ -117,33 +117,12 @@ fn gather() -> Result<PathBuf, String> {
 
 /// Builds, and copies each program that came of it under the name that `named` makes of its own.
 fn copy(folder: &Path, arguments: &[&str], named: impl Fn(&str) -> String) -> Result<(), String> {
-    for (name, path) in executables(arguments)? {
+    for Artifact { name, path, .. } in artifacts::build(arguments)? {
         let name = named(&name);
         fs::copy(&path, folder.join(&name)).map_err(|error| format!("{name}: {error}"))?;
         println!("dist: {name}");
     }
     Ok(())
-}
-
-/// Builds, and gives name and place of each program that came of it.
-fn executables(arguments: &[&str]) -> Result<Vec<(String, PathBuf)>, String> {
-    let mut command = cargo(arguments);
-    // The benchmark says of which sources it was made, also where they are not.
-    if let Some(revision) = command::revision() {
-        command.env("CLOTH_REVISION", revision);
-    }
-    command.args(["--message-format", "json-render-diagnostics"]).stderr(Stdio::inherit());
-    let output = command.output().map_err(|error| error.to_string())?;
-    if !output.status.success() {
-        return Err(format!("cargo {}: {}", arguments.join(" "), output.status));
-    }
-    let text = String::from_utf8_lossy(&output.stdout);
-    let messages = text.lines().filter_map(|line| {
-        let message: serde_json::Value = serde_json::from_str(line).ok()?;
-        let path = PathBuf::from(message.get("executable")?.as_str()?);
-        Some((message.get("target")?.get("name")?.as_str()?.to_owned(), path))
-    });
-    Ok(messages.collect())
 }
 
 #[cfg(unix)]

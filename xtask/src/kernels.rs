@@ -3,24 +3,18 @@
 use std::{fs, path::Path, process::Command};
 
 use crate::{
+    artifacts,
     command::{self, cargo},
     packages,
 };
 
-/// Checks the sources of all GPU kernels.
+/// Compiles every CUDA kernel with NVIDIA's run-time compiler, which needs no GPU, through `program`, an example of the backend. The
+/// WGSL kernels are checked by a test of the package that holds them.
 ///
 /// # Errors
 /// Why it failed.
-pub(crate) fn check() -> Result<(), String> {
-    // A test of the package that holds them: it composes each module and gives it to naga.
-    command::run(&mut cargo(&["test", "--quiet", "--package", "cloth-kernels"]))?;
-    cuda()
-}
-
-/// Compiles every CUDA kernel with NVIDIA's run-time compiler, which needs no GPU.
-fn cuda() -> Result<(), String> {
-    let mut check =
-        cargo(&["run", "--quiet", "--package", "cloth-backend-cuda", "--example", "kernels"]);
+pub(crate) fn check(program: &Path) -> Result<(), String> {
+    let mut check = Command::new(program);
     if cfg!(target_os = "linux") && std::env::var_os("CLOTH_NVRTC").is_none_or(|v| v != "system") {
         let folder = nvrtc()?;
         let mut path = folder.into_os_string();
@@ -70,15 +64,24 @@ fn pip_ensure() -> Result<(), String> {
     packages::ensure(need, &PIP_PACKAGES, is_there)
 }
 
+/// Checks those in WGSL and those in CUDA, each by what its package has for that.
+fn all() -> Result<(), String> {
+    command::run(&mut cargo(&["test", "--quiet", "--package", "cloth-kernels"]))?;
+    let arguments = ["build", "--package", "cloth-backend-cuda", "--example", "kernels"];
+    let built = artifacts::build(&arguments)?;
+    let program = built.first().ok_or("the example kernels was not built")?;
+    check(&program.path)
+}
+
 /// The Debian packages of pip.
 const PIP_PACKAGES: [&str; 2] = ["python3", "python3-pip"];
 
 /// The package on PyPI that holds the compiler.
 const NVRTC_PACKAGE: &str = "nvidia-cuda-nvrtc==13.0.*";
 
-/// Checks them; whether they are valid.
+/// Checks all kernels; whether they are valid.
 pub(crate) fn run() -> bool {
-    match check() {
+    match all() {
         Ok(()) => true,
         Err(reason) => {
             eprintln!("kernels: {reason}");

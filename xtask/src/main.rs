@@ -1,12 +1,14 @@
 //! Tasks of the repository: `cargo xtask test`, `cargo xtask kernels`, `cargo xtask bench`,
 //! `cargo xtask dist`, `cargo xtask ci`.
 
+mod artifacts;
 mod bench;
 mod command;
 mod compiler;
 mod dist;
 mod kernels;
 mod packages;
+mod programs;
 mod screen;
 mod summary;
 mod test;

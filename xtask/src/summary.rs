@@ -2,6 +2,8 @@
 
 use std::{fmt, time::Duration};
 
+use crate::programs::Counts;
+
 /// One check that was run.
 pub(crate) struct StepOutcome {
     /// Name of the check.
@@ -12,21 +14,13 @@ pub(crate) struct StepOutcome {
     pub(crate) failure: Option<String>,
 }
 
-/// A check that this machine cannot run. It is listed, never left out in silence.
-pub(crate) struct StepNotRun {
-    /// Name of the check.
-    pub(crate) name: &'static str,
-    /// Why not, and what would change that.
-    pub(crate) reason: String,
-}
-
 /// Account of all checks.
 #[derive(Default)]
 pub(crate) struct Summary {
     /// Checks that were run, in order.
     pub(crate) outcomes: Vec<StepOutcome>,
-    /// Checks that were not run here.
-    pub(crate) not_run: Vec<StepNotRun>,
+    /// The tests of all programs, and what they could not run here: that is listed, never left out in silence.
+    pub(crate) counts: Counts,
 }
 
 impl Summary {
@@ -47,11 +41,17 @@ impl fmt::Display for Summary {
             };
             writeln!(formatter, "{name:<16} {:>7.1} s  {result}", time.as_secs_f64())?;
         }
-        for StepNotRun { name, reason } in &self.not_run {
-            writeln!(formatter, "{name:<16} {:>9}  not run here: {reason}", "-")?;
+        let Counts { passed, failed, ignored, not_run } = &self.counts;
+        for what in not_run {
+            writeln!(formatter, "not run here: {what}")?;
         }
+        writeln!(
+            formatter,
+            "\ntests: {passed} passed, {failed} failed, {} skipped",
+            ignored + not_run.len()
+        )?;
         let failed = self.outcomes.iter().filter(|outcome| outcome.failure.is_some()).count();
-        writeln!(formatter, "\n{} passed, {failed} failed", self.outcomes.len() - failed)
+        writeln!(formatter, "checks: {} passed, {failed} failed", self.outcomes.len() - failed)
     }
 }
 
@@ -67,12 +67,13 @@ mod tests {
     fn the_last_line_counts_and_one_failure_fails_all() {
         let mut summary = Summary::default();
         summary.outcomes.push(outcome(None));
-        summary.not_run.push(StepNotRun { name: "cuda", reason: "no device".into() });
+        summary.counts = Counts::of("not run here: cuda: no device");
         assert!(summary.success());
         summary.outcomes.push(outcome(Some("exit status: 1")));
         assert!(!summary.success());
         let text = summary.to_string();
-        assert!(text.contains("not run here: no device"));
-        assert_eq!(text.lines().last(), Some("1 passed, 1 failed"));
+        assert!(text.contains("not run here: cuda: no device"));
+        assert!(text.contains("tests: 0 passed, 0 failed, 1 skipped"));
+        assert_eq!(text.lines().last(), Some("checks: 1 passed, 1 failed"));
     }
 }

@@ -3,36 +3,49 @@
 use std::{env, fs, process::Command, time::Instant};
 
 use crate::{
+    artifacts::{self, Artifact},
     command::{self, cargo},
-    compiler, kernels, screen,
+    compiler, kernels, programs,
+    programs::Counts,
+    screen,
     summary::{StepOutcome, Summary},
     vulkan,
 };
 
 /// A check by name.
-type Step = (&'static str, fn() -> Result<(), String>);
+type Step = (&'static str, fn(&mut Built) -> Result<(), String>);
 
-const STEPS: [Step; 9] = [
-    ("format", format),
-    ("kernels", kernels::check),
-    ("vulkan driver", vulkan::ensure),
-    ("virtual screen", screen::ensure),
-    ("C++ compiler", compiler::ensure),
-    ("lints", lints),
-    ("documentation", documentation),
-    ("tests", tests),
-    ("smoke run", smoke_run),
+const STEPS: [Step; 10] = [
+    ("format", |_| format()),
+    ("vulkan driver", |_| vulkan::ensure()),
+    ("virtual screen", |_| screen::ensure()),
+    ("C++ compiler", |_| compiler::ensure()),
+    ("lints", |_| lints()),
+    ("documentation", |_| documentation()),
+    ("build", Built::build),
+    ("kernels", |built| kernels::check(&built.program("example", "kernels")?.path)),
+    ("tests", Built::tests),
+    ("smoke run", |built| smoke_run(built.program("bin", "cloth")?)),
 ];
+
+/// What the checks that run something share: all is built once, as features of packages differ if they are built one by one.
+#[derive(Default)]
+struct Built {
+    programs: Vec<Artifact>,
+    counts: Counts,
+}
 
 /// Runs all checks and prints the summary; whether all succeeded.
 pub(crate) fn run() -> bool {
     let mut summary = Summary::default();
+    let mut built = Built::default();
     for (name, step) in STEPS {
         println!("== {name}");
         let start = Instant::now();
-        let failure = step().err();
+        let failure = step(&mut built).err();
         summary.outcomes.push(StepOutcome { name, time: start.elapsed(), failure });
     }
+    summary.counts = built.counts;
     print!("{summary}");
     summary.success()
 }
@@ -49,18 +62,34 @@ fn documentation() -> Result<(), String> {
     command::run(cargo(&["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
 }
 
-/// Unit tests, the test package, and the examples in the documentation.
-fn tests() -> Result<(), String> {
-    command::run(&mut cargo(&["test", "--workspace", "--no-fail-fast"]))
+impl Built {
+    /// Builds all tests, and with them the examples and the program.
+    fn build(&mut self) -> Result<(), String> {
+        self.programs = artifacts::build(&["test", "--workspace", "--no-run"])?;
+        Ok(())
+    }
+
+    /// A program that is no test.
+    fn program(&self, kind: &str, name: &str) -> Result<&Artifact, String> {
+        let is_it = |artifact: &&Artifact| {
+            !artifact.is_test && artifact.kind == kind && artifact.name == name
+        };
+        self.programs.iter().find(is_it).ok_or_else(|| format!("the {kind} {name} was not built"))
+    }
+
+    /// Unit tests, the test package, and the examples in the documentation.
+    fn tests(&mut self) -> Result<(), String> {
+        let tests = self.programs.iter().filter(|program| program.is_test).cloned().collect();
+        let ran = programs::run(tests, &mut self.counts);
+        let documented = programs::documented(&mut self.counts);
+        ran.and(documented)
+    }
 }
 
-/// The program, as the tests have built it, simulates a scene and leaves frames behind.
-fn smoke_run() -> Result<(), String> {
+/// The program simulates a scene and leaves frames behind.
+fn smoke_run(program: &Artifact) -> Result<(), String> {
     let folder = env::temp_dir().join(format!("cloth-smoke-{}", std::process::id()));
-    // Beside this program. Cargo itself would build it once more, as it has other features when it is built alone.
-    let name = format!("cloth{}", env::consts::EXE_SUFFIX);
-    let program = env::current_exe().map_err(|error| error.to_string())?.with_file_name(name);
-    let mut command = Command::new(program);
+    let mut command = Command::new(&program.path);
     let ran = command::run(command.args(["run", "drape", "--frames", "2", "--out"]).arg(&folder));
     let files = fs::read_dir(&folder).map_or(0, Iterator::count);
     // The folder may not exist if the run failed; that failure is the one to report.

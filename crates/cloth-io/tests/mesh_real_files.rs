@@ -8,7 +8,9 @@ fn data(name: &str) -> Option<PathBuf> {
     let path = match std::env::var_os("CLOTH_TEST_DATA") {
         Some(folder) => PathBuf::from(folder).join(name),
         None => {
-            println!("skipped: set CLOTH_TEST_DATA to a folder with {name}");
+            println!(
+                "not run here: meshes of real files: set CLOTH_TEST_DATA to a folder with {name}"
+            );
             return None;
         }
     };
