@@ -3,9 +3,9 @@
 //! Layout, little endian: magic `CLOTHCKP`, version u32, bits of the precision u32, fingerprint of
 //! the model u64, frame u64, step u64, time \[s\] f64, particle count n u64, collider count c u64,
 //! halvings of the adaptive time step u32, good substeps in a row u32 (both not in version 1), rigid
-//! body count b u64 (not in versions 1 and 2); n positions \[m\] and n velocities \[m/s\] of 3 x f64, n
-//! held flags u8, c poses of 7 x f64, for each body its pose, velocity \[m/s\] and angular velocity
-//! \[rad/s\], 13 x f64; CRC-32 of all that u32.
+//! body count b u64 (not in versions 1 and 2), fingerprint of the colliders u64 (not in versions 1 to 3);
+//! n positions \[m\] and n velocities \[m/s\] of 3 x f64, n held flags u8, c poses of 7 x f64, for each body its
+//! pose, velocity \[m/s\] and angular velocity \[rad/s\], 13 x f64; CRC-32 of all that u32.
 
 use std::{
     fs::File,
@@ -19,14 +19,14 @@ use cloth_rigid::RigidMotion;
 
 const MAGIC: &[u8; 8] = b"CLOTHCKP";
 /// Size of the header by version, from 1.
-const HEADER_SIZES: [u64; CHECKPOINT_VERSION as usize] = [64, 72, 80];
+const HEADER_SIZES: [u64; CHECKPOINT_VERSION as usize] = [64, 72, 80, 88];
 const CHECKSUM_SIZE: u64 = 4;
 const PARTICLE_SIZE: u64 = 24 + 24 + 1;
 const COLLIDER_SIZE: u64 = 56;
 const BODY_SIZE: u64 = 104;
 
 /// Version of the checkpoint format that this build writes. It reads this one and all before.
-pub const CHECKPOINT_VERSION: u32 = 3;
+pub const CHECKPOINT_VERSION: u32 = 4;
 
 /// A moment of a simulation, from which it can be continued.
 ///
@@ -42,6 +42,8 @@ pub struct Checkpoint {
     pub frame: u64,
     /// The state at the end of that frame.
     pub state: State,
+    /// [`Model::collider_fingerprint`] of the model; not known of a checkpoint of an earlier version.
+    pub collider_fingerprint: Option<u64>,
     /// The rigid bodies then, in the order of the scene.
     pub bodies: Vec<RigidMotion>,
 }
@@ -146,6 +148,21 @@ pub enum CheckpointError {
         /// Fingerprint of the model.
         expected: u64,
     },
+    /// The model has other colliders, as many as before.
+    #[error(
+        "checkpoint `{}` was written with other colliders (fingerprint {found:016x}, this scene has \
+         {expected:016x}): one has another shape, place, friction or restitution; continue with the scene \
+         that it was written for, or start again without it",
+        file.display()
+    )]
+    Colliders {
+        /// The file.
+        file: PathBuf,
+        /// Fingerprint in the file.
+        found: u64,
+        /// Fingerprint of the colliders of the model.
+        expected: u64,
+    },
     /// The run had another precision, so that it would not continue with the same bits.
     #[error(
         "checkpoint `{}` was written in precision {found} but this run has {expected}; continue \
@@ -202,6 +219,7 @@ impl Checkpoint {
             writer.write_all(&word.to_le_bytes())?;
         }
         writer.write_all(&(self.bodies.len() as u64).to_le_bytes())?;
+        writer.write_all(&self.collider_fingerprint.unwrap_or_default().to_le_bytes())?;
         for number in state.positions.iter().chain(&state.velocities).flatten() {
             writer.write_all(&number.to_le_bytes())?;
         }
@@ -246,8 +264,8 @@ impl Checkpoint {
             .validate(model)
             .and_then(|()| numbered.try_for_each(|(number, body)| body.validate(number)))
             .map_err(|source| CheckpointError::State { file: file(), source })?;
-        let Header { fingerprint, frame, .. } = header;
-        Ok(Self { fingerprint, precision, frame, state, bodies })
+        let Header { fingerprint, collider_fingerprint, frame, .. } = header;
+        Ok(Self { fingerprint, collider_fingerprint, precision, frame, state, bodies })
     }
 }
 
@@ -265,6 +283,7 @@ struct Header {
     time_step_halvings: u32,
     time_step_good: u32,
     bodies: u64,
+    collider_fingerprint: Option<u64>,
 }
 
 impl Header {
@@ -306,6 +325,7 @@ impl Header {
             time_step_halvings: 0,
             time_step_good: 0,
             bodies: 0,
+            collider_fingerprint: None,
         };
         if version > 1 {
             let mut count = || bytes(reader).map(u32::from_le_bytes).map_err(read_error);
@@ -314,6 +334,10 @@ impl Header {
         }
         if version > 2 {
             header.bodies = bytes(reader).map(u64::from_le_bytes).map_err(read_error)?;
+        }
+        if version > 3 {
+            header.collider_fingerprint =
+                Some(bytes(reader).map(u64::from_le_bytes).map_err(read_error)?);
         }
         let particles = header.particles.saturating_mul(PARTICLE_SIZE);
         let colliders = header.colliders.saturating_mul(COLLIDER_SIZE);
@@ -343,6 +367,10 @@ impl Header {
         if self.fingerprint != expected {
             let found = self.fingerprint;
             return Err(CheckpointError::Model { file: file(), found, expected });
+        }
+        let expected = model.collider_fingerprint();
+        if let Some(found) = self.collider_fingerprint.filter(|found| *found != expected) {
+            return Err(CheckpointError::Colliders { file: file(), found, expected });
         }
         if self.precision_bits != precision_bits(precision) {
             let found = format!("f{}", self.precision_bits);

@@ -181,6 +181,7 @@ impl Simulation {
     pub fn checkpoint(&self) -> Checkpoint {
         Checkpoint {
             fingerprint: self.scene.model.fingerprint(),
+            collider_fingerprint: Some(self.scene.model.collider_fingerprint()),
             precision: self.scene.config.precision,
             frame: self.frame,
             state: self.state.clone(),

@@ -198,8 +198,29 @@ fn reseal(bytes: &mut [u8]) {
 fn every_length_but_the_right_one_is_refused() {
     let written = Written::new();
     let size = std::fs::metadata(written.path()).unwrap().len() as usize;
-    for length in [1, 7, 8, 11, 63, 64, 67, 68, 71, 72, 75, 76, 79, 80, 83, 84, size / 2, size - 1]
-    {
+    for length in [
+        1,
+        7,
+        8,
+        11,
+        63,
+        64,
+        67,
+        68,
+        71,
+        72,
+        75,
+        76,
+        79,
+        80,
+        83,
+        84,
+        87,
+        88,
+        91,
+        size / 2,
+        size - 1,
+    ] {
         let error = written.error(|bytes| bytes.truncate(length));
         assert!(matches!(error, CheckpointError::Truncated { .. }), "{length}: {error}");
     }
@@ -224,7 +245,7 @@ fn another_version_is_refused() {
 }
 
 #[test]
-fn versions_1_and_2_are_read_and_version_1_has_a_whole_time_step() {
+fn earlier_versions_are_read_and_version_1_has_a_whole_time_step() {
     let written = Written::new();
     let now = Checkpoint::read(&written.path(), &written.scene.model, Precision::F32).unwrap();
     let mut bytes = std::fs::read(written.path()).unwrap();
@@ -234,6 +255,14 @@ fn versions_1_and_2_are_read_and_version_1_has_a_whole_time_step() {
     std::fs::write(&path, &bytes).unwrap();
     let halved = Checkpoint::read(&path, &written.scene.model, Precision::F32).unwrap();
     assert_eq!((halved.state.time_step_halvings, halved.state.time_step_good), (3, 2));
+    assert!(halved.collider_fingerprint.is_some());
+    let halved = Checkpoint { collider_fingerprint: None, ..halved };
+    bytes.drain(80..88);
+    bytes[8] = 3;
+    reseal(&mut bytes);
+    std::fs::write(&path, &bytes).unwrap();
+    let third = Checkpoint::read(&path, &written.scene.model, Precision::F32).unwrap();
+    assert_eq!(third, halved, "version 3 knows nothing of colliders");
     bytes.drain(72..80);
     bytes[8] = 2;
     reseal(&mut bytes);
@@ -248,7 +277,7 @@ fn versions_1_and_2_are_read_and_version_1_has_a_whole_time_step() {
     reseal(&mut bytes);
     std::fs::write(&path, &bytes).unwrap();
     let old = Checkpoint::read(&path, &written.scene.model, Precision::F32).unwrap();
-    assert_eq!(old, now);
+    assert_eq!(old, Checkpoint { collider_fingerprint: None, ..now });
     assert_eq!((old.state.time_step_halvings, old.state.time_step_good), (0, 0));
 }
 
@@ -269,7 +298,7 @@ fn every_changed_bit_is_noticed() {
 fn a_number_that_is_not_finite_is_refused() {
     let written = Written::new();
     let error = written.error(|bytes| {
-        bytes[80 + 24 * 5..][..8].copy_from_slice(&f64::NAN.to_le_bytes());
+        bytes[88 + 24 * 5..][..8].copy_from_slice(&f64::NAN.to_le_bytes());
         reseal(bytes);
     });
     let CheckpointError::State { source, .. } = &error else { panic!("{error}") };
@@ -287,6 +316,33 @@ fn another_model_is_refused() {
     assert!(matches!(error, CheckpointError::Count { found: 144, expected: 156, .. }), "{error}");
     let error = other("stiffness = 10", "stiffness = 11");
     assert!(matches!(error, CheckpointError::Model { .. }), "{error}");
+}
+
+#[test]
+fn other_colliders_are_refused() {
+    let written = Written::new();
+    for (from, to) in [
+        ("radius = 0.1", "radius = 0.11"),
+        ("sphere.radius = 0.1", "box.half_extents = [0.1, 0.1, 0.1]"),
+        ("translation = [0, 0, 0.27]", "translation = [0, 0.001, 0.27]"),
+        ("translation = [0, 0, 0.27]", "translation = [0, 0, 0.27]\nfriction = 0.31"),
+        ("translation = [0, 0, 0.27]", "translation = [0, 0, 0.27]\nrestitution = 0.5"),
+    ] {
+        let changed = scene(Precision::F32, |text| {
+            assert!(text.contains(from), "{from}");
+            text.replacen(from, to, 1)
+        });
+        let error = read_error(&written.path(), &changed);
+        assert!(matches!(error, CheckpointError::Colliders { .. }), "{to}: {error}");
+    }
+    let error = read_error(
+        &written.path(),
+        &scene(Precision::F32, |text| {
+            text.replacen("radius = 0.1", "radius = 0.1 # the same", 1)
+                + "\n[[collider]]\nname = \"floor\"\nshape.plane = {}\n"
+        }),
+    );
+    assert!(matches!(error, CheckpointError::Count { what: "colliders", .. }), "{error}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::hash::Hasher;
 
 use fnv::FnvHasher;
 
-use super::Model;
+use super::{ColliderShape, Model};
 
 impl Model {
     /// A hash of what fixes the meaning of a [`State`](crate::State): particles, masses, triangles,
@@ -33,6 +33,41 @@ impl Model {
             }
         }
         hasher.write_u64(self.colliders.len() as u64);
+        hasher.finish()
+    }
+
+    /// A hash of the colliders: their shapes, where they start, friction and restitution. The same on every machine.
+    #[must_use]
+    pub fn collider_fingerprint(&self) -> u64 {
+        let mut hasher = FnvHasher::default();
+        for collider in &self.colliders {
+            let mut number = |value: f64| hasher.write_u64(value.to_bits());
+            collider
+                .pose
+                .translation
+                .iter()
+                .chain(&collider.pose.rotation)
+                .for_each(|&x| number(x));
+            number(collider.friction);
+            number(collider.restitution);
+            let (kind, values): (u8, Vec<f64>) = match &collider.shape {
+                ColliderShape::Plane => (0, vec![]),
+                ColliderShape::Sphere { radius } => (1, vec![*radius]),
+                ColliderShape::Capsule { half_length, radius } => (2, vec![*half_length, *radius]),
+                ColliderShape::Box { half_extents } => (3, half_extents.to_vec()),
+                ColliderShape::Grid(grid) => {
+                    let [x, y, z] = grid.origin;
+                    (4, vec![x, y, z, grid.spacing, grid.rate])
+                }
+            };
+            hasher.write_u8(kind);
+            values.iter().for_each(|value| hasher.write_u64(value.to_bits()));
+            if let ColliderShape::Grid(grid) = &collider.shape {
+                grid.size.iter().for_each(|&side| hasher.write_u32(side));
+                hasher.write_u64(grid.distances.len() as u64);
+                grid.distances.iter().for_each(|distance| hasher.write_u32(distance.to_bits()));
+            }
+        }
         hasher.finish()
     }
 }
