@@ -153,7 +153,7 @@ impl From<CheckpointError> for Failure {
 impl From<FrameError> for Failure {
     fn from(error: FrameError) -> Self {
         match error {
-            FrameError::Position { .. } => Self::Diverged(error.into()),
+            FrameError::Position { .. } | FrameError::Vector { .. } => Self::Diverged(error.into()),
             error => Self::input(error),
         }
     }

@@ -11,7 +11,7 @@ use crate::place::{Place, TINY};
 
 /// Frames in a store of `TINY`.
 fn store_frames(bytes: &[u8]) -> usize {
-    let record = 8 + 12 * 36;
+    let record = 16 + 12 * 36;
     assert_eq!((bytes.len() - 64) % record, 0, "a frame is cut off");
     (bytes.len() - 64) / record
 }

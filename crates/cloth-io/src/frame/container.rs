@@ -79,7 +79,7 @@ pub struct ContainerReport {
 /// [`FrameError::Kind`] if the format has one file per frame, [`FrameError::FrameNone`] if the
 /// store is empty, [`FrameError::Size`] if the frames do not fit into the format,
 /// [`FrameError::Topology`], [`FrameError::ParticleCount`], [`FrameError::Read`],
-/// [`FrameError::Write`] or [`FrameError::Picture`].
+/// [`FrameError::StoreDamaged`], [`FrameError::Write`] or [`FrameError::Picture`].
 pub fn container_write(
     format: FrameFormat,
     path: &Path,

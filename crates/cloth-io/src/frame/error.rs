@@ -37,7 +37,7 @@ pub enum FrameError {
     },
     /// The frame store has another format version.
     #[error(
-        "frame store `{}` has format version {found} but this program reads {expected}; \
+        "frame store `{}` has format version {found} but this program reads 1 to {expected}; \
          use the program that wrote it or run the simulation again",
         file.display()
     )]
@@ -48,6 +48,33 @@ pub enum FrameError {
         found: u32,
         /// Version of this program.
         expected: u32,
+    },
+    /// The header of the frame store is not the one that was written.
+    #[error(
+        "frame store `{}` is damaged: the checksum of its header is {found:08x} but its content has \
+         {expected:08x}; run the simulation again",
+        file.display()
+    )]
+    StoreHeader {
+        /// The file.
+        file: PathBuf,
+        /// Checksum in the file.
+        found: u32,
+        /// Checksum of the content.
+        expected: u32,
+    },
+    /// A frame of the store is not the one that was written.
+    #[error(
+        "frame {index} of frame store `{}` is damaged: {problem}; run the simulation again",
+        file.display()
+    )]
+    StoreDamaged {
+        /// The file.
+        file: PathBuf,
+        /// The frame, zero based.
+        index: usize,
+        /// What is wrong with it.
+        problem: String,
     },
     /// The frame store belongs to other cloths.
     #[error(
@@ -117,7 +144,8 @@ pub enum FrameError {
         /// Particles of the run.
         expected: usize,
     },
-    /// A position is infinite or not a number (or does not fit single precision).
+    /// A position is infinite or not a number, or does not fit the single precision of most formats;
+    /// all refuse it alike.
     #[error(
         "the position of particle {particle} is not finite; \
          the simulation has diverged, use a smaller time step"
@@ -125,6 +153,25 @@ pub enum FrameError {
     Position {
         /// The particle, zero based.
         particle: usize,
+    },
+    /// A velocity or a normal is not finite in the same sense.
+    #[error(
+        "the {what} of particle {particle} is not finite; \
+         the simulation has diverged, use a smaller time step"
+    )]
+    Vector {
+        /// `velocity` or `normal`.
+        what: &'static str,
+        /// The particle, zero based.
+        particle: usize,
+    },
+    /// The time of a frame is not finite.
+    #[error("frame {index} has the time {time} s; pass the time of the simulation")]
+    Time {
+        /// The frame, zero based.
+        index: u64,
+        /// Its time \[s\].
+        time: f64,
     },
     /// Parts of the topology do not fit together.
     #[error("the topology is inconsistent: {problem}; build it from the model of the run")]

@@ -20,6 +20,7 @@ mod obj;
 mod output;
 mod pc2;
 mod ply;
+mod record;
 mod sequence;
 mod store;
 mod topology;
@@ -32,8 +33,9 @@ pub use format::{FrameFormat, FrameFormatError};
 pub use normals::vertex_normals;
 pub(crate) use obj::obj_write;
 pub(crate) use ply::ply_write;
+pub use record::StoredFrame;
 pub use sequence::{FrameSequenceWriter, PictureMaker};
-pub use store::{FrameStore, StoredFrame};
+pub use store::FrameStore;
 pub use topology::{Topology, TopologyCloth};
 
 /// One moment of a run, borrowed from the engine.
@@ -58,22 +60,35 @@ impl<'a> Frame<'a> {
         Self { index, time, positions, velocities: None, normals: None }
     }
 
-    /// Checks that every array has an entry for each particle and every position is finite.
+    /// Checks that every array has an entry for each particle and every number is finite in single
+    /// precision, which most formats have: what one of them cannot hold, none takes.
     fn check(&self, particle_count: usize) -> Result<(), FrameError> {
-        let lengths = [Some(self.positions), self.velocities, self.normals];
-        for array in lengths.into_iter().flatten() {
+        if !self.time.is_finite() {
+            return Err(FrameError::Time { index: self.index, time: self.time });
+        }
+        let arrays = [
+            ("position", Some(self.positions)),
+            ("velocity", self.velocities),
+            ("normal", self.normals),
+        ];
+        for (what, array) in arrays {
+            let Some(array) = array else { continue };
             if array.len() != particle_count {
                 return Err(FrameError::ParticleCount {
                     found: array.len(),
                     expected: particle_count,
                 });
             }
+            let not_finite = |vector: &[f64; 3]| vector.iter().any(|&x| !(x as f32).is_finite());
+            match array.iter().position(not_finite) {
+                Some(particle) if what == "position" => {
+                    return Err(FrameError::Position { particle });
+                }
+                Some(particle) => return Err(FrameError::Vector { what, particle }),
+                None => {}
+            }
         }
-        let not_finite = |position: &[f64; 3]| position.iter().any(|x| !x.is_finite());
-        match self.positions.iter().position(not_finite) {
-            Some(particle) => Err(FrameError::Position { particle }),
-            None => Ok(()),
-        }
+        Ok(())
     }
 
     /// The normals of the frame, computed if it has none.

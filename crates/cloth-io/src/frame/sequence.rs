@@ -103,7 +103,8 @@ impl<'a> FrameSequenceWriter<'a> {
     ///
     /// # Errors
     ///
-    /// [`FrameError::ParticleCount`], [`FrameError::Position`], [`FrameError::Write`] or
+    /// [`FrameError::ParticleCount`]; [`FrameError::Position`], [`FrameError::Vector`] and
+    /// [`FrameError::Time`] for numbers that are not finite; [`FrameError::Write`] or
     /// [`FrameError::Picture`].
     pub fn write(&mut self, frame: &Frame<'_>) -> Result<PathBuf, FrameError> {
         frame.check(self.topology.particle_count)?;

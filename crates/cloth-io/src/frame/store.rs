@@ -1,21 +1,25 @@
 //! The append-only file of all frames of a run.
 //!
 //! Layout, little endian: a header of 64 bytes (magic `CLOTHFRM`, version u32, zero u32, particle
-//! count n u64, topology hash u64, frames per second f64, zeros), then one record per frame: time
-//! \[s\] f64 and n positions \[m\] of 3 × f32. All records have the same size, so the number of
-//! frames follows from the size of the file, and a run that died inside a record loses only that
-//! record.
+//! count n u64, topology hash u64, frames per second f64, zeros, CRC-32 of all that u32), then one
+//! record per frame: time \[s\] f64, CRC-32 of the index of the frame as u64 and of the time u32, n
+//! positions \[m\] of 3 × f32, CRC-32 of the index, the time and the positions u32. All records have the
+//! same size, so the number of frames follows from the size of the file, and a run that died inside a
+//! record loses only that record. Version 1 had no checksums; its files are read, and go on without.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::{FrameError, Topology};
+use super::record::{RecordLayout, StoredFrame};
+use super::{Frame, FrameError, Topology};
 
 const MAGIC: &[u8; 8] = b"CLOTHFRM";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const HEADER_SIZE: usize = 64;
+/// Where the checksum of the header is.
+const HEADER_CHECKSUM: usize = HEADER_SIZE - 4;
 
 /// All frames of a run in one append-only file, see the [format names](crate::FrameFormat) for
 /// what can be made from it.
@@ -24,26 +28,9 @@ pub struct FrameStore {
     path: PathBuf,
     /// Behind a lock because reading moves the position in the file.
     file: Mutex<File>,
-    particle_count: usize,
+    layout: RecordLayout,
     frame_count: usize,
     append: bool,
-}
-
-/// A frame read back from a [`FrameStore`].
-#[derive(Clone, Debug, PartialEq)]
-pub struct StoredFrame {
-    /// Time since the start of the simulation \[s\].
-    pub time: f64,
-    /// Position of every particle \[m\].
-    pub positions: Vec<[f32; 3]>,
-}
-
-impl StoredFrame {
-    /// The positions in double precision \[m\].
-    #[must_use]
-    pub fn positions_f64(&self) -> Vec<[f64; 3]> {
-        self.positions.iter().map(|p| p.map(f64::from)).collect()
-    }
 }
 
 impl FrameStore {
@@ -70,8 +57,11 @@ impl FrameStore {
         header[16..24].copy_from_slice(&(topology.particle_count as u64).to_le_bytes());
         header[24..32].copy_from_slice(&topology.hash().to_le_bytes());
         header[32..40].copy_from_slice(&topology.frames_per_second.to_le_bytes());
+        let checksum = crc32fast::hash(&header[..HEADER_CHECKSUM]);
+        header[HEADER_CHECKSUM..].copy_from_slice(&checksum.to_le_bytes());
         file.set_len(0).and_then(|()| file.write_all(&header)).map_err(FrameError::write(path))?;
-        Ok(Self::new(path, file, topology, 0, true))
+        let layout = RecordLayout { particle_count: topology.particle_count, checked: true };
+        Ok(Self::new(path, file, layout, 0, true))
     }
 
     /// Opens an existing store for appending. A partly written last record is cut off.
@@ -79,7 +69,8 @@ impl FrameStore {
     /// # Errors
     ///
     /// [`FrameError::Read`], [`FrameError::StoreMagic`], [`FrameError::StoreVersion`],
-    /// [`FrameError::StoreTopology`], [`FrameError::StoreRate`] or [`FrameError::StoreLocked`].
+    /// [`FrameError::StoreHeader`], [`FrameError::StoreTopology`], [`FrameError::StoreRate`] or
+    /// [`FrameError::StoreLocked`].
     pub fn open(path: &Path, topology: &Topology) -> Result<Self, FrameError> {
         Self::open_with(path, topology, true)
     }
@@ -110,9 +101,10 @@ impl FrameStore {
             }
             result => result.map_err(read_error)?,
         }
-        check_header(path, &header, topology)?;
+        let version = check_header(path, &header, topology)?;
 
-        let record = record_size(topology.particle_count);
+        let layout = RecordLayout { particle_count: topology.particle_count, checked: version > 1 };
+        let record = layout.size();
         let size = file.metadata().map_err(read_error)?.len();
         let frame_count = size.saturating_sub(HEADER_SIZE as u64) / record;
         if append {
@@ -120,17 +112,17 @@ impl FrameStore {
                 .map_err(FrameError::write(path))?;
         }
         let frame_count = usize::try_from(frame_count).unwrap_or(usize::MAX);
-        Ok(Self::new(path, file, topology, frame_count, append))
+        Ok(Self::new(path, file, layout, frame_count, append))
     }
 
-    fn new(path: &Path, file: File, topology: &Topology, frame_count: usize, append: bool) -> Self {
-        Self {
-            path: path.to_owned(),
-            file: Mutex::new(file),
-            particle_count: topology.particle_count,
-            frame_count,
-            append,
-        }
+    fn new(
+        path: &Path,
+        file: File,
+        layout: RecordLayout,
+        frame_count: usize,
+        append: bool,
+    ) -> Self {
+        Self { path: path.to_owned(), file: Mutex::new(file), layout, frame_count, append }
     }
 
     /// Number of complete frames.
@@ -154,7 +146,7 @@ impl FrameStore {
     /// Number of particles in each frame.
     #[must_use]
     pub fn particle_count(&self) -> usize {
-        self.particle_count
+        self.layout.particle_count
     }
 
     /// Appends a frame at `time` \[s\] with `positions` \[m\]; when this returns, the frame is with
@@ -162,27 +154,13 @@ impl FrameStore {
     ///
     /// # Errors
     ///
-    /// [`FrameError::ParticleCount`], [`FrameError::Position`], [`FrameError::StoreReadOnly`], or
-    /// [`FrameError::Write`], after which the store still has its earlier frames.
+    /// [`FrameError::ParticleCount`], [`FrameError::Position`] or [`FrameError::Time`] for numbers that
+    /// are not finite in single precision, [`FrameError::StoreReadOnly`], or [`FrameError::Write`]; after
+    /// all of them the store still has its earlier frames.
     pub fn append(&mut self, time: f64, positions: &[[f64; 3]]) -> Result<(), FrameError> {
         self.check_append()?;
-        if positions.len() != self.particle_count {
-            return Err(FrameError::ParticleCount {
-                found: positions.len(),
-                expected: self.particle_count,
-            });
-        }
-        let mut record = Vec::with_capacity(8 + 12 * positions.len());
-        record.extend_from_slice(&time.to_le_bytes());
-        for (particle, position) in positions.iter().enumerate() {
-            for &coordinate in position {
-                let coordinate = coordinate as f32;
-                if !coordinate.is_finite() {
-                    return Err(FrameError::Position { particle });
-                }
-                record.extend_from_slice(&coordinate.to_le_bytes());
-            }
-        }
+        Frame::new(self.frame_count as u64, time, positions).check(self.layout.particle_count)?;
+        let record = self.layout.record(self.frame_count, time, positions);
         let start = self.record_start(self.frame_count);
         let mut file = self.lock_file();
         let written = file.seek(SeekFrom::Start(start)).and_then(|_| file.write_all(&record));
@@ -223,15 +201,12 @@ impl FrameStore {
     ///
     /// # Errors
     ///
-    /// [`FrameError::FrameIndex`] or [`FrameError::Read`].
+    /// [`FrameError::FrameIndex`], [`FrameError::Read`], or [`FrameError::StoreDamaged`] if what is
+    /// there is not what was written, or has numbers that are not finite.
     pub fn frame(&self, index: usize) -> Result<StoredFrame, FrameError> {
-        let record = record_size(self.particle_count) as usize;
-        let bytes = self.read(index, record)?;
-        let (time, positions) = bytes.split_at(8);
-        Ok(StoredFrame {
-            time: f64::from_le_bytes(time.try_into().unwrap_or_default()),
-            positions: positions.chunks_exact(12).map(position).collect(),
-        })
+        let bytes = self.read(index, self.layout.size() as usize)?;
+        let frame = self.layout.frame(index, &bytes);
+        frame.map_err(|problem| self.damaged(index, problem))
     }
 
     /// Reads the time \[s\] of frame `index`, zero based, without its positions.
@@ -240,8 +215,12 @@ impl FrameStore {
     ///
     /// As [`FrameStore::frame`].
     pub fn time(&self, index: usize) -> Result<f64, FrameError> {
-        let bytes = self.read(index, 8)?;
-        Ok(f64::from_le_bytes(bytes.try_into().unwrap_or_default()))
+        let bytes = self.read(index, self.layout.head_size())?;
+        self.layout.time(index, &bytes).map_err(|problem| self.damaged(index, problem))
+    }
+
+    fn damaged(&self, index: usize, problem: String) -> FrameError {
+        FrameError::StoreDamaged { file: self.path.clone(), index, problem }
     }
 
     fn read(&self, index: usize, size: usize) -> Result<Vec<u8>, FrameError> {
@@ -266,25 +245,13 @@ impl FrameStore {
     }
 
     fn record_start(&self, index: usize) -> u64 {
-        HEADER_SIZE as u64 + index as u64 * record_size(self.particle_count)
+        HEADER_SIZE as u64 + index as u64 * self.layout.size()
     }
 
     fn lock_file(&self) -> MutexGuard<'_, File> {
         // A panic elsewhere cannot harm a file position that every use sets anew.
         self.file.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-fn record_size(particle_count: usize) -> u64 {
-    8 + 12 * particle_count as u64
-}
-
-fn position(bytes: &[u8]) -> [f32; 3] {
-    let mut position = [0.0; 3];
-    for (coordinate, bytes) in position.iter_mut().zip(bytes.chunks_exact(4)) {
-        *coordinate = f32::from_le_bytes(bytes.try_into().unwrap_or_default());
-    }
-    position
 }
 
 fn lock(path: &Path, file: &File) -> Result<(), FrameError> {
@@ -295,11 +262,12 @@ fn lock(path: &Path, file: &File) -> Result<(), FrameError> {
     }
 }
 
+/// Checks the header, and gives back the version of the format.
 fn check_header(
     path: &Path,
     header: &[u8; HEADER_SIZE],
     topology: &Topology,
-) -> Result<(), FrameError> {
+) -> Result<u32, FrameError> {
     let file = || path.to_owned();
     let word = |start: usize| {
         let mut bytes = [0; 8];
@@ -310,8 +278,14 @@ fn check_header(
         return Err(FrameError::StoreMagic { file: file() });
     }
     let version = u64::from_le_bytes(word(8)) as u32;
-    if version != VERSION {
+    if !(1..=VERSION).contains(&version) {
         return Err(FrameError::StoreVersion { file: file(), found: version, expected: VERSION });
+    }
+    let checksum = (u64::from_le_bytes(word(HEADER_SIZE - 8)) >> 32) as u32;
+    // A flipped bit does not make an old file of a new one: there the checksum was zero.
+    let expected = if version > 1 { crc32fast::hash(&header[..HEADER_CHECKSUM]) } else { 0 };
+    if checksum != expected {
+        return Err(FrameError::StoreHeader { file: file(), found: checksum, expected });
     }
     let particle_count = u64::from_le_bytes(word(16));
     let expected = topology.particle_count as u64;
@@ -326,5 +300,5 @@ fn check_header(
             expected: topology.frames_per_second,
         });
     }
-    Ok(())
+    Ok(version)
 }
