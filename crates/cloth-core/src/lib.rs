@@ -45,7 +45,7 @@ pub use kernels::{
     Kernels, LinearOutcome, LinearStart, LinearVector, MatrixBlock, NewtonStart, PinWrite,
     SemiImplicitKernels,
 };
-pub use mesh::{TextureMap, TriangleMesh, VertexGroup};
+pub use mesh::{TextureMap, TriangleMesh, VertexAttribute, VertexGroup};
 pub use model::{
     Aerodynamics, Air, BUCKLING_COEFFICIENTS, BendModel, Buckling, Cloth, ClothRange, Collider,
     ColliderShape, ContactResponse, DistanceGrid, Field, Geometry, GridPatch, GridSets, Gust, Mass,

@@ -1,6 +1,6 @@
 //! Triangle meshes as they come from files or code, before they become cloth.
 
-/// A triangle mesh with optional texture coordinates and named vertex groups.
+/// A triangle mesh with optional texture coordinates, named vertex groups and numbers of its vertices.
 ///
 /// The mesh is plain data: nothing is checked until [`ModelBuilder`](crate::ModelBuilder) turns it
 /// into cloth.
@@ -14,6 +14,8 @@ pub struct TriangleMesh {
     pub texture: Option<TextureMap>,
     /// Named sets of vertices, usable as pins.
     pub groups: Vec<VertexGroup>,
+    /// Numbers of the vertices such as weights and colours, usable to choose pins.
+    pub attributes: Vec<VertexAttribute>,
 }
 
 /// Texture coordinates with indices of their own: a vertex on a seam has several coordinates, and
@@ -35,10 +37,25 @@ pub struct VertexGroup {
     pub vertices: Vec<u32>,
 }
 
+/// A number for each vertex of a mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct VertexAttribute {
+    /// Name of the attribute, unique within its mesh.
+    pub name: String,
+    /// The number of each vertex; of a colour, 0 to 1.
+    pub values: Vec<f32>,
+}
+
 impl TriangleMesh {
     /// The vertices of the group called `name`.
     #[must_use]
     pub fn group(&self, name: &str) -> Option<&VertexGroup> {
         self.groups.iter().find(|group| group.name == name)
+    }
+
+    /// The attribute called `name`.
+    #[must_use]
+    pub fn attribute(&self, name: &str) -> Option<&VertexAttribute> {
+        self.attributes.iter().find(|attribute| attribute.name == name)
     }
 }

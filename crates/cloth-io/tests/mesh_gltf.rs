@@ -63,7 +63,8 @@ fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
 fn check(mesh: &cloth_core::TriangleMesh) {
     assert_eq!(
         mesh.positions,
-        [[0.0, 0.0, 2.0], [1.0, 0.0, 2.0], [0.0, 1.0, 2.0], [1.0, 1.0, 2.0]]
+        [[0.0, -2.0, 0.0], [1.0, -2.0, 0.0], [0.0, -2.0, 1.0], [1.0, -2.0, 1.0]],
+        "y of the file is up, z towards the viewer"
     );
     assert_eq!(mesh.triangles, [[0, 1, 2], [1, 3, 2]]);
     let texture = mesh.texture.as_ref().expect("texture coordinates");
@@ -92,8 +93,45 @@ fn binary_external_and_embedded_buffers_give_the_same_mesh() {
 #[test]
 fn mirroring_turns_the_triangles_over() {
     let mesh = mesh_read_gltf("test.glb", &glb(&json("", true), &buffer()), None).unwrap();
-    assert_eq!(mesh.positions[1], [-1.0, 0.0, 2.0]);
+    assert_eq!(mesh.positions[1], [-1.0, -2.0, 0.0]);
     assert_eq!(mesh.triangles, [[0, 2, 1], [1, 2, 3]]);
+}
+
+/// A file of the mesh above with colours, a weight and an attribute of a kind that is not read.
+#[test]
+fn colours_and_weights_become_attributes() {
+    let json = json("", false)
+        .replace("\"TEXCOORD_0\":1", "\"TEXCOORD_0\":1,\"COLOR_0\":3,\"_Pin\":4,\"_FLOW\":5,\"_ID\":6")
+        .replace("\"byteLength\":132", "\"byteLength\":260")
+        .replace(
+            "\"byteOffset\":120,\"byteLength\":12}",
+            "\"byteOffset\":120,\"byteLength\":12},{\"buffer\":0,\"byteOffset\":132,\"byteLength\":128}",
+        )
+        .replace(
+            "\"count\":6,\"type\":\"SCALAR\"}",
+            "\"count\":6,\"type\":\"SCALAR\"},
+             {\"bufferView\":3,\"componentType\":5121,\"count\":6,\"type\":\"VEC4\",\"normalized\":true},
+             {\"bufferView\":3,\"byteOffset\":24,\"componentType\":5126,\"count\":6,\"type\":\"SCALAR\"},
+             {\"bufferView\":3,\"byteOffset\":48,\"componentType\":5126,\"count\":6,\"type\":\"VEC3\"},
+             {\"bufferView\":3,\"byteOffset\":48,\"componentType\":5125,\"count\":6,\"type\":\"SCALAR\"}",
+        );
+    let mut bytes = buffer();
+    // Vertices 1 and 3 of the file are one vertex, and so are 2 and 5.
+    let reds = [0_u8, 255, 51, 255, 102, 153];
+    bytes.extend(reds.iter().flat_map(|&red| [red, 0, 0, 255]));
+    bytes.extend([0.0_f32, 0.25, 0.0, 0.75, 1.0, 0.0].iter().flat_map(|x| x.to_le_bytes()));
+    bytes.extend((0..18).flat_map(|x| (x as f32).to_le_bytes()));
+    bytes.resize(260, 0);
+    let mesh = mesh_read_gltf("test.glb", &glb(&json, &bytes), None).unwrap();
+    let names: Vec<_> = mesh.attributes.iter().map(|found| found.name.as_str()).collect();
+    assert_eq!(names, ["alpha", "blue", "flow.x", "flow.y", "flow.z", "green", "pin", "red"]);
+    assert_eq!(mesh.attribute("pin").unwrap().values, [0.0, 0.5, 0.0, 1.0], "the mean of two");
+    let red = &mesh.attribute("red").unwrap().values;
+    for (found, wanted) in red.iter().zip([0.0, 1.0, 0.4, 0.4]) {
+        assert!((found - wanted).abs() < 1e-6, "{red:?}");
+    }
+    assert_eq!(mesh.attribute("flow.y").unwrap().values, [1.0, 7.0, 11.5, 13.0]);
+    assert_eq!(mesh.positions.len(), 4);
 }
 
 #[test]

@@ -49,6 +49,24 @@ fn groups_collect_the_vertices_of_their_faces() {
     assert_eq!(mesh.group("the shirt").unwrap().vertices, [0, 1, 2, 3]);
 }
 
+/// `g` before `p` names single vertices: what faces are around them does not matter.
+#[test]
+fn points_and_lines_are_members_of_groups_without_their_neighbours() {
+    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\no sheet\nf 1 2 3\nf 1 3 4\n\
+                g corner\np 2\ng edge\nl 3 -1\ng two\np 1 4\n";
+    let mesh = mesh_read_obj("test.obj", text.as_bytes()).unwrap();
+    assert_eq!(mesh.group("corner").unwrap().vertices, [1]);
+    assert_eq!(mesh.group("edge").unwrap().vertices, [2, 3]);
+    assert_eq!(mesh.group("two").unwrap().vertices, [0, 3]);
+    assert_eq!(mesh.group("sheet").unwrap().vertices, [0, 1, 2, 3]);
+    assert_eq!(mesh.triangles.len(), 2);
+
+    let problem = error("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\ng pins\np 4\n").to_string();
+    assert!(problem.contains("line 6") && problem.contains("vertex 4 does not exist"), "{problem}");
+    let problem = error("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\ng pins\np one\n").to_string();
+    assert!(problem.contains("line 6") && problem.contains("`one`"), "{problem}");
+}
+
 #[test]
 fn line_ends_comments_continuations_and_unknown_statements_are_understood() {
     let text = "# caf\u{e9}\r\nstitch 1 2 3 0.5\r\nv 0 0 0 # first\r\nv 1 0 \\\r\n0\r\nv 1e0 1 0\r\n\

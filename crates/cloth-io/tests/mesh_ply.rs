@@ -7,6 +7,23 @@ const TEXT: &str = "ply\nformat ascii 1.0\ncomment made by hand\nelement vertex 
     element face 1\nproperty list uchar int vertex_indices\nproperty uchar red\nend_header\n\
     0.1 0 0 0 0\n1 0 0 1 0\n1 1 0 1 1\n0 1 5 0 1\n4 0 1 2 3 255\n";
 
+/// Colours of whole numbers are parts of one; normals and texture coordinates are no attributes.
+#[test]
+fn numbers_of_vertices_become_attributes() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty uchar red\n\
+                property float y\nproperty float nx\nproperty float z\nproperty short weight\n\
+                property ushort green\nproperty list uchar int ring\nelement face 1\n\
+                property list uchar int vertex_indices\nend_header\n\
+                0 255 0 1 0 -7 65535 0\n1 51 0 1 0 3 0 1 9\n0 0 1 1 0 0 13107 0\n3 0 1 2\n";
+    let mesh = mesh_read_ply("test.ply", text.as_bytes()).unwrap();
+    let names: Vec<_> = mesh.attributes.iter().map(|found| found.name.as_str()).collect();
+    assert_eq!(names, ["red", "weight", "green"]);
+    assert_eq!(mesh.attribute("red").unwrap().values, [1.0, 0.2, 0.0]);
+    assert_eq!(mesh.attribute("weight").unwrap().values, [-7.0, 3.0, 0.0]);
+    assert_eq!(mesh.attribute("green").unwrap().values, [1.0, 0.0, 0.2]);
+    assert_eq!(mesh.positions[1], [1.0, 0.0, 0.0]);
+}
+
 #[test]
 fn text_with_mixed_types_and_texture() {
     let mesh = mesh_read_ply("test.ply", TEXT.as_bytes()).unwrap();

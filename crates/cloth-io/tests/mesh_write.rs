@@ -14,7 +14,7 @@ fn square() -> TriangleMesh {
             coordinates: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.5]],
             triangles: vec![[0, 1, 2], [4, 2, 3]],
         }),
-        groups: Vec::new(),
+        ..TriangleMesh::default()
     }
 }
 

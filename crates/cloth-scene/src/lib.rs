@@ -29,9 +29,10 @@ pub use scene::{
     Scene, SceneAction, SceneAdaptive, SceneAerodynamics, SceneAnimation, SceneBend, SceneBounds,
     SceneCloth, SceneCollider, SceneColour, SceneContact, SceneContactResponse, SceneEvent,
     SceneField, SceneGeometry, SceneGrid, SceneGust, SceneImplicit, SceneJoint, SceneKeyframe,
-    SceneMass, SceneMaterial, SceneMesh, SceneNetwork, SceneOrigin, ScenePin, ScenePrecision,
-    ScenePrototype, SceneRigid, SceneRigidJoint, SceneRigidJointKind, SceneRigidShape,
-    SceneRotation, SceneSemiImplicit, SceneShape, SceneSimulation, SceneSolver, SceneSpring,
-    SceneSpringClass, SceneStencil, SceneStrainLimit, SceneTriangles, SceneView, SceneWind,
+    SceneMass, SceneMaterial, SceneMesh, SceneNetwork, SceneOrigin, ScenePin, ScenePinAttribute,
+    ScenePrecision, ScenePrototype, SceneRigid, SceneRigidJoint, SceneRigidJointKind,
+    SceneRigidShape, SceneRotation, SceneSemiImplicit, SceneShape, SceneSimulation, SceneSolver,
+    SceneSpring, SceneSpringClass, SceneStencil, SceneStrainLimit, SceneTriangles, SceneView,
+    SceneWind,
 };
 pub use timeline::Timeline;

@@ -179,3 +179,53 @@ fn a_collider_can_be_a_mesh_for_each_frame() {
         assert!(error.to_string().contains("wrong.toml`, line"), "{error}");
     }
 }
+
+/// A square of four vertices with a weight, as PLY.
+const WEIGHTED: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+    property float z\nproperty float pin\nelement face 2\nproperty list uchar int vertex_indices\n\
+    end_header\n0 0 0 0.2\n1 0 0 0.5\n1 1 0 0.6\n0 1 0 1\n3 0 1 2\n3 0 2 3\n";
+
+fn pinned(pins: &str, geometry: &str) -> String {
+    format!(
+        "name = \"pinned\"\n[[cloth]]\nname = \"square\"\npins = {pins}\n\
+         material.preset = \"denim\"\ngeometry.{geometry}\n"
+    )
+}
+
+#[test]
+fn pins_are_chosen_by_an_attribute_of_the_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("square.ply"), WEIGHTED).unwrap();
+    let path = folder.path().join("scene.toml");
+    let compiled = |pins: &str, geometry: &str| {
+        fs::write(&path, pinned(pins, geometry)).unwrap();
+        let scene = Scene::read(&path)?;
+        assert_eq!(Scene::from_toml(&scene.to_toml()?, "again.toml")?, scene);
+        assert_eq!(Scene::from_fysl(&scene.to_fysl()?, "again.fysl")?.cloths, scene.cloths);
+        scene.compile(&CompileOptions::default())
+    };
+    let mesh = "mesh.file = \"square.ply\"";
+    let pins = |pins: &str| compiled(pins, mesh).unwrap().model.pins().to_vec();
+    assert_eq!(pins("[{ attribute = \"pin\" }]"), [2, 3], "larger than a half");
+    assert_eq!(pins("[0, { attribute = \"pin\", above = 0.7 }]"), [0, 3]);
+    assert_eq!(pins("[{ attribute = \"pin\", above = -1 }]"), [0, 1, 2, 3]);
+    let problem = |pins: &str, geometry: &str| compiled(pins, geometry).unwrap_err().to_string();
+    for (pin, geometry, words) in [
+        ("[{ attribute = \"pim\" }]", mesh, "unknown attribute `pim`; did you mean `pin`?"),
+        (
+            "[{ attribute = \"pin\", above = 1 }]",
+            mesh,
+            "no vertex whose `pin` is above 1: lower it",
+        ),
+        ("[{ attribute = \"pin\", over = 1 }]", mesh, "unknown key `over`"),
+        ("[{ above = 1 }]", mesh, "missing field `attribute`"),
+        (
+            "[{ attribute = \"pin\" }]",
+            "grid = { columns = 3, rows = 3, spacing = 0.1 }",
+            "only meshes of PLY and glTF files",
+        ),
+    ] {
+        let message = problem(pin, geometry);
+        assert!(message.contains(words) && message.contains("line 4"), "{message}");
+    }
+}

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use cloth_core::{TextureMap, TriangleMesh, VertexGroup};
+use cloth_core::{TextureMap, TriangleMesh, VertexAttribute, VertexGroup};
 
 use super::{MeshError, MeshPlace};
 
@@ -20,6 +20,8 @@ pub(super) struct Corner {
 pub(super) struct MeshAssembly {
     pub(super) positions: Vec<[f64; 3]>,
     pub(super) coordinates: Vec<[f64; 2]>,
+    /// Numbers of the vertices, all of the length of `positions`.
+    pub(super) attributes: Vec<VertexAttribute>,
     triangles: Vec<[Corner; 3]>,
     /// Place in the file of each triangle.
     places: Vec<MeshPlace>,
@@ -27,6 +29,17 @@ pub(super) struct MeshAssembly {
     group_of_triangle: Vec<usize>,
     /// Sets of group names that were in force together.
     group_sets: Vec<Vec<String>>,
+    /// Vertices that belong to groups by themselves.
+    members: Vec<Member>,
+}
+
+/// A vertex that belongs to groups without any face.
+struct Member {
+    /// Zero based; it may be out of range until [`MeshAssembly::finish`].
+    vertex: i64,
+    place: MeshPlace,
+    /// Index into `group_sets`.
+    groups: usize,
 }
 
 impl MeshAssembly {
@@ -53,15 +66,27 @@ impl MeshAssembly {
             let file = file.to_owned();
             return Err(MeshError::Repeated { file, place, vertex });
         }
-        if self.group_sets.is_empty() {
-            self.group_sets.push(Vec::new());
-        }
+        let groups = self.groups_in_force();
         for pair in rest.windows(2) {
             self.triangles.push([*first, pair[0], pair[1]]);
             self.places.push(place);
-            self.group_of_triangle.push(self.group_sets.len() - 1);
+            self.group_of_triangle.push(groups);
         }
         Ok(())
+    }
+
+    /// Puts a vertex into the groups in force, which faces around it do not change.
+    pub(super) fn member(&mut self, place: MeshPlace, vertex: i64) {
+        let groups = self.groups_in_force();
+        self.members.push(Member { vertex, place, groups });
+    }
+
+    /// The index of the group names in force; there are none before the file names any.
+    fn groups_in_force(&mut self) -> usize {
+        if self.group_sets.is_empty() {
+            self.group_sets.push(Vec::new());
+        }
+        self.group_sets.len() - 1
     }
 
     /// Checks everything and makes the mesh. `index_base` is the number by which the file counts
@@ -70,11 +95,11 @@ impl MeshAssembly {
         self.check_sizes(file)?;
         let vertex_count = self.positions.len();
         let coordinate_count = self.coordinates.len();
-        let checked = |index: i64, count: usize, what: &'static str, triangle: usize| {
+        let checked = |index: i64, count: usize, what: &'static str, place: MeshPlace| {
             u32::try_from(index).ok().filter(|&index| (index as usize) < count).ok_or_else(|| {
                 MeshError::Index {
                     file: file.to_owned(),
-                    place: self.places[triangle],
+                    place,
                     what,
                     index: index.saturating_add(index_base),
                     count,
@@ -87,12 +112,13 @@ impl MeshAssembly {
             let mut triangle = [0; 3];
             let mut texture_triangle = [0; 3];
             let mut textured = true;
+            let place = self.places[number];
             for (slot, corner) in corners.iter().enumerate() {
-                triangle[slot] = checked(corner.vertex, vertex_count, "vertex", number)?;
+                triangle[slot] = checked(corner.vertex, vertex_count, "vertex", place)?;
                 match corner.texture {
                     Some(index) => {
                         texture_triangle[slot] =
-                            checked(index, coordinate_count, "texture coordinate", number)?;
+                            checked(index, coordinate_count, "texture coordinate", place)?;
                     }
                     None => textured = false,
                 }
@@ -102,11 +128,17 @@ impl MeshAssembly {
                 texture_triangles.push(texture_triangle);
             }
         }
-        let groups = self.groups(&triangles);
+        let members = self.members.iter().map(|member| {
+            let vertex = checked(member.vertex, vertex_count, "vertex", member.place)?;
+            Ok((member.groups, vertex))
+        });
+        let members = members.collect::<Result<Vec<_>, MeshError>>()?;
+        let groups = self.groups(&triangles, &members);
         // A map that lacks some corners could not be indexed by triangle, so it is all or nothing.
         let texture = (texture_triangles.len() == triangles.len())
             .then_some(TextureMap { coordinates: self.coordinates, triangles: texture_triangles });
-        Ok(TriangleMesh { positions: self.positions, triangles, texture, groups })
+        let Self { positions, attributes, .. } = self;
+        Ok(TriangleMesh { positions, triangles, texture, groups, attributes })
     }
 
     fn check_sizes(&self, file: &str) -> Result<(), MeshError> {
@@ -130,11 +162,17 @@ impl MeshAssembly {
         Ok(())
     }
 
-    fn groups(&self, triangles: &[[u32; 3]]) -> Vec<VertexGroup> {
+    /// The groups of all `triangles` and of `members`, each the index of a set of names and a vertex.
+    fn groups(&self, triangles: &[[u32; 3]], members: &[(usize, u32)]) -> Vec<VertexGroup> {
         let mut vertices: BTreeMap<&str, BTreeSet<u32>> = BTreeMap::new();
         for (triangle, &set) in triangles.iter().zip(&self.group_of_triangle) {
             for name in &self.group_sets[set] {
                 vertices.entry(name).or_default().extend(triangle);
+            }
+        }
+        for &(set, vertex) in members {
+            for name in &self.group_sets[set] {
+                vertices.entry(name).or_default().insert(vertex);
             }
         }
         // Groups come in the order in which the file names them.

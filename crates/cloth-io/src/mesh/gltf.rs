@@ -10,15 +10,19 @@ use gltf::{Document, Gltf, Node, Primitive};
 
 use super::assembly::{Corner, MeshAssembly};
 use super::gltf_accessor::GltfData;
+use super::gltf_attribute::AttributeMeans;
 use super::gltf_buffer::gltf_buffers;
 use super::{MeshError, MeshPlace};
 
 /// Reads all triangle meshes of the default scene of a glTF 2.0 file from `bytes`; `file` is the
 /// name used in errors, `folder` the place of external buffers (`None` refuses them).
 ///
-/// Node transforms are applied. Exporters split vertices along texture seams and hard edges, so
+/// Node transforms are applied, and the axes of the format, y up, become those of the engine, z up.
+/// Exporters split vertices along texture seams and hard edges, so
 /// within one node vertices with bitwise equal positions become one vertex again, and each corner
-/// keeps its own texture coordinate. Each node with a mesh gives one vertex group.
+/// keeps its own texture coordinate. Each node with a mesh gives one vertex group. The colours
+/// `COLOR_0` become the attributes `red`, `green`, `blue` and `alpha`, an attribute of the application
+/// such as `_PIN` becomes `pin`; where vertices become one, the mean holds.
 ///
 /// # Errors
 ///
@@ -36,10 +40,12 @@ pub fn mesh_read_gltf(
         assembly: MeshAssembly::default(),
         face_count: 0,
         names: HashMap::new(),
+        attributes: AttributeMeans::default(),
     };
     for (node, transform) in mesh_nodes(file, &gltf.document)? {
         reader.node(&node, transform)?;
     }
+    reader.assembly.attributes = reader.attributes.finish(reader.assembly.positions.len());
     reader.assembly.finish(file, 0)
 }
 
@@ -114,6 +120,8 @@ struct GltfReader<'file> {
     face_count: usize,
     /// How often each group name was used, to keep names unique.
     names: HashMap<String, usize>,
+    /// Of the vertices so far.
+    attributes: AttributeMeans,
 }
 
 impl GltfReader<'_> {
@@ -157,6 +165,9 @@ impl GltfReader<'_> {
 
         let welded: Vec<i64> =
             positions.into_iter().map(|position| self.vertex(position, transform, weld)).collect();
+        for (name, values) in self.data.attributes(primitive) {
+            self.attributes.add(name, &welded, &values);
+        }
         let texture_start = self.assembly.coordinates.len() as i64;
         let texture_count = coordinates.as_ref().map_or(0, Vec::len);
         self.assembly.coordinates.extend(coordinates.into_iter().flatten());
@@ -198,8 +209,9 @@ impl GltfReader<'_> {
         weld: &mut HashMap<[u64; 3], i64>,
     ) -> i64 {
         let position = DVec3::from(position.map(f64::from));
-        // Adding zero makes the two zeros one.
-        let position = (transform.transform_point3(position) + DVec3::ZERO).to_array();
+        let DVec3 { x, y, z } = transform.transform_point3(position);
+        // From y up to z up. Adding zero makes the two zeros one.
+        let position = (DVec3::new(x, -z, y) + DVec3::ZERO).to_array();
         let positions = &mut self.assembly.positions;
         *weld.entry(position.map(f64::to_bits)).or_insert_with(|| {
             positions.push(position);

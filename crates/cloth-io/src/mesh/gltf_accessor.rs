@@ -58,7 +58,7 @@ impl GltfData<'_> {
         indices.map(|indices| indices.into_u32().collect()).ok_or_else(|| self.outside(&accessor))
     }
 
-    fn bytes(&self, buffer: &gltf::Buffer<'_>) -> Option<&[u8]> {
+    pub(super) fn bytes(&self, buffer: &gltf::Buffer<'_>) -> Option<&[u8]> {
         self.buffers.get(buffer.index()).map(Vec::as_slice)
     }
 
@@ -67,7 +67,7 @@ impl GltfData<'_> {
         syntax(self.file, problem)
     }
 
-    fn check(
+    pub(super) fn check(
         &self,
         accessor: &Accessor<'_>,
         dimensions: Dimensions,

@@ -8,6 +8,7 @@ mod assembly;
 mod error;
 mod gltf;
 mod gltf_accessor;
+mod gltf_attribute;
 mod gltf_buffer;
 mod obj;
 mod ply;
@@ -28,8 +29,8 @@ pub const MESH_EXTENSIONS: &[&str] = &["obj", "ply", "gltf", "glb"];
 
 /// Reads the mesh in the file `path`; the extension selects the format, see [`MESH_EXTENSIONS`].
 ///
-/// Positions are taken as metres, in the axes of the file: glTF is Y-up, the engine Z-up, so the
-/// caller turns the mesh if it has to.
+/// Positions are taken as metres. glTF is y up by its specification, so what comes from there is
+/// turned to the axes of the engine, z up; OBJ and PLY say nothing of axes and are taken as they are.
 ///
 /// # Errors
 ///

@@ -11,10 +11,11 @@ use super::{MeshError, MeshPlace};
 
 /// Reads an OBJ mesh from `bytes`; `file` is the name used in errors.
 ///
-/// Polygons become fans of triangles. `o` and `g` statements become vertex groups. Texture
-/// coordinates keep their own indices; they are left out unless every corner of every face has
-/// one. Statements that describe neither positions, texture coordinates, faces nor groups are
-/// skipped.
+/// Polygons become fans of triangles. `o` and `g` statements become vertex groups of the vertices of
+/// the faces (`f`), lines (`l`) and points (`p`) that follow them: a group that is to hold single
+/// vertices lists them as points. Texture coordinates keep their own indices; they are left out
+/// unless every corner of every face has one. Statements that describe neither positions, texture
+/// coordinates, faces nor groups are skipped.
 ///
 /// # Errors
 ///
@@ -75,6 +76,7 @@ impl<'file> ObjReader<'file> {
                 self.assembly.coordinates.push(coordinate);
             }
             Some("f") => self.face(line, words)?,
+            Some("l" | "p") => self.members(line, words)?,
             Some("o") => {
                 self.object = words.next().map(|_| name_after(text, "o"));
                 self.name_groups();
@@ -129,6 +131,19 @@ impl<'file> ObjReader<'file> {
         }
         self.assembly.polygon(self.file, MeshPlace::Line(line), &corners)?;
         self.corners = corners;
+        Ok(())
+    }
+
+    /// Takes the vertices of a line or of points into the groups in force.
+    fn members<'text>(
+        &mut self,
+        line: usize,
+        words: impl Iterator<Item = &'text str>,
+    ) -> Result<(), MeshError> {
+        for word in words {
+            let corner = self.corner(line, word)?;
+            self.assembly.member(MeshPlace::Line(line), corner.vertex);
+        }
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! Polygon File Format (PLY), text and binary.
 
-use cloth_core::TriangleMesh;
+use cloth_core::{TriangleMesh, VertexAttribute};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{
     ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType,
@@ -13,7 +13,8 @@ use super::{MeshError, MeshPlace};
 /// Reads a PLY mesh from `bytes`; `file` is the name used in errors.
 ///
 /// Vertices need `x`, `y`, `z` of any number type; `s`/`t`, `u`/`v` or `texture_u`/`texture_v` of
-/// the vertices are texture coordinates. Faces need a `vertex_indices` or `vertex_index` list;
+/// the vertices are texture coordinates, and all their other numbers but normals are attributes;
+/// those of the colours `red`, `green`, `blue` and `alpha` go from 0 to 1. Faces need a `vertex_indices` or `vertex_index` list;
 /// polygons become fans of triangles.
 ///
 /// # Errors
@@ -32,9 +33,13 @@ pub fn mesh_read_ply(file: &str, bytes: &[u8]) -> Result<TriangleMesh, MeshError
         match name.as_str() {
             "vertex" => {
                 let vertices: Vec<PlyVertex> = read(file, &mut reader, element, &header)?;
+                assembly.attributes = attributes(element, vertices.len());
                 textured = vertices.iter().all(|vertex| vertex.texture_found == [true; 2]);
                 for vertex in vertices {
                     assembly.positions.push(vertex.position);
+                    for (attribute, value) in assembly.attributes.iter_mut().zip(vertex.others) {
+                        attribute.values.push(value);
+                    }
                     if textured {
                         assembly.coordinates.push(vertex.texture);
                     }
@@ -54,6 +59,36 @@ pub fn mesh_read_ply(file: &str, bytes: &[u8]) -> Result<TriangleMesh, MeshError
         }
     }
     assembly.finish(file, 0)
+}
+
+/// The attributes of `element` in the order of its properties, which is that of the values of a
+/// vertex; still without values, but with room for `count`.
+fn attributes(element: &ElementDef, count: usize) -> Vec<VertexAttribute> {
+    let properties = element.properties.iter();
+    let scalars = properties.filter(|(name, property)| {
+        matches!(property.data_type, PropertyType::Scalar(_)) && is_attribute(name)
+    });
+    scalars
+        .map(|(name, _)| VertexAttribute { name: name.clone(), values: Vec::with_capacity(count) })
+        .collect()
+}
+
+/// Whether the property of vertices with this name is none that has a meaning of its own.
+fn is_attribute(name: &str) -> bool {
+    const KNOWN: [&str; 12] =
+        ["x", "y", "z", "nx", "ny", "nz", "s", "t", "u", "v", "texture_u", "texture_v"];
+    !KNOWN.contains(&name)
+}
+
+/// The value of an attribute; whole numbers of colours become parts of one.
+fn attribute_value(name: &str, property: &Property, value: f64) -> f32 {
+    let is_colour = ["red", "green", "blue", "alpha"].contains(&name);
+    let largest = match property {
+        Property::UChar(_) if is_colour => f64::from(u8::MAX),
+        Property::UShort(_) if is_colour => f64::from(u16::MAX),
+        _ => 1.0,
+    };
+    (value / largest) as f32
 }
 
 fn read<E: PropertyAccess>(
@@ -128,11 +163,18 @@ struct PlyVertex {
     position: [f64; 3],
     texture: [f64; 2],
     texture_found: [bool; 2],
+    /// The values of the [`attributes`], in the order of the file.
+    others: Vec<f32>,
 }
 
 impl PropertyAccess for PlyVertex {
     fn new() -> Self {
-        Self { position: [f64::NAN; 3], texture: [0.0; 2], texture_found: [false; 2] }
+        Self {
+            position: [f64::NAN; 3],
+            texture: [0.0; 2],
+            texture_found: [false; 2],
+            others: Vec::new(),
+        }
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
@@ -150,6 +192,10 @@ impl PropertyAccess for PlyVertex {
             "t" | "v" | "texture_v" => {
                 self.texture_found[1] = true;
                 &mut self.texture[1]
+            }
+            _ if is_attribute(name) => {
+                self.others.push(attribute_value(name, &property, value));
+                return PropertyAccessResult::Set;
             }
             _ => return PropertyAccessResult::Ignored,
         };

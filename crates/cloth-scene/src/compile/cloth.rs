@@ -4,7 +4,10 @@ use cloth_core::{Cloth, Geometry, TriangleMesh};
 
 use crate::{SceneCloth, SceneError, SceneGeometry};
 
-use super::{Check, CompileOptions, CompiledCloth, grid, material, mesh, network, pins::PinSets};
+use super::{
+    Check, CompileOptions, CompiledCloth, grid, material, mesh, network,
+    pins::{MeshSets, PinSets},
+};
 
 /// The cloth for the model, and the names of its sets of particles.
 pub(super) fn compile(
@@ -22,10 +25,10 @@ pub(super) fn compile(
         }
         SceneGeometry::Mesh(mesh) => {
             let mut mesh = mesh::compile(check, &format!("{key}.geometry.mesh"), mesh, options)?;
-            let groups = std::mem::take(&mut mesh.groups);
+            let sets = MeshSets::take(&mut mesh);
             // The model refuses more vertices than an index can name.
             let vertices = u32::try_from(mesh.positions.len()).unwrap_or(u32::MAX);
-            (Geometry::Mesh(mesh), PinSets::Mesh(vertices, groups))
+            (Geometry::Mesh(mesh), PinSets::Mesh(vertices, sets))
         }
         SceneGeometry::Triangles(triangles) => {
             let mesh = TriangleMesh {
@@ -34,12 +37,12 @@ pub(super) fn compile(
                 ..TriangleMesh::default()
             };
             let vertices = u32::try_from(mesh.positions.len()).unwrap_or(u32::MAX);
-            (Geometry::Mesh(mesh), PinSets::Mesh(vertices, Vec::new()))
+            (Geometry::Mesh(mesh), PinSets::Mesh(vertices, MeshSets::default()))
         }
         SceneGeometry::Network(network) => {
             let network = network::compile(check, &format!("{key}.geometry.network"), network)?;
             let particles = u32::try_from(network.positions.len()).unwrap_or(u32::MAX);
-            (Geometry::Network(network), PinSets::Mesh(particles, Vec::new()))
+            (Geometry::Network(network), PinSets::Mesh(particles, MeshSets::default()))
         }
     };
     let material =

@@ -1,8 +1,8 @@
 //! From names of pins to indices.
 
-use cloth_core::VertexGroup;
+use cloth_core::{TriangleMesh, VertexAttribute, VertexGroup};
 
-use crate::{SceneError, ScenePin, error::SceneUnknown};
+use crate::{SceneError, ScenePin, ScenePinAttribute, error::SceneUnknown};
 
 use super::Check;
 
@@ -10,8 +10,38 @@ use super::Check;
 pub(super) enum PinSets {
     /// Those of a grid of so many columns and rows.
     Grid([u32; 2]),
-    /// The vertex groups of a mesh with so many vertices.
-    Mesh(u32, Vec<VertexGroup>),
+    /// What a mesh or network with so many vertices has.
+    Mesh(u32, MeshSets),
+}
+
+/// The names that a mesh file gives to vertices.
+#[derive(Default)]
+pub(super) struct MeshSets {
+    groups: Vec<VertexGroup>,
+    attributes: Vec<VertexAttribute>,
+}
+
+impl MeshSets {
+    /// Takes them out of `mesh`: the model has no use for them.
+    pub(super) fn take(mesh: &mut TriangleMesh) -> Self {
+        Self {
+            groups: std::mem::take(&mut mesh.groups),
+            attributes: std::mem::take(&mut mesh.attributes),
+        }
+    }
+
+    fn group(&self, name: &str) -> Option<Vec<u32>> {
+        let group = self.groups.iter().find(|group| group.name == name)?;
+        Some(group.vertices.clone())
+    }
+
+    /// The vertices whose attribute is larger than a bound.
+    fn above(&self, pin: &ScenePinAttribute) -> Option<Vec<u32>> {
+        let attribute = self.attributes.iter().find(|found| found.name == pin.attribute)?;
+        let numbered = (0..).zip(&attribute.values);
+        let large = numbered.filter(|&(_, &value)| f64::from(value) > pin.above);
+        Some(large.map(|(vertex, _)| vertex).collect())
+    }
 }
 
 /// Names of sets that every grid has, beside `column-7` and `row-7`.
@@ -41,18 +71,42 @@ impl PinSets {
         let name = match pin {
             ScenePin::Index(index) => return Ok(vec![*index]),
             ScenePin::Name(name) => name,
+            ScenePin::Attribute(pin) => return self.attribute(check, key, pin),
         };
         let found = match self {
             Self::Grid(counts) => grid_set(*counts, name),
-            Self::Mesh(vertices, groups) => groups
-                .iter()
-                .find(|group| group.name == *name)
-                .map(|group| group.vertices.clone())
-                .or_else(|| (name == "all").then(|| (0..*vertices).collect())),
+            Self::Mesh(vertices, sets) => {
+                sets.group(name).or_else(|| (name == "all").then(|| (0..*vertices).collect()))
+            }
         };
         found.ok_or_else(|| {
             SceneUnknown::error(check.place(key), "set of particles", name, self.known())
         })
+    }
+
+    /// The particles that have a large attribute: at least one, as a bound that none reaches is a slip.
+    fn attribute(
+        &self,
+        check: &Check<'_>,
+        key: &str,
+        pin: &ScenePinAttribute,
+    ) -> Result<Vec<u32>, SceneError> {
+        check.finite(key, &[pin.above])?;
+        let Self::Mesh(_, sets) = self else {
+            let problem = "asks for an attribute: only meshes of PLY and glTF files have them";
+            return Err(check.error(key, problem));
+        };
+        let Some(particles) = sets.above(pin) else {
+            let known = sets.attributes.iter().map(|attribute| attribute.name.clone()).collect();
+            let place = check.place(key);
+            return Err(SceneUnknown::error(place, "attribute", &pin.attribute, known));
+        };
+        if particles.is_empty() {
+            let ScenePinAttribute { attribute, above } = pin;
+            let problem = format!("finds no vertex whose `{attribute}` is above {above}: lower it");
+            return Err(check.error(key, &problem));
+        }
+        Ok(particles)
     }
 
     fn known(&self) -> Vec<String> {
@@ -65,8 +119,8 @@ impl PinSets {
                     format!("row-{}", rows.saturating_sub(1)),
                 ])
                 .collect(),
-            Self::Mesh(_, groups) => std::iter::once("all".to_owned())
-                .chain(groups.iter().map(|group| group.name.clone()))
+            Self::Mesh(_, sets) => std::iter::once("all".to_owned())
+                .chain(sets.groups.iter().map(|group| group.name.clone()))
                 .collect(),
         }
     }

@@ -31,7 +31,7 @@ pub use event::{SceneAction, SceneEvent};
 pub use material::{SceneAerodynamics, SceneBend, SceneMass, SceneMaterial, SceneSpring};
 pub use network::{SceneJoint, SceneNetwork, ScenePrototype};
 pub use origin::SceneOrigin;
-pub use pin::ScenePin;
+pub use pin::{ScenePin, ScenePinAttribute};
 pub use rigid::{SceneRigid, SceneRigidJoint, SceneRigidJointKind, SceneRigidShape};
 pub use rotation::SceneRotation;
 pub use simulation::{ScenePrecision, SceneSimulation, SceneSpringClass, SceneStrainLimit};

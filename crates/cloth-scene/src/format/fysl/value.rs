@@ -125,14 +125,28 @@ fn triples<T: Copy>(numbers: Vec<T>) -> Result<Vec<[T; 3]>, String> {
     }
 }
 
+/// Indices, names, and attributes with a bound, such as `pin > 0.5`.
 fn words(text: &str) -> impl Iterator<Item = Value> + '_ {
     text.split(',').map(str::trim).filter(|word| !word.is_empty()).map(|word| {
+        if let Some(pin) = attribute(word) {
+            return pin;
+        }
         let is_index = word.bytes().all(|byte| byte.is_ascii_digit());
         match word.parse::<u32>() {
             Ok(index) if is_index => Value::Integer(index.into()),
             _ => Value::String(word.into()),
         }
     })
+}
+
+/// The table of `NAME > NUMBER`.
+fn attribute(word: &str) -> Option<Value> {
+    let (name, bound) = word.rsplit_once('>')?;
+    let above = number(bound.trim()).ok()?;
+    let mut table = Table::new();
+    table.insert("attribute".into(), Value::String(name.trim().into()));
+    table.insert("above".into(), Value::Float(above));
+    Some(Value::Table(table))
 }
 
 /// y up and left handed, to z up and right handed.
@@ -203,6 +217,12 @@ fn print_word(value: &Value) -> Option<String> {
         Value::String(name) => {
             let back: Vec<Value> = words(name).collect();
             (back == [value.clone()]).then(|| name.clone())
+        }
+        Value::Table(table) => {
+            let name = table.get("attribute")?.as_str()?;
+            let text = format!("{name} > {}", print_number(table.get("above")?)?);
+            let back: Vec<Value> = words(&text).collect();
+            (back == [value.clone()]).then_some(text)
         }
         _ => None,
     }
