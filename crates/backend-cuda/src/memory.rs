@@ -2,7 +2,7 @@
 
 use std::{collections::HashMap, sync::Arc};
 
-use cloth_core::{ColliderShape, DistanceGrid, Model, Result, SolverConfig};
+use cloth_core::{BlockDependencies, ColliderShape, DistanceGrid, Model, Result, SolverConfig};
 use cloth_kernels::CudaModule;
 
 use crate::{
@@ -17,7 +17,7 @@ use crate::{
     procedural,
     queue::{Buffer, Launch, Queue, THREADS},
     solver_form::SolverForm,
-    tables::{Dependencies, Patch, SpringTables, StrainTables, TriangleTables},
+    tables::{Patch, SpringTables, StrainTables, TriangleTables},
 };
 
 /// Particles of a block of sums, as on the CPU.
@@ -368,12 +368,15 @@ impl<T: CudaReal> Memory<T> {
         let blocks = if has_runs { blocks.min(items).min(RUNS_MAX) } else { items.div_ceil(chunk) };
         self.data.chunk = chunk as u32;
         self.frame = Launch { blocks: blocks as u32, threads, shared, cooperative: true };
-        let dependencies = Dependencies::new(model, blocks, |particle| match patch {
-            // Block b has the tiles from b items / blocks on.
-            Some(patch) if has_runs => ((patch.tile_in_strips(particle) + 1) * blocks - 1) / items,
-            Some(patch) => patch.tile_of(particle) / chunk,
-            None => particle / chunk,
-        });
+        let dependencies =
+            BlockDependencies::new(&model.interactions(), blocks, |particle| match patch {
+                // Block b has the tiles from b items / blocks on.
+                Some(patch) if has_runs => {
+                    ((patch.tile_in_strips(particle) + 1) * blocks - 1) / items
+                }
+                Some(patch) => patch.tile_of(particle) / chunk,
+                None => particle / chunk,
+            });
         let rows = Buffer::of(&self.queue, &dependencies.rows)?;
         let others = Buffer::of(&self.queue, &dependencies.blocks)?;
         self.progress = Buffer::zeros(&self.queue, blocks)?;

@@ -47,9 +47,10 @@ pub use kernels::{
 };
 pub use mesh::{TextureMap, TriangleMesh, VertexAttribute, VertexGroup};
 pub use model::{
-    Aerodynamics, Air, BUCKLING_COEFFICIENTS, BendModel, Buckling, Cloth, ClothRange, Collider,
-    ColliderShape, ContactResponse, DistanceGrid, Field, Geometry, GridPatch, GridSets, Gust, Mass,
-    Material, MaterialPreset, Model, ModelBuilder, NONE, NetworkSpring, PieceBlocks, Pose,
+    Aerodynamics, Air, BUCKLING_COEFFICIENTS, BendModel, BlockDependencies, Buckling, Cloth,
+    ClothRange, Collider, ColliderShape, Colouring, ContactResponse, DistanceGrid, Field, Geometry,
+    GridPatch, GridSets, Gust, InteractionKind, InteractionList, Interactions, Mass, Material,
+    MaterialPreset, Model, ModelBuilder, NONE, Neighbours, NetworkSpring, PieceBlocks, Pose,
     SelfContact, Spring, SpringClass, SpringCoefficients, SpringColouring, SpringKind,
     SpringNetwork, SpringRows, Springs, Stencil, WingedEdge, WingedEdges,
 };

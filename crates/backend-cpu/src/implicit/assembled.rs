@@ -1,6 +1,6 @@
 //! The matrix as blocks, and what works on that: made only when a solver asks for it.
 
-use cloth_core::{LinearOutcome, Model, Real, Result};
+use cloth_core::{LinearOutcome, Model, Neighbours, Real, Result};
 
 use super::{
     block_matrix::BlockMatrix, direct::DirectSolver, filter::Filter,
@@ -72,8 +72,8 @@ impl<T: Real> Assembled<T> {
     ) -> Result<LinearOutcome> {
         self.filters.fill(filter);
         let direct = self.direct.get_or_insert_with(|| {
-            let springs = model.springs().iter().map(|spring| spring.particles).collect();
-            DirectSolver::new(model.positions(), springs)
+            let pairs = Neighbours::new(&model.interactions().in_matrix()).pairs().collect();
+            DirectSolver::new(model.positions(), pairs)
         });
         direct.solve(&self.blocks, &self.filters, right_side, solution)
     }

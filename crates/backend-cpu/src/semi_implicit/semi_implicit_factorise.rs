@@ -61,7 +61,8 @@ impl<T: Real> SemiImplicit<T> {
     /// `OutOfMemory`, or `LimitExceeded` for a model too large to be indexed.
     pub(crate) fn new(model: &Model, margin: usize) -> Result<Self> {
         let count = model.particle_count();
-        let pairs: Vec<_> = model.springs().iter().map(|spring| spring.particles).collect();
+        let mut pairs = Vec::new();
+        model.interactions().in_matrix().for_each_pair(|a, b| pairs.push([a, b]));
         let neighbourhood = Neighbourhood::new(count, &pairs);
         let pieces = neighbourhood.pieces();
         let order = nested_dissection(model.positions(), &neighbourhood, &pieces);

@@ -1,12 +1,10 @@
 //! What a model is made of, as kernels read it: computed once on the host, never changed.
 
-mod dependencies;
 mod patch;
 mod springs;
 mod strain_limit;
 mod triangles;
 
-pub(crate) use dependencies::Dependencies;
 pub(crate) use patch::Patch;
 pub(crate) use springs::SpringTables;
 pub(crate) use strain_limit::StrainTables;

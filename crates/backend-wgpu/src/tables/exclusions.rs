@@ -2,20 +2,19 @@
 
 use std::collections::HashMap;
 
-use cloth_core::{Model, SelfContact};
+use cloth_core::{Model, Neighbours, SelfContact};
 
 /// n + 1 offsets, then for each particle its partners, ascending: joined to it by a spring, or
 /// closer than the contact distance at the start. Decided in double precision.
 pub(super) fn table(model: &Model, contact: &SelfContact) -> Vec<u32> {
     let count = model.particle_count();
-    let springs = model.springs().gather_rows();
+    let neighbours = Neighbours::new(&model.interactions().in_matrix());
     let cells = Cells::new(model, contact.distance);
     let mut table = vec![0_u32; count + 1];
     let mut row = Vec::new();
     for particle in 0..count {
-        let range = springs.offsets[particle] as usize..springs.offsets[particle + 1] as usize;
         row.clear();
-        row.extend_from_slice(&springs.columns[range]);
+        row.extend_from_slice(neighbours.row(particle));
         cells.near(model, particle, contact.distance, &mut row);
         row.sort_unstable();
         row.dedup();

@@ -20,7 +20,7 @@ pub(crate) struct LinkTables {
     pub(crate) kinds: Vec<u32>,
     /// Places of springs.
     pub(crate) places: usize,
-    /// Largest distance of the numbers of two particles that a spring joins.
+    /// Largest distance of the numbers of two particles that the matrix couples.
     pub(crate) reach: u32,
 }
 
@@ -33,7 +33,6 @@ impl LinkTables {
         let columns = (0..count).map(later).max().unwrap_or(0).min(COLUMNS_MAX);
         let mut place = vec![0_u32; gather.columns.len()];
         let mut next = columns * count;
-        let mut reach = 0;
         // Places given by the earlier particle, in the order in which the later one meets them.
         let mut given = vec![Vec::new(); count];
         for i in 0..count {
@@ -41,7 +40,6 @@ impl LinkTables {
             let mut rank = 0;
             for at in range(i) {
                 let j = gather.columns[at] as usize;
-                reach = reach.max(i.abs_diff(j) as u32);
                 if j < i {
                     place[at] = earlier.next().unwrap_or_default();
                     continue;
@@ -69,7 +67,7 @@ impl LinkTables {
             kinds: entries.iter().map(|&[_, _, kind]| kind).collect(),
             entries: entries.into_iter().map(|[offset, place, _]| [offset, place]).collect(),
             places: next,
-            reach,
+            reach: model.interactions().in_matrix().reach(),
         }
     }
 

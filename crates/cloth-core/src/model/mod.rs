@@ -4,17 +4,16 @@ mod buckling;
 mod buckling_range;
 mod builder;
 mod collider;
-mod colouring;
 mod contact;
 mod distance_grid;
 mod environment;
 mod fingerprint;
 mod geometry;
 mod groups;
+mod interactions;
 mod material;
 mod material_preset;
 mod piece_blocks;
-mod pieces;
 mod springs;
 mod stability;
 mod winged_edge;
@@ -24,11 +23,14 @@ use std::{ops::Range, sync::Arc};
 pub use buckling::{BUCKLING_COEFFICIENTS, Buckling};
 pub use builder::ModelBuilder;
 pub use collider::{Collider, ColliderShape, Pose};
-pub use colouring::SpringColouring;
 pub use contact::{ContactResponse, SelfContact};
 pub use distance_grid::{DistanceGrid, GridSets};
 pub use environment::{Air, Field, Gust};
 pub use geometry::{Geometry, GridPatch, NetworkSpring, SpringNetwork, Stencil};
+pub use interactions::{
+    BlockDependencies, Colouring, InteractionKind, InteractionList, Interactions, Neighbours,
+    SpringColouring,
+};
 pub use material::{Aerodynamics, BendModel, Mass, Material, SpringCoefficients};
 pub use material_preset::MaterialPreset;
 pub use piece_blocks::PieceBlocks;

@@ -1,18 +1,18 @@
 //! Connected pieces of cloth.
 
-use super::Model;
+use crate::Model;
 
 impl Model {
-    /// The particles of each piece of two and more that springs connect, ascending; pieces in the order of
+    /// The particles of each piece of two and more that interactions in the matrix connect, ascending; pieces in the order of
     /// their first particles.
     #[must_use]
     pub fn connected_pieces(&self) -> Vec<Vec<u32>> {
         let mut parent: Vec<u32> = (0..self.particle_count() as u32).collect();
-        for spring in self.springs().iter() {
-            let [a, b] = spring.particles.map(|particle| root(&mut parent, particle));
+        self.interactions().in_matrix().for_each_pair(|a, b| {
+            let [a, b] = [a, b].map(|particle| root(&mut parent, particle));
             // The smaller one, for the order of the pieces.
             parent[a.max(b) as usize] = a.min(b);
-        }
+        });
         let mut members = vec![Vec::new(); parent.len()];
         for particle in 0..parent.len() as u32 {
             members[root(&mut parent, particle) as usize].push(particle);

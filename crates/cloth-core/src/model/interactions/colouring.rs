@@ -1,49 +1,47 @@
-//! Springs in groups without a common particle (NUMERICS §4).
+//! Interactions in groups without a common particle (NUMERICS §4).
 
-use super::{SpringClass, Springs};
+use crate::{SpringClass, Springs};
 
-/// Springs sorted into colours: no two springs of one colour share a particle, so that all of a
-/// colour can be changed at the same time.
+/// Interactions sorted into colours: no two of one colour share a particle, so that all of a colour can be changed at the same time.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct SpringColouring {
+pub struct Colouring {
     offsets: Vec<u32>,
-    springs: Vec<[u32; 3]>,
+    members: Vec<u32>,
 }
 
-impl SpringColouring {
-    /// Greedy colouring of the springs of the given classes, in the order of the springs: each
-    /// takes the smallest colour that is free at both its ends. The same springs always give the
-    /// same colours.
+impl Colouring {
+    /// Greedy colouring of interactions of `arity` particles each, whose particles stand one after the other in `particles`, in their
+    /// order: each takes the smallest colour that is free at all of its particles. The same ones always get the same colours.
+    ///
+    /// # Panics
+    /// If `arity` is zero, or a particle is not below `particle_count`.
     #[must_use]
-    pub fn greedy(springs: &Springs, particle_count: usize, classes: &[SpringClass]) -> Self {
-        let mut pending: Vec<[u32; 3]> = springs
-            .iter()
-            .filter(|spring| classes.contains(&springs.kinds()[spring.kind as usize].class))
-            .map(|spring| [spring.particles[0], spring.particles[1], spring.kind])
-            .collect();
-        let mut colouring = Self { offsets: vec![0], springs: Vec::with_capacity(pending.len()) };
+    pub fn greedy(particles: &[u32], arity: usize, particle_count: usize) -> Self {
+        let members_of = |member: u32| &particles[member as usize * arity..][..arity];
+        let mut pending: Vec<u32> = (0..(particles.len() / arity) as u32).collect();
+        let mut colouring = Self { offsets: vec![0], members: Vec::with_capacity(pending.len()) };
         let mut used = vec![0_u64; particle_count];
-        // A word holds 64 colours. Springs that find none free wait for the next 64.
+        // A word holds 64 colours. Interactions that find none free wait for the next 64.
         while !pending.is_empty() {
             used.fill(0);
-            let mut groups: Vec<Vec<[u32; 3]>> = Vec::new();
-            pending.retain(|spring| {
-                let taken = used[spring[0] as usize] | used[spring[1] as usize];
+            let mut groups: Vec<Vec<u32>> = Vec::new();
+            pending.retain(|&member| {
+                let own = members_of(member);
+                let taken = own.iter().fold(0, |taken, &particle| taken | used[particle as usize]);
                 let colour = taken.trailing_ones();
                 if colour == u64::BITS {
                     return true;
                 }
-                used[spring[0] as usize] |= 1 << colour;
-                used[spring[1] as usize] |= 1 << colour;
+                own.iter().for_each(|&particle| used[particle as usize] |= 1 << colour);
                 if groups.len() <= colour as usize {
                     groups.resize_with(colour as usize + 1, Vec::new);
                 }
-                groups[colour as usize].push(*spring);
+                groups[colour as usize].push(member);
                 false
             });
             for group in groups {
-                colouring.springs.extend(group);
-                colouring.offsets.push(colouring.springs.len() as u32);
+                colouring.members.extend(group);
+                colouring.offsets.push(colouring.members.len() as u32);
             }
         }
         colouring
@@ -61,10 +59,53 @@ impl SpringColouring {
         self.len() == 0
     }
 
+    /// The interactions of one colour, by their place in the list.
+    #[must_use]
+    pub fn colour(&self, colour: usize) -> &[u32] {
+        &self.members[self.offsets[colour] as usize..self.offsets[colour + 1] as usize]
+    }
+}
+
+/// The springs of some classes in colours.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SpringColouring {
+    colouring: Colouring,
+    springs: Vec<[u32; 3]>,
+}
+
+impl SpringColouring {
+    /// Greedy colouring of the springs of the given classes, in the order of the springs.
+    #[must_use]
+    pub fn greedy(springs: &Springs, particle_count: usize, classes: &[SpringClass]) -> Self {
+        let chosen: Vec<[u32; 3]> = springs
+            .iter()
+            .filter(|spring| classes.contains(&springs.kinds()[spring.kind as usize].class))
+            .map(|spring| [spring.particles[0], spring.particles[1], spring.kind])
+            .collect();
+        let ends: Vec<u32> = chosen.iter().flat_map(|&[i, j, _]| [i, j]).collect();
+        let colouring = Colouring::greedy(&ends, 2, particle_count);
+        // Those of a colour one after the other, as backends read them.
+        let springs = colouring.members.iter().map(|&member| chosen[member as usize]).collect();
+        Self { colouring, springs }
+    }
+
+    /// Number of colours.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.colouring.len()
+    }
+
+    /// Whether there is no colour.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.colouring.is_empty()
+    }
+
     /// The springs of one colour, each as its two particles and its kind.
     #[must_use]
     pub fn colour(&self, colour: usize) -> &[[u32; 3]] {
-        &self.springs[self.offsets[colour] as usize..self.offsets[colour + 1] as usize]
+        let offsets = &self.colouring.offsets;
+        &self.springs[offsets[colour] as usize..offsets[colour + 1] as usize]
     }
 }
 
@@ -131,5 +172,16 @@ mod tests {
         let colouring = SpringColouring::greedy(model.springs(), 101, &[SpringClass::Stretch]);
         assert_eq!(colouring.len(), 100);
         assert!((0..100).all(|colour| colouring.colour(colour).len() == 1));
+    }
+
+    #[test]
+    fn interactions_of_four_particles_are_coloured_alike() {
+        // A strip of quadrilaterals: neighbours share two particles, those after them none.
+        let strip: Vec<u32> =
+            (0..10).flat_map(|k| [2 * k, 2 * k + 1, 2 * k + 2, 2 * k + 3]).collect();
+        let colouring = Colouring::greedy(&strip, 4, 22);
+        assert_eq!(colouring.len(), 2);
+        assert_eq!(colouring.colour(0), [0, 2, 4, 6, 8]);
+        assert_eq!(colouring.colour(1), [1, 3, 5, 7, 9]);
     }
 }
