@@ -164,6 +164,7 @@ impl From<Error> for Failure {
         match error {
             Error::Diverged(_) => Self::Diverged(error.into()),
             Error::Invalid(_)
+            | Error::Checkpoint { .. }
             | Error::OutOfMemory { .. }
             | Error::LimitExceeded { .. }
             | Error::Unsupported { .. } => Self::input(error),

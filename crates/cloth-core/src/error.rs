@@ -71,6 +71,12 @@ pub enum Error {
         /// Entries that fit.
         capacity: u64,
     },
+    /// A checkpoint that is whole, but cannot be gone on from.
+    #[error("cannot continue from the checkpoint: {reason}; start again without it")]
+    Checkpoint {
+        /// What does not fit.
+        reason: String,
+    },
     /// The simulation left the range in which its numbers mean anything.
     #[error(transparent)]
     Diverged(#[from] Divergence),

@@ -85,6 +85,12 @@ pub enum RigidError {
         /// Whether it must be above zero.
         positive: bool,
     },
+    /// What was put down of the bodies cannot be gone on from.
+    #[error("the rigid bodies cannot go on: {problem}")]
+    Snapshot {
+        /// What is wrong.
+        problem: &'static str,
+    },
     /// The library refused the shape.
     #[error("the mesh of {name:?} cannot be used ({problem}): simplify it")]
     Shape {

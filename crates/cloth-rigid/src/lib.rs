@@ -15,13 +15,12 @@ mod distance_grid;
 mod error;
 mod joint;
 mod mesh;
-mod motion;
 mod shape;
+mod snapshot;
 mod world;
 
 pub use distance_grid::{distance_grid, distance_grid_sequence};
 pub use error::RigidError;
 pub use joint::{RigidJoint, RigidJointKind};
-pub use motion::RigidMotion;
 pub use shape::{RigidBody, RigidShape};
 pub use world::RigidWorld;

@@ -8,9 +8,10 @@ use rapier3d_f64::prelude::{
 use rapier3d_f64::utils::AngularInertiaOps;
 
 use crate::{
-    RigidBody, RigidError, RigidJoint, RigidMotion,
+    RigidBody, RigidError, RigidJoint,
     mesh::vector,
     shape::{pose, solid},
+    snapshot,
 };
 
 /// Longest step of the bodies \[s\].
@@ -23,6 +24,8 @@ pub struct RigidWorld {
     bodies: Vec<RigidBodyHandle>,
     /// The colliders of the scene, moved from outside, with where they are.
     kinematic: Vec<(RigidBodyHandle, Pose)>,
+    /// Stands for everything that the world was made of.
+    start: u128,
 }
 
 impl RigidWorld {
@@ -81,7 +84,8 @@ impl RigidWorld {
             let builder = RigidBodyBuilder::kinematic_position_based().pose(pose(&collider.pose));
             kinematic.push((world.insert(builder, shape).0, collider.pose));
         }
-        Ok(Self { world, bodies: handles, kinematic })
+        let start = snapshot::digest(&world)?;
+        Ok(Self { world, bodies: handles, kinematic, start })
     }
 
     /// Adds joints between `bodies`, those of this world, to be called before the first step.
@@ -99,6 +103,7 @@ impl RigidWorld {
                 self.world.insert_impulse_joint(to, from, built);
             }
         }
+        self.start = snapshot::digest(&self.world)?;
         Ok(())
     }
 
@@ -132,37 +137,26 @@ impl RigidWorld {
         body.apply_torque_impulse(angular, true);
     }
 
-    /// Goes on from `motions`, one for each body, with the colliders at `colliders`: what has been put down
-    /// by [`Self::motions`]. Bodies that touch each other find the forces between them anew.
-    pub fn resume(&mut self, colliders: &[Pose], motions: &[RigidMotion]) {
-        for ((handle, at), collider) in self.kinematic.iter_mut().zip(colliders) {
-            self.world.bodies[*handle].set_position(pose(collider), true);
-            *at = *collider;
-        }
-        for (&handle, motion) in self.bodies.iter().zip(motions) {
-            let body = &mut self.world.bodies[handle];
-            body.set_position(pose(&motion.pose), true);
-            body.set_linvel(vector(motion.velocity), true);
-            body.set_angvel(vector(motion.angular_velocity), true);
-        }
+    /// All that the bodies need to go on with the same bits, contacts and their impulses included, for [`Self::resume`].
+    ///
+    /// # Errors
+    /// [`RigidError::Snapshot`] if the library cannot put its state down.
+    pub fn snapshot(&self) -> Result<Vec<u8>, RigidError> {
+        snapshot::write(&self.world, &self.kinematic, self.start)
     }
 
-    /// Where the bodies are and how they move.
-    #[must_use]
-    pub fn motions(&self) -> Vec<RigidMotion> {
-        let of = |&handle: &RigidBodyHandle| {
-            let body = &self.world.bodies[handle];
-            let pose = body.position();
-            RigidMotion {
-                pose: Pose {
-                    translation: pose.translation.to_array(),
-                    rotation: pose.rotation.to_array(),
-                },
-                velocity: body.linvel().to_array(),
-                angular_velocity: body.angvel().to_array(),
-            }
-        };
-        self.bodies.iter().map(of).collect()
+    /// Goes on from what [`Self::snapshot`] has put down of a world with the same bodies, joints and colliders at the start.
+    ///
+    /// # Errors
+    /// [`RigidError::Snapshot`] if `bytes` are not what was put down, or were put down for other bodies. The world
+    /// then stays as it is.
+    pub fn resume(&mut self, bytes: &[u8]) -> Result<(), RigidError> {
+        let (world, poses) = snapshot::read(bytes, self.start, self.kinematic.len())?;
+        self.world = world;
+        for ((_, at), pose) in self.kinematic.iter_mut().zip(poses) {
+            *at = pose;
+        }
+        Ok(())
     }
 
     /// Where the local frames of the bodies are.

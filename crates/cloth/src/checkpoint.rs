@@ -2,10 +2,11 @@
 //!
 //! Layout, little endian: magic `CLOTHCKP`, version u32, bits of the precision u32, fingerprint of
 //! the model u64, frame u64, step u64, time \[s\] f64, particle count n u64, collider count c u64,
-//! halvings of the adaptive time step u32, good substeps in a row u32 (both not in version 1), rigid
-//! body count b u64 (not in versions 1 and 2), fingerprint of the colliders u64 (not in versions 1 to 3);
-//! n positions \[m\] and n velocities \[m/s\] of 3 x f64, n held flags u8, c poses of 7 x f64, for each body its
-//! pose, velocity \[m/s\] and angular velocity \[rad/s\], 13 x f64; CRC-32 of all that u32.
+//! halvings of the adaptive time step u32, good substeps in a row u32 (both not in version 1), size r of the
+//! rigid bodies in bytes u64 (not in versions 1 and 2), fingerprint of the colliders u64 (not in versions 1 to 3);
+//! n positions \[m\] and n velocities \[m/s\] of 3 x f64, n held flags u8, c poses of 7 x f64, r bytes of
+//! [`RigidWorld::snapshot`](cloth_rigid::RigidWorld::snapshot); CRC-32 of all that u32. Version 3 has a number of rigid bodies in
+//! place of r, and 13 x f64 for each, from which they cannot go on.
 
 use std::{
     fs::File,
@@ -15,7 +16,6 @@ use std::{
 
 use cloth_core::{Model, ModelError, Pose, Precision, State};
 use cloth_io::file_replace;
-use cloth_rigid::RigidMotion;
 
 const MAGIC: &[u8; 8] = b"CLOTHCKP";
 /// Size of the header by version, from 1.
@@ -23,6 +23,7 @@ const HEADER_SIZES: [u64; CHECKPOINT_VERSION as usize] = [64, 72, 80, 88];
 const CHECKSUM_SIZE: u64 = 4;
 const PARTICLE_SIZE: u64 = 24 + 24 + 1;
 const COLLIDER_SIZE: u64 = 56;
+/// Size of a body in version 3.
 const BODY_SIZE: u64 = 104;
 
 /// Version of the checkpoint format that this build writes. It reads this one and all before.
@@ -44,8 +45,9 @@ pub struct Checkpoint {
     pub state: State,
     /// [`Model::collider_fingerprint`] of the model; not known of a checkpoint of an earlier version.
     pub collider_fingerprint: Option<u64>,
-    /// The rigid bodies then, in the order of the scene.
-    pub bodies: Vec<RigidMotion>,
+    /// The rigid bodies then, as [`RigidWorld::snapshot`](cloth_rigid::RigidWorld::snapshot) puts them down; empty
+    /// if there are none, and in checkpoints of earlier versions.
+    pub rigid: Vec<u8>,
 }
 
 /// A checkpoint that cannot be written or continued.
@@ -218,7 +220,7 @@ impl Checkpoint {
         for word in [state.time_step_halvings, state.time_step_good] {
             writer.write_all(&word.to_le_bytes())?;
         }
-        writer.write_all(&(self.bodies.len() as u64).to_le_bytes())?;
+        writer.write_all(&(self.rigid.len() as u64).to_le_bytes())?;
         writer.write_all(&self.collider_fingerprint.unwrap_or_default().to_le_bytes())?;
         for number in state.positions.iter().chain(&state.velocities).flatten() {
             writer.write_all(&number.to_le_bytes())?;
@@ -227,13 +229,7 @@ impl Checkpoint {
         for pose in &state.colliders {
             pose_write(writer, pose)?;
         }
-        for body in &self.bodies {
-            pose_write(writer, &body.pose)?;
-            for number in body.velocity.iter().chain(&body.angular_velocity) {
-                writer.write_all(&number.to_le_bytes())?;
-            }
-        }
-        Ok(())
+        writer.write_all(&self.rigid)
     }
 
     /// Reads the checkpoint in `path` and checks that a solver of `model` in `precision` can
@@ -258,14 +254,11 @@ impl Checkpoint {
 
         reader.seek(io::SeekFrom::Start(header.size)).map_err(read_error)?;
         let state = header.state(&mut reader).map_err(read_error)?;
-        let bodies = header.bodies(&mut reader).map_err(read_error)?;
-        let mut numbered = bodies.iter().enumerate();
-        state
-            .validate(model)
-            .and_then(|()| numbered.try_for_each(|(number, body)| body.validate(number)))
-            .map_err(|source| CheckpointError::State { file: file(), source })?;
+        let mut rigid = vec![0; header.rigid as usize];
+        reader.read_exact(&mut rigid).map_err(read_error)?;
+        state.validate(model).map_err(|source| CheckpointError::State { file: file(), source })?;
         let Header { fingerprint, collider_fingerprint, frame, .. } = header;
-        Ok(Self { fingerprint, collider_fingerprint, precision, frame, state, bodies })
+        Ok(Self { fingerprint, collider_fingerprint, precision, frame, state, rigid })
     }
 }
 
@@ -282,7 +275,8 @@ struct Header {
     colliders: u64,
     time_step_halvings: u32,
     time_step_good: u32,
-    bodies: u64,
+    /// Bytes of the rigid bodies.
+    rigid: u64,
     collider_fingerprint: Option<u64>,
 }
 
@@ -324,7 +318,7 @@ impl Header {
             colliders: word()?,
             time_step_halvings: 0,
             time_step_good: 0,
-            bodies: 0,
+            rigid: 0,
             collider_fingerprint: None,
         };
         if version > 1 {
@@ -332,8 +326,15 @@ impl Header {
             header.time_step_halvings = count()?;
             header.time_step_good = count()?;
         }
+        // Version 3 counts bodies, which are passed over.
+        let mut passed = 0_u64;
         if version > 2 {
-            header.bodies = bytes(reader).map(u64::from_le_bytes).map_err(read_error)?;
+            let count = bytes(reader).map(u64::from_le_bytes).map_err(read_error)?;
+            if version == 3 {
+                passed = count.saturating_mul(BODY_SIZE);
+            } else {
+                header.rigid = count;
+            }
         }
         if version > 3 {
             header.collider_fingerprint =
@@ -341,8 +342,8 @@ impl Header {
         }
         let particles = header.particles.saturating_mul(PARTICLE_SIZE);
         let colliders = header.colliders.saturating_mul(COLLIDER_SIZE);
-        let bodies = header.bodies.saturating_mul(BODY_SIZE);
-        let content = particles.saturating_add(colliders).saturating_add(bodies);
+        let rigid = header.rigid.saturating_add(passed);
+        let content = particles.saturating_add(colliders).saturating_add(rigid);
         let expected = content.saturating_add(header_size + CHECKSUM_SIZE);
         if size == expected { Ok(header) } else { Err(truncated(expected)) }
     }
@@ -400,19 +401,6 @@ impl Header {
             state.colliders.push(pose(reader)?);
         }
         Ok(state)
-    }
-
-    /// The rigid bodies, which come after the state.
-    fn bodies(&self, reader: &mut impl Read) -> io::Result<Vec<RigidMotion>> {
-        (0..self.bodies)
-            .map(|_| {
-                Ok(RigidMotion {
-                    pose: pose(reader)?,
-                    velocity: vector(reader)?,
-                    angular_velocity: vector(reader)?,
-                })
-            })
-            .collect()
     }
 }
 

@@ -6,7 +6,7 @@ use cloth_core::{
     ColliderControl, ColliderImpulse, Control, ControlStart, Error, Frame, PinAction, Pose, Result,
     Solver, StepReport,
 };
-use cloth_rigid::{RigidMotion, RigidWorld};
+use cloth_rigid::{RigidError, RigidWorld};
 use cloth_scene::CompiledScene;
 
 /// Longest time that a body waits for the reaction of the cloth \[s\]. A body on a cloth is a mass on a
@@ -46,9 +46,12 @@ impl RigidExchange {
         Ok(Some(Self { world, own, impulses, anchor_offset: [0.0; 3] }))
     }
 
-    /// Goes on with colliders and bodies as they were. See [`RigidWorld::resume`].
-    pub fn resume(&mut self, colliders: &[Pose], bodies: &[RigidMotion]) {
-        self.world.resume(&colliders[..self.own.min(colliders.len())], bodies);
+    /// Goes on with bodies as they were. See [`RigidWorld::resume`].
+    ///
+    /// # Errors
+    /// Those of [`RigidWorld::resume`].
+    pub fn resume(&mut self, snapshot: &[u8]) -> Result<(), RigidError> {
+        self.world.resume(snapshot)
     }
 
     /// The bodies.

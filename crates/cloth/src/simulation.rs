@@ -46,32 +46,35 @@ impl Simulation {
     }
 
     /// Makes ready to continue `scene` from a checkpoint, as if there had been no interruption:
-    /// frames have the same bits. Only rigid bodies that touch each other or a collider just then look for the
-    /// forces between them anew, and find them with another error.
+    /// frames have the same bits.
     ///
     /// # Errors
     /// As [`Self::new`], [`Error::Invalid`](crate::Error) if the state does not fit the model, and
-    /// [`Error::Unsupported`](crate::Error) for a scene with rigid bodies if the checkpoint was written by
-    /// an earlier version, which did not put down their velocities.
+    /// [`Error::Checkpoint`](crate::Error) if its rigid bodies are not those of the scene, or if it has none
+    /// because an earlier version wrote it, which did not put down what is between them.
     pub fn resume(
         scene: CompiledScene,
         backend: &dyn Backend,
         checkpoint: &Checkpoint,
     ) -> Result<Self> {
-        if scene.rigids.len() != checkpoint.bodies.len() {
-            let feature = format!(
-                "continuing {} rigid bodies from a checkpoint with the velocities of {}",
-                scene.rigids.len(),
-                checkpoint.bodies.len()
-            );
-            return Err(Error::Unsupported { backend: backend.info().name, feature });
+        let refused = |reason| Err(Error::Checkpoint { reason });
+        if scene.rigids.is_empty() && !checkpoint.rigid.is_empty() {
+            return refused("it has rigid bodies, and the scene has none".into());
+        }
+        if !scene.rigids.is_empty() && checkpoint.rigid.is_empty() {
+            let bodies = scene.rigids.len();
+            return refused(format!(
+                "the scene has {bodies} rigid bodies, and an earlier version of the program wrote it, which left out the contacts between them"
+            ));
         }
         let mut solver = backend.create_solver(Arc::clone(&scene.model), &scene.config)?;
         solver.upload(&checkpoint.state)?;
         let state = checkpoint.state.clone();
         let mut simulation = Self::with_state(scene, solver, checkpoint.frame, state)?;
         if let Some(rigid) = &mut simulation.rigid {
-            rigid.resume(&checkpoint.state.colliders, &checkpoint.bodies);
+            rigid
+                .resume(&checkpoint.rigid)
+                .map_err(|error| Error::Checkpoint { reason: error.to_string() })?;
         }
         Ok(simulation)
     }
@@ -177,15 +180,18 @@ impl Simulation {
     }
 
     /// All that is needed to continue from the present frame later.
-    #[must_use]
-    pub fn checkpoint(&self) -> Checkpoint {
-        Checkpoint {
+    ///
+    /// # Errors
+    /// [`Error::Checkpoint`](crate::Error) if the state of the rigid bodies cannot be put down.
+    pub fn checkpoint(&self) -> Result<Checkpoint> {
+        let rigid = self.rigid().map_or_else(|| Ok(Vec::new()), RigidWorld::snapshot);
+        Ok(Checkpoint {
             fingerprint: self.scene.model.fingerprint(),
             collider_fingerprint: Some(self.scene.model.collider_fingerprint()),
             precision: self.scene.config.precision,
             frame: self.frame,
             state: self.state.clone(),
-            bodies: self.rigid().map_or_else(Vec::new, RigidWorld::motions),
-        }
+            rigid: rigid.map_err(|error| Error::Checkpoint { reason: error.to_string() })?,
+        })
     }
 }

@@ -169,5 +169,5 @@ fn checkpoint_write(
     folder: &RunFolder,
 ) -> Result<(), Failure> {
     outputs.sync()?;
-    Ok(simulation.checkpoint().write(&folder.checkpoint())?)
+    Ok(simulation.checkpoint()?.write(&folder.checkpoint())?)
 }

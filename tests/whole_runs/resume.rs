@@ -1,0 +1,103 @@
+//! A run that is stopped and continued is the same run.
+
+use cloth::{
+    Error, Precision, Simulation, State,
+    scene::{
+        CompileOptions, CompiledScene, Scene, SceneGeometry, ScenePrecision, SceneSolver,
+        builtin_scenes,
+    },
+};
+use harness::backends::{Candidate, candidates};
+
+/// Particles along a side of a patch: those of the benchmarks are cut down to this.
+const SIDE: u32 = 34;
+
+/// A built-in scene, with large patches cut down.
+fn scene(name: &str, solver: SceneSolver, precision: Precision) -> CompiledScene {
+    let mut scene = Scene::builtin(name).unwrap();
+    for cloth in &mut scene.cloths {
+        if let SceneGeometry::Grid(grid) = &mut cloth.geometry
+            && grid.columns > 3 * SIDE - 10
+        {
+            (grid.columns, grid.rows) = (SIDE, SIDE);
+        }
+    }
+    compiled(scene, solver, precision)
+}
+
+fn compiled(mut scene: Scene, solver: SceneSolver, precision: Precision) -> CompiledScene {
+    scene.simulation.solver = solver;
+    scene.simulation.precision = match precision {
+        Precision::F32 => ScenePrecision::F32,
+        Precision::F64 => ScenePrecision::F64,
+    };
+    scene.compile(&CompileOptions::default()).unwrap()
+}
+
+fn bits(state: &State) -> Vec<u64> {
+    let numbers = state.positions.iter().chain(&state.velocities).flatten();
+    let poses =
+        state.colliders.iter().flat_map(|pose| pose.translation.iter().chain(&pose.rotation));
+    numbers.chain(poses).map(|number| number.to_bits()).collect()
+}
+
+/// Runs `frames` frames, and again from every frame on. Scenes that a backend says it cannot run are passed over.
+fn stops_at_every_frame(candidate: &Candidate, scene: &CompiledScene, frames: usize, what: &str) {
+    let _turn = candidate.turn();
+    let mut whole = match Simulation::new(scene.clone(), candidate.backend.as_ref()) {
+        Ok(simulation) => simulation,
+        Err(Error::Unsupported { feature, .. }) => {
+            assert!(candidate.label.starts_with("wgpu"), "{what}: {feature}");
+            return;
+        }
+        Err(error) => panic!("{what}: {error}"),
+    };
+    let mut stops = vec![whole.checkpoint().unwrap()];
+    let mut wanted = vec![bits(whole.state())];
+    for frame in 1..=frames {
+        whole.step().unwrap_or_else(|error| panic!("{what}, frame {frame}: {error}"));
+        wanted.push(bits(whole.state()));
+        stops.push(whole.checkpoint().unwrap());
+    }
+    assert_ne!(wanted[0], wanted[frames], "{what}: nothing happens");
+    for (stop, checkpoint) in stops.iter().enumerate().take(frames) {
+        let backend = candidate.backend.as_ref();
+        let mut resumed = Simulation::resume(scene.clone(), backend, checkpoint).unwrap();
+        for frame in stop + 1..=frames {
+            resumed.step().unwrap();
+            // Not assert_eq, which would print all the numbers.
+            assert!(
+                bits(resumed.state()) == wanted[frame],
+                "{what}: stopped at {stop}, frame {frame} differs"
+            );
+        }
+    }
+}
+
+#[test]
+fn every_scene_resumes_with_the_same_bits() {
+    for candidate in candidates() {
+        for entry in builtin_scenes() {
+            for &solver in SceneSolver::ALL {
+                let what = format!("{} {} {}", entry.name, solver.name(), candidate.label);
+                let scene = scene(entry.name, solver, candidate.precision);
+                stops_at_every_frame(candidate, &scene, 2, &what);
+            }
+        }
+    }
+}
+
+/// Stopped at frame 5, it differed from frame 13 on by 12 cm.
+#[test]
+fn rigid_bodies_that_collide_after_a_resume_fly_on_with_the_same_bits() {
+    for candidate in candidates().iter().filter(|candidate| candidate.label.starts_with("cpu")) {
+        let mut pair = Scene::builtin("rigid-pair").unwrap();
+        for cloth in &mut pair.cloths {
+            if let SceneGeometry::Grid(grid) = &mut cloth.geometry {
+                (grid.columns, grid.rows) = (14, 10);
+            }
+        }
+        let scene = compiled(pair, SceneSolver::Explicit, candidate.precision);
+        stops_at_every_frame(candidate, &scene, 24, &candidate.label);
+    }
+}
