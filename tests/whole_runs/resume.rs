@@ -53,10 +53,10 @@ fn stops_at_every_frame(candidate: &Candidate, scene: &CompiledScene, frames: us
         Err(error) => panic!("{what}: {error}"),
     };
     let mut stops = vec![whole.checkpoint().unwrap()];
-    let mut wanted = vec![bits(whole.state())];
+    let mut wanted = vec![bits(whole.state().unwrap())];
     for frame in 1..=frames {
         whole.step().unwrap_or_else(|error| panic!("{what}, frame {frame}: {error}"));
-        wanted.push(bits(whole.state()));
+        wanted.push(bits(whole.state().unwrap()));
         stops.push(whole.checkpoint().unwrap());
     }
     assert_ne!(wanted[0], wanted[frames], "{what}: nothing happens");
@@ -67,7 +67,7 @@ fn stops_at_every_frame(candidate: &Candidate, scene: &CompiledScene, frames: us
             resumed.step().unwrap();
             // Not assert_eq, which would print all the numbers.
             assert!(
-                bits(resumed.state()) == wanted[frame],
+                bits(resumed.state().unwrap()) == wanted[frame],
                 "{what}: stopped at {stop}, frame {frame} differs"
             );
         }

@@ -103,6 +103,49 @@ pub trait Solver: Send {
     fn normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()>;
 }
 
+/// A solver whose kind is known at run time alone is a solver like any other.
+impl<S: Solver + ?Sized> Solver for Box<S> {
+    fn model(&self) -> &Arc<Model> {
+        (**self).model()
+    }
+
+    fn colliders(&self) -> &[Pose] {
+        (**self).colliders()
+    }
+
+    fn upload(&mut self, state: &State) -> Result<()> {
+        (**self).upload(state)
+    }
+
+    fn set_control(&mut self, control: &Control) -> Result<()> {
+        (**self).set_control(control)
+    }
+
+    fn advance(&mut self, frame: Frame) -> Result<()> {
+        (**self).advance(frame)
+    }
+
+    fn synchronize(&mut self) -> Result<StepReport> {
+        (**self).synchronize()
+    }
+
+    fn download(&mut self, out: &mut State) -> Result<()> {
+        (**self).download(out)
+    }
+
+    fn particle_position(&mut self, particle: u32) -> Result<[f64; 3]> {
+        (**self).particle_position(particle)
+    }
+
+    fn collider_impulses(&mut self, out: &mut Vec<ColliderImpulse>) -> Result<()> {
+        (**self).collider_impulses(out)
+    }
+
+    fn normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
+        (**self).normals(out)
+    }
+}
+
 /// A span of time to advance by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {

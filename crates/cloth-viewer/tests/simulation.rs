@@ -436,7 +436,7 @@ fn recorded_bodies_are_shown_where_they_were() {
         if frame > 0 {
             simulation.step().unwrap();
         }
-        let state = simulation.state();
+        let state = simulation.state().unwrap();
         store.append(state.time, &state.positions).unwrap();
         lines += &cloth::pose_line(&state.colliders);
         expected.push(cloth::picture_shapes(&compiled.model, &state.colliders, state.time));

@@ -13,11 +13,11 @@
 //! let backend = backend_create("cpu", None)?;
 //! let mut simulation = Simulation::new(compiled, backend.as_ref())?;
 //! while !simulation.is_finished() {
-//!     let outcome = simulation.step()?;
-//!     let lowest = outcome.state.positions.iter().map(|x| x[2]).fold(f64::INFINITY, f64::min);
-//!     println!("frame {}: lowest point at {lowest:.3} m", outcome.frame);
+//!     simulation.step()?;
+//!     let lowest = simulation.state()?.positions.iter().map(|x| x[2]).fold(f64::INFINITY, f64::min);
+//!     println!("frame {}: lowest point at {lowest:.3} m", simulation.frame());
 //! }
-//! assert_eq!(simulation.state().time, 2.0 / 30.0);
+//! assert_eq!(simulation.state()?.time, 2.0 / 30.0);
 //! # Ok(())
 //! # }
 //! ```
@@ -39,6 +39,7 @@
 
 mod backends;
 mod checkpoint;
+mod model_simulation;
 mod output;
 mod pose_log;
 mod rigid_exchange;
@@ -67,7 +68,8 @@ pub use cloth_io as io;
 pub use cloth_rigid as rigid;
 /// Scene descriptions.
 pub use cloth_scene as scene;
+pub use model_simulation::ModelSimulation;
 pub use output::{picture_shapes, picture_style, picture_style_moving, topology};
 pub use pose_log::{PoseLog, PoseLogError, pose_line};
 pub use rigid_exchange::RigidExchange;
-pub use simulation::{FrameOutcome, Simulation};
+pub use simulation::Simulation;

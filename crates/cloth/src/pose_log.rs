@@ -16,11 +16,13 @@ pub struct PoseLog(Arc<RwLock<Vec<Vec<Pose>>>>);
 
 impl PoseLog {
     /// A log of frames up to `frame`, of which the last alone is known: colliders are there in all.
-    pub(crate) fn new(frame: u64, poses: Vec<Pose>) -> Self {
+    #[must_use]
+    pub fn new(frame: u64, poses: Vec<Pose>) -> Self {
         Self(Arc::new(RwLock::new(vec![poses; frame as usize + 1])))
     }
 
-    pub(crate) fn push(&self, poses: &[Pose]) {
+    /// Adds the next frame.
+    pub fn push(&self, poses: &[Pose]) {
         self.0.write().unwrap_or_else(PoisonError::into_inner).push(poses.to_vec());
     }
 

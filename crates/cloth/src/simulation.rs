@@ -1,48 +1,29 @@
-//! The driver: from a compiled scene to its frames.
+//! The driver of a scene: from what was compiled to its frames.
 
 use std::sync::Arc;
 
-use cloth_core::{Backend, Control, Error, Frame, Model, Result, Solver, State, StepReport};
+use cloth_core::{Backend, Control, Error, Model, Pose, Result, Solver, State, StepReport};
 use cloth_rigid::RigidWorld;
 use cloth_scene::CompiledScene;
 
-use crate::{Checkpoint, PoseLog, RigidExchange};
+use crate::{Checkpoint, ModelSimulation, RigidExchange};
 
 /// A scene in progress. Frame 0 is the start; frame k is the state after k frames, at the time
-/// k / frames per second.
-pub struct Simulation {
+/// k / frames per second. As [`ModelSimulation`] it fetches what is asked for, and nothing else.
+pub struct Simulation<S: Solver = Box<dyn Solver>> {
     scene: CompiledScene,
-    solver: Box<dyn Solver>,
-    frame: u64,
-    state: State,
-    normals: Vec<[f64; 3]>,
-    report: StepReport,
+    run: ModelSimulation<S>,
     rigid: Option<RigidExchange>,
-    poses: PoseLog,
-}
-
-/// A frame that was computed.
-#[derive(Clone, Copy, Debug)]
-pub struct FrameOutcome<'a> {
-    /// Number of the frame; the first one computed is 1.
-    pub frame: u64,
-    /// What the solver did.
-    pub report: &'a StepReport,
-    /// The state at the end of the frame.
-    pub state: &'a State,
-    /// Unit normal of each particle in that state, zero for a particle without triangles.
-    pub normals: &'a [[f64; 3]],
 }
 
 impl Simulation {
     /// Makes ready to run `scene` from its start. All memory is taken here.
     ///
     /// # Errors
-    /// What [`Backend::create_solver`] and [`Solver::normals`] report.
+    /// What [`Backend::create_solver`] and [`Solver::collider_impulses`] report.
     pub fn new(scene: CompiledScene, backend: &dyn Backend) -> Result<Self> {
         let solver = backend.create_solver(Arc::clone(&scene.model), &scene.config)?;
-        let state = scene.model.initial_state();
-        Self::with_state(scene, solver, 0, state)
+        Self::of_solver(scene, solver)
     }
 
     /// Makes ready to continue `scene` from a checkpoint, as if there had been no interruption:
@@ -67,10 +48,9 @@ impl Simulation {
                 "the scene has {bodies} rigid bodies, and an earlier version of the program wrote it, which left out the contacts between them"
             ));
         }
-        let mut solver = backend.create_solver(Arc::clone(&scene.model), &scene.config)?;
-        solver.upload(&checkpoint.state)?;
-        let state = checkpoint.state.clone();
-        let mut simulation = Self::with_state(scene, solver, checkpoint.frame, state)?;
+        let mut simulation = Self::new(scene, backend)?;
+        simulation.run.solver_mut().upload(&checkpoint.state)?;
+        simulation.run.frame_set(checkpoint.frame);
         if let Some(rigid) = &mut simulation.rigid {
             rigid
                 .resume(&checkpoint.rigid)
@@ -78,28 +58,26 @@ impl Simulation {
         }
         Ok(simulation)
     }
+}
 
-    fn with_state(
-        scene: CompiledScene,
-        mut solver: Box<dyn Solver>,
-        frame: u64,
-        state: State,
-    ) -> Result<Self> {
-        let mut normals = Vec::new();
-        solver.normals(&mut normals)?;
-        let rigid = RigidExchange::new(&scene, solver.as_mut())?;
-        let poses = PoseLog::new(frame, state.colliders.clone());
-        let report = StepReport::default();
-        Ok(Self { scene, solver, frame, state, normals, report, rigid, poses })
+impl<S: Solver> Simulation<S> {
+    /// Runs `scene` with a solver of its model that was made elsewhere, and is at its start: one whose kind is known
+    /// can be asked for more than others, such as a `WgpuSolver` for its buffers.
+    ///
+    /// # Errors
+    /// What [`Solver::collider_impulses`] reports.
+    pub fn of_solver(scene: CompiledScene, mut solver: S) -> Result<Self> {
+        let rigid = RigidExchange::new(&scene, &mut solver)?;
+        let run = ModelSimulation::of_solver(solver, scene.frames_per_second);
+        Ok(Self { scene, run, rigid })
     }
 
     /// Advances by one frame, under the control that the scene has for it. Runs on past the last
     /// frame of the scene if it is called again.
     ///
     /// # Errors
-    /// [`Error::Diverged`](crate::Error) and what else [`Solver::synchronize`] reports; the state
-    /// that [`Self::state`] gives is then still that of the frame before.
-    pub fn step(&mut self) -> Result<FrameOutcome<'_>> {
+    /// As [`ModelSimulation::step`].
+    pub fn step(&mut self) -> Result<&StepReport> {
         self.step_with(|_| {})
     }
 
@@ -108,27 +86,13 @@ impl Simulation {
     ///
     /// # Errors
     /// As [`Self::step`], and [`Error::Invalid`](crate::Error) for a control that makes no sense.
-    pub fn step_with(&mut self, change: impl FnOnce(&mut Control)) -> Result<FrameOutcome<'_>> {
-        let mut control = self.scene.timeline.control(self.frame);
+    pub fn step_with(&mut self, change: impl FnOnce(&mut Control)) -> Result<&StepReport> {
+        let mut control = self.scene.timeline.control(self.run.frame());
         change(&mut control);
-        let frame = Frame::per_second(self.scene.frames_per_second);
-        if let Some(rigid) = &mut self.rigid {
-            self.report = rigid.step(self.solver.as_mut(), &control, frame)?;
-        } else {
-            self.solver.set_control(&control)?;
-            self.solver.advance(frame)?;
-            self.report = self.solver.synchronize()?;
+        match &mut self.rigid {
+            Some(rigid) => self.run.step_by(|solver, frame| rigid.step(solver, &control, frame)),
+            None => self.run.step(&control),
         }
-        self.solver.download(&mut self.state)?;
-        self.solver.normals(&mut self.normals)?;
-        self.poses.push(&self.state.colliders);
-        self.frame += 1;
-        Ok(FrameOutcome {
-            frame: self.frame,
-            report: &self.report,
-            state: &self.state,
-            normals: &self.normals,
-        })
     }
 
     /// The rigid bodies, if the scene has any.
@@ -137,22 +101,22 @@ impl Simulation {
         self.rigid.as_ref().map(RigidExchange::world)
     }
 
-    /// Where all colliders were in each frame so far; goes on growing.
+    /// Poses of all colliders at the end of the present frame; known without asking the device.
     #[must_use]
-    pub fn poses(&self) -> PoseLog {
-        self.poses.clone()
+    pub fn colliders(&self) -> &[Pose] {
+        self.run.colliders()
     }
 
     /// Number of the present frame: frames computed since the start of the scene.
     #[must_use]
     pub const fn frame(&self) -> u64 {
-        self.frame
+        self.run.frame()
     }
 
     /// Whether all frames of the scene are computed.
     #[must_use]
     pub const fn is_finished(&self) -> bool {
-        self.frame >= self.scene.frames as u64
+        self.frame() >= self.scene.frames as u64
     }
 
     /// The scene.
@@ -163,34 +127,63 @@ impl Simulation {
 
     /// The model that is simulated.
     #[must_use]
-    pub fn model(&self) -> &Arc<Model> {
+    pub const fn model(&self) -> &Arc<Model> {
         &self.scene.model
     }
 
-    /// The state at the end of the present frame.
+    /// What the solver did in the last frame.
     #[must_use]
-    pub const fn state(&self) -> &State {
-        &self.state
+    pub const fn report(&self) -> &StepReport {
+        self.run.report()
     }
 
-    /// Unit normals of the particles at the end of the present frame, as in [`FrameOutcome`].
+    /// The state at the end of the present frame.
+    ///
+    /// # Errors
+    /// What the device reports, or the error at which the frames came to their end.
+    pub fn state(&mut self) -> Result<&State> {
+        self.run.state()
+    }
+
+    /// Unit normals of the particles at the end of the present frame, as in [`ModelSimulation::normals`].
+    ///
+    /// # Errors
+    /// As [`Self::state`].
+    pub fn normals(&mut self) -> Result<&[[f64; 3]]> {
+        self.run.normals()
+    }
+
+    /// State and normals together, for writers of frames.
+    ///
+    /// # Errors
+    /// As [`Self::state`].
+    pub fn state_and_normals(&mut self) -> Result<(&State, &[[f64; 3]])> {
+        self.run.state_and_normals()
+    }
+
+    /// The solver.
     #[must_use]
-    pub fn normals(&self) -> &[[f64; 3]] {
-        &self.normals
+    pub const fn solver(&self) -> &S {
+        self.run.solver()
+    }
+
+    /// The solver, as [`ModelSimulation::solver_mut`] gives it. Rigid bodies do not follow a state that is uploaded.
+    pub fn solver_mut(&mut self) -> &mut S {
+        self.run.solver_mut()
     }
 
     /// All that is needed to continue from the present frame later.
     ///
     /// # Errors
-    /// [`Error::Checkpoint`](crate::Error) if the state of the rigid bodies cannot be put down.
-    pub fn checkpoint(&self) -> Result<Checkpoint> {
+    /// As [`Self::state`], and [`Error::Checkpoint`](crate::Error) if the state of the rigid bodies cannot be put down.
+    pub fn checkpoint(&mut self) -> Result<Checkpoint> {
         let rigid = self.rigid().map_or_else(|| Ok(Vec::new()), RigidWorld::snapshot);
         Ok(Checkpoint {
             fingerprint: self.scene.model.fingerprint(),
             collider_fingerprint: Some(self.scene.model.collider_fingerprint()),
             precision: self.scene.config.precision,
-            frame: self.frame,
-            state: self.state.clone(),
+            frame: self.run.frame(),
+            state: self.run.state()?.clone(),
             rigid: rigid.map_err(|error| Error::Checkpoint { reason: error.to_string() })?,
         })
     }

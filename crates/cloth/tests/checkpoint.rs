@@ -65,7 +65,7 @@ fn advance(simulation: &mut Simulation, frames: u64) -> State {
     for _ in 0..frames {
         simulation.step().unwrap();
     }
-    simulation.state().clone()
+    simulation.state().unwrap().clone()
 }
 
 fn bits(state: &State) -> Vec<u64> {

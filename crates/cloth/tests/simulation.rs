@@ -2,9 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
+use std::sync::Arc;
+
 use cloth::{
-    Error, PinAction, PinControl, Simulation, backend_create,
-    scene::{CompileOptions, Scene},
+    ColliderImpulse, Control, Error, Frame, Model, PinAction, PinControl, Pose, Simulation, Solver,
+    State, StepReport, backend_create,
+    scene::{CompileOptions, CompiledScene, Scene},
 };
 
 const SCENE: &str = r#"
@@ -22,60 +25,151 @@ pins = [0]
 action = "release"
 "#;
 
-fn simulation(time_step: f64) -> Simulation {
+fn scene(time_step: f64) -> CompiledScene {
     let mut scene = Scene::from_toml(SCENE, "step.toml").unwrap();
     scene.simulation.time_step = time_step;
-    let scene = scene.compile(&CompileOptions::default()).unwrap();
-    Simulation::new(scene, backend_create("cpu", None).unwrap().as_ref()).unwrap()
+    scene.compile(&CompileOptions::default()).unwrap()
+}
+
+fn simulation(time_step: f64) -> Simulation {
+    Simulation::new(scene(time_step), backend_create("cpu", None).unwrap().as_ref()).unwrap()
 }
 
 #[test]
 fn frames_are_counted_and_the_timeline_is_applied() {
     let mut simulation = simulation(1e-3);
-    let start = simulation.state().clone();
+    let start = simulation.state().unwrap().clone();
     assert_eq!((simulation.frame(), simulation.is_finished()), (0, false));
-    assert_eq!(simulation.normals()[5], [0.0, 0.0, 1.0]);
+    assert_eq!(simulation.normals().unwrap()[5], [0.0, 0.0, 1.0]);
 
-    let outcome = simulation.step().unwrap();
-    assert_eq!((outcome.frame, outcome.report.substeps), (1, 20));
-    assert_eq!(outcome.state.positions[0], start.positions[0], "still held");
-    assert!(outcome.state.positions[15][2] < start.positions[15][2], "nothing falls");
-    assert_eq!(outcome.state.held[0], 1);
-    let outcome = simulation.step().unwrap();
-    assert_eq!(outcome.state.held[0], 0, "released by the event");
-    assert!(outcome.state.positions[0] != start.positions[0]);
+    assert_eq!(simulation.step().unwrap().substeps, 20);
+    assert_eq!(simulation.frame(), 1);
+    let state = simulation.state().unwrap();
+    assert_eq!(state.positions[0], start.positions[0], "still held");
+    assert!(state.positions[15][2] < start.positions[15][2], "nothing falls");
+    assert_eq!(state.held[0], 1);
+    simulation.step().unwrap();
+    let state = simulation.state().unwrap();
+    assert_eq!(state.held[0], 0, "released by the event");
+    assert!(state.positions[0] != start.positions[0]);
     simulation.step().unwrap();
     assert!(simulation.is_finished());
-    assert!((simulation.state().time - 0.06).abs() < 1e-12);
-    assert_eq!(simulation.state().step, 60);
+    let state = simulation.state().unwrap();
+    assert!((state.time - 0.06).abs() < 1e-12);
+    assert_eq!(state.step, 60);
 }
 
 #[test]
 fn a_control_from_outside_is_obeyed_or_refused() {
     let mut simulation = simulation(1e-3);
     let pull = |particle| PinControl { particle, action: PinAction::MoveTo([0.25, 0.25, 0.125]) };
-    let outcome = simulation.step_with(|control| control.pins.push(pull(15))).unwrap();
-    assert_eq!(outcome.state.positions[15], [0.25, 0.25, 0.125]);
+    simulation.step_with(|control| control.pins.push(pull(15))).unwrap();
+    assert_eq!(simulation.state().unwrap().positions[15], [0.25, 0.25, 0.125]);
     let refused = simulation.step_with(|control| control.pins.push(pull(16)));
     assert!(matches!(refused, Err(Error::Invalid(_))));
     assert_eq!(simulation.frame(), 1);
+    simulation.step().unwrap();
+    assert_eq!(simulation.frame(), 2, "a control that was refused has done nothing");
 }
 
 #[test]
 fn a_diverged_frame_leaves_the_state_of_the_frame_before() {
     let mut simulation = simulation(2e-2);
-    let mut before = simulation.state().clone();
-    let divergence = loop {
+    let (before, divergence) = loop {
+        let before = simulation.state().unwrap().clone();
         match simulation.step() {
-            Ok(outcome) => before = outcome.state.clone(),
-            Err(Error::Diverged(divergence)) => break divergence,
+            Ok(_) => {}
+            Err(Error::Diverged(divergence)) => break (before, divergence),
             Err(other) => panic!("{other}"),
         }
         assert!(simulation.frame() < 1000, "does not diverge");
     };
     assert!(divergence.stable_time_step.is_some_and(|stable| stable < 2e-2));
-    assert_eq!(simulation.state(), &before);
+    assert_eq!(simulation.state().unwrap(), &before);
     assert_eq!(divergence.step, before.step + 1);
+    // What was not fetched is gone, and there is no frame after this one.
+    let again = Error::Diverged(divergence);
+    assert_eq!(simulation.normals().unwrap_err(), again);
+    assert_eq!(simulation.step().unwrap_err(), again);
+    simulation.solver_mut().upload(&before).unwrap();
+    assert_eq!(simulation.state().unwrap(), &before, "a state to go on from");
+}
+
+/// A solver that counts what is read from it.
+struct Counting {
+    solver: Box<dyn Solver>,
+    downloads: u32,
+    normals: u32,
+}
+
+impl Solver for Counting {
+    fn model(&self) -> &Arc<Model> {
+        self.solver.model()
+    }
+
+    fn colliders(&self) -> &[Pose] {
+        self.solver.colliders()
+    }
+
+    fn upload(&mut self, state: &State) -> cloth::Result<()> {
+        self.solver.upload(state)
+    }
+
+    fn set_control(&mut self, control: &Control) -> cloth::Result<()> {
+        self.solver.set_control(control)
+    }
+
+    fn advance(&mut self, frame: Frame) -> cloth::Result<()> {
+        self.solver.advance(frame)
+    }
+
+    fn synchronize(&mut self) -> cloth::Result<StepReport> {
+        self.solver.synchronize()
+    }
+
+    fn download(&mut self, out: &mut State) -> cloth::Result<()> {
+        self.downloads += 1;
+        self.solver.download(out)
+    }
+
+    fn particle_position(&mut self, particle: u32) -> cloth::Result<[f64; 3]> {
+        self.solver.particle_position(particle)
+    }
+
+    fn collider_impulses(&mut self, out: &mut Vec<ColliderImpulse>) -> cloth::Result<()> {
+        self.solver.collider_impulses(out)
+    }
+
+    fn normals(&mut self, out: &mut Vec<[f64; 3]>) -> cloth::Result<()> {
+        self.normals += 1;
+        self.solver.normals(out)
+    }
+}
+
+#[test]
+fn nothing_is_read_from_the_solver_but_what_is_asked_for() {
+    let scene = scene(1e-3);
+    let backend = backend_create("cpu", None).unwrap();
+    let solver = backend.create_solver(Arc::clone(&scene.model), &scene.config).unwrap();
+    let mut simulation =
+        Simulation::of_solver(scene, Counting { solver, downloads: 0, normals: 0 }).unwrap();
+    let reads = |simulation: &Simulation<Counting>| {
+        [simulation.solver().downloads, simulation.solver().normals]
+    };
+    for _ in 0..3 {
+        simulation.step().unwrap();
+        assert_eq!(simulation.colliders(), []);
+    }
+    assert_eq!(reads(&simulation), [0, 0]);
+    let height = simulation.state().unwrap().positions[15][2];
+    assert_eq!(simulation.state().unwrap().positions[15][2], height);
+    assert_eq!(reads(&simulation), [1, 0], "once for each frame");
+    simulation.state_and_normals().unwrap();
+    assert_eq!(reads(&simulation), [1, 1]);
+    simulation.step().unwrap();
+    assert!(simulation.state().unwrap().positions[15][2] < height);
+    simulation.checkpoint().unwrap();
+    assert_eq!(reads(&simulation), [2, 1]);
 }
 
 /// A ball falls into a sheet under gravity, without drag: it bounces, and never as high as it was. A
@@ -116,14 +210,14 @@ fn trampoline(settings: &str, substeps: u32) -> Vec<f64> {
         Simulation::new(scene, backend_create("cpu", None).unwrap().as_ref()).unwrap();
     let mut heights = vec![0.4];
     while !simulation.is_finished() {
-        let outcome = simulation.step().unwrap();
-        assert_eq!(outcome.report.substeps, substeps, "17 parts");
-        heights.push(outcome.state.colliders[0].translation[2]);
+        assert_eq!(simulation.step().unwrap().substeps, substeps, "17 parts");
+        heights.push(simulation.colliders()[0].translation[2]);
     }
     let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
     assert!((-0.4..0.11).contains(&lowest), "the sheet gives way, and holds: {lowest}");
     assert!(heights[1..].iter().all(|&height| height < 0.4), "{heights:?}");
     assert!(heights.windows(3).any(|h| h[1] < h[0] && h[1] < h[2]), "it comes back: {heights:?}");
-    assert_eq!(simulation.poses().at(60)[0], simulation.state().colliders[0]);
+    let last = simulation.colliders()[0];
+    assert_eq!(simulation.state().unwrap().colliders[0], last);
     heights
 }

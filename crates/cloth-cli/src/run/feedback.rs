@@ -25,13 +25,17 @@ impl<'a> Feedback<'a> {
     }
 
     /// Takes the present frame, unless it is passed over; the last one of the scene never is.
-    pub(super) fn add(&mut self, simulation: &Simulation) {
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub(super) fn add(&mut self, simulation: &mut Simulation) -> Result<(), Failure> {
         let frame = simulation.frame();
         let counts = frame.is_multiple_of(self.frame_stride) || simulation.is_finished();
         if self.file.is_none() || frame == 0 || !counts {
-            return;
+            return Ok(());
         }
-        let (scene, state) = (simulation.scene(), simulation.state());
+        let state = simulation.state()?.clone();
+        let scene = simulation.scene();
         let groups = scene.model.cloths().iter().map(|cloth| {
             let particles = cloth.particles.start as usize..cloth.particles.end as usize;
             FyslVertices { name: cloth.name.clone(), vertices: state.positions[particles].to_vec() }
@@ -47,6 +51,7 @@ impl<'a> Feedback<'a> {
             groups: groups.collect(),
             rigids: rigids.collect(),
         });
+        Ok(())
     }
 
     /// Writes the file.

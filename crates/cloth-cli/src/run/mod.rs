@@ -39,12 +39,15 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     // Nothing is written before everything is known to be good.
     let mut simulation = simulation(scene, backend.as_ref(), &folder, arguments.resume)?;
     let bodies = simulation.scene().rigids.len();
-    if arguments.resume && bodies > 0 && folder.poses().exists() {
+    // Where bodies are nothing else tells; other colliders follow from the scene.
+    let poses =
+        (bodies > 0).then(|| PoseLog::new(simulation.frame(), simulation.colliders().to_vec()));
+    if let Some(poses) = poses.as_ref().filter(|_| arguments.resume && folder.poses().exists()) {
         let colliders = simulation.model().colliders().len();
         let earlier = PoseLog::read(&folder.poses(), colliders).map_err(Failure::input)?;
-        simulation.poses().earlier_set(&earlier);
+        poses.earlier_set(&earlier);
     }
-    let style = style(&simulation, arguments);
+    let style = style(&simulation, poses.clone().unwrap_or_default(), arguments);
     #[cfg(feature = "viewer")]
     let maker = crate::viewer::picture_maker(arguments, simulation.scene(), &style)?;
     #[cfg(not(feature = "viewer"))]
@@ -52,7 +55,6 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let mut feedback = Feedback::new(arguments.feedback.as_deref(), arguments.frame_stride.get());
     std::fs::create_dir_all(&folder.root).map_err(WriteError::of(&folder.root))?;
     let mut outputs = if arguments.resume {
-        let poses = (bodies > 0).then(|| simulation.poses());
         let reached = (simulation.frame(), poses.as_ref());
         Outputs::resume(&folder, &topology, style, maker, arguments, reached)?
     } else {
@@ -61,7 +63,8 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     folder.scene_write(&source.scene, &source.options)?;
     let mut reports = ReportWriter::open(&folder.report(), simulation.frame(), arguments.json)?;
     if simulation.frame() == 0 {
-        outputs.write(0, simulation.state(), simulation.normals())?;
+        let (state, normals) = simulation.state_and_normals()?;
+        outputs.write(0, state, normals)?;
     }
 
     let start = Instant::now();
@@ -69,21 +72,21 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let mut progress = Progress::new(simulation.frame(), u64::from(simulation.scene().frames));
     let mut ended = Ok(());
     while ended.is_ok() && !simulation.is_finished() && !interrupt.is_requested() {
-        ended = frame(&mut simulation, &mut outputs, &mut reports, &mut summary);
+        ended = frame(&mut simulation, poses.as_ref(), &mut outputs, &mut reports, &mut summary);
         if ended.is_ok() {
-            feedback.add(&simulation);
+            ended = feedback.add(&mut simulation);
         }
         progress.frame(simulation.frame(), &summary);
         let every = arguments.checkpoint_every;
         if ended.is_ok() && every > 0 && simulation.frame().is_multiple_of(every) {
-            ended = checkpoint_write(&simulation, &outputs, &folder);
+            ended = checkpoint_write(&mut simulation, &outputs, &folder);
         }
     }
     progress.finish();
 
     // After an error the checkpoint from before is the better place to continue from.
     if ended.is_ok() {
-        ended = checkpoint_write(&simulation, &outputs, &folder);
+        ended = checkpoint_write(&mut simulation, &outputs, &folder);
     }
     let mut lines = summary.lines(start.elapsed());
     if ended.is_ok() && !simulation.is_finished() {
@@ -131,14 +134,20 @@ fn scene_and_backend(
 /// Computes a frame and writes it.
 fn frame(
     simulation: &mut Simulation,
+    poses: Option<&PoseLog>,
     outputs: &mut Outputs<'_>,
     reports: &mut ReportWriter,
     summary: &mut Summary,
 ) -> Result<(), Failure> {
-    let outcome = simulation.step()?;
-    outputs.write(outcome.frame, outcome.state, outcome.normals)?;
-    reports.write(outcome.frame, outcome.report)?;
-    summary.add(outcome.report);
+    simulation.step()?;
+    if let Some(poses) = poses {
+        poses.push(simulation.colliders());
+    }
+    let frame = simulation.frame();
+    let (state, normals) = simulation.state_and_normals()?;
+    outputs.write(frame, state, normals)?;
+    reports.write(frame, simulation.report())?;
+    summary.add(simulation.report());
     Ok(())
 }
 
@@ -156,15 +165,15 @@ fn simulation(
     Ok(Simulation::resume(scene, backend, &checkpoint)?)
 }
 
-fn style(simulation: &Simulation, arguments: &RunArguments) -> PictureStyle {
+fn style(simulation: &Simulation, poses: PoseLog, arguments: &RunArguments) -> PictureStyle {
     let size = arguments.picture_size;
-    let style = picture_style_moving(simulation.scene(), simulation.poses());
+    let style = picture_style_moving(simulation.scene(), poses);
     PictureStyle { width: size.width, height: size.height, ..style }
 }
 
 /// Writes a checkpoint, once the frames up to it are safe.
 fn checkpoint_write(
-    simulation: &Simulation,
+    simulation: &mut Simulation,
     outputs: &Outputs<'_>,
     folder: &RunFolder,
 ) -> Result<(), Failure> {

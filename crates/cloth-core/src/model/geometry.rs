@@ -139,6 +139,45 @@ impl Stencil {
 }
 
 impl GridPatch {
+    /// A patch of `counts` (columns, rows) particles that are `spacing` \[m\] apart, in the plane z = 0 with its middle at
+    /// the origin: columns along x, rows along y.
+    #[must_use]
+    pub fn new(counts: [u32; 2], spacing: f64) -> Self {
+        let [columns, rows] = counts;
+        let patch = Self::horizontal(columns, spacing, 0.0);
+        Self { columns, rows, ..patch }.with_centre([0.0; 3])
+    }
+
+    /// The same patch with its middle at `centre` \[m\].
+    #[must_use]
+    pub fn with_centre(mut self, centre: [f64; 3]) -> Self {
+        let [u, v] = self.half_size();
+        self.origin =
+            std::array::from_fn(|k| centre[k] - u * self.column_axis[k] - v * self.row_axis[k]);
+        self
+    }
+
+    /// The same patch along other axes, which have unit length and are at a right angle; its middle stays.
+    #[must_use]
+    pub fn with_axes(mut self, column_axis: [f64; 3], row_axis: [f64; 3]) -> Self {
+        let centre = self.centre();
+        (self.column_axis, self.row_axis) = (column_axis, row_axis);
+        self.with_centre(centre)
+    }
+
+    /// The middle of the patch \[m\].
+    #[must_use]
+    pub fn centre(&self) -> [f64; 3] {
+        let [u, v] = self.half_size();
+        std::array::from_fn(|k| self.origin[k] + u * self.column_axis[k] + v * self.row_axis[k])
+    }
+
+    /// From the first particle to the middle along both axes \[m\].
+    fn half_size(&self) -> [f64; 2] {
+        let half = |count: u32, spacing: f64| 0.5 * f64::from(count.saturating_sub(1)) * spacing;
+        [half(self.columns, self.spacing[0]), half(self.rows, self.spacing[1])]
+    }
+
     /// A square patch in the plane z = `height` \[m\], centred on the z axis.
     #[must_use]
     pub fn horizontal(particles_per_side: u32, spacing: f64, height: f64) -> Self {
@@ -210,5 +249,21 @@ impl GridPatch {
         let cosine = glam::DVec3::from(self.column_axis).dot(self.row_axis.into());
         in_range(|| format!("cosine between the axes of cloth {cloth:?}"), cosine, [-1e-6, 1e-6])?;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_patch_is_where_its_middle_is_asked_for() {
+        let patch = GridPatch::new([5, 3], 0.5).with_centre([1.0, 2.0, 3.0]);
+        assert_eq!(patch.position(0, 0), [0.0, 1.5, 3.0]);
+        assert_eq!(patch.position(4, 2), [2.0, 2.5, 3.0]);
+        let upright = patch.with_axes([0.0, 1.0, 0.0], [0.0, 0.0, -1.0]);
+        assert_eq!(upright.centre(), [1.0, 2.0, 3.0]);
+        assert_eq!(upright.position(0, 0), [1.0, 1.0, 3.5]);
+        assert_eq!(GridPatch::new([4, 4], 0.5).origin, GridPatch::horizontal(4, 0.5, 0.0).origin);
     }
 }

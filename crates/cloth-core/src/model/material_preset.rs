@@ -31,54 +31,64 @@ pub struct MaterialPreset {
 const DAMPING_RATIO: f64 = 0.05;
 
 impl MaterialPreset {
+    /// A T-shirt.
+    pub const JERSEY: Self = Self {
+        name: "jersey",
+        fabric: "gray interlock, 60 % cotton 40 % polyester (T-shirt)",
+        mass_per_area: 0.187,
+        tensile: [16.593_832, 34.477_123],
+        shear: 36.860_302,
+        bending: 23.191_698e-6,
+        thickness: 0.8e-3,
+    };
+
+    /// Underwear.
+    pub const RIB_KNIT: Self = Self {
+        name: "rib-knit",
+        fabric: "ivory rib knit, 95 % cotton 5 % spandex (underwear)",
+        mass_per_area: 0.276,
+        tensile: [42.871_021, 65.166_023],
+        shear: 83.175_644,
+        bending: 46.237_591e-6,
+        thickness: 1.0e-3,
+    };
+
+    /// A jacket.
+    pub const PONTE_ROMA: Self = Self {
+        name: "ponte-roma",
+        fabric: "camel ponte roma, 60 % polyester 40 % rayon (jacket)",
+        mass_per_area: 0.284,
+        tensile: [31.146_198, 44.028_667],
+        shear: 31.896_357,
+        bending: 36.348_366e-6,
+        thickness: 1.0e-3,
+    };
+
+    /// A light jacket.
+    pub const JET_SET: Self = Self {
+        name: "jet-set",
+        fabric: "tango red jet set, 100 % polyester (light jacket)",
+        mass_per_area: 0.113,
+        tensile: [43.067_627, 171.424_835],
+        shear: 14.314_7,
+        bending: 14.293_814e-6,
+        thickness: 0.3e-3,
+    };
+
+    /// Jeans.
+    pub const DENIM: Self = Self {
+        name: "denim",
+        fabric: "11 oz black denim, 99 % cotton 1 % spandex (jeans)",
+        mass_per_area: 0.324,
+        tensile: [205.352_005, 1_013.886_29],
+        shear: 53.387_184,
+        bending: 64.196_457e-6,
+        thickness: 0.8e-3,
+    };
+
     /// All fabrics.
-    pub const ALL: [Self; 5] = [
-        Self {
-            name: "jersey",
-            fabric: "gray interlock, 60 % cotton 40 % polyester (T-shirt)",
-            mass_per_area: 0.187,
-            tensile: [16.593_832, 34.477_123],
-            shear: 36.860_302,
-            bending: 23.191_698e-6,
-            thickness: 0.8e-3,
-        },
-        Self {
-            name: "rib-knit",
-            fabric: "ivory rib knit, 95 % cotton 5 % spandex (underwear)",
-            mass_per_area: 0.276,
-            tensile: [42.871_021, 65.166_023],
-            shear: 83.175_644,
-            bending: 46.237_591e-6,
-            thickness: 1.0e-3,
-        },
-        Self {
-            name: "ponte-roma",
-            fabric: "camel ponte roma, 60 % polyester 40 % rayon (jacket)",
-            mass_per_area: 0.284,
-            tensile: [31.146_198, 44.028_667],
-            shear: 31.896_357,
-            bending: 36.348_366e-6,
-            thickness: 1.0e-3,
-        },
-        Self {
-            name: "jet-set",
-            fabric: "tango red jet set, 100 % polyester (light jacket)",
-            mass_per_area: 0.113,
-            tensile: [43.067_627, 171.424_835],
-            shear: 14.314_7,
-            bending: 14.293_814e-6,
-            thickness: 0.3e-3,
-        },
-        Self {
-            name: "denim",
-            fabric: "11 oz black denim, 99 % cotton 1 % spandex (jeans)",
-            mass_per_area: 0.324,
-            tensile: [205.352_005, 1_013.886_29],
-            shear: 53.387_184,
-            bending: 64.196_457e-6,
-            thickness: 0.8e-3,
-        },
-    ];
+    pub const ALL: [Self; 5] =
+        [Self::JERSEY, Self::RIB_KNIT, Self::PONTE_ROMA, Self::JET_SET, Self::DENIM];
 
     /// The fabric called `name`.
     #[must_use]

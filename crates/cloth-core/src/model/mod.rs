@@ -3,6 +3,7 @@
 mod buckling;
 mod buckling_range;
 mod builder;
+mod cloth;
 mod collider;
 mod contact;
 mod distance_grid;
@@ -22,6 +23,7 @@ use std::{ops::Range, sync::Arc};
 
 pub use buckling::{BUCKLING_COEFFICIENTS, Buckling};
 pub use builder::ModelBuilder;
+pub use cloth::Cloth;
 pub use collider::{Collider, ColliderShape, Pose};
 pub use contact::{ContactResponse, SelfContact};
 pub use distance_grid::{DistanceGrid, GridSets};
@@ -38,21 +40,6 @@ pub use springs::{Spring, SpringClass, SpringKind, SpringRows, Springs};
 pub use winged_edge::{NONE, WingedEdge, WingedEdges};
 
 use crate::{FieldProgram, State, TextureMap};
-
-/// One cloth, before it becomes part of a model.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Cloth {
-    /// Name, unique among the cloths of a model.
-    pub name: String,
-    /// Particles and springs.
-    pub geometry: Geometry,
-    /// What it is made of.
-    pub material: Material,
-    /// Particles held in place from the start, as indices within this cloth.
-    pub pins: Vec<u32>,
-    /// Velocity of all its particles at the start \[m/s\].
-    pub velocity: [f64; 3],
-}
 
 /// Where a cloth lies in the composite model, and what holds for it as a whole.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,0 +1,114 @@
+//! One cloth, before it becomes part of a model.
+
+use super::{Geometry, GridPatch, Material, MaterialPreset};
+use crate::TriangleMesh;
+
+/// One cloth, before it becomes part of a model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cloth {
+    /// Name, unique among the cloths of a model.
+    pub name: String,
+    /// Particles and springs.
+    pub geometry: Geometry,
+    /// What it is made of.
+    pub material: Material,
+    /// Particles held in place from the start, as indices within this cloth.
+    pub pins: Vec<u32>,
+    /// Velocity of all its particles at the start \[m/s\].
+    pub velocity: [f64; 3],
+}
+
+impl Cloth {
+    /// A rectangular patch of a fabric, at rest and not held anywhere.
+    ///
+    /// ```
+    /// use cloth_core::{Cloth, GridPatch, MaterialPreset, ModelBuilder};
+    ///
+    /// # fn main() -> Result<(), cloth_core::ModelError> {
+    /// let patch = GridPatch::new([31, 21], 0.02).with_centre([0.0, 0.0, 1.0]);
+    /// let towel = Cloth::grid("towel", patch, &MaterialPreset::RIB_KNIT)
+    ///     .with_pins([patch.particle(0, 20), patch.particle(30, 20)]);
+    /// let model = ModelBuilder::new().cloth(towel).build()?;
+    /// assert_eq!((model.particle_count(), model.pins().len()), (651, 2));
+    /// # Ok(())
+    /// # }
+    /// ```
+    #[must_use]
+    pub fn grid(name: impl Into<String>, patch: GridPatch, fabric: &MaterialPreset) -> Self {
+        Self::new(name.into(), Geometry::Grid(patch), fabric)
+    }
+
+    /// A triangle mesh of a fabric, at rest and not held anywhere. Its springs have the stiffness of the fabric for the
+    /// mean length of its edges.
+    ///
+    /// ```
+    /// use cloth_core::{Cloth, MaterialPreset, ModelBuilder, TriangleMesh};
+    ///
+    /// # fn main() -> Result<(), cloth_core::ModelError> {
+    /// let mesh = TriangleMesh {
+    ///     positions: vec![[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.1, 0.0], [0.0, 0.1, 0.0]],
+    ///     triangles: vec![[0, 1, 2], [0, 2, 3]],
+    ///     ..TriangleMesh::default()
+    /// };
+    /// let rag = Cloth::mesh("rag", mesh, &MaterialPreset::DENIM).with_velocity([0.0, 0.0, 1.0]);
+    /// let model = ModelBuilder::new().cloth(rag).build()?;
+    /// assert_eq!(model.springs().len(), 6, "five edges, and one across the inner edge");
+    /// # Ok(())
+    /// # }
+    /// ```
+    #[must_use]
+    pub fn mesh(name: impl Into<String>, mesh: TriangleMesh, fabric: &MaterialPreset) -> Self {
+        Self::new(name.into(), Geometry::Mesh(mesh), fabric)
+    }
+
+    fn new(name: String, geometry: Geometry, fabric: &MaterialPreset) -> Self {
+        // A mesh without edges has none; the model refuses it for what it is.
+        let spacing = Some(geometry.spacing()).filter(|&spacing| spacing > 0.0).unwrap_or(1.0);
+        let material = fabric.material(spacing);
+        Self { name, geometry, material, pins: Vec::new(), velocity: [0.0; 3] }
+    }
+
+    /// Holds these particles in place from the start, beside those held already.
+    #[must_use]
+    pub fn with_pins(mut self, pins: impl IntoIterator<Item = u32>) -> Self {
+        self.pins.extend(pins);
+        self
+    }
+
+    /// Lets all particles start with a velocity \[m/s\].
+    #[must_use]
+    pub const fn with_velocity(mut self, velocity: [f64; 3]) -> Self {
+        self.velocity = velocity;
+        self
+    }
+
+    /// Makes it of a material of one's own.
+    #[must_use]
+    pub const fn with_material(mut self, material: Material) -> Self {
+        self.material = material;
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{ModelBuilder, ModelError};
+
+    #[test]
+    fn a_cloth_has_the_material_of_its_spacing() {
+        let patch = GridPatch::new([4, 3], 0.05);
+        let cloth =
+            Cloth::grid("patch", patch, &MaterialPreset::DENIM).with_pins([1]).with_pins([2]);
+        assert_eq!(cloth.material, MaterialPreset::DENIM.material(0.05));
+        assert_eq!((cloth.pins, cloth.velocity), (vec![1, 2], [0.0; 3]));
+    }
+
+    #[test]
+    fn a_mesh_without_triangles_is_refused_as_that() {
+        let mesh = TriangleMesh { positions: vec![[0.0; 3]], ..TriangleMesh::default() };
+        let cloth = Cloth::mesh("nothing", mesh, &MaterialPreset::DENIM);
+        let error = ModelBuilder::new().cloth(cloth).build().unwrap_err();
+        assert!(matches!(error, ModelError::VertexIsolated { vertex: 0, .. }), "{error}");
+    }
+}
