@@ -17,9 +17,9 @@ pub struct WgpuSolver {
 
 /// The present state in device memory.
 ///
-/// Handles are cheap to clone. The contents of `positions` and `normals` stay as they are until the
+/// Handles are cheap to clone. The contents of the three arrays stay as they are until the
 /// solver is used again; which buffer holds the positions changes from frame to frame, so ask anew for
-/// each one. Both have the usages `STORAGE`, `COPY_SRC` and `COPY_DST`: a renderer reads them as storage
+/// each one. All have the usages `STORAGE`, `COPY_SRC` and `COPY_DST`: a renderer reads them as storage
 /// buffers in a vertex shader, at `vertex_index`.
 #[derive(Clone, Debug)]
 pub struct DeviceBuffers {
@@ -30,6 +30,8 @@ pub struct DeviceBuffers {
     /// Length n, 16 bytes each: position x, y, z \[m\] as f32, then the inverse mass \[1/kg\], 0 while
     /// the particle is held. In WGSL `array<vec4<f32>>`.
     pub positions: wgpu::Buffer,
+    /// Length n, 16 bytes each: velocity x, y, z \[m/s\] as f32, then the mass \[kg\]. In WGSL `array<vec4<f32>>`.
+    pub velocities: wgpu::Buffer,
     /// Length n, 16 bytes each: unit normal x, y, z as f32, zero for a particle without triangles, then
     /// zero. In WGSL `array<vec4<f32>>`.
     pub normals: wgpu::Buffer,

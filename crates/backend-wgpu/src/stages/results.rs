@@ -264,6 +264,7 @@ impl Stages {
             device: self.context.device.clone(),
             queue: self.context.queue.clone(),
             positions: self.buffers.position(self.present).clone(),
+            velocities: self.buffers.velocity(self.present).clone(),
             normals: self.buffers.get("normals", 0, 0)?.clone(),
         })
     }

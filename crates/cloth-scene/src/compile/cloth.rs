@@ -55,8 +55,9 @@ pub(super) fn compile(
     Ok((Cloth { name, geometry, material, pins, velocity: cloth.velocity }, sets))
 }
 
-impl From<&SceneCloth> for CompiledCloth {
-    fn from(cloth: &SceneCloth) -> Self {
+impl CompiledCloth {
+    /// What is left of `cloth` beside what the model takes of `compiled`.
+    pub(super) fn new(cloth: &SceneCloth, compiled: &Cloth) -> Self {
         Self {
             name: cloth.name.clone(),
             colour: cloth.colour,
@@ -66,6 +67,8 @@ impl From<&SceneCloth> for CompiledCloth {
                 | SceneGeometry::Triangles(_)
                 | SceneGeometry::Network(_) => None,
             },
+            material: compiled.material,
+            spacing: compiled.geometry.spacing(),
         }
     }
 }

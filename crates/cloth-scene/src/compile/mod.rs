@@ -21,7 +21,7 @@ mod timeline;
 
 use std::{borrow::Cow, sync::Arc};
 
-use cloth_core::{Model, ModelBuilder, SolverConfig, TextureMap};
+use cloth_core::{Material, Model, ModelBuilder, SolverConfig, TextureMap};
 use cloth_rigid::{RigidBody, RigidJoint};
 
 pub use memory::MemoryEstimate;
@@ -55,12 +55,12 @@ pub struct CompiledScene {
     pub rigids: Vec<RigidBody>,
     /// Constraints between these bodies.
     pub rigid_joints: Vec<RigidJoint>,
-    /// What a picture needs to know of each cloth, in the order of the model's cloths.
+    /// What the model does not keep of each cloth, in the order of the model's cloths.
     pub cloths: Vec<CompiledCloth>,
 }
 
-/// What a picture needs to know of a cloth.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// What the model does not keep of a cloth.
+#[derive(Clone, Debug, PartialEq)]
 pub struct CompiledCloth {
     /// Its name.
     pub name: String,
@@ -68,6 +68,10 @@ pub struct CompiledCloth {
     pub colour: Option<SceneColour>,
     /// Columns and rows, if it is a grid.
     pub grid: Option<[u32; 2]>,
+    /// What it is made of, with the values of its preset; springs of a network may have others.
+    pub material: Material,
+    /// Mean distance of neighbouring particles \[m\], at which a preset gives the values of its springs.
+    pub spacing: f64,
 }
 
 impl CompiledScene {
@@ -107,8 +111,10 @@ impl Scene {
         builder = colliders.into_iter().chain(solids).fold(builder, ModelBuilder::collider);
         // Events name pins by sets of the geometry, which the model does not keep.
         let mut pin_sets = Vec::with_capacity(self.cloths.len());
-        for (index, cloth) in self.cloths.iter().enumerate() {
-            let (cloth, sets) = cloth::compile(&check, index, cloth, options)?;
+        let mut cloths = Vec::with_capacity(self.cloths.len());
+        for (index, described) in self.cloths.iter().enumerate() {
+            let (cloth, sets) = cloth::compile(&check, index, described, options)?;
+            cloths.push(CompiledCloth::new(described, &cloth));
             builder = builder.cloth(cloth);
             pin_sets.push(sets);
         }
@@ -125,7 +131,7 @@ impl Scene {
             view: self.view,
             rigids,
             rigid_joints,
-            cloths: self.cloths.iter().map(CompiledCloth::from).collect(),
+            cloths,
         })
     }
 }
