@@ -48,6 +48,7 @@ pub(crate) fn view(arguments: &ViewArguments) -> Result<(), Failure> {
         paused: arguments.paused,
         size: [size.width as f32, size.height as f32],
         folder: arguments.out.clone(),
+        keep: u64::from(arguments.keep) << 20,
         log: arguments.log.clone(),
     };
     Ok(window_run(options)?)

@@ -59,6 +59,51 @@ impl Gpu {
         &self.backend
     }
 
+    /// What is in the first `size` bytes of a buffer that can be mapped, as `content` sees them; waits for the device.
+    pub(crate) fn mapped<T>(
+        &self,
+        buffer: &wgpu::Buffer,
+        size: u64,
+        content: impl FnOnce(&[u8]) -> T,
+    ) -> Result<T, ViewerError> {
+        let lost = |reason: String| ViewerError::Device { reason };
+        let slice = buffer.slice(..size);
+        let (sender, receiver) = std::sync::mpsc::channel();
+        slice.map_async(wgpu::MapMode::Read, move |outcome| {
+            // The receiver is gone only if waiting failed, which is reported below.
+            let _ = sender.send(outcome);
+        });
+        self.device
+            .poll(wgpu::PollType::wait_indefinitely())
+            .map_err(|error| lost(error.to_string()))?;
+        receiver
+            .recv()
+            .map_err(|error| lost(error.to_string()))?
+            .map_err(|error| lost(error.to_string()))?;
+        let bytes = slice.get_mapped_range().map_err(|error| lost(error.to_string()))?;
+        Ok(content(&bytes))
+    }
+
+    /// The first `count` vectors of a buffer of `vec4<f32>`, without their fourth numbers; waits for the device.
+    pub(crate) fn vectors_read(
+        &self,
+        buffer: &wgpu::Buffer,
+        count: usize,
+    ) -> Result<Vec<[f64; 3]>, ViewerError> {
+        let size = 16 * count as u64;
+        let copy = self.empty_buffer("vectors", size, wgpu::BufferUsages::MAP_READ);
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, size);
+        self.queue.submit([encoder.finish()]);
+        self.mapped(&copy, size, |bytes| {
+            let vectors = bytes.chunks_exact(16).map(|bytes| {
+                let [x, y, z, _]: [f32; 4] = bytemuck::pod_read_unaligned(bytes);
+                [x, y, z].map(f64::from)
+            });
+            vectors.collect()
+        })
+    }
+
     /// A buffer with `contents`, of at least four bytes, as no binding may be empty.
     pub(crate) fn buffer<T: bytemuck::NoUninit>(
         &self,

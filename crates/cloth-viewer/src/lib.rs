@@ -17,7 +17,8 @@ pub use renderer::{
     RenderTarget, Renderer,
 };
 pub use simulation::{
-    Command, Engine, FrameFiles, GrabView, Playback, Settings, SettingsChange, Shown,
-    SimulationThread, Snapshot, Source, Subject, corner_particles,
+    ClothSettings, Command, Engine, FrameFiles, GrabView, KeptView, Message, Playback, Settings,
+    SettingsChange, Severity, Shown, SimulationThread, Snapshot, Source, Subject, SurfaceSettings,
+    corner_particles, scene_save,
 };
 pub use window::{WindowOptions, window_run};

@@ -4,11 +4,14 @@
 
 use std::time::{Duration, Instant};
 
-use cloth::scene::{CompileOptions, Scene, SceneSolver};
+use cloth::scene::{CompileOptions, Scene, SceneGust, SceneSolver, SceneWind};
 use cloth_viewer::{
-    Command, Engine, Gpu, OrbitCamera, Overlays, Playback, Ray, Settings, SettingsChange,
+    Command, Engine, Gpu, OrbitCamera, Overlays, Playback, Ray, Settings, SettingsChange, Severity,
     SimulationThread, Source, ViewerError, corner_particles,
 };
+
+/// Memory for frames that are kept.
+const KEEP: u64 = 64 << 20;
 
 const SCENE: &str = r#"
     name = "sheet"
@@ -151,10 +154,12 @@ fn wind_is_live_and_stiffness_rebuilds_with_the_state_kept() {
         let state = engine.state().unwrap().clone();
         let old = engine.settings().clone();
         assert_eq!(engine.apply(&old).unwrap(), SettingsChange::None);
-        let windy = Settings { wind: [0.0, 8.0, 0.0], ..old.clone() };
+        let air = SceneWind { velocity: [0.0, 8.0, 0.0], ..old.air.unwrap() };
+        let windy = Settings { air: Some(air), ..old.clone() };
         assert_eq!(engine.apply(&windy).unwrap(), SettingsChange::Live, "{backend}");
         assert_eq!(engine.state().unwrap(), &state, "{backend}");
-        let stiff = Settings { stiffness: [3.0, 2.0, 1.5], time_step: 1e-3, ..windy };
+        let mut stiff = Settings { time_step: 1e-3, ..windy };
+        stiff.cloths[0].material.stretch.stiffness = 120.0;
         assert_eq!(engine.apply(&stiff).unwrap(), SettingsChange::Rebuilt, "{backend}");
         assert_eq!(engine.state().unwrap().positions, state.positions, "{backend}: kept");
         assert_eq!(engine.state().unwrap().velocities, state.velocities, "{backend}: kept");
@@ -217,7 +222,7 @@ fn wait(thread: &SimulationThread, what: &str, expected: impl Fn(&cloth_viewer::
 fn the_thread_obeys_and_never_keeps_the_caller_waiting() {
     let gpu = gpu();
     let source = || Source::Scene(Box::new(scene()), CompileOptions::default());
-    let thread = SimulationThread::start(&gpu, source(), "cpu", true, || {});
+    let thread = SimulationThread::start(&gpu, source(), "cpu", true, KEEP, || {});
     let frame = |shown: &cloth_viewer::Shown| shown.snapshot.as_ref().map(|s| s.frame);
     wait(&thread, "a first picture", |shown| frame(shown) == Some(0));
     thread.send(Command::Step);
@@ -235,7 +240,9 @@ fn the_thread_obeys_and_never_keeps_the_caller_waiting() {
     });
     let wrong = Settings { time_step: -1.0, ..thread.shown().settings.unwrap() };
     thread.send(Command::Settings(wrong));
-    wait(&thread, "a refusal", |shown| shown.message.is_some());
+    wait(&thread, "a refusal", |shown| shown.settings_answered == 1);
+    assert_eq!(thread.shown().message.unwrap().severity, Severity::Error);
+    assert!((thread.shown().settings.unwrap().time_step - 2e-3).abs() < 1e-12);
     thread.send(Command::Open(source(), "abacus".into()));
     wait(&thread, "another refusal", |shown| shown.message_number == 2);
     thread.send(Command::Step);
@@ -327,6 +334,8 @@ fn positions_never_leave_the_device() {
     for text in [SCENE, &fine] {
         let scene = Scene::from_toml(text, "sheet.toml").unwrap();
         let mut engine = Engine::new(&gpu, scene, CompileOptions::default(), "wgpu").unwrap();
+        // Frames are kept on the device, too.
+        engine.keep_frames(KEEP).unwrap();
         let idle = bytes_of_frames(&gpu, &mut engine, 5);
         let ray = ray_to([0.0, 0.0, 0.36]);
         let before = gpu.backend().bytes_read();
@@ -400,7 +409,7 @@ fn what_is_chosen_is_opened() {
     }
     let gpu = gpu();
     let first = Source::Scene(Box::new(scene()), CompileOptions::default());
-    let thread = SimulationThread::start(&gpu, first, "cpu", true, || {});
+    let thread = SimulationThread::start(&gpu, first, "cpu", true, KEEP, || {});
     let name = |shown: &cloth_viewer::Shown| shown.subject.as_ref().map(|s| s.name.clone());
     wait(&thread, "the first scene", |shown| name(shown).as_deref() == Some("sheet"));
     thread.send(Command::Open(Source::open_path(&scene_file).unwrap(), "cpu".into()));
@@ -480,4 +489,272 @@ fn a_pull_acts_in_scenes_with_bodies() {
         let risen = engine.state().unwrap().positions[taken][2] - before[2];
         assert!((0.02..0.15).contains(&risen), "{backend}: {risen}");
     }
+}
+
+/// What weighs nothing does not fall, what weighs more is blown less: each value of the panel acts on the cloth that runs.
+#[test]
+fn gravity_density_gusts_and_friction_act_on_a_running_scene() {
+    let after = |change: &dyn Fn(&mut Settings)| {
+        let text = SCENE.replace("pins = [\"top-left\", \"top-right\"]", "");
+        let scene = Scene::from_toml(&text, "sheet.toml").unwrap();
+        let gpu = gpu();
+        let mut engine = Engine::new(&gpu, scene, CompileOptions::default(), "cpu").unwrap();
+        engine.step().unwrap();
+        let mut settings = engine.settings().clone();
+        change(&mut settings);
+        assert_eq!(engine.apply(&settings).unwrap(), SettingsChange::Rebuilt);
+        assert_eq!(engine.settings(), &settings);
+        let before = engine.state().unwrap().positions[112];
+        for _ in 0..8 {
+            engine.step().unwrap();
+        }
+        let after = engine.state().unwrap().positions[112];
+        [0, 1, 2].map(|k| after[k] - before[k])
+    };
+    let wind = |air: &mut Option<SceneWind>| {
+        *air = Some(SceneWind { velocity: [0.0, 5.0, 0.0], density: 1.204, gust: None });
+    };
+    let plain = after(&|settings| wind(&mut settings.air));
+    let thin = after(&|settings| {
+        wind(&mut settings.air);
+        settings.air.as_mut().unwrap().density = 0.3;
+    });
+    assert!(thin[1] < 0.6 * plain[1], "air: {} m, thin air: {} m", plain[1], thin[1]);
+    let gusts = after(&|settings| {
+        wind(&mut settings.air);
+        let gust = SceneGust { amplitude: 0.9, frequency: 1.0 };
+        settings.air.as_mut().unwrap().gust = Some(gust);
+    });
+    assert!(gusts[1] > 1.1 * plain[1], "{} m, in a gust {} m", plain[1], gusts[1]);
+    let up = after(&|settings| settings.gravity = [0.0, 0.0, 9.81]);
+    let down = after(&|settings| settings.gravity = [0.0, 0.0, -20.0]);
+    assert!(up[2] > 0.05 && down[2] < -0.3, "{up:?}, {down:?}");
+    let heavy = after(&|settings| {
+        wind(&mut settings.air);
+        settings.cloths[0].material.mass = cloth::Mass::PerParticle(5e-3);
+    });
+    assert!(heavy[1] < 0.5 * plain[1], "{} m, heavy: {} m", plain[1], heavy[1]);
+}
+
+#[test]
+fn friction_of_a_collider_holds_a_sheet_on_a_slope() {
+    let slide = |friction: f64| {
+        let text = SCENE
+            .replace("pins = [\"top-left\", \"top-right\"]", "")
+            .replace(
+                "centre = [0, 0, 0.36], row_axis = [0, 0, 1]",
+                "centre = [0, 0, 0.002], row_axis = [0, 1, 0]",
+            )
+            .replace("wind.velocity = [0, 0, 0]", "gravity = [4, 0, -9]")
+            + "\n[[collider]]\nname = \"floor\"\nshape.plane = {}\nfriction = 0.1\n";
+        let scene = Scene::from_toml(&text, "sheet.toml").unwrap();
+        let mut engine = Engine::new(&gpu(), scene, CompileOptions::default(), "cpu").unwrap();
+        let mut settings = engine.settings().clone();
+        assert_eq!(settings.surfaces[0].name, "floor");
+        settings.surfaces[0].friction = friction;
+        engine.apply(&settings).unwrap();
+        for _ in 0..12 {
+            engine.step().unwrap();
+        }
+        let positions = &engine.state().unwrap().positions;
+        positions.iter().map(|x| x[0]).sum::<f64>() / positions.len() as f64
+    };
+    let (rough, smooth) = (slide(0.9), slide(0.05));
+    assert!(rough < 0.02 && smooth > 0.15, "{rough} m, {smooth} m");
+}
+
+/// Each cloth has its own values: a change of one leaves the other alone.
+#[test]
+fn material_values_are_those_of_one_cloth() {
+    let two = SCENE.to_owned()
+        + &SCENE[SCENE.find("[[cloth]]").unwrap()..]
+            .replace("\"sheet\"", "\"other\"")
+            .replace("centre = [0, 0, 0.36]", "centre = [2, 0, 0.36]");
+    let scene = Scene::from_toml(&two, "two.toml").unwrap();
+    let gpu = gpu();
+    let open = || Engine::new(&gpu, scene.clone(), CompileOptions::default(), "cpu").unwrap();
+    let (mut engine, mut plain) = (open(), open());
+    let mut settings = engine.settings().clone();
+    assert_eq!(settings.cloths[1].name, "other");
+    settings.cloths[1].material.stretch.stiffness = 10.0;
+    assert_eq!(engine.apply(&settings).unwrap(), SettingsChange::Rebuilt);
+    for engine in [&mut engine, &mut plain] {
+        for _ in 0..5 {
+            engine.step().unwrap();
+        }
+    }
+    let (changed, plain) = (engine.state().unwrap(), plain.state().unwrap());
+    assert_eq!(changed.positions[..225], plain.positions[..225], "the first cloth is as it was");
+    let lowest = |x: &[[f64; 3]]| x.iter().map(|x| x[2]).fold(1e9, f64::min);
+    let (soft, stiff) = (lowest(&changed.positions[225..]), lowest(&plain.positions[225..]));
+    assert!(soft < stiff - 0.01, "{soft} m, {stiff} m");
+    // What is saved says so of this cloth alone.
+    let saved = engine.scene_present();
+    assert_eq!(saved.cloths[0], scene.cloths[0]);
+    assert_eq!(saved.cloths[1].material.stretch.unwrap().stiffness, Some(10.0));
+}
+
+/// Another integrator takes the step that the scene has for it.
+#[test]
+fn an_integrator_comes_with_its_own_time_step() {
+    let mut scene = scene();
+    scene.simulation.implicit.time_step = 1.0 / 90.0;
+    let mut engine = Engine::new(&gpu(), scene, CompileOptions::default(), "cpu").unwrap();
+    let old = engine.settings().clone();
+    engine.apply(&Settings { solver: SceneSolver::Implicit, ..old.clone() }).unwrap();
+    assert_eq!(engine.settings().time_step, 1.0 / 90.0);
+    engine.apply(&old).unwrap();
+    assert_eq!(engine.settings(), &old);
+}
+
+/// Looking back changes nothing, and going on from an earlier frame gives the bits that it gave the first time.
+#[test]
+fn frames_are_kept_shown_and_gone_on_from() {
+    let gpu = gpu();
+    for (backend, name) in [("cpu", "sheet"), ("wgpu", "sheet"), ("cpu", "ball-on-sheet")] {
+        let scene = if name == "sheet" { scene() } else { Scene::builtin(name).unwrap() };
+        let mut engine = Engine::new(&gpu, scene, CompileOptions::default(), backend).unwrap();
+        engine.keep_frames(KEEP).unwrap();
+        let mut states = vec![engine.state().unwrap().clone()];
+        for _ in 0..6 {
+            engine.step().unwrap();
+            states.push(engine.state().unwrap().clone());
+        }
+        assert_eq!(engine.kept().unwrap().range, Some([0, 6]), "{backend}, {name}");
+        let overlays = Overlays { bins: true, ..Overlays::default() };
+        let past = engine.snapshot_past(2, overlays).unwrap().unwrap();
+        assert_eq!((past.frame, past.is_past, past.time), (2, true, states[2].time));
+        assert!(!past.bins.is_empty());
+        assert!(engine.snapshot_past(7, overlays).unwrap().is_none());
+        assert_eq!(engine.state().unwrap(), &states[6], "{backend}, {name}: nothing moved");
+        assert_eq!(engine.frame(), 6);
+
+        assert!(engine.restore(3).unwrap());
+        assert_eq!(engine.frame(), 3);
+        assert_eq!(engine.state().unwrap().positions, states[3].positions, "{backend}, {name}");
+        assert_eq!(engine.kept().unwrap().range, Some([0, 3]));
+        engine.step().unwrap();
+        if name == "sheet" {
+            assert_eq!(engine.state().unwrap(), &states[4], "{backend}: the same bits");
+        }
+        assert!(!engine.restore(5).unwrap(), "that is no more");
+        engine.reset().unwrap();
+        assert_eq!(engine.kept().unwrap().range, Some([0, 0]));
+    }
+}
+
+#[test]
+fn frames_are_kept_within_their_budget() {
+    let gpu = gpu();
+    for backend in ["cpu", "wgpu"] {
+        let mut engine = Engine::new(&gpu, scene(), CompileOptions::default(), backend).unwrap();
+        let budget = 3 * 225 * 60;
+        engine.keep_frames(budget).unwrap();
+        for _ in 0..9 {
+            engine.step().unwrap();
+            assert!(engine.kept().unwrap().bytes <= budget);
+        }
+        assert_eq!(engine.kept().unwrap().range, Some([7, 9]), "{backend}");
+        // With room for none nothing is kept, and all else works.
+        engine.keep_frames(10).unwrap();
+        engine.step().unwrap();
+        assert_eq!(engine.kept().unwrap().range, None);
+        assert!(engine.snapshot_past(10, Overlays::default()).unwrap().is_none());
+        assert_eq!(engine.snapshot(Overlays::default()).unwrap().frame, 10);
+    }
+}
+
+/// A change that tears the cloth apart costs the frames after it, not those before.
+#[test]
+fn a_divergence_goes_back_to_the_last_good_frame() {
+    let gpu = gpu();
+    let mut engine = Engine::new(&gpu, scene(), CompileOptions::default(), "cpu").unwrap();
+    engine.keep_frames(KEEP).unwrap();
+    for _ in 0..4 {
+        engine.step().unwrap();
+    }
+    let good = engine.settings().clone();
+    let mut wild = good.clone();
+    wild.cloths[0].material.stretch.stiffness = 1e7;
+    engine.apply(&wild).unwrap();
+    while engine.step().is_ok() {
+        assert!(engine.frame() < 50, "it holds");
+    }
+    let frame = engine.frame();
+    assert!((4..50).contains(&frame));
+    assert_eq!(engine.kept().unwrap().range, Some([0, frame]));
+    assert!(engine.restore(4).unwrap());
+    engine.apply(&good).unwrap();
+    for _ in 0..4 {
+        engine.step().unwrap();
+    }
+    assert_eq!(engine.frame(), 8);
+}
+
+#[test]
+fn the_thread_looks_back_and_plays_on() {
+    let gpu = gpu();
+    let source = Source::Scene(Box::new(scene()), CompileOptions::default());
+    let thread = SimulationThread::start(&gpu, source, "cpu", true, KEEP, || {});
+    let view = |shown: &cloth_viewer::Shown| {
+        shown.snapshot.as_ref().map(|s| (s.frame, s.is_past, s.paused))
+    };
+    for _ in 0..8 {
+        thread.send(Command::Step);
+    }
+    wait(&thread, "eight frames", |shown| view(shown) == Some((8, false, true)));
+    thread.send(Command::Seek(3));
+    wait(&thread, "frame 3", |shown| view(shown) == Some((3, true, true)));
+    thread.send(Command::CornerToggle(2));
+    wait(&thread, "a refusal", |shown| shown.message.is_some());
+    assert_eq!(thread.shown().message.unwrap().severity, Severity::Info);
+    thread.send(Command::StepBack);
+    wait(&thread, "the one before", |shown| view(shown) == Some((2, true, true)));
+    thread.send(Command::Step);
+    thread.send(Command::Step);
+    wait(&thread, "two later", |shown| view(shown) == Some((4, true, true)));
+    thread.send(Command::Seek(u64::MAX));
+    wait(&thread, "the last one", |shown| view(shown) == Some((8, false, true)));
+    thread.send(Command::Seek(0));
+    wait(&thread, "the first one", |shown| view(shown) == Some((0, true, true)));
+    thread.send(Command::PauseToggle);
+    wait(&thread, "it goes on from the last one", |shown| {
+        view(shown).is_some_and(|(frame, is_past, paused)| frame > 8 && !is_past && !paused)
+    });
+    thread.send(Command::Seek(5));
+    wait(&thread, "frame 5", |shown| view(shown) == Some((5, true, true)));
+    thread.send(Command::GoOnFromHere);
+    thread.send(Command::PauseToggle);
+    wait(&thread, "it went on from there", |shown| {
+        shown
+            .snapshot
+            .as_ref()
+            .is_some_and(|s| s.paused && !s.is_past && s.kept.unwrap().range == Some([0, s.frame]))
+    });
+}
+
+#[test]
+fn the_thread_saves_the_scene_with_its_settings() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("changed.toml");
+    let gpu = gpu();
+    let source = Source::Scene(Box::new(scene()), CompileOptions::default());
+    let thread = SimulationThread::start(&gpu, source, "cpu", true, KEEP, || {});
+    wait(&thread, "a first picture", |shown| shown.settings.is_some());
+    let mut settings = thread.shown().settings.unwrap();
+    settings.gravity = [0.0, 0.0, -1.62];
+    settings.cloths[0].material.bend.stiffness = 2.5;
+    thread.send(Command::Settings(settings.clone()));
+    let save = |replace| Command::Save { path: path.clone(), replace };
+    thread.send(save(false));
+    wait(&thread, "it is saved", |shown| shown.message_number == 1);
+    let saved = Scene::read(&path).unwrap();
+    let engine = Engine::new(&gpu, saved, CompileOptions::default(), "cpu").unwrap();
+    assert_eq!(engine.settings(), &settings);
+    thread.send(save(false));
+    wait(&thread, "a refusal", |shown| shown.message_number == 2);
+    assert_eq!(thread.shown().message.unwrap().severity, Severity::Error);
+    thread.send(save(true));
+    wait(&thread, "it is replaced", |shown| shown.message_number == 3);
+    assert_eq!(thread.shown().message.unwrap().severity, Severity::Info);
 }

@@ -24,6 +24,9 @@ pub(crate) struct ViewArguments {
     /// Folder for screenshots and recordings.
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub(crate) out: PathBuf,
+    /// Memory for frames that can be gone back to, in MiB: the oldest make room for new ones.
+    #[arg(long, value_name = "MIB", default_value = "512")]
+    pub(crate) keep: u32,
     /// Write a line of JSON about every frame that is shown into this file, for scripts that drive
     /// the window.
     #[arg(long, value_name = "FILE")]

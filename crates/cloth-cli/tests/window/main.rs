@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
 mod drop_source;
+mod screen;
 
 use std::{
     fs,
@@ -155,6 +156,19 @@ impl Session {
         self.xdotool(&["mouseup", "1"]);
     }
 
+    /// Clicks on a widget, once its place stays the same: pages and windows come with a movement.
+    fn click(&mut self, name: &str) {
+        let line = self.wait(name, |line| line["widgets"][name].is_array());
+        let edge = |k: usize| line["widgets"][name][k].as_f64().unwrap();
+        let [x, y] = [0.5 * (edge(0) + edge(2)), 0.5 * (edge(1) + edge(3))]
+            .map(|place| format!("{}", place.round()));
+        self.xdotool(&["mousemove", "--window", &self.window, &x, &y]);
+        std::thread::sleep(Duration::from_millis(60));
+        self.xdotool(&["mousedown", "1"]);
+        std::thread::sleep(Duration::from_millis(60));
+        self.xdotool(&["mouseup", "1"]);
+    }
+
     fn screenshot(&mut self) -> image::RgbImage {
         let count = |folder: &TempDir| {
             let files = fs::read_dir(folder.path()).unwrap();
@@ -213,11 +227,19 @@ fn keys_drive_the_simulation() {
     let start = session.wait("a paused start", |line| line["paused"] == true);
     assert_eq!((frame(&start), held(&start)), (0, 2));
     for expected in 1..=3 {
-        session.key("space");
+        session.key("Right");
         session.wait("a single step", |line| frame(line) == expected && line["paused"] == true);
     }
+    session.key("Left");
+    session.wait("the frame before", |line| frame(line) == 2 && line["past"] == true);
+    session.key("Right");
+    session.wait("the last one", |line| frame(line) == 3 && line["past"] == false);
+    session.key("space");
+    session.wait("it plays", |line| frame(line) > 5 && line["paused"] == false);
+    session.key("space");
+    session.wait("it waits", |line| line["paused"] == true);
     session.key("p");
-    session.wait("it runs", |line| frame(line) > 8 && line["paused"] == false);
+    session.wait("it runs", |line| frame(line) > 12 && line["paused"] == false);
     session.key("p");
     session.wait("it waits", |line| line["paused"] == true);
     // All corners: the two at the top are held, the two at the bottom are not.
@@ -257,6 +279,7 @@ fn numbers_of_the_panel_are_dragged() {
     let start = session.wait("it runs", |line| frame(line) > 2 && line["time_step"].is_f64());
     let step = |line: &Value| line["time_step"].as_f64().unwrap();
     assert!((step(&start) - 2e-3).abs() < 1e-12);
+    session.click("Solver");
     // A longer one is more than this cloth bears when it moves.
     session.drag_widget("time step", 0.5, -40.0);
     let changed = session.wait("a shorter step", |line| step(line) < 1.9e-3);
@@ -264,8 +287,125 @@ fn numbers_of_the_panel_are_dragged() {
     assert!(changed["message"].is_null(), "{changed}");
     let later = frame(&changed) + 2;
     session.wait("it goes on, with the state kept", |line| frame(line) > later);
-    session.drag_widget("wind", 0.5, 40.0);
-    session.wait("wind", |line| line["wind"][2].as_f64().unwrap() > 1.0);
+    session.click("World");
+    session.click("air");
+    session.drag_widget("wind z", 0.5, 40.0);
+    let windy = session.wait("wind", |line| line["wind"][2].as_f64().unwrap() > 0.1);
+    assert_eq!(windy["undo"], 3);
+    session.drag_widget("gravity z", 0.5, 40.0);
+    let gravity = |line: &Value| line["gravity"][2].as_f64().unwrap();
+    session.wait("less gravity", |line| gravity(line) > -9.0);
+    session.click("Cloth");
+    session.drag_widget("stretch stiffness", 0.5, -30.0);
+    let stretch = |line: &Value| line["stretch"][0].as_f64().unwrap();
+    session.wait("softer cloth", |line| stretch(line) < 50.0 && line["undo"] == 5);
+
+    // All of it back, and the last two again.
+    for undone in 1..=5 {
+        session.key("ctrl+z");
+        session.wait("a change less", |line| line["redo"] == undone);
+    }
+    let back = session.wait("all as it was", |line| (step(line) - 2e-3).abs() < 1e-12);
+    assert!((stretch(&back) - 60.0).abs() < 1e-9 && (gravity(&back) + 9.81).abs() < 1e-9);
+    for key in ["ctrl+shift+z", "ctrl+y", "ctrl+y", "ctrl+y", "ctrl+y"] {
+        session.key(key);
+    }
+    session.wait("all again", |line| line["redo"] == 0 && stretch(line) < 50.0);
+    session.wait("with the wind", |line| line["wind"][2].as_f64().unwrap() > 0.1);
+}
+
+#[test]
+fn a_changed_scene_is_saved_and_no_file_is_replaced_unasked() {
+    let mut session = Session::open(None, &["--paused"]);
+    session.drag_widget("stretch stiffness", 0.5, 30.0);
+    let changed = session.wait("stiffer cloth", |line| line["stretch"][0].as_f64() > Some(61.0));
+    session.key("ctrl+s");
+    session.wait("a question", |line| line["widgets"]["save path"].is_array());
+    session.wait("a line to type in", |line| line["typing"] == true);
+    session.key("Return");
+    let said = |line: &Value| line["message"].as_str().unwrap_or_default().to_owned();
+    session.wait("it is saved", |line| said(line).starts_with("saved") && line["error"] == false);
+    let path = session.folder.path().join("sheet-001.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    let stiffness = changed["stretch"][0].as_f64().unwrap();
+    assert!(text.contains(&format!("stiffness = {stiffness}")), "{text}");
+
+    // The same name again: it asks, and does nothing without an answer.
+    fs::write(&path, "mine").unwrap();
+    session.key("ctrl+s");
+    session.wait("a line to type in", |line| line["typing"] == true);
+    session.key("ctrl+a");
+    session.xdotool(&["type", &path.display().to_string()]);
+    session.key("Return");
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(fs::read_to_string(&path).unwrap(), "mine");
+    session.click("save");
+    session.wait("it is replaced", |line| !line["widgets"]["save path"].is_array());
+    let start = Instant::now();
+    while fs::read_to_string(&path).unwrap() != text {
+        assert!(start.elapsed() < Duration::from_secs(30), "not replaced");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+#[test]
+fn kept_frames_are_scrubbed_while_the_simulation_stays_where_it_is() {
+    let mut session = Session::open(None, &[]);
+    session.wait("some frames", |line| frame(line) > 20);
+    session.drag_widget("frame", 0.95, -120.0);
+    let past = session.wait("an earlier frame", |line| line["past"] == true);
+    let last = past["kept"][1].as_u64().unwrap();
+    assert!(past["paused"] == true && frame(&past) < last && last > 20, "{past}");
+    // The mouse is let go, and keys are keys again.
+    session.key("space");
+    session.wait("it goes on from the last one", |line| {
+        frame(line) > last && line["past"] == false && line["paused"] == false
+    });
+    session.key("Home");
+    session.wait("the first frame", |line| frame(line) == 0 && line["past"] == true);
+    session.click("go on from here");
+    session.wait("it goes on from there", |line| {
+        line["past"] == false && frame(line) > 0 && line["kept"][1].as_u64() == Some(frame(line))
+    });
+}
+
+/// Whatever is said, widgets stay where they are; and an error is red.
+#[test]
+fn messages_move_nothing_and_errors_look_like_errors() {
+    let mut session = Session::open(None, &["--paused"]);
+    let before = session.wait("all widgets", |line| line["widgets"]["frame"].is_array());
+    let places = |line: &Value| {
+        let mut widgets = line["widgets"].as_object().unwrap().clone();
+        // The message itself comes and goes.
+        widgets.retain(|name, _| !["message", "dismiss"].contains(&name.as_str()));
+        assert!(widgets.len() > 15, "{widgets:?}");
+        (widgets, line["picture"].clone())
+    };
+    let red = |session: &Session| {
+        let picture = screen::window_picture(&session.display, session.window.parse().unwrap());
+        let bar = (picture.height() - 24..picture.height() - 4).step_by(2);
+        let pixels = bar.map(|y| picture.get_pixel(picture.width() / 2, y).0);
+        let is_red = |[r, g, b]: [u8; 3]| r > 120 && g < 60 && b < 60;
+        pixels.filter(|&pixel| is_red(pixel)).count() as f64 / 10.0
+    };
+    assert_eq!(red(&session), 0.0);
+    session.key("o");
+    session.wait("a line to type in", |line| line["typing"] == true);
+    session.xdotool(&["type", "nowhere"]);
+    session.key("Return");
+    let refused = session.wait("an error", |line| line["error"] == true && line["typing"] == false);
+    assert_eq!(places(&refused), places(&before));
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(red(&session) > 0.5, "{} of the bar is red", red(&session));
+    session.key("Escape");
+    let quiet = session.wait("it is put away", |line| line["message"].is_null());
+    assert_eq!(places(&quiet), places(&before));
+    session.key("s");
+    let said = session.wait("a screenshot", |line| line["message"].is_string());
+    assert!(said["error"] == false, "{said}");
+    assert_eq!(places(&said), places(&before));
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(red(&session), 0.0);
 }
 
 #[test]
@@ -375,7 +515,7 @@ fn frames_of_a_run_are_shown() {
     assert!(all[0] > 0.02 && all.iter().all(|share| (share - all[0]).abs() < 1e-3), "{all:?}");
     let mut session = Session::open(run.to_str(), &["--paused"]);
     session.wait("six frames", |line| line["recorded"] == 6);
-    session.key("space");
+    session.key("Right");
     let line = session.wait("the next one", |line| frame(line) == 1);
     assert!((line["time"].as_f64().unwrap() - 1.0 / 30.0).abs() < 1e-6);
     session.key("r");

@@ -25,7 +25,9 @@ impl FrameBuffers {
     #[must_use]
     pub fn new(gpu: &Gpu, particle_count: usize) -> Self {
         let buffer = |label| {
-            gpu.empty_buffer(label, 16 * particle_count as u64, wgpu::BufferUsages::STORAGE)
+            // Frames that are kept are read again by whoever goes on from them.
+            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+            gpu.empty_buffer(label, 16 * particle_count as u64, usage)
         };
         Self { positions: buffer("positions"), normals: buffer("normals") }
     }
@@ -59,7 +61,6 @@ impl FrameBuffers {
     }
 
     /// The positions.
-    #[cfg(test)]
     pub(crate) const fn positions(&self) -> &wgpu::Buffer {
         &self.positions
     }

@@ -105,23 +105,11 @@ impl RenderTarget {
             self.texture.size(),
         );
         gpu.queue.submit([encoder.finish()]);
-        let lost = |reason: String| ViewerError::Device { reason };
-        let (sender, receiver) = std::sync::mpsc::channel();
-        buffer.slice(..).map_async(wgpu::MapMode::Read, move |outcome| {
-            // The receiver is gone only if waiting failed, which is reported below.
-            let _ = sender.send(outcome);
-        });
-        gpu.device
-            .poll(wgpu::PollType::wait_indefinitely())
-            .map_err(|error| lost(error.to_string()))?;
-        receiver
-            .recv()
-            .map_err(|error| lost(error.to_string()))?
-            .map_err(|error| lost(error.to_string()))?;
-        let bytes = buffer.slice(..).get_mapped_range().map_err(|error| lost(error.to_string()))?;
-        Ok(RgbImage::from_fn(width, height, |x, y| {
-            let start = (y * row + 4 * x) as usize;
-            image::Rgb([bytes[start], bytes[start + 1], bytes[start + 2]])
-        }))
+        gpu.mapped(&buffer, buffer.size(), |bytes| {
+            RgbImage::from_fn(width, height, |x, y| {
+                let start = (y * row + 4 * x) as usize;
+                image::Rgb([bytes[start], bytes[start + 1], bytes[start + 2]])
+            })
+        })
     }
 }

@@ -1,18 +1,23 @@
 //! A scene in progress under the hand of a user.
 
+mod past;
+mod solver;
+
 use std::{sync::Arc, time::Instant};
 
 use cloth::{
-    AUTO, Backend, Control, Error, ForceControl, Frame, PinAction, PinControl, RigidExchange,
-    Solver, State, StepReport, backend_create,
-    io::PictureStyle,
+    Control, ForceControl, Frame, PinAction, PinControl, Pose, RigidExchange, State, StepReport,
+    io::{PictureShape, PictureStyle},
     picture_shapes, picture_style,
     scene::{CompileOptions, CompiledScene, Scene},
-    wgpu::WgpuSolver,
 };
 
-use crate::{Gpu, Overlays, Ray, ViewerError};
+use crate::{FrameBuffers, Gpu, Overlays, Ray, ViewerError, renderer::PlaceLine};
 
+use self::{
+    past::{Past, held_particles},
+    solver::EngineSolver,
+};
 use super::{
     Settings, SettingsChange, Snapshot, contacts, corner_particles,
     grab::Grab,
@@ -29,8 +34,8 @@ pub struct Engine {
     gpu: Gpu,
     scene: Scene,
     options: CompileOptions,
-    /// What the scene compiles to without changed settings.
-    original: CompiledScene,
+    /// The settings that it comes with.
+    original: Settings,
     compiled: CompiledScene,
     style: PictureStyle,
     settings: Settings,
@@ -39,7 +44,9 @@ pub struct Engine {
     rigid: Option<RigidExchange>,
     frame: u64,
     time: f64,
-    /// The state on the host, as of the frame `state_frame`.
+    /// Substeps since the start.
+    substeps: u64,
+    /// The state on the host, as of the last time that it was asked for.
     state: State,
     state_is_current: bool,
     normals: Vec<[f64; 3]>,
@@ -53,56 +60,8 @@ pub struct Engine {
     report: StepReport,
     duration: std::time::Duration,
     pool: FramePool,
-}
-
-/// A solver, which may lend its buffers.
-enum EngineSolver {
-    /// On the device that draws.
-    Shared(Box<WgpuSolver>),
-    /// Anywhere else.
-    Other(Box<dyn Solver>),
-}
-
-impl EngineSolver {
-    /// A solver of the backend with this name, and the name. `auto` is `wgpu` if that is a GPU and can
-    /// run the scene.
-    fn choose(
-        gpu: &Gpu,
-        backend: &str,
-        scene: &CompiledScene,
-    ) -> Result<(Self, String), ViewerError> {
-        if backend == AUTO {
-            if !gpu.is_processor() {
-                match Self::new(gpu, "wgpu", scene) {
-                    Err(ViewerError::Simulation(
-                        Error::Unsupported { .. }
-                        | Error::LimitExceeded { .. }
-                        | Error::OutOfMemory { .. },
-                    )) => {}
-                    outcome => return Ok((outcome?, "wgpu".into())),
-                }
-            }
-            return Ok((Self::new(gpu, "cpu", scene)?, "cpu".into()));
-        }
-        Ok((Self::new(gpu, backend, scene)?, backend.to_owned()))
-    }
-
-    fn new(gpu: &Gpu, backend: &str, scene: &CompiledScene) -> Result<Self, ViewerError> {
-        let model = Arc::clone(&scene.model);
-        if backend == "wgpu" {
-            let solver = gpu.backend().create_wgpu_solver(model, &scene.config)?;
-            return Ok(Self::Shared(Box::new(solver)));
-        }
-        let backend: Box<dyn Backend> = backend_create(backend, None)?;
-        Ok(Self::Other(backend.create_solver(model, &scene.config)?))
-    }
-
-    fn get(&mut self) -> &mut dyn Solver {
-        match self {
-            Self::Shared(solver) => solver.as_mut(),
-            Self::Other(solver) => solver.as_mut(),
-        }
-    }
+    /// The frames that are kept, if they are to be.
+    past: Option<Past>,
 }
 
 impl Engine {
@@ -121,11 +80,12 @@ impl Engine {
         let (mut solver, backend) = EngineSolver::choose(gpu, backend, &compiled)?;
         let rigid = RigidExchange::new(&compiled, solver.get())?;
         let state = compiled.model.initial_state();
+        let settings = Settings::of_scene(&scene, &compiled, &backend);
         Ok(Self {
             gpu: gpu.clone(),
-            settings: Settings::of_scene(&scene, &backend),
+            original: settings.clone(),
+            settings,
             style: picture_style(&compiled),
-            original: compiled.clone(),
             compiled,
             scene,
             options,
@@ -133,6 +93,7 @@ impl Engine {
             rigid,
             frame: 0,
             time: 0.0,
+            substeps: 0,
             held: state.held.clone(),
             state,
             state_is_current: true,
@@ -144,6 +105,7 @@ impl Engine {
             report: StepReport::default(),
             duration: std::time::Duration::ZERO,
             pool: FramePool::default(),
+            past: None,
         })
     }
 
@@ -189,7 +151,7 @@ impl Engine {
         Ok(&self.state)
     }
 
-    /// Advances by one frame. After an error the scene is back at its start.
+    /// Advances by one frame. After an error the scene is back at the last frame that is kept, or at its start.
     ///
     /// # Errors
     /// What the solver reports, such as a divergence.
@@ -201,14 +163,15 @@ impl Engine {
         match self.advance(&control, frame) {
             Ok(report) => self.report = report,
             Err(error) => {
-                self.reset()?;
+                self.retreat()?;
                 return Err(error);
             }
         }
         self.frame += 1;
         self.time = self.report.time;
+        self.substeps += u64::from(self.report.substeps);
         self.duration = start.elapsed();
-        Ok(())
+        self.keep()
     }
 
     fn control(&mut self, frame: Frame) -> Control {
@@ -218,9 +181,7 @@ impl Engine {
             let held = !matches!(pin.action, PinAction::Release);
             self.held[pin.particle as usize] = u8::from(held);
         }
-        if self.compiled.model.air().is_some() {
-            control.wind_velocity = Some(self.settings.wind);
-        }
+        control.wind_velocity = self.settings.air.map(|air| air.velocity);
         control.forces = self.forces.take();
         control.anchor_offset = self.grab.as_mut().map(|grab| grab.follow(frame.duration));
         control
@@ -249,10 +210,12 @@ impl Engine {
         self.state_is_current = true;
         self.frame = 0;
         self.time = 0.0;
+        self.substeps = 0;
         self.pins.clear();
         self.grab_end();
         self.report = StepReport::default();
-        Ok(())
+        self.past_clear();
+        self.keep()
     }
 
     /// Holds a particle where it is, or lets it go, from the next frame on; whether it is held then.
@@ -325,31 +288,56 @@ impl Engine {
         }
     }
 
+    /// The scene as it comes, under the settings in force.
+    #[must_use]
+    pub fn scene_present(&self) -> Scene {
+        self.settings.apply(&self.scene, &self.original)
+    }
+
     /// Changes the settings: those that the model allows from the next frame on, others by a new
-    /// solver that takes over the state, which is fetched for that; what is held is let go then. After an error nothing has changed.
+    /// solver that takes over the state, which is fetched for that; what is held is let go then. Another integrator comes with the
+    /// time step that the scene has for it, unless that is changed too. After an error nothing has changed.
     ///
     /// # Errors
     /// What the scene or the backend cannot do.
     pub fn apply(&mut self, settings: &Settings) -> Result<SettingsChange, ViewerError> {
-        let has_air = self.compiled.model.air().is_some();
-        let change = self.settings.change_to(settings, has_air);
-        if change == SettingsChange::Rebuilt {
-            let scene = settings.apply(&self.scene, &self.original.model);
-            let compiled = scene.compile(&self.options)?;
-            self.gpu.backend().stage_times_set(settings.stage_times);
-            let mut solver = EngineSolver::new(&self.gpu, &settings.backend, &compiled)?;
-            self.state()?;
-            // Halvings count from the time step of the old settings.
-            let state = State { time_step_halvings: 0, time_step_good: 0, ..self.state.clone() };
-            solver.get().upload(&state)?;
-            self.state = state;
-            self.compiled = compiled;
-            self.solver = solver;
-            self.grab = None;
-            self.forces = None;
+        let mut settings = settings.clone();
+        let old = &self.settings;
+        if settings.solver != old.solver && settings.time_step == old.time_step {
+            let mut scene = self.scene.clone();
+            scene.simulation.solver = settings.solver;
+            settings.time_step = scene.simulation.solver_time_step();
         }
-        self.settings = settings.clone();
+        let change = old.change_to(&settings);
+        if change == SettingsChange::Rebuilt {
+            self.rebuild(&settings)?;
+        }
+        self.settings = settings;
         Ok(change)
+    }
+
+    /// A new solver for these settings, with the state of the old one.
+    fn rebuild(&mut self, settings: &Settings) -> Result<(), ViewerError> {
+        let scene = settings.apply(&self.scene, &self.original);
+        let compiled = scene.compile(&self.options)?;
+        self.gpu.backend().stage_times_set(settings.stage_times);
+        let mut solver = EngineSolver::new(&self.gpu, &settings.backend, &compiled)?;
+        self.state()?;
+        // Halvings count from the time step of the old settings.
+        let state = State { time_step_halvings: 0, time_step_good: 0, ..self.state.clone() };
+        solver.get().upload(&state)?;
+        let mut rigid = RigidExchange::new(&compiled, solver.get())?;
+        if let (Some(rigid), Some(old)) = (&mut rigid, &self.rigid) {
+            rigid.resume(&state.colliders, &old.world().motions());
+        }
+        self.substeps = state.step;
+        self.state = state;
+        self.compiled = compiled;
+        self.solver = solver;
+        self.rigid = rigid;
+        self.grab = None;
+        self.forces = None;
+        Ok(())
     }
 
     /// The present frame for the window. With the backend `wgpu` it is copied on the device, and positions stay there unless contacts
@@ -358,26 +346,13 @@ impl Engine {
     /// # Errors
     /// What the device reports.
     pub fn snapshot(&mut self, overlays: Overlays) -> Result<Snapshot, ViewerError> {
-        let buffers = self.pool.take(&self.gpu, self.compiled.model.particle_count());
-        match &mut self.solver {
-            EngineSolver::Shared(solver) => buffers.copy(&solver.device_buffers()?),
-            EngineSolver::Other(solver) => {
-                solver.normals(&mut self.normals)?;
-                self.state()?;
-                buffers.upload(&self.gpu, &self.state.positions, &self.normals);
-            }
-        }
-        let (mut found, mut bins) = (Vec::new(), Vec::new());
-        if overlays.contacts || overlays.bins {
+        let buffers = self.buffers()?;
+        let (found, bins) = if overlays.contacts || overlays.bins {
             self.state()?;
-            let model = &self.compiled.model;
-            if overlays.contacts {
-                found = contacts::contact_particles(model, &self.state);
-            }
-            if overlays.bins {
-                bins = contacts::bin_lines(&self.state.positions, cell_side(model));
-            }
-        }
+            self.found(&self.state, overlays)
+        } else {
+            Default::default()
+        };
         let grab = match self.grab.as_ref().map(|grab| (grab.particle, grab.target)) {
             Some((particle, target)) => {
                 let is_known = matches!(self.solver, EngineSolver::Other(_));
@@ -389,18 +364,14 @@ impl Engine {
             }
             None => None,
         };
-        let shapes = if self.rigid.is_some() {
-            picture_shapes(&self.compiled.model, self.solver.get().colliders(), self.time)
-        } else {
-            self.style.shapes.at(self.time)
-        };
-        let held = (0..).zip(&self.held).filter_map(|(particle, &h)| (h == 1).then_some(particle));
+        let colliders = self.solver.get().colliders().to_vec();
+        let shapes = self.shapes_at(&colliders, self.time);
         Ok(Snapshot {
             frame: self.frame,
             time: self.time,
             buffers,
             shapes,
-            held: held.collect(),
+            held: held_particles(&self.held),
             contacts: found,
             bins,
             grab,
@@ -409,6 +380,43 @@ impl Engine {
             real_time_factor: 0.0,
             paused: false,
             recorded: None,
+            kept: self.kept(),
+            is_past: false,
         })
+    }
+
+    /// Buffers with the present positions and normals.
+    fn buffers(&mut self) -> Result<Arc<FrameBuffers>, ViewerError> {
+        // A frame that is kept on the device is there already.
+        if let Some(buffers) = self.past_frame(self.frame).and_then(|frame| frame.buffers()) {
+            return Ok(Arc::clone(buffers));
+        }
+        let buffers = self.pool.take(&self.gpu, self.compiled.model.particle_count());
+        match &mut self.solver {
+            EngineSolver::Shared(solver) => buffers.copy(&solver.device_buffers()?),
+            EngineSolver::Other(solver) => {
+                solver.normals(&mut self.normals)?;
+                self.state()?;
+                buffers.upload(&self.gpu, &self.state.positions, &self.normals);
+            }
+        }
+        Ok(buffers)
+    }
+
+    /// Particles in contact and edges of occupied cells, as far as they are asked for.
+    fn found(&self, state: &State, overlays: Overlays) -> (Vec<u32>, Vec<PlaceLine>) {
+        let model = &self.compiled.model;
+        let contacts = overlays.contacts.then(|| contacts::contact_particles(model, state));
+        let bins = overlays.bins.then(|| contacts::bin_lines(&state.positions, cell_side(model)));
+        (contacts.unwrap_or_default(), bins.unwrap_or_default())
+    }
+
+    /// The colliders at these poses; without bodies they are where the scene says.
+    fn shapes_at(&self, colliders: &[Pose], time: f64) -> Vec<PictureShape> {
+        if self.rigid.is_some() {
+            picture_shapes(&self.compiled.model, colliders, time)
+        } else {
+            self.style.shapes.at(time)
+        }
     }
 }

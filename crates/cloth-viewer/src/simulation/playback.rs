@@ -161,6 +161,11 @@ impl Playback {
         self.index = index.min(self.len() - 1);
     }
 
+    /// Goes to the frame before, from the first one to the last.
+    pub fn step_back(&mut self) {
+        self.index = (self.index + self.len() - 1) % self.len();
+    }
+
     /// Goes to the next frame, from the last one to the first.
     pub fn step(&mut self) {
         self.index = (self.index + 1) % self.len();
@@ -215,6 +220,8 @@ impl Playback {
             real_time_factor: 0.0,
             paused: false,
             recorded: Some(self.len()),
+            kept: None,
+            is_past: false,
         })
     }
 }

@@ -9,6 +9,8 @@ use crate::{
     renderer::{Disc, PlaceLine, colour_bytes},
 };
 
+use super::KeptView;
+
 /// All that the window needs of one frame.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
@@ -38,6 +40,10 @@ pub struct Snapshot {
     pub paused: bool,
     /// Number of recorded frames, if they are.
     pub recorded: Option<usize>,
+    /// Which frames of a scene in progress are kept, if they are to be.
+    pub kept: Option<KeptView>,
+    /// Whether the simulation is farther than this frame.
+    pub is_past: bool,
 }
 
 /// A hold on the cloth.

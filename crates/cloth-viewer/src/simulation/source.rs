@@ -95,6 +95,18 @@ impl Source {
         }
     }
 
+    /// The folder of the scene file, if it is of one.
+    #[must_use]
+    pub fn folder(&self) -> Option<PathBuf> {
+        match self {
+            Self::Scene(scene, _) => {
+                let folder = &scene.origin.directory;
+                (!folder.as_os_str().is_empty()).then(|| folder.clone())
+            }
+            Self::Run { .. } | Self::Files(_) => None,
+        }
+    }
+
     fn run(folder: &Path) -> Result<Self, ViewerError> {
         let fail = |problem: String| ViewerError::Source { path: folder.to_owned(), problem };
         let store = folder.join("frames.bin");

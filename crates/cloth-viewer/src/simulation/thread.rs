@@ -1,6 +1,7 @@
 //! The simulation beside the window.
 
 use std::{
+    path::PathBuf,
     sync::{
         Arc, Mutex, PoisonError,
         mpsc::{Receiver, Sender, TryRecvError, channel},
@@ -13,15 +14,19 @@ use cloth::{Model, io::PictureStyle};
 
 use crate::{Gpu, Overlays, Ray, ViewerError};
 
-use super::{Engine, Playback, Settings, Snapshot, Source, playback::frame_time};
+use super::{
+    Engine, Message, Playback, Settings, Snapshot, Source, playback::frame_time, scene_save,
+};
 
 /// What the window asks for.
 #[derive(Clone, Debug)]
 pub enum Command {
-    /// Waits, or goes on.
+    /// Waits, or goes on from the last frame.
     PauseToggle,
-    /// One frame, and then waits.
+    /// The next frame, and then waits: one that is kept while an earlier one is shown, else a new one.
     Step,
+    /// The frame before, if it is kept, and then waits.
+    StepBack,
     /// Back to the start.
     Reset,
     /// Holds or lets go one of the corners 0 to 3.
@@ -40,8 +45,17 @@ pub enum Command {
     Overlays(Overlays),
     /// Shows something else; with this backend, if it is a scene.
     Open(Source, String),
-    /// Goes to a recorded frame.
-    Seek(usize),
+    /// Shows a recorded frame, or one that is kept, and waits. The simulation stays where it is.
+    Seek(u64),
+    /// Goes back to the frame that is shown, and on from there; what came after it is forgotten.
+    GoOnFromHere,
+    /// Writes the scene under the settings in force.
+    Save {
+        /// The file, TOML.
+        path: PathBuf,
+        /// Whether an existing file is to be replaced.
+        replace: bool,
+    },
     /// Whether every frame is wanted: then each waits until the one before was taken.
     Record(bool),
     /// The newest frame was taken.
@@ -57,8 +71,10 @@ pub struct Shown {
     pub subject: Option<Subject>,
     /// Settings in force.
     pub settings: Option<Settings>,
+    /// Number of changes of settings that were answered, accepted or refused.
+    pub settings_answered: u64,
     /// The last thing that went wrong, or that is to be said.
-    pub message: Option<String>,
+    pub message: Option<Message>,
     /// Counts messages, so that the same one is seen twice.
     pub message_number: u64,
 }
@@ -86,13 +102,15 @@ pub struct SimulationThread {
 }
 
 impl SimulationThread {
-    /// Starts with `source`; `on_frame` is called whenever there is something new to see.
+    /// Starts with `source`; frames of scenes in progress are kept in at most `keep` bytes, and `on_frame` is called whenever there is
+    /// something new to see.
     #[must_use]
     pub fn start(
         gpu: &Gpu,
         source: Source,
         backend: &str,
         paused: bool,
+        keep: u64,
         on_frame: impl Fn() + Send + 'static,
     ) -> Self {
         let (commands, receiver) = channel();
@@ -105,6 +123,8 @@ impl SimulationThread {
                 session: None,
                 shown: worker_shown,
                 paused,
+                keep,
+                past: None,
                 recording: false,
                 wanted: false,
                 overlays: Overlays::default(),
@@ -163,6 +183,10 @@ struct Worker {
     session: Option<Session>,
     shown: Arc<Mutex<Shown>>,
     paused: bool,
+    /// Memory for frames that are kept \[byte\].
+    keep: u64,
+    /// The earlier frame that is shown, if one is.
+    past: Option<u64>,
     /// Whether every frame is wanted, and whether the newest one still is.
     recording: bool,
     wanted: bool,
@@ -220,7 +244,13 @@ impl Worker {
         self.due = (self.due + length).max(now);
         if let Err(error) = outcome {
             self.paused = true;
-            self.say(format!("{error}; back at the start, paused"));
+            let place = match &self.session {
+                Some(Session::Live(engine)) if engine.frame() > 0 => {
+                    format!("back at frame {}, the last good one, paused", engine.frame())
+                }
+                _ => "back at the start, paused".into(),
+            };
+            self.say(Message::error(&format!("{error}; {place}")));
         }
         self.publish();
     }
@@ -234,21 +264,61 @@ impl Worker {
     }
 
     fn command(&mut self, command: Command) {
+        let is_settings = matches!(command, Command::Settings(_));
         if let Err(error) = self.obey(command) {
-            self.say(error.to_string());
+            self.say(Message::error(&error));
+        }
+        if is_settings {
+            self.show(|shown| shown.settings_answered += 1);
         }
     }
 
     fn obey(&mut self, command: Command) -> Result<(), ViewerError> {
         match command {
             Command::PauseToggle => {
+                // While an earlier frame is shown nothing runs.
                 self.paused = !self.paused;
+                self.past = None;
                 self.due = Instant::now();
                 self.last = None;
             }
             Command::Step => {
                 self.paused = true;
-                self.frame();
+                match (self.past, &self.session) {
+                    (Some(past), Some(Session::Live(engine))) => {
+                        self.past = (past + 1 < engine.frame()).then_some(past + 1);
+                    }
+                    _ => {
+                        self.frame();
+                        return Ok(());
+                    }
+                }
+            }
+            Command::StepBack => {
+                self.paused = true;
+                match &mut self.session {
+                    Some(Session::Live(engine)) => {
+                        let shown = self.past.unwrap_or(engine.frame());
+                        self.past = past_frame(engine, shown.saturating_sub(1));
+                    }
+                    Some(Session::Recorded(playback)) => playback.step_back(),
+                    None => {}
+                }
+            }
+            Command::GoOnFromHere => {
+                if let (Some(past), Some(Session::Live(engine))) =
+                    (self.past.take(), &mut self.session)
+                {
+                    engine.restore(past)?;
+                    self.paused = false;
+                    self.due = Instant::now();
+                    self.last = None;
+                }
+            }
+            Command::Save { path, replace } => {
+                let Some(Session::Live(engine)) = &self.session else { return Ok(()) };
+                let saved = scene_save(&engine.scene_present(), &path, replace)?;
+                self.say(saved);
                 return Ok(());
             }
             Command::Overlays(overlays) => self.overlays = overlays,
@@ -265,18 +335,29 @@ impl Worker {
                 return Ok(());
             }
             Command::Seek(index) => {
-                if let Some(Session::Recorded(playback)) = &mut self.session {
-                    self.paused = true;
-                    playback.seek(index);
+                self.paused = true;
+                match &mut self.session {
+                    Some(Session::Live(engine)) => self.past = past_frame(engine, index),
+                    Some(Session::Recorded(playback)) => {
+                        playback.seek(usize::try_from(index).unwrap_or(usize::MAX));
+                    }
+                    None => {}
                 }
             }
-            Command::Reset => match &mut self.session {
-                Some(Session::Live(engine)) => engine.reset()?,
-                Some(Session::Recorded(playback)) => playback.seek(0),
-                None => {}
-            },
+            Command::Reset => {
+                self.past = None;
+                match &mut self.session {
+                    Some(Session::Live(engine)) => engine.reset()?,
+                    Some(Session::Recorded(playback)) => playback.seek(0),
+                    None => {}
+                }
+            }
             command => {
-                if let Some(Session::Live(engine)) = &mut self.session {
+                if let (Some(past), true) = (self.past, command.is_touch()) {
+                    self.say(Message::info(format!(
+                        "frame {past} is the past: go on from it, or from the last frame (space), to touch the cloth"
+                    )));
+                } else if let Some(Session::Live(engine)) = &mut self.session {
                     touch(engine, command)?;
                 }
             }
@@ -288,7 +369,10 @@ impl Worker {
     fn open(&mut self, source: Source, backend: &str) {
         let opened = match source {
             Source::Scene(scene, options) => Engine::new(&self.gpu, *scene, options, backend)
-                .map(|engine| Session::Live(Box::new(engine))),
+                .and_then(|mut engine| {
+                    engine.keep_frames(self.keep)?;
+                    Ok(Session::Live(Box::new(engine)))
+                }),
             Source::Run { scene, options, store } => {
                 Playback::of_store(&self.gpu, &scene, &options, &store)
                     .map(|playback| Session::Recorded(Box::new(playback)))
@@ -317,22 +401,32 @@ impl Worker {
                     },
                 };
                 self.session = Some(session);
+                self.past = None;
                 self.due = Instant::now();
                 self.last = None;
                 self.show(|shown| {
                     shown.subject = Some(subject);
                     shown.snapshot = None;
+                    shown.settings = None;
                 });
                 self.publish();
             }
-            Err(error) => self.say(error.to_string()),
+            Err(error) => self.say(Message::error(&error)),
         }
     }
 
     fn publish(&mut self) {
         let (snapshot, settings) = match &mut self.session {
             Some(Session::Live(engine)) => {
-                (engine.snapshot(self.overlays), Some(engine.settings().clone()))
+                let past = self.past.map(|past| engine.snapshot_past(past, self.overlays));
+                let snapshot = match past.and_then(Result::transpose) {
+                    Some(snapshot) => snapshot,
+                    None => {
+                        self.past = None;
+                        engine.snapshot(self.overlays)
+                    }
+                };
+                (snapshot, Some(engine.settings().clone()))
             }
             Some(Session::Recorded(playback)) => (playback.snapshot(self.overlays), None),
             None => return,
@@ -349,11 +443,11 @@ impl Worker {
                     shown.settings = settings;
                 });
             }
-            Err(error) => self.say(error.to_string()),
+            Err(error) => self.say(Message::error(&error)),
         }
     }
 
-    fn say(&mut self, message: String) {
+    fn say(&mut self, message: Message) {
         self.show(|shown| {
             shown.message = Some(message);
             shown.message_number += 1;
@@ -364,6 +458,20 @@ impl Worker {
         change(&mut self.shown.lock().unwrap_or_else(PoisonError::into_inner));
         (self.on_frame)();
     }
+}
+
+impl Command {
+    /// Whether it begins to act on particles that are seen.
+    const fn is_touch(&self) -> bool {
+        matches!(self, Self::CornerToggle(_) | Self::PinToggle(_) | Self::GrabBegin(_))
+    }
+}
+
+/// The kept frame nearest to `number`, unless that is the present one.
+fn past_frame(engine: &Engine, number: u64) -> Option<u64> {
+    let [first, _] = engine.kept()?.range?;
+    let number = number.max(first);
+    (number < engine.frame()).then_some(number)
 }
 
 /// What acts on a scene in progress alone.

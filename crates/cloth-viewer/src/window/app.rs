@@ -10,32 +10,48 @@ use cloth::wgpu::wgpu;
 use eframe::{
     CreationContext, Frame,
     egui::{
-        self, CentralPanel, Color32, Context, Panel, Pos2, Rect, ScrollArea, Sense, TextureId, Ui,
-        ViewportCommand, pos2,
+        self, CentralPanel, Color32, Context, Margin, Panel, Pos2, Rect, ScrollArea, Sense,
+        TextureId, Ui, ViewportCommand, pos2,
     },
     egui_wgpu::RenderState,
 };
 
 use crate::{
     ClipFormat, ClothMesh, Command, Gpu, OrbitCamera, Overlays, RenderTarget, Renderer, Settings,
-    Shown, SimulationThread, Source, ViewerError, headless::camera,
+    Shown, SimulationThread, Snapshot, Source, ViewerError, headless::camera,
 };
 
 use super::{
     WindowOptions,
     graphs::Graphs,
+    history::History,
     keys::{self, Action},
-    panel::{self, PanelRequest},
+    messages::Messages,
+    panel::{PanelRequest, PanelState, PanelView},
     places,
     pointer::pointer,
     recording::{Recording, screenshot},
+    save_window::{SaveRequest, SaveWindow},
     session_log::{SessionLog, Surroundings},
+    timeline::timeline,
 };
+
+/// Heights of the bars at the bottom, of the curves at first, and width of the panel \[point\].
+const STATUS: f32 = 28.0;
+const TIMELINE: f32 = 66.0;
+const GRAPHS: f32 = 250.0;
+const PANEL: f32 = 320.0;
+/// Width of the speed in the bar at the bottom \[point\].
+const SPEED: f32 = 270.0;
+/// The light of a recorder.
+const RECORDING: Color32 = Color32::from_rgb(255, 110, 100);
 
 /// What is told to the window from elsewhere.
 enum Notice {
     /// A file that was chosen.
     Chosen(PathBuf),
+    /// Where to save.
+    SaveAs(PathBuf),
     /// Something to say.
     Say(String),
     /// A clip that could not be made.
@@ -53,25 +69,29 @@ pub(super) struct ViewerApp {
     picture: Rect,
     overlays: Overlays,
     overlays_sent: Overlays,
-    /// The settings in the panel, and those that were asked for last.
+    /// The settings in the panel, and those that were asked for, with what was before.
     edited: Option<Settings>,
-    asked: Option<Settings>,
+    history: Option<History<Settings>>,
+    /// Changes of settings that were asked for, and how many of them were answered.
+    settings_asked: u64,
+    settings_answered: u64,
     backends: Vec<&'static str>,
     graphs: Graphs,
     help: bool,
     pulled_to: Option<Pos2>,
     recording: Option<Recording>,
     clip_format: ClipFormat,
-    /// What is being typed to be opened.
-    word: String,
-    word_focus: bool,
+    panel: PanelState,
+    save: SaveWindow,
     /// What is still being written.
     writers: Vec<JoinHandle<()>>,
-    message: Option<String>,
+    messages: Messages,
     message_seen: u64,
     notices: (Sender<Notice>, Receiver<Notice>),
     backend: String,
     folder: PathBuf,
+    /// The folder of the scene that was opened last, if it is a file.
+    scene_folder: Option<PathBuf>,
     log: Option<SessionLog>,
 }
 
@@ -108,11 +128,13 @@ impl ViewerApp {
         })?;
         let gpu = Gpu::from_device(render_state.device.clone(), render_state.queue.clone());
         let repaint = context.egui_ctx.clone();
+        let scene_folder = options.source.folder();
         let simulation = SimulationThread::start(
             &gpu,
             options.source,
             &options.backend,
             options.paused,
+            options.keep,
             move || repaint.request_repaint(),
         );
         let log = options.log.as_deref().map(SessionLog::create).transpose()?;
@@ -129,21 +151,24 @@ impl ViewerApp {
             overlays,
             overlays_sent: Overlays::default(),
             edited: None,
-            asked: None,
+            history: None,
+            settings_asked: 0,
+            settings_answered: 0,
             backends: cloth::backends().into_iter().map(|info| info.name).collect(),
             graphs: Graphs::default(),
             help: false,
             pulled_to: None,
             recording: None,
             clip_format: ClipFormat::default(),
-            word: String::new(),
-            word_focus: false,
+            panel: PanelState::default(),
+            save: SaveWindow::default(),
             writers: Vec::new(),
-            message: None,
+            messages: Messages::default(),
             message_seen: 0,
             notices: channel(),
             backend: options.backend,
             folder: options.folder,
+            scene_folder,
             log,
         })
     }
@@ -152,10 +177,17 @@ impl ViewerApp {
         match action {
             Action::Pause => self.simulation.send(Command::PauseToggle),
             Action::Step => self.simulation.send(Command::Step),
+            Action::StepBack => self.simulation.send(Command::StepBack),
+            Action::First => self.simulation.send(Command::Seek(0)),
+            Action::Last => self.simulation.send(Command::Seek(u64::MAX)),
+            Action::Undo => self.history_go(History::undo),
+            Action::Redo => self.history_go(History::redo),
+            Action::Save => self.save_open(),
+            Action::Dismiss => self.messages.dismiss(),
             Action::Reset => self.simulation.send(Command::Reset),
             Action::Corner(corner) => self.simulation.send(Command::CornerToggle(corner)),
             Action::Wires => self.overlays.wires ^= true,
-            Action::Open => self.word_focus = true,
+            Action::Open => self.panel.word_focus = true,
             Action::Help => self.help ^= true,
             Action::Exit => context.send_viewport_cmd(ViewportCommand::Close),
             Action::Fullscreen => {
@@ -165,10 +197,10 @@ impl ViewerApp {
                 let taken = self
                     .picture_read()
                     .and_then(|(name, picture)| screenshot(&self.folder, &name, &picture));
-                self.message = Some(match taken {
-                    Ok(path) => format!("screenshot `{}`", path.display()),
-                    Err(error) => error.to_string(),
-                });
+                match taken {
+                    Ok(path) => self.messages.info(format!("screenshot `{}`", path.display())),
+                    Err(error) => self.messages.error(&error),
+                }
             }
             Action::Record => self.record_toggle(context),
         }
@@ -186,7 +218,7 @@ impl ViewerApp {
     fn record_toggle(&mut self, context: &Context) {
         if let Some(recording) = self.recording.take() {
             self.simulation.send(Command::Record(false));
-            self.message = Some(format!("writing {} frames", recording.len()));
+            self.messages.info(format!("writing {} frames", recording.len()));
             self.writers.retain(|writer| !writer.is_finished());
             self.writers.push(recording.end());
         } else if let Some(subject) = &self.subject {
@@ -205,15 +237,42 @@ impl ViewerApp {
                     self.recording = Some(recording);
                     self.simulation.send(Command::Record(true));
                 }
-                Err(error) => self.message = Some(error.to_string()),
+                Err(error) => self.messages.error(&error),
             }
         }
     }
 
+    /// Takes a change of settings back, or makes it again.
+    fn history_go(&mut self, go: impl FnOnce(&mut History<Settings>) -> Option<&Settings>) {
+        if let Some(settings) = self.history.as_mut().and_then(go) {
+            let settings = settings.clone();
+            self.edited = Some(settings.clone());
+            self.settings_send(settings);
+        }
+    }
+
+    fn settings_send(&mut self, settings: Settings) {
+        self.settings_asked += 1;
+        self.simulation.send(Command::Settings(settings));
+    }
+
+    /// Asks where to save the scene: beside the file that it comes from, where its meshes are, or in the folder for pictures.
+    fn save_open(&mut self) {
+        let Some(subject) = self.subject.as_ref().filter(|_| self.edited.is_some()) else {
+            self.messages.info("recorded frames are no scene that could be saved");
+            return;
+        };
+        let folder = self.scene_folder.as_ref().unwrap_or(&self.folder);
+        self.save.open(folder, &subject.name);
+    }
+
     fn open(&mut self, source: Result<Source, ViewerError>) {
         match source {
-            Ok(source) => self.simulation.send(Command::Open(source, self.backend.clone())),
-            Err(error) => self.message = Some(error.to_string()),
+            Ok(source) => {
+                self.scene_folder = source.folder();
+                self.simulation.send(Command::Open(source, self.backend.clone()));
+            }
+            Err(error) => self.messages.error(&error),
         }
     }
 
@@ -238,6 +297,20 @@ impl ViewerApp {
         });
     }
 
+    /// Asks for a place to save at, beside the window.
+    fn save_dialog(&self, context: &Context) {
+        let dialog = rfd::AsyncFileDialog::new().add_filter("scenes", &["toml"]);
+        let (sender, context) = (self.notices.0.clone(), context.clone());
+        let chosen = dialog.save_file();
+        std::thread::spawn(move || {
+            if let Some(file) = pollster::block_on(chosen) {
+                // Nobody listens once the window is closed.
+                let _ = sender.send(Notice::SaveAs(file.path().to_owned()));
+                context.request_repaint();
+            }
+        });
+    }
+
     fn request(&mut self, context: &Context, request: PanelRequest) {
         match request {
             PanelRequest::Command(command) => self.simulation.send(command),
@@ -248,6 +321,9 @@ impl ViewerApp {
             PanelRequest::Screenshot => self.act(context, Action::Screenshot),
             PanelRequest::Record => self.act(context, Action::Record),
             PanelRequest::Help => self.act(context, Action::Help),
+            PanelRequest::Undo => self.act(context, Action::Undo),
+            PanelRequest::Redo => self.act(context, Action::Redo),
+            PanelRequest::Save => self.act(context, Action::Save),
             PanelRequest::View => {
                 if let Some(subject) = &mut self.subject {
                     subject.camera = subject.start_camera;
@@ -261,10 +337,9 @@ impl ViewerApp {
         let shown = self.simulation.shown();
         if shown.message_number != self.message_seen {
             self.message_seen = shown.message_number;
-            self.message.clone_from(&shown.message);
-            // What was asked for may have been refused.
-            self.edited.clone_from(&shown.settings);
-            self.asked.clone_from(&shown.settings);
+            if let Some(message) = shown.message.clone() {
+                self.messages.say(message);
+            }
         }
         if let Some(subject) = &shown.subject
             && self.subject.as_ref().is_none_or(|drawn| drawn.number != subject.number)
@@ -280,14 +355,11 @@ impl ViewerApp {
                 frames_per_second: subject.frames_per_second,
             });
             self.graphs.clear();
-            self.message = None;
+            self.messages.dismiss();
             self.edited = None;
-            self.asked = None;
+            self.history = None;
         }
-        if self.edited.is_none() {
-            self.edited.clone_from(&shown.settings);
-            self.asked.clone_from(&shown.settings);
-        }
+        self.settings_update(&shown);
         if let Some(snapshot) = &shown.snapshot {
             self.graphs.push(snapshot);
         }
@@ -295,39 +367,58 @@ impl ViewerApp {
         while let Ok(notice) = self.notices.1.try_recv() {
             match notice {
                 Notice::Chosen(path) => self.open(Source::open_path(&path)),
-                Notice::Say(text) => self.message = Some(text),
+                Notice::SaveAs(path) => self.save.choose(&path),
+                Notice::Say(text) => self.messages.info(text),
                 Notice::RecordingFailed(text) => {
                     self.recording = None;
                     self.simulation.send(Command::Record(false));
-                    self.message = Some(text);
+                    self.messages.error(&text);
                 }
             }
         }
     }
 
+    /// What came of the settings that were asked for: some may have been refused, and some come with others.
+    fn settings_update(&mut self, shown: &Shown) {
+        let answered = shown.settings_answered;
+        let is_answer = answered != self.settings_answered && answered == self.settings_asked;
+        self.settings_answered = answered;
+        match (&mut self.history, &shown.settings) {
+            (None, Some(settings)) => {
+                self.edited = Some(settings.clone());
+                self.history = Some(History::new(settings.clone()));
+            }
+            (Some(history), Some(settings)) if is_answer => {
+                // What is being changed meanwhile stays.
+                if self.edited.as_ref() == Some(history.present()) {
+                    self.edited = Some(settings.clone());
+                }
+                history.settle(settings.clone());
+            }
+            (_, None) => (self.edited, self.history) = (None, None),
+            _ => {}
+        }
+    }
+
     fn panel(&mut self, ui: &mut Ui) {
-        let mut requests = Vec::new();
-        ScrollArea::vertical().show(ui, |ui| {
-            let name = self.subject.as_ref().map_or("", |subject| &subject.name);
-            requests = panel::open(ui, name, &mut self.word, &mut self.word_focus);
-            if let Some(snapshot) = &self.shown.snapshot {
-                requests.extend(panel::head(ui, snapshot, &mut self.clip_format));
-            }
-            if let Some(recording) = &self.recording {
-                ui.colored_label(Color32::RED, format!("recording, {} frames", recording.len()));
-            }
-            if let Some(message) = &self.message {
-                ui.label(message);
-            }
-            ui.separator();
-            panel::overlays(ui, &mut self.overlays);
-            ui.separator();
-            if let Some(edited) = &mut self.edited {
-                panel::settings(ui, edited, &self.backends);
-            }
-            ui.separator();
-            self.graphs.show(ui);
+        Panel::bottom("curves").resizable(true).default_size(GRAPHS).show(ui, |ui| {
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.graphs.show(ui));
         });
+        let [undo, redo] = self
+            .history
+            .as_ref()
+            .map_or([0; 2], |history| [history.undo_count(), history.redo_count()]);
+        let mut view = PanelView {
+            name: self.subject.as_ref().map_or("", |subject| &subject.name),
+            overlays: &mut self.overlays,
+            settings: self.edited.as_mut(),
+            backends: &self.backends,
+            format: &mut self.clip_format,
+            is_recording: self.recording.is_some(),
+            undo,
+            redo,
+        };
+        let requests = self.panel.show(ui, &mut view);
         for request in requests {
             self.request(ui.ctx(), request);
         }
@@ -336,12 +427,33 @@ impl ViewerApp {
             self.simulation.send(Command::Overlays(self.overlays));
         }
         // While a number is being dragged it is not asked for: it may take a new solver.
-        if self.edited != self.asked && !ui.ctx().egui_is_using_pointer() {
-            self.asked.clone_from(&self.edited);
-            if let Some(settings) = &self.asked {
-                self.simulation.send(Command::Settings(settings.clone()));
-            }
+        if let (Some(edited), Some(history)) = (&self.edited, &mut self.history)
+            && !ui.ctx().egui_is_using_pointer()
+            && history.change(edited.clone())
+        {
+            self.settings_send(edited.clone());
         }
+    }
+
+    /// What was said, and how fast it goes.
+    fn status(&mut self, ui: &mut Ui) {
+        let speed = self.shown.snapshot.as_ref().map_or(String::new(), speed);
+        let recording = self.recording.as_ref().map(Recording::len);
+        ui.horizontal_centered(|ui| {
+            let width = ui.available_width() - SPEED;
+            ui.allocate_ui(egui::vec2(width.max(100.0), ui.available_height()), |ui| {
+                ui.set_min_width(width.max(100.0));
+                self.messages.bar(ui);
+            });
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                let error = self.messages.fill(Color32::TRANSPARENT) != Color32::TRANSPARENT;
+                let ink = if error { Color32::WHITE } else { ui.visuals().weak_text_color() };
+                ui.colored_label(ink, speed);
+                if let Some(count) = recording {
+                    ui.colored_label(RECORDING, format!("⏺ {count}"));
+                }
+            });
+        });
     }
 
     /// Draws the newest frame and shows it.
@@ -371,6 +483,7 @@ impl ViewerApp {
         let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
         ui.painter().image(*texture, rect, whole, Color32::WHITE);
         if let Some(recording) = &mut self.recording
+            && !snapshot.is_past
             && recording.wants(snapshot.frame)
         {
             recording.push(snapshot.frame, target.read(&self.gpu)?);
@@ -434,10 +547,24 @@ impl ViewerApp {
                     help: self.help,
                     recording: self.recording.is_some(),
                     picture: self.picture,
-                    message: self.message.as_deref(),
+                    message: self.messages.shown(),
+                    undo: self.history.as_ref().map_or(0, History::undo_count),
+                    redo: self.history.as_ref().map_or(0, History::redo_count),
                 },
             );
         }
+    }
+}
+
+/// How fast it goes, in words.
+fn speed(snapshot: &Snapshot) -> String {
+    if snapshot.recorded.is_some() || snapshot.report.substeps == 0 {
+        return String::new();
+    }
+    let ms = snapshot.duration.as_secs_f64() * 1e3;
+    match snapshot.paused {
+        true => format!("{ms:.1} ms per frame"),
+        false => format!("{ms:.1} ms per frame, {:.2} x real time", snapshot.real_time_factor),
     }
 }
 
@@ -451,9 +578,11 @@ impl eframe::App for ViewerApp {
         self.update();
         let typing = context.text_edit_focused();
         for action in context.input(keys::actions) {
-            // Letters belong to the line that is typed in, and space to the button that was chosen.
-            let is_taken = action == Action::Step && context.egui_wants_keyboard_input();
-            if !typing && !is_taken {
+            // Letters belong to the line that is typed in, space and arrows to the button that was chosen, a question to its window.
+            let is_chosen = matches!(action, Action::Pause | Action::Step | Action::StepBack);
+            let is_taken = is_chosen && context.egui_wants_keyboard_input();
+            let is_asked = action == Action::Dismiss && self.save.is_open();
+            if !typing && !is_taken && !is_asked {
                 self.act(&context, action);
             }
         }
@@ -461,13 +590,31 @@ impl eframe::App for ViewerApp {
         if let Some(file) = dropped {
             self.open(Source::open_path(file.path()));
         }
-        Panel::right("panel").default_size(300.0).show(ui, |ui| self.panel(ui));
+        let panel = ui.visuals().panel_fill;
+        let frame = egui::Frame::new().inner_margin(Margin::symmetric(8, 0));
+        let status = frame.fill(self.messages.fill(panel));
+        Panel::bottom("status").exact_size(STATUS).frame(status).show(ui, |ui| self.status(ui));
+        Panel::right("panel").default_size(PANEL).min_size(PANEL).show(ui, |ui| self.panel(ui));
+        Panel::bottom("timeline").exact_size(TIMELINE).show(ui, |ui| {
+            let requests = self.shown.snapshot.as_ref().map(|snapshot| timeline(ui, snapshot));
+            for request in requests.into_iter().flatten() {
+                self.request(&context, request);
+            }
+        });
         CentralPanel::no_frame().show(ui, |ui| {
             if let Err(error) = self.show_picture(ui) {
-                self.message = Some(error.to_string());
+                self.messages.error(&error);
             }
         });
         self.help_window(&context);
+        self.messages.window(&context);
+        match self.save.show(&context) {
+            Some(SaveRequest::Dialog) => self.save_dialog(&context),
+            Some(SaveRequest::Save { path, replace }) => {
+                self.simulation.send(Command::Save { path, replace });
+            }
+            None => {}
+        }
         self.write_log(&context, typing);
     }
 

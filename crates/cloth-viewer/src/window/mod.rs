@@ -1,14 +1,20 @@
 //! The window.
 
 mod app;
+mod colours;
 mod graphs;
+mod history;
 mod keys;
+mod messages;
 mod panel;
+mod parameters;
 mod places;
 mod pointer;
 mod recording;
+mod save_window;
 mod session_log;
 mod setup;
+mod timeline;
 
 use std::path::PathBuf;
 
@@ -31,6 +37,8 @@ pub struct WindowOptions {
     pub size: [f32; 2],
     /// Folder for screenshots and recordings.
     pub folder: PathBuf,
+    /// Memory for frames that can be gone back to \[byte\].
+    pub keep: u64,
     /// File for a line of JSON about every frame that is shown.
     pub log: Option<PathBuf>,
 }

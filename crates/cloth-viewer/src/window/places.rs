@@ -11,8 +11,11 @@ fn id() -> Id {
     Id::unique("places of widgets")
 }
 
-/// Notes where a widget is.
+/// Notes where a widget is, if it has a name.
 pub(super) fn mark(name: &'static str, response: &Response) {
+    if name.is_empty() {
+        return;
+    }
     response.ctx.data_mut(|data| {
         let places: &mut Places = data.get_temp_mut_or_default(id());
         places.insert(name, response.rect);

@@ -85,7 +85,7 @@ pub(super) fn screenshot(
 }
 
 /// The first name with a number that is not taken.
-fn free_path(folder: &Path, name: &str, extension: &str) -> PathBuf {
+pub(super) fn free_path(folder: &Path, name: &str, extension: &str) -> PathBuf {
     let plain: String =
         name.chars().map(|c| if c.is_alphanumeric() || c == '-' { c } else { '-' }).collect();
     let path = |number: usize| folder.join(format!("{plain}-{number:03}.{extension}"));

@@ -9,7 +9,7 @@ use std::{
 
 use serde::Serialize;
 
-use crate::{OrbitCamera, Overlays, Settings, Snapshot, ViewerError};
+use crate::{Message, OrbitCamera, Overlays, Settings, Severity, Snapshot, ViewerError};
 
 /// What is told of a frame.
 #[derive(Serialize)]
@@ -28,6 +28,16 @@ struct Line<'a> {
     /// Settings in force \[s\], \[m/s\]; none for recorded frames.
     time_step: Option<f64>,
     wind: Option<[f64; 3]>,
+    /// \[m/s^2\].
+    gravity: Option<[f64; 3]>,
+    /// Stiffness of the stretch springs of each cloth \[N/m\].
+    stretch: Vec<f64>,
+    /// Changes that can be taken back, and made again.
+    undo: usize,
+    redo: usize,
+    /// First and last frame that is kept, and whether the simulation is farther than the frame that is shown.
+    kept: Option<[u64; 2]>,
+    past: bool,
     /// Where widgets are: left, top, right and lower edge \[point\].
     widgets: &'a BTreeMap<&'static str, [f32; 4]>,
     /// Whether keys are letters.
@@ -43,6 +53,8 @@ struct Line<'a> {
     picture: [f32; 4],
     eye: [f64; 3],
     message: Option<&'a str>,
+    /// Whether the message is an error.
+    error: bool,
 }
 
 /// What the window adds to a frame.
@@ -57,7 +69,9 @@ pub(super) struct Surroundings<'a> {
     pub(super) help: bool,
     pub(super) recording: bool,
     pub(super) picture: eframe::egui::Rect,
-    pub(super) message: Option<&'a str>,
+    pub(super) message: Option<&'a Message>,
+    pub(super) undo: usize,
+    pub(super) redo: usize,
 }
 
 /// The file.
@@ -88,7 +102,15 @@ impl SessionLog {
             wires: around.overlays.wires,
             fullscreen: around.fullscreen,
             time_step: around.settings.map(|settings| settings.time_step),
-            wind: around.settings.map(|settings| settings.wind),
+            wind: around.settings.map(|settings| settings.air.map_or([0.0; 3], |air| air.velocity)),
+            gravity: around.settings.map(|settings| settings.gravity),
+            stretch: around.settings.map_or_else(Vec::new, |settings| {
+                settings.cloths.iter().map(|cloth| cloth.material.stretch.stiffness).collect()
+            }),
+            undo: around.undo,
+            redo: around.redo,
+            kept: snapshot.kept.and_then(|kept| kept.range),
+            past: snapshot.is_past,
             widgets: around.widgets,
             typing: around.typing,
             help: around.help,
@@ -103,7 +125,8 @@ impl SessionLog {
                 around.picture.max.y,
             ],
             eye: around.camera.eye(),
-            message: around.message,
+            message: around.message.map(|message| &*message.text),
+            error: around.message.is_some_and(|message| message.severity == Severity::Error),
         };
         let Ok(text) = serde_json::to_string(&line) else { return };
         if text != self.last {

@@ -1,11 +1,17 @@
 //! What the panel can change.
+//!
+//! Settings are values in SI units, as they are in force. A scene under changed settings says only what is different from before,
+//! so that a preset stays a preset and a value that was chosen for the scene stays chosen.
+
+mod fabric;
+mod surroundings;
 
 use cloth::{
-    LinearMethod, Model, Preconditioner, SpringClass,
-    scene::{
-        Scene, SceneBend, SceneContact, SceneContactResponse, SceneSolver, SceneSpring, SceneWind,
-    },
+    LinearMethod, Preconditioner,
+    scene::{CompiledScene, Scene, SceneContact, SceneSolver, SceneWind},
 };
+
+pub use self::{fabric::ClothSettings, surroundings::SurfaceSettings};
 
 /// Settings of a running scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,14 +28,16 @@ pub struct Settings {
     pub iterations: u32,
     /// Length of a substep \[s\] of the integrator in use.
     pub time_step: f64,
-    /// Stiffness of stretch, shear and bend springs in units of that of the scene.
-    pub stiffness: [f64; 3],
-    /// Damping of all springs in units of that of the scene.
-    pub damping: f64,
-    /// Wind velocity \[m/s\].
-    pub wind: [f64; 3],
-    /// Distance of self-contact \[m\]; `None` for off.
-    pub contact: Option<f64>,
+    /// What each cloth is made of.
+    pub cloths: Vec<ClothSettings>,
+    /// Gravity \[m/s^2\].
+    pub gravity: [f64; 3],
+    /// The air and its wind; `None` for a vacuum.
+    pub air: Option<SceneWind>,
+    /// Contact of cloths with themselves and each other; `None` for off.
+    pub contact: Option<SceneContact>,
+    /// Surfaces of the colliders of the scene, then of its rigid bodies.
+    pub surfaces: Vec<SurfaceSettings>,
     /// Whether the backend `wgpu` takes the time of every stage, which costs speed; others take it
     /// always.
     pub stage_times: bool,
@@ -47,9 +55,9 @@ pub enum SettingsChange {
 }
 
 impl Settings {
-    /// The settings that a scene comes with.
+    /// The settings that a scene comes with; `compiled` is what it compiles to.
     #[must_use]
-    pub fn of_scene(scene: &Scene, backend: &str) -> Self {
+    pub fn of_scene(scene: &Scene, compiled: &CompiledScene, backend: &str) -> Self {
         let simulation = &scene.simulation;
         Self {
             backend: backend.to_owned(),
@@ -57,88 +65,127 @@ impl Settings {
             linear: simulation.implicit.linear,
             preconditioner: simulation.implicit.preconditioner,
             iterations: simulation.implicit.iterations,
-            time_step: simulation.solver_time_step(),
-            stiffness: [1.0; 3],
-            damping: 1.0,
-            wind: scene.wind.map_or([0.0; 3], |wind| wind.velocity),
-            contact: scene.contact.map(|contact| contact.distance),
+            time_step: compiled.config.time_step,
+            cloths: scene
+                .cloths
+                .iter()
+                .zip(&compiled.cloths)
+                .map(|(cloth, compiled)| ClothSettings::new(cloth, compiled))
+                .collect(),
+            gravity: scene.gravity,
+            air: scene.wind,
+            contact: scene.contact,
+            surfaces: surroundings::surfaces(scene),
             stage_times: false,
         }
     }
 
-    /// How to get from `self` to `next` in a model that has air or not.
-    pub(super) fn change_to(&self, next: &Self, has_air: bool) -> SettingsChange {
+    /// How to get from `self` to `next`.
+    pub(super) fn change_to(&self, next: &Self) -> SettingsChange {
         if self == next {
             return SettingsChange::None;
         }
-        let only_wind = Self { wind: next.wind, ..self.clone() } == *next;
-        if only_wind && has_air { SettingsChange::Live } else { SettingsChange::Rebuilt }
+        match (&self.air, &next.air) {
+            (Some(air), Some(wanted)) => {
+                let air = SceneWind { velocity: wanted.velocity, ..*air };
+                let only_velocity = Self { air: Some(air), ..self.clone() } == *next;
+                if only_velocity { SettingsChange::Live } else { SettingsChange::Rebuilt }
+            }
+            _ => SettingsChange::Rebuilt,
+        }
     }
 
-    /// `scene` under these settings; `model` is what it compiles to without them.
-    pub(super) fn apply(&self, scene: &Scene, model: &Model) -> Scene {
+    /// `scene` under these settings; `original` are those that it comes with.
+    pub(super) fn apply(&self, scene: &Scene, original: &Self) -> Scene {
         let mut scene = scene.clone();
         let simulation = &mut scene.simulation;
         simulation.solver = self.solver;
         simulation.implicit.linear = self.linear;
         simulation.implicit.preconditioner = self.preconditioner;
         simulation.implicit.iterations = self.iterations;
-        *simulation.solver_time_step_mut() = self.time_step;
-        if self.stiffness != [1.0; 3] || self.damping != 1.0 {
-            self.apply_springs(&mut scene, model);
+        if self.time_step != simulation.solver_time_step() {
+            *simulation.solver_time_step_mut() = self.time_step;
         }
-        match &mut scene.wind {
-            Some(wind) => wind.velocity = self.wind,
-            None if self.wind != [0.0; 3] => {
-                scene.wind = Some(SceneWind { velocity: self.wind, density: 1.204, gust: None });
-            }
-            None => {}
+        for (cloth, (wanted, original)) in
+            scene.cloths.iter_mut().zip(self.cloths.iter().zip(&original.cloths))
+        {
+            wanted.apply(original, cloth);
         }
-        scene.contact = self.contact.map(|distance| {
-            let response = scene.contact.map_or(
-                SceneContactResponse::Impulse { restitution: 0.0, friction: 0.3 },
-                |contact| contact.response,
-            );
-            SceneContact { distance, response }
-        });
+        scene.gravity = self.gravity;
+        scene.wind = self.air;
+        scene.contact = self.contact;
+        surroundings::surfaces_apply(&self.surfaces, &mut scene);
         scene
-    }
-
-    fn apply_springs(&self, scene: &mut Scene, model: &Model) {
-        for (number, cloth) in scene.cloths.iter_mut().enumerate() {
-            let coefficients = |class, factor: f64| {
-                let kind = spring_kind(model, number, class)?;
-                Some((kind.stiffness * factor, kind.damping * self.damping))
-            };
-            let material = &mut cloth.material;
-            let [stretch, shear, bend] = self.stiffness;
-            let spring = |class, factor| {
-                let (stiffness, damping) = coefficients(class, factor)?;
-                Some(SceneSpring { stiffness: Some(stiffness), damping: Some(damping) })
-            };
-            material.stretch = spring(SpringClass::Stretch, stretch).or(material.stretch);
-            material.shear = spring(SpringClass::Shear, shear).or(material.shear);
-            if let Some((stiffness, damping)) = coefficients(SpringClass::Bend, bend) {
-                let rigidity = spring_kind(model, number, SpringClass::Bend)
-                    .and_then(|kind| kind.rigidity)
-                    .map(|rigidity| rigidity * bend);
-                material.bend = Some(SceneBend {
-                    stiffness: Some(stiffness),
-                    damping: Some(damping),
-                    rigidity,
-                });
-            }
-        }
     }
 }
 
-/// The first spring of a class in a cloth; all of a class are alike but for their length.
-fn spring_kind(model: &Model, cloth: usize, class: SpringClass) -> Option<cloth::SpringKind> {
-    let range = &model.cloths().get(cloth)?.particles;
-    let springs = model.springs();
-    let mut of_cloth = range.clone().flat_map(|particle| springs.row(particle as usize));
-    of_cloth.find_map(|spring| {
-        let kind = springs.kinds()[springs.kind_indices()[spring] as usize];
-        (kind.class == class).then_some(kind)
-    })
+#[cfg(test)]
+mod tests {
+    use cloth::scene::{CompileOptions, builtin_scenes};
+
+    use super::*;
+
+    fn settings(scene: &Scene) -> Settings {
+        Settings::of_scene(scene, &scene.compile(&CompileOptions::default()).unwrap(), "cpu")
+    }
+
+    /// What a user has not touched is written as it was: presets, values that are not given, all.
+    #[test]
+    fn settings_that_nobody_changed_leave_a_scene_as_it_is() {
+        for builtin in builtin_scenes() {
+            let scene = Scene::builtin(builtin.name).unwrap();
+            let settings = settings(&scene);
+            assert_eq!(settings.apply(&scene, &settings), scene, "{}", builtin.name);
+        }
+    }
+
+    #[test]
+    fn a_scene_with_changed_settings_has_these_settings() {
+        for builtin in builtin_scenes() {
+            let scene = Scene::builtin(builtin.name).unwrap();
+            let original = settings(&scene);
+            let mut wanted = original.clone();
+            wanted.time_step *= 0.5;
+            wanted.gravity = [0.0, 0.1, -1.62];
+            wanted.air = Some(SceneWind { velocity: [1.0, 2.0, 3.0], density: 0.9, gust: None });
+            for (number, cloth) in wanted.cloths.iter_mut().enumerate() {
+                let factor = 1.0 + 0.1 * (number + 1) as f64;
+                cloth.material.stretch.stiffness *= factor;
+                cloth.material.bend.damping = 0.003 * factor;
+                cloth.material.thickness *= factor;
+            }
+            for surface in &mut wanted.surfaces {
+                surface.friction = 0.77;
+            }
+            let changed = wanted.apply(&scene, &original);
+            let text = changed.to_toml().unwrap();
+            let read = Scene::from_toml(&text, "changed.toml").unwrap();
+            let read = Scene { origin: scene.origin.clone(), ..read };
+            let found = settings(&read);
+            let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
+            for (found, wanted) in found.cloths.iter().zip(&wanted.cloths) {
+                let [found, wanted] = [found.material, wanted.material];
+                assert!(near(found.stretch.stiffness, wanted.stretch.stiffness), "{found:?}");
+                assert!(near(found.shear.stiffness, wanted.shear.stiffness), "{found:?}");
+            }
+            let exact = |settings: Settings| Settings { cloths: Vec::new(), ..settings };
+            assert_eq!(exact(found), exact(wanted), "{}", builtin.name);
+        }
+    }
+
+    #[test]
+    fn the_velocity_of_the_wind_alone_is_live() {
+        let scene = Scene::builtin("flag").unwrap();
+        let old = settings(&scene);
+        let with = |change: &dyn Fn(&mut SceneWind)| {
+            let mut settings = old.clone();
+            change(settings.air.as_mut().unwrap());
+            old.change_to(&settings)
+        };
+        assert_eq!(old.change_to(&old), SettingsChange::None);
+        assert_eq!(with(&|air| air.velocity[0] += 1.0), SettingsChange::Live);
+        assert_eq!(with(&|air| air.density = 1.0), SettingsChange::Rebuilt);
+        assert_eq!(with(&|air| air.gust = None), SettingsChange::Rebuilt);
+        assert_eq!(old.change_to(&Settings { air: None, ..old.clone() }), SettingsChange::Rebuilt);
+    }
 }
