@@ -502,7 +502,7 @@ fn gravity_density_gusts_and_friction_act_on_a_running_scene() {
         engine.step().unwrap();
         let mut settings = engine.settings().clone();
         change(&mut settings);
-        assert_eq!(engine.apply(&settings).unwrap(), SettingsChange::Rebuilt);
+        assert_ne!(engine.apply(&settings).unwrap(), SettingsChange::None);
         assert_eq!(engine.settings(), &settings);
         let before = engine.state().unwrap().positions[112];
         for _ in 0..8 {

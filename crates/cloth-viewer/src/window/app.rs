@@ -38,11 +38,11 @@ use super::{
 
 /// Heights of the bars at the bottom, of the curves at first, and width of the panel \[point\].
 const STATUS: f32 = 28.0;
-const TIMELINE: f32 = 66.0;
+const TIMELINE: f32 = 62.0;
 const GRAPHS: f32 = 250.0;
 const PANEL: f32 = 320.0;
 /// Width of the speed in the bar at the bottom \[point\].
-const SPEED: f32 = 270.0;
+const SPEED: f32 = 360.0;
 /// The light of a recorder.
 const RECORDING: Color32 = Color32::from_rgb(255, 110, 100);
 
@@ -450,7 +450,7 @@ impl ViewerApp {
                 let ink = if error { Color32::WHITE } else { ui.visuals().weak_text_color() };
                 ui.colored_label(ink, speed);
                 if let Some(count) = recording {
-                    ui.colored_label(RECORDING, format!("⏺ {count}"));
+                    ui.colored_label(RECORDING, format!("recording, {count} frames"));
                 }
             });
         });

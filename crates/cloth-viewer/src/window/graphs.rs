@@ -16,6 +16,9 @@ const LENGTH: usize = 300;
 /// Stages that get a curve of their own.
 const STAGES: usize = 5;
 
+/// Size of the letters of names \[point\].
+const LEGEND: f32 = 11.0;
+
 /// Figures of one frame.
 struct Point {
     frame: f64,
@@ -121,7 +124,7 @@ impl Graphs {
     fn plot(&self, ui: &mut Ui, title: &str, unit: &str, rows: usize, curves: Vec<Curve>) {
         let head = if unit.is_empty() { title.to_owned() } else { format!("{title} [{unit}]") };
         ui.label(RichText::new(head).strong());
-        let height = ui.text_style_height(&eframe::egui::TextStyle::Small) + 1.0;
+        let height = LEGEND + 4.0;
         let width = ui.available_width() / 2.0 - 6.0;
         for row in 0..rows.div_ceil(2) {
             ui.horizontal(|ui| {
@@ -130,7 +133,7 @@ impl Graphs {
                 for curve in curves.iter().skip(2 * row).take(2) {
                     let value = curve.points.last().map_or(0.0, |point| point[1]);
                     let name = curve.name.replace('_', " ");
-                    let text = RichText::new(format!("{} {name}", short(value))).small();
+                    let text = RichText::new(format!("{} {name}", short(value))).size(LEGEND);
                     let label = Label::new(text.color(curve.colour)).truncate().selectable(false);
                     ui.allocate_ui(vec2(width, height), |ui| {
                         ui.set_min_width(width);

@@ -74,10 +74,10 @@ impl Messages {
         };
         let is_error = message.severity == Severity::Error;
         let ink = if is_error { ERROR_TEXT } else { ui.visuals().text_color() };
-        let text =
-            if is_error { format!("⚠ Error: {}", message.text) } else { message.text.clone() };
+        let text = if is_error { format!("Error: {}", message.text) } else { message.text.clone() };
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let close = ui.add(Label::new(RichText::new("✖").color(ink)).sense(Sense::click()));
+            let close =
+                ui.add(Label::new(RichText::new("×").size(18.0).color(ink)).sense(Sense::click()));
             places::mark("dismiss", &close);
             if close.on_hover_text("Put this message away (Esc)").clicked() {
                 self.dismiss();

@@ -4,6 +4,7 @@ mod app;
 mod colours;
 mod graphs;
 mod history;
+mod icons;
 mod keys;
 mod messages;
 mod panel;

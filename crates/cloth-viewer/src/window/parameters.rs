@@ -6,8 +6,10 @@ use super::places;
 
 /// Width of the names, of a value, and of one of three values \[point\].
 const LABEL: f32 = 124.0;
-const VALUE: f32 = 112.0;
+pub(super) const VALUE: f32 = 3.0 * THIRD + 2.0 * GAP;
 const THIRD: f32 = 54.0;
+/// Between these \[point\].
+const GAP: f32 = 4.0;
 
 /// A unit as the panel shows it, and that of scene files.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,15 +147,10 @@ pub(super) const GRAVITY: Parameter = parameter(
     [-100.0, 100.0],
     "gravity",
 );
-pub(super) const AIR_DENSITY: Parameter = parameter(
-    "density of the air",
-    "1.204 at 20 °C.",
-    Unit::same("kg/m³"),
-    [0.0, 2000.0],
-    "wind.density",
-);
+pub(super) const AIR_DENSITY: Parameter =
+    parameter("  density", "1.204 at 20 °C.", Unit::same("kg/m³"), [0.0, 2000.0], "wind.density");
 pub(super) const WIND: Parameter = parameter(
-    "wind",
+    "  wind",
     "Velocity of the air along x, y and z.",
     Unit::same("m/s"),
     [-100.0, 100.0],
@@ -300,7 +297,7 @@ impl Parameter {
     ) -> bool {
         let tooltip = self.tooltip(None);
         row(ui, &format!("{} [{}]", self.label, self.unit.shown), &tooltip, |ui| {
-            ui.spacing_mut().item_spacing.x = 4.0;
+            ui.spacing_mut().item_spacing.x = GAP;
             let fields = vector.iter_mut().zip(marks).zip(["x", "y", "z"]);
             fields.fold(false, |any, ((value, mark), axis)| {
                 let (response, changed) = self.field(ui, value, THIRD, false);

@@ -1,8 +1,12 @@
 //! The bar below the picture: play, pause, and the frames that can be gone back to.
 
-use eframe::egui::{Align, Button, Color32, Label, Layout, RichText, Slider, Ui, vec2};
+use eframe::egui::{Align, Color32, Label, Layout, RichText, Slider, Ui};
 
-use super::{panel::PanelRequest, places};
+use super::{
+    icons::{Icon, icon_button},
+    panel::PanelRequest,
+    places,
+};
 use crate::{Command, KeptView, Snapshot};
 
 /// Width of the number of the frame \[point\].
@@ -54,15 +58,15 @@ pub(super) fn timeline(ui: &mut Ui, snapshot: &Snapshot) -> Vec<PanelRequest> {
     let mut requests = Vec::new();
     let mut ask = |command| requests.push(PanelRequest::Command(command));
     ui.horizontal(|ui| {
-        let (play, tip) = if paused { ("▶", "Play (space)") } else { ("⏸", "Pause (space)") };
-        for (name, text, tip, command) in [
-            ("reset", "⏮", "Back to the start (R)", Command::Reset),
-            ("step back", "◀", "The frame before (left arrow)", Command::StepBack),
-            ("play", play, tip, Command::PauseToggle),
-            ("step", "⏵", "The next frame (right arrow)", Command::Step),
+        let play =
+            if paused { (Icon::Play, "Play (space)") } else { (Icon::Pause, "Pause (space)") };
+        for (name, (icon, tip), command) in [
+            ("reset", (Icon::Start, "Back to the start (R)"), Command::Reset),
+            ("step back", (Icon::Back, "The frame before (left arrow)"), Command::StepBack),
+            ("play", play, Command::PauseToggle),
+            ("step", (Icon::Next, "The next frame (right arrow)"), Command::Step),
         ] {
-            let button = Button::new(text).min_size(vec2(30.0, 24.0));
-            let response = ui.add(button);
+            let response = icon_button(ui, icon);
             places::mark(name, &response);
             if response.on_hover_text(tip).clicked() {
                 ask(command);

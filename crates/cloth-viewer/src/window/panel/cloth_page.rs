@@ -9,7 +9,7 @@ use crate::{
     window::{
         parameters::{
             MASS_PER_AREA, MASS_PER_PARTICLE, PRESSURE, RIGIDITY, SKIN_FRICTION, SPRINGS,
-            THICKNESS, row,
+            THICKNESS, VALUE, row,
         },
         places,
     },
@@ -27,7 +27,7 @@ pub(super) fn show(ui: &mut Ui, chosen: &mut usize, settings: &mut Settings) {
     let several = settings.cloths.len() > 1;
     row(ui, "cloth", "The cloth whose values are shown\nScene key: cloth.name", |ui| {
         let name = settings.cloths.get(*chosen).map_or("", |cloth| &cloth.name);
-        let list = ComboBox::from_id_salt("cloth").width(150.0).truncate().selected_text(name);
+        let list = ComboBox::from_id_salt("cloth").width(VALUE).truncate().selected_text(name);
         ui.add_enabled_ui(several, |ui| {
             let response = list.show_ui(ui, |ui| {
                 for (number, cloth) in settings.cloths.iter().enumerate() {
@@ -41,7 +41,7 @@ pub(super) fn show(ui: &mut Ui, chosen: &mut usize, settings: &mut Settings) {
     let tip = "A fabric that was measured; choosing one sets all values below\nScene key: cloth.material.preset";
     row(ui, "preset", tip, |ui| {
         let text = cloth.preset.clone().unwrap_or_else(|| "none".into());
-        let list = ComboBox::from_id_salt("preset").width(150.0).truncate().selected_text(text);
+        let list = ComboBox::from_id_salt("preset").width(VALUE).truncate().selected_text(text);
         let response = list.show_ui(ui, |ui| {
             for preset in &MaterialPreset::ALL {
                 let is_chosen = cloth.preset.as_deref() == Some(preset.name);

@@ -11,7 +11,10 @@ use eframe::egui::{
     vec2,
 };
 
-use super::{parameters, places};
+use super::{
+    parameters::{self, VALUE},
+    places,
+};
 use crate::{ClipFormat, Command, Overlays, Settings};
 
 /// What the panel asks for.
@@ -122,9 +125,9 @@ impl PanelState {
                 ];
                 for ((name, text, is_on, request), tip) in [
                     ("keys", "?", true, PanelRequest::Help),
-                    ("save scene", "💾", is_live, PanelRequest::Save),
-                    ("redo", "⟳", view.redo > 0, PanelRequest::Redo),
-                    ("undo", "⟲", view.undo > 0, PanelRequest::Undo),
+                    ("save scene", "save", is_live, PanelRequest::Save),
+                    ("redo", "redo", view.redo > 0, PanelRequest::Redo),
+                    ("undo", "undo", view.undo > 0, PanelRequest::Undo),
                 ]
                 .into_iter()
                 .zip(tips)
@@ -202,7 +205,7 @@ fn choice<T: PartialEq>(
     let all: Vec<(T, &'static str)> = all.collect();
     let name = all.iter().find(|(one, _)| one == value).map_or("", |(_, name)| name);
     parameters::row(ui, label, tooltip, |ui| {
-        let chosen = ComboBox::from_id_salt(label).width(150.0).truncate().selected_text(name);
+        let chosen = ComboBox::from_id_salt(label).width(VALUE).truncate().selected_text(name);
         let response = chosen.show_ui(ui, |ui| {
             for (one, name) in all {
                 ui.selectable_value(value, one, name);

@@ -17,9 +17,9 @@ const CONTACT_SHARE: f64 = 0.9;
 
 pub(super) fn show(ui: &mut Ui, settings: &mut Settings) {
     GRAVITY.row_vector(ui, ["gravity x", "gravity y", "gravity z"], &mut settings.gravity);
-    heading(ui, "Air");
+    ui.add_space(6.0);
     air(ui, &mut settings.air);
-    heading(ui, "Contact");
+    ui.add_space(6.0);
     let spacing = settings.cloths.iter().map(|cloth| cloth.spacing).fold(f64::INFINITY, f64::min);
     contact(ui, &mut settings.contact, spacing);
     if !settings.surfaces.is_empty() {
