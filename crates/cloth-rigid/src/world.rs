@@ -8,7 +8,7 @@ use rapier3d_f64::prelude::{
 use rapier3d_f64::utils::AngularInertiaOps;
 
 use crate::{
-    RigidBody, RigidError, RigidJoint,
+    RigidBody, RigidError, RigidJoint, RigidMotion,
     mesh::vector,
     shape::{pose, solid},
     snapshot,
@@ -157,6 +157,39 @@ impl RigidWorld {
             *at = pose;
         }
         Ok(())
+    }
+
+    /// Where the bodies are and how they move, for [`Self::motions_take`].
+    #[must_use]
+    pub fn motions(&self) -> Vec<RigidMotion> {
+        let of = |&handle: &RigidBodyHandle| {
+            let body = &self.world.bodies[handle];
+            let pose = body.position();
+            RigidMotion {
+                pose: Pose {
+                    translation: pose.translation.to_array(),
+                    rotation: pose.rotation.to_array(),
+                },
+                velocity: body.linvel().to_array(),
+                angular_velocity: body.angvel().to_array(),
+            }
+        };
+        self.bodies.iter().map(of).collect()
+    }
+
+    /// Goes on from `motions`, one for each body, with the colliders at `colliders`: those of a world of as many bodies whose gravity and
+    /// friction may be others, where [`Self::resume`] wants the same. Bodies that touch each other find the forces between them anew.
+    pub fn motions_take(&mut self, colliders: &[Pose], motions: &[RigidMotion]) {
+        for ((handle, at), collider) in self.kinematic.iter_mut().zip(colliders) {
+            self.world.bodies[*handle].set_position(pose(collider), true);
+            *at = *collider;
+        }
+        for (&handle, motion) in self.bodies.iter().zip(motions) {
+            let body = &mut self.world.bodies[handle];
+            body.set_position(pose(&motion.pose), true);
+            body.set_linvel(vector(motion.velocity), true);
+            body.set_angvel(vector(motion.angular_velocity), true);
+        }
     }
 
     /// Where the local frames of the bodies are.

@@ -758,3 +758,28 @@ fn the_thread_saves_the_scene_with_its_settings() {
     wait(&thread, "it is replaced", |shown| shown.message_number == 3);
     assert_eq!(thread.shown().message.unwrap().severity, Severity::Info);
 }
+
+/// Bodies go on where they are under another gravity, and with another friction.
+#[test]
+fn rigid_bodies_go_on_under_changed_settings() {
+    let scene = Scene::builtin("ball-on-sheet").unwrap();
+    let mut engine = Engine::new(&gpu(), scene, CompileOptions::default(), "cpu").unwrap();
+    let height =
+        |engine: &mut Engine| engine.state().unwrap().colliders.last().unwrap().translation[2];
+    for _ in 0..3 {
+        engine.step().unwrap();
+    }
+    let before = height(&mut engine);
+    let mut settings = engine.settings().clone();
+    settings.gravity = [0.0, 0.0, 40.0];
+    settings.surfaces.iter_mut().for_each(|surface| surface.friction = 0.1);
+    assert_eq!(engine.apply(&settings).unwrap(), SettingsChange::Rebuilt);
+    assert_eq!(height(&mut engine), before);
+    engine.step().unwrap();
+    let next = height(&mut engine);
+    assert!((next - before).abs() < 0.05, "it does not jump: {before} m, {next} m");
+    for _ in 0..8 {
+        engine.step().unwrap();
+    }
+    assert!(height(&mut engine) > before + 0.1, "it falls up");
+}

@@ -6,7 +6,7 @@ use cloth_core::{
     ColliderControl, ColliderImpulse, Control, ControlStart, Error, Frame, PinAction, Pose, Result,
     Solver, StepReport,
 };
-use cloth_rigid::{RigidError, RigidWorld};
+use cloth_rigid::{RigidError, RigidMotion, RigidWorld};
 use cloth_scene::CompiledScene;
 
 /// Longest time that a body waits for the reaction of the cloth \[s\]. A body on a cloth is a mass on a
@@ -52,6 +52,12 @@ impl RigidExchange {
     /// Those of [`RigidWorld::resume`].
     pub fn resume(&mut self, snapshot: &[u8]) -> Result<(), RigidError> {
         self.world.resume(snapshot)
+    }
+
+    /// Goes on with colliders and bodies as they were, though gravity or friction may be others now. See
+    /// [`RigidWorld::motions_take`].
+    pub fn motions_take(&mut self, colliders: &[Pose], bodies: &[RigidMotion]) {
+        self.world.motions_take(&colliders[..self.own.min(colliders.len())], bodies);
     }
 
     /// The bodies.

@@ -373,7 +373,10 @@ fn kept_frames_are_scrubbed_while_the_simulation_stays_where_it_is() {
 #[test]
 fn messages_move_nothing_and_errors_look_like_errors() {
     let mut session = Session::open(None, &["--paused"]);
-    let before = session.wait("all widgets", |line| line["widgets"]["frame"].is_array());
+    session.wait("all widgets", |line| line["widgets"]["frame"].is_array());
+    // The first pictures of a window find its layout.
+    std::thread::sleep(Duration::from_millis(500));
+    let before = session.last().unwrap();
     let places = |line: &Value| {
         let mut widgets = line["widgets"].as_object().unwrap().clone();
         // The message itself comes and goes.

@@ -328,7 +328,7 @@ impl Engine {
         solver.get().upload(&state)?;
         let mut rigid = RigidExchange::new(&compiled, solver.get())?;
         if let (Some(rigid), Some(old)) = (&mut rigid, &self.rigid) {
-            rigid.resume(&state.colliders, &old.world().motions());
+            rigid.motions_take(&state.colliders, &old.world().motions());
         }
         self.substeps = state.step;
         self.state = state;

@@ -187,7 +187,7 @@ impl Engine {
             (frame.bodies.clone(), frame.report.clone(), frame.duration);
         self.solver.get().upload(&state)?;
         if let Some(rigid) = &mut self.rigid {
-            rigid.resume(&state.colliders, &bodies);
+            rigid.motions_take(&state.colliders, &bodies);
         }
         self.held.clone_from(&state.held);
         self.frame = number;
