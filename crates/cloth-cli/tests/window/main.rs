@@ -147,16 +147,16 @@ impl Session {
         let go = |x: f64| {
             let [x, y] = [x, place[1]].map(|p| format!("{}", p.round()));
             self.xdotool(&["mousemove", "--window", &self.window, &x, &y]);
-            std::thread::sleep(Duration::from_millis(60));
+            std::thread::sleep(Duration::from_millis(120));
         };
         go(place[0]);
         self.xdotool(&["mousedown", "1"]);
-        std::thread::sleep(Duration::from_millis(60));
+        std::thread::sleep(Duration::from_millis(120));
         (1..=6).for_each(|part| go(place[0] + right * f64::from(part) / 6.0));
         self.xdotool(&["mouseup", "1"]);
     }
 
-    /// Clicks on a widget, once its place stays the same: pages and windows come with a movement.
+    /// Clicks on a widget of the panel or a window.
     fn click(&mut self, name: &str) {
         let line = self.wait(name, |line| line["widgets"][name].is_array());
         let edge = |k: usize| line["widgets"][name][k].as_f64().unwrap();
@@ -317,6 +317,8 @@ fn numbers_of_the_panel_are_dragged() {
 #[test]
 fn a_changed_scene_is_saved_and_no_file_is_replaced_unasked() {
     let mut session = Session::open(None, &["--paused"]);
+    // The first pictures of a window find its layout.
+    std::thread::sleep(Duration::from_millis(500));
     session.drag_widget("stretch stiffness", 0.5, 30.0);
     let changed = session.wait("stiffer cloth", |line| line["stretch"][0].as_f64() > Some(61.0));
     session.key("ctrl+s");
