@@ -6,6 +6,7 @@
 //!   frames into [formats](FrameFormat) of other programs.
 //! - [`ClipWriter`] makes one animated file of pictures of any renderer.
 //! - [`Picture`] renders cloth and colliders without a graphics card.
+//! - [`file_open`] and [`file_read`] read regular files alone, so that no pipe is waited for.
 //! - [`file_replace`] writes any file so that it is either complete or as it was.
 
 mod file;
@@ -13,7 +14,7 @@ mod frame;
 mod mesh;
 mod picture;
 
-pub use file::file_replace;
+pub use file::{file_open, file_read, file_replace};
 pub use frame::{
     ClipWriter, ContainerOptions, ContainerReport, Frame, FrameError, FrameFormat,
     FrameFormatError, FrameSequenceWriter, FrameStore, PictureMaker, PictureSequence, StoredFrame,

@@ -139,6 +139,21 @@ pub enum MeshError {
         /// How many there can be.
         limit: u64,
     },
+    /// The mesh is larger than the engine can use, whatever the file holds it in.
+    #[error(
+        "mesh file `{file}` asks for {declared} {what}, and at most {limit} are read; reduce the mesh, or \
+         export it without copies of the same parts"
+    )]
+    TooLarge {
+        /// The file.
+        file: String,
+        /// What there is too much of.
+        what: &'static str,
+        /// How many of them the file asks for.
+        declared: u64,
+        /// How many are read at most.
+        limit: u64,
+    },
     /// An external buffer of a glTF file is not inside the folder of that file.
     #[error(
         "mesh file `{file}` refers to the buffer `{uri}`, which is not a plain path below the \

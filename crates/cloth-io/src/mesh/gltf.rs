@@ -1,18 +1,19 @@
 //! glTF 2.0: `.gltf` with embedded or external buffers, and `.glb`.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
+use std::rc::Rc;
 
 use cloth_core::TriangleMesh;
 use glam::{DMat4, DVec3};
 use gltf::mesh::Mode;
-use gltf::{Document, Gltf, Node, Primitive};
+use gltf::{Accessor, Document, Gltf, Mesh, Node, Primitive, Semantic};
 
 use super::assembly::{Corner, MeshAssembly};
 use super::gltf_accessor::GltfData;
-use super::gltf_attribute::AttributeMeans;
+use super::gltf_attribute::{AttributeMeans, chooses};
 use super::gltf_buffer::gltf_buffers;
-use super::{MeshError, MeshPlace};
+use super::{MESH_COUNT_MAX, MeshError, MeshPlace};
 
 /// Reads all triangle meshes of the default scene of a glTF 2.0 file from `bytes`; `file` is the
 /// name used in errors, `folder` the place of external buffers (`None` refuses them).
@@ -33,20 +34,23 @@ pub fn mesh_read_gltf(
     folder: Option<&Path>,
 ) -> Result<TriangleMesh, MeshError> {
     let gltf = document(file, bytes)?;
-    let buffers = gltf_buffers(file, &gltf, folder)?;
+    let nodes = mesh_nodes(file, &gltf.document)?;
+    copies_check(file, &nodes)?;
+    let meshes = nodes.iter().filter_map(|(node, _)| node.mesh());
+    let buffers = gltf_buffers(file, &gltf, meshes, folder)?;
     let mut reader = GltfReader {
         file,
         data: GltfData { file, buffers },
-        assembly: MeshAssembly::default(),
+        assembly: MeshAssembly::new(MeshPlace::Face, 0),
         face_count: 0,
         names: HashMap::new(),
         attributes: AttributeMeans::default(),
     };
-    for (node, transform) in mesh_nodes(file, &gltf.document)? {
+    for (node, transform) in nodes {
         reader.node(&node, transform)?;
     }
     reader.assembly.attributes = reader.attributes.finish(reader.assembly.positions.len());
-    reader.assembly.finish(file, 0)
+    reader.assembly.finish(file)
 }
 
 pub(super) fn syntax(file: &str, problem: String) -> MeshError {
@@ -113,6 +117,61 @@ fn mesh_nodes<'a>(file: &str, document: &'a Document) -> Result<Vec<(Node<'a>, D
     Ok(found)
 }
 
+/// What the copies of meshes may have together, of vertices as of corners of triangles: a file of a few
+/// kilobytes can place one mesh any number of times.
+const COPIES_MAX: u64 = 1 << 20;
+
+/// Counts what the nodes ask for, before memory is taken for it.
+fn copies_check(file: &str, nodes: &[(Node<'_>, DMat4)]) -> Result<(), MeshError> {
+    let mut sizes: HashMap<usize, [u64; 2]> = HashMap::new();
+    let mut copies = [0_u64; 2];
+    let mut whole = [0_u64; 2];
+    for (node, _) in nodes {
+        let Some(mesh) = node.mesh() else { continue };
+        let known = sizes.get(&mesh.index()).copied();
+        let size = known.unwrap_or_else(|| mesh_size(&mesh));
+        sizes.insert(mesh.index(), size);
+        let sum = if known.is_some() { &mut copies } else { &mut whole };
+        *sum = [0, 1].map(|i| sum[i].saturating_add(size[i]));
+    }
+    let whats = [["vertices", "vertices in copies"], ["corners", "corners in copies"]];
+    for (i, [of_all, of_copies]) in whats.into_iter().enumerate() {
+        let most = [MESH_COUNT_MAX, 3 * MESH_COUNT_MAX][i];
+        for (what, count, limit) in
+            [(of_copies, copies[i], COPIES_MAX), (of_all, whole[i].saturating_add(copies[i]), most)]
+        {
+            if count > limit {
+                let file = file.to_owned();
+                return Err(MeshError::TooLarge { file, what, declared: count, limit });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Numbers of vertices that are read for a mesh, and its corners, each at least the number of its primitives, which take time too.
+fn mesh_size(mesh: &Mesh<'_>) -> [u64; 2] {
+    let mut seen = HashSet::new();
+    let mut size = [0_u64; 2];
+    for primitive in mesh.primitives() {
+        let positions = primitive.get(&Semantic::Positions);
+        let count = |accessor: &Accessor<'_>| accessor.count() as u64;
+        let vertices = positions.as_ref().map_or(0, count);
+        let corners = primitive.indices().as_ref().map_or(vertices, count);
+        // Primitives of one mesh often share their vertices, which are then read once.
+        let mut own = [0, corners];
+        let at = positions.map(|accessor| accessor.index());
+        for (semantic, accessor) in primitive.attributes() {
+            let read = matches!(semantic, Semantic::Positions | Semantic::TexCoords(0));
+            if (read || chooses(&semantic)) && seen.insert((at, accessor.index())) {
+                own[0] = own[0].saturating_add(count(&accessor));
+            }
+        }
+        size = [0, 1].map(|i| size[i].saturating_add(own[i].max(1)));
+    }
+    size
+}
+
 struct GltfReader<'file> {
     file: &'file str,
     data: GltfData<'file>,
@@ -124,6 +183,19 @@ struct GltfReader<'file> {
     attributes: AttributeMeans,
 }
 
+/// The vertices of one node. Primitives can share accessors, which are read once.
+#[derive(Default)]
+struct NodeVertices {
+    /// Vertex by the bits of its position.
+    weld: HashMap<[u64; 3], i64>,
+    /// Vertices by accessor of positions.
+    welded: HashMap<usize, Rc<[i64]>>,
+    /// Start and count by accessor of texture coordinates.
+    textured: HashMap<usize, [usize; 2]>,
+    /// Accessors of attributes, with those of positions and their names, that were read.
+    attributes: HashSet<((Option<usize>, usize), String)>,
+}
+
 impl GltfReader<'_> {
     fn node(&mut self, node: &Node<'_>, transform: DMat4) -> Result<(), MeshError> {
         let Some(mesh) = node.mesh() else {
@@ -132,10 +204,11 @@ impl GltfReader<'_> {
         let name = node.name().or(mesh.name()).map(str::to_owned);
         let name = name.unwrap_or_else(|| format!("node {}", node.index()));
         let name = self.unique(name);
-        self.assembly.group_names(vec![name]);
-        let mut weld = HashMap::new();
+        let name = self.assembly.name(self.file, &name)?;
+        self.assembly.groups_begin(vec![name]);
+        let mut own = NodeVertices::default();
         for primitive in mesh.primitives() {
-            self.primitive(&primitive, transform, &mut weld)?;
+            self.primitive(&primitive, transform, &mut own)?;
         }
         Ok(())
     }
@@ -153,52 +226,99 @@ impl GltfReader<'_> {
         &mut self,
         primitive: &Primitive<'_>,
         transform: DMat4,
-        weld: &mut HashMap<[u64; 3], i64>,
+        own: &mut NodeVertices,
     ) -> Result<(), MeshError> {
         let mode = primitive.mode();
         if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
             return Ok(());
         }
-        let positions = self.data.positions(primitive)?;
-        let coordinates = self.data.texture_coordinates(primitive)?;
-        let indices = self.data.indices(primitive, positions.len())?;
-
-        let welded: Vec<i64> =
-            positions.into_iter().map(|position| self.vertex(position, transform, weld)).collect();
-        for (name, values) in self.data.attributes(primitive) {
-            self.attributes.add(name, &welded, &values);
-        }
-        let texture_start = self.assembly.coordinates.len() as i64;
-        let texture_count = coordinates.as_ref().map_or(0, Vec::len);
-        self.assembly.coordinates.extend(coordinates.into_iter().flatten());
+        let welded = self.welded(primitive, transform, own)?;
+        self.attributes(primitive, &welded, own)?;
+        let indices = self.data.indices(primitive, welded.len())?;
+        let [texture_start, texture_count] = self.textured(primitive, own)?;
 
         // A mirroring transform turns triangles inside out.
         let mirrored = transform.determinant() < 0.0;
         for triangle in triangles(mode, &indices) {
             let [a, b, c] = triangle;
             let triangle = if mirrored { [a, c, b] } else { triangle };
-            let place = MeshPlace::Face(self.face_count);
+            let face = self.face_count;
             self.face_count += 1;
             let mut corners = [Corner { vertex: -1, texture: None }; 3];
             for (corner, index) in corners.iter_mut().zip(triangle) {
                 let Some(&vertex) = welded.get(index as usize) else {
                     return Err(MeshError::Index {
                         file: self.file.to_owned(),
-                        place,
+                        place: MeshPlace::Face(face),
                         what: "vertex",
                         index: index.into(),
                         count: welded.len(),
                     });
                 };
                 let textured = (index as usize) < texture_count;
-                *corner = Corner {
-                    vertex,
-                    texture: textured.then_some(texture_start + i64::from(index)),
-                };
+                let texture = textured.then_some(texture_start as i64 + i64::from(index));
+                *corner = Corner { vertex, texture };
             }
-            self.assembly.polygon(self.file, place, &corners)?;
+            self.assembly.polygon(self.file, face, &corners)?;
         }
         Ok(())
+    }
+
+    /// The vertex of the mesh for each position of a primitive.
+    fn welded(
+        &mut self,
+        primitive: &Primitive<'_>,
+        transform: DMat4,
+        own: &mut NodeVertices,
+    ) -> Result<Rc<[i64]>, MeshError> {
+        let accessor = primitive.get(&Semantic::Positions).map(|accessor| accessor.index());
+        if let Some(welded) = accessor.and_then(|accessor| own.welded.get(&accessor)) {
+            return Ok(Rc::clone(welded));
+        }
+        let positions = self.data.positions(primitive)?;
+        let vertex = |position| self.vertex(position, transform, &mut own.weld);
+        let welded: Rc<[i64]> = positions.into_iter().map(vertex).collect();
+        own.welded.extend(accessor.map(|accessor| (accessor, Rc::clone(&welded))));
+        Ok(welded)
+    }
+
+    /// Adds the attributes of the vertices of a primitive.
+    fn attributes(
+        &mut self,
+        primitive: &Primitive<'_>,
+        welded: &[i64],
+        own: &mut NodeVertices,
+    ) -> Result<(), MeshError> {
+        for (semantic, accessor) in primitive.attributes().filter(|(semantic, _)| chooses(semantic))
+        {
+            let pair = (primitive.get(&Semantic::Positions).map(|p| p.index()), accessor.index());
+            if !own.attributes.insert((pair, semantic.to_string())) {
+                continue;
+            }
+            for (name, values) in self.data.attribute(&semantic, &accessor) {
+                self.attributes.add(self.file, name, welded, &values)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Where the texture coordinates of a primitive start, and how many there are.
+    fn textured(
+        &mut self,
+        primitive: &Primitive<'_>,
+        own: &mut NodeVertices,
+    ) -> Result<[usize; 2], MeshError> {
+        let accessor = primitive.get(&Semantic::TexCoords(0)).map(|accessor| accessor.index());
+        if let Some(&textured) = accessor.and_then(|accessor| own.textured.get(&accessor)) {
+            return Ok(textured);
+        }
+        let start = self.assembly.coordinates.len();
+        self.assembly
+            .coordinates
+            .extend(self.data.texture_coordinates(primitive)?.into_iter().flatten());
+        let textured = [start, self.assembly.coordinates.len() - start];
+        own.textured.extend(accessor.map(|accessor| (accessor, textured)));
+        Ok(textured)
     }
 
     /// The index of the vertex at `position` within this node, new or welded.

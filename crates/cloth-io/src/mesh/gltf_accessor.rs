@@ -1,6 +1,8 @@
 //! Reads the arrays of a glTF file after checking that they lie inside their buffers: the glTF
 //! library takes sizes and types on trust.
 
+use std::borrow::Cow;
+
 use gltf::accessor::{DataType, Dimensions};
 use gltf::{Accessor, Primitive, Semantic};
 
@@ -10,7 +12,7 @@ use super::gltf::syntax;
 /// The buffers of a glTF file.
 pub(super) struct GltfData<'file> {
     pub(super) file: &'file str,
-    pub(super) buffers: Vec<Vec<u8>>,
+    pub(super) buffers: Vec<Cow<'file, [u8]>>,
 }
 
 impl GltfData<'_> {
@@ -59,7 +61,7 @@ impl GltfData<'_> {
     }
 
     pub(super) fn bytes(&self, buffer: &gltf::Buffer<'_>) -> Option<&[u8]> {
-        self.buffers.get(buffer.index()).map(Vec::as_slice)
+        self.buffers.get(buffer.index()).map(AsRef::as_ref)
     }
 
     fn outside(&self, accessor: &Accessor<'_>) -> MeshError {

@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 
 use cloth_core::VertexAttribute;
 use gltf::accessor::{DataType, Dimensions, Item, Iter};
-use gltf::{Accessor, Primitive, Semantic};
+use gltf::{Accessor, Semantic};
 
+use super::MeshError;
+use super::assembly::too_large;
 use super::gltf_accessor::GltfData;
 
 /// Names of the parts of a colour, those that PLY files give them.
@@ -14,32 +16,39 @@ const COLOUR_PARTS: [&str; 4] = ["red", "green", "blue", "alpha"];
 /// Names of the parts of any other vector.
 const VECTOR_PARTS: [&str; 4] = ["x", "y", "z", "w"];
 
+/// Most attributes of a mesh: each has a number for every vertex, whether the file gives it or not.
+const ATTRIBUTES_MAX: usize = 64;
+
+/// Whether an attribute chooses pins.
+pub(super) fn chooses(semantic: &Semantic) -> bool {
+    matches!(semantic, Semantic::Colors(0) | Semantic::Extras(_))
+}
+
 impl GltfData<'_> {
-    /// Names and values of the attributes of a primitive that choose pins. One that this reader does
-    /// not understand is left out: it may mean nothing to cloth.
-    pub(super) fn attributes(&self, primitive: &Primitive<'_>) -> Vec<(String, Vec<f32>)> {
-        let mut found = Vec::new();
-        for (semantic, accessor) in primitive.attributes() {
-            let Some(values) = self.numbers(&accessor) else { continue };
-            match semantic {
-                Semantic::Colors(0) => {
-                    let named = COLOUR_PARTS.iter().zip(values);
-                    found.extend(named.map(|(name, values)| ((*name).to_owned(), values)));
-                }
-                Semantic::Extras(name) => {
-                    let name = name.to_ascii_lowercase();
-                    if values.len() == 1 {
-                        found.extend(values.into_iter().map(|values| (name.clone(), values)));
-                    } else {
-                        let named = VECTOR_PARTS.iter().zip(values);
-                        found
-                            .extend(named.map(|(part, values)| (format!("{name}.{part}"), values)));
-                    }
-                }
-                _ => {}
+    /// Names and values of an attribute that chooses pins. One that this reader does not understand is left out: it
+    /// may mean nothing to cloth.
+    pub(super) fn attribute(
+        &self,
+        semantic: &Semantic,
+        accessor: &Accessor<'_>,
+    ) -> Vec<(String, Vec<f32>)> {
+        let Some(values) = self.numbers(accessor) else { return Vec::new() };
+        match semantic {
+            Semantic::Colors(0) => {
+                let named = COLOUR_PARTS.iter().zip(values);
+                named.map(|(name, values)| ((*name).to_owned(), values)).collect()
             }
+            Semantic::Extras(name) => {
+                let name = name.to_ascii_lowercase();
+                if values.len() == 1 {
+                    values.into_iter().map(|values| (name.clone(), values)).collect()
+                } else {
+                    let named = VECTOR_PARTS.iter().zip(values);
+                    named.map(|(part, values)| (format!("{name}.{part}"), values)).collect()
+                }
+            }
+            _ => Vec::new(),
         }
-        found
     }
 
     /// The numbers of an accessor, an array for each part of its vectors.
@@ -110,7 +119,17 @@ pub(super) struct AttributeMeans {
 
 impl AttributeMeans {
     /// Adds the value of each of `vertices`.
-    pub(super) fn add(&mut self, name: String, vertices: &[i64], values: &[f32]) {
+    pub(super) fn add(
+        &mut self,
+        file: &str,
+        name: String,
+        vertices: &[i64],
+        values: &[f32],
+    ) -> Result<(), MeshError> {
+        let count = self.sums.len() + usize::from(!self.sums.contains_key(&name));
+        if count > ATTRIBUTES_MAX {
+            return Err(too_large(file, "attributes of vertices", count, ATTRIBUTES_MAX));
+        }
         let sums = self.sums.entry(name).or_default();
         for (&vertex, value) in vertices.iter().zip(values) {
             let Ok(vertex) = usize::try_from(vertex) else { continue };
@@ -121,6 +140,7 @@ impl AttributeMeans {
             *sum += value;
             *count += 1;
         }
+        Ok(())
     }
 
     /// The means for `vertex_count` vertices; zero where a file gives none.

@@ -18,6 +18,8 @@ use std::path::Path;
 
 use cloth_core::TriangleMesh;
 
+use crate::file::file_read;
+
 pub use error::{MeshError, MeshPlace};
 pub use gltf::mesh_read_gltf;
 pub use obj::mesh_read_obj;
@@ -26,6 +28,27 @@ pub use write::{MESH_WRITE_EXTENSIONS, mesh_write, mesh_write_obj, mesh_write_pl
 
 /// File name extensions that [`mesh_read`] knows, lower case, without the dot.
 pub const MESH_EXTENSIONS: &[&str] = &["obj", "ply", "gltf", "glb"];
+
+/// Larger than the largest mesh that can be read.
+const MESH_FILE_MAX: u64 = 4 << 30;
+
+/// Most vertices of a mesh, and most triangles: a cloth of so many particles needs ten gigabytes.
+pub(crate) const MESH_COUNT_MAX: u64 = 1 << 24;
+
+/// The bytes of a file that is no longer than `limit`.
+fn bytes_read(path: &Path, limit: u64) -> Result<Vec<u8>, MeshError> {
+    let file = path.display().to_string();
+    let bytes = path.metadata().and_then(|metadata| match metadata.len() {
+        // The length of what is not a file means nothing.
+        length if metadata.is_file() && length > limit => Ok(Err(length)),
+        _ => file_read(path, limit).map(Ok),
+    });
+    match bytes {
+        Ok(Ok(bytes)) => Ok(bytes),
+        Ok(Err(declared)) => Err(MeshError::TooLarge { file, what: "bytes", declared, limit }),
+        Err(source) => Err(MeshError::Read { file, source }),
+    }
+}
 
 /// Reads the mesh in the file `path`; the extension selects the format, see [`MESH_EXTENSIONS`].
 ///
@@ -45,8 +68,7 @@ pub fn mesh_read(path: &Path) -> Result<TriangleMesh, MeshError> {
     if !MESH_EXTENSIONS.contains(&extension.as_str()) {
         return Err(MeshError::Extension { file });
     }
-    let bytes =
-        std::fs::read(path).map_err(|source| MeshError::Read { file: file.clone(), source })?;
+    let bytes = bytes_read(path, MESH_FILE_MAX)?;
     match extension.as_str() {
         "obj" => mesh_read_obj(&file, &bytes),
         "ply" => mesh_read_ply(&file, &bytes),

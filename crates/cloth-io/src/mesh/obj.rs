@@ -39,14 +39,18 @@ pub fn mesh_read_obj(file: &str, bytes: &[u8]) -> Result<TriangleMesh, MeshError
         }
     }
     reader.statement(0, &joined)?;
-    reader.assembly.finish(file, 1)
+    reader.assembly.finish(file)
 }
+
+/// Most names in one `g` statement: each of them holds every vertex of the faces that follow.
+const GROUPS_MAX: usize = 64;
 
 struct ObjReader<'file> {
     file: &'file str,
     assembly: MeshAssembly,
-    object: Option<String>,
-    groups: Vec<String>,
+    /// Numbers of the names in force.
+    object: Option<u32>,
+    groups: Vec<u32>,
     corners: Vec<Corner>,
 }
 
@@ -54,7 +58,7 @@ impl<'file> ObjReader<'file> {
     fn new(file: &'file str) -> Self {
         Self {
             file,
-            assembly: MeshAssembly::default(),
+            assembly: MeshAssembly::new(MeshPlace::Line, 1),
             object: None,
             groups: Vec::new(),
             corners: Vec::new(),
@@ -78,21 +82,33 @@ impl<'file> ObjReader<'file> {
             Some("f") => self.face(line, words)?,
             Some("l" | "p") => self.members(line, words)?,
             Some("o") => {
-                self.object = words.next().map(|_| name_after(text, "o"));
-                self.name_groups();
+                self.object = match words.next() {
+                    Some(_) => Some(self.assembly.name(self.file, name_after(text, "o"))?),
+                    None => None,
+                };
+                self.groups_begin();
             }
             Some("g") => {
-                self.groups = words.map(str::to_owned).collect();
-                self.name_groups();
+                self.groups.clear();
+                for (count, word) in words.enumerate() {
+                    if count == GROUPS_MAX {
+                        let problem = format!("a face is in more than {GROUPS_MAX} groups");
+                        return Err(self.syntax(line, problem));
+                    }
+                    self.groups.push(self.assembly.name(self.file, word)?);
+                }
+                self.groups_begin();
             }
             _ => {}
         }
         Ok(())
     }
 
-    fn name_groups(&mut self) {
-        let names = self.object.iter().chain(&self.groups).cloned().collect();
-        self.assembly.group_names(names);
+    fn groups_begin(&mut self) {
+        let mut names: Vec<u32> = self.object.iter().chain(&self.groups).copied().collect();
+        names.sort_unstable();
+        names.dedup();
+        self.assembly.groups_begin(names);
     }
 
     /// Reads up to `N` numbers, at least `least`; missing ones are zero and further ones (a weight
@@ -129,7 +145,7 @@ impl<'file> ObjReader<'file> {
         for word in words {
             corners.push(self.corner(line, word)?);
         }
-        self.assembly.polygon(self.file, MeshPlace::Line(line), &corners)?;
+        self.assembly.polygon(self.file, line, &corners)?;
         self.corners = corners;
         Ok(())
     }
@@ -142,7 +158,7 @@ impl<'file> ObjReader<'file> {
     ) -> Result<(), MeshError> {
         for word in words {
             let corner = self.corner(line, word)?;
-            self.assembly.member(MeshPlace::Line(line), corner.vertex);
+            self.assembly.member(self.file, line, corner.vertex)?;
         }
         Ok(())
     }
@@ -194,7 +210,7 @@ impl<'file> ObjReader<'file> {
 }
 
 /// The rest of the line after the keyword: object names may hold spaces.
-fn name_after(text: &str, keyword: &str) -> String {
+fn name_after<'text>(text: &'text str, keyword: &str) -> &'text str {
     let text = text.trim();
-    text.strip_prefix(keyword).unwrap_or(text).trim().to_owned()
+    text.strip_prefix(keyword).unwrap_or(text).trim()
 }

@@ -27,7 +27,7 @@ pub fn mesh_read_ply(file: &str, bytes: &[u8]) -> Result<TriangleMesh, MeshError
         .map_err(|error| syntax(file, &error))?;
     check_sizes(file, &header, reader.get_ref().len())?;
 
-    let mut assembly = MeshAssembly::default();
+    let mut assembly = MeshAssembly::new(MeshPlace::Face, 0);
     let mut textured = false;
     for (name, element) in &header.elements {
         match name.as_str() {
@@ -52,13 +52,13 @@ pub fn mesh_read_ply(file: &str, bytes: &[u8]) -> Result<TriangleMesh, MeshError
                     let corner = |vertex| Corner { vertex, texture: textured.then_some(vertex) };
                     corners.clear();
                     corners.extend(face.vertices.into_iter().map(corner));
-                    assembly.polygon(file, MeshPlace::Face(number), &corners)?;
+                    assembly.polygon(file, number, &corners)?;
                 }
             }
             _ => drop(read::<PlySkipped>(file, &mut reader, element, &header)?),
         }
     }
-    assembly.finish(file, 0)
+    assembly.finish(file)
 }
 
 /// The attributes of `element` in the order of its properties, which is that of the values of a
