@@ -121,6 +121,12 @@ pub(crate) struct ScenesArguments {
     /// Print the list as JSON.
     #[arg(long)]
     pub(crate) json: bool,
+    /// Print the JSON schema of scene files in TOML, for editors.
+    #[arg(long, conflicts_with_all = ["json", "reference"])]
+    pub(crate) schema: bool,
+    /// Print the reference of scene files in TOML, as Markdown.
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) reference: bool,
     #[command(subcommand)]
     pub(crate) command: Option<ScenesCommand>,
 }

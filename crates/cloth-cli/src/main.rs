@@ -10,6 +10,7 @@ mod run;
 mod run_folder;
 mod scene_source;
 mod scenes;
+mod solid_progress;
 mod units;
 #[cfg(feature = "viewer")]
 mod viewer;

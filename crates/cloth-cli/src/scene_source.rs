@@ -7,7 +7,7 @@ use cloth::{
     scene::{CompileOptions, CompiledScene, Scene, ScenePrecision, builtin_scenes},
 };
 
-use crate::{arguments::SceneArguments, failure::Failure, memory};
+use crate::{arguments::SceneArguments, failure::Failure, memory, solid_progress::SolidProgress};
 
 /// A scene and what its compilation may read.
 pub(crate) struct SceneSource {
@@ -41,7 +41,10 @@ impl SceneSource {
     /// Compiles the scene if the memory of this machine is enough for it.
     pub(crate) fn compile(&self, threads: Option<NonZeroUsize>) -> Result<CompiledScene, Failure> {
         memory::check(&self.scene, &self.options)?;
-        let mut compiled = self.scene.compile(&self.options)?;
+        let progress = SolidProgress::default();
+        let compiled = self.scene.compile_watched(&self.options, &|now| progress.show(now));
+        progress.finish();
+        let mut compiled = compiled?;
         compiled.config.threads = threads;
         Ok(compiled)
     }

@@ -2,7 +2,7 @@
 
 use std::io::{Write, stdout};
 
-use cloth::scene::{CompileOptions, Scene, builtin_scenes};
+use cloth::scene::{CompileOptions, Scene, builtin_scenes, scene_reference, scene_schema};
 use serde::Serialize;
 
 use crate::{
@@ -26,6 +26,11 @@ pub(crate) fn scenes(arguments: &ScenesArguments) -> Result<(), Failure> {
         Scene::builtin(name)?;
         let builtin = builtin_scenes().iter().find(|builtin| builtin.name == name);
         out.write_all(builtin.map_or("", |builtin| builtin.text).as_bytes())?;
+        return Ok(());
+    }
+    if arguments.schema || arguments.reference {
+        let text = if arguments.schema { scene_schema() } else { scene_reference() };
+        out.write_all(text.as_bytes())?;
         return Ok(());
     }
     let rows = builtin_scenes().iter().map(|builtin| {

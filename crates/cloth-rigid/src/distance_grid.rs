@@ -1,10 +1,13 @@
 //! Signed distances of a closed mesh on a grid.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
 use cloth_core::{DistanceGrid, TriangleMesh};
 use rapier3d_f64::parry::{
     query::PointQuery,
     shape::{TriMesh, TriMeshFlags},
 };
+use rayon::prelude::*;
 
 use crate::{
     RigidError,
@@ -30,8 +33,7 @@ pub fn distance_grid(
     cells: u32,
     margin: f64,
 ) -> Result<DistanceGrid, RigidError> {
-    let triangles = closed(name, mesh)?;
-    grid_of(name, &[&mesh.positions], triangles, (cells, margin))
+    DistanceGridPlan::new(name, mesh, (cells, margin))?.sample(&|_| ())
 }
 
 /// The same for a solid that changes its shape: one set of samples for each of `meshes`, `rate` of them for a
@@ -46,84 +48,154 @@ pub fn distance_grid_sequence(
     rate: f64,
     (cells, margin): (u32, f64),
 ) -> Result<DistanceGrid, RigidError> {
-    let Some(first) = meshes.first() else { return Err(RigidError::Flat { name: name.into() }) };
-    let same = |mesh: &TriangleMesh| {
-        mesh.triangles == first.triangles && mesh.positions.len() == first.positions.len()
-    };
-    if let Some(frame) = meshes.iter().position(|mesh| !same(mesh)) {
-        return Err(RigidError::FacesDiffer { name: name.into(), frame });
-    }
-    let caps = holes_close(first);
-    let positions: Vec<_> = meshes.iter().map(|mesh| caps.positions(&mesh.positions)).collect();
-    let whole = TriangleMesh {
-        positions: positions[0].clone(),
-        triangles: caps.triangles,
-        ..TriangleMesh::default()
-    };
-    let triangles = closed(name, &whole)?;
-    let sets: Vec<_> = positions.iter().map(Vec::as_slice).collect();
-    let mut grid = grid_of(name, &sets, triangles, (cells, margin))?;
-    grid.rate = rate;
-    grid.later_positions = positions.into_iter().skip(1).collect();
-    Ok(grid)
+    DistanceGridPlan::sequence(name, meshes, rate, (cells, margin))?.sample(&|_| ())
 }
 
-/// One set of samples for each set of vertices, on a grid that holds them all.
-fn grid_of(
-    name: &str,
-    sets: &[&[[f64; 3]]],
+/// A solid that has been checked, and the places at which its distance is to be sampled. The check takes no time
+/// worth mentioning, the sampling can take minutes.
+#[derive(Clone, Debug)]
+pub struct DistanceGridPlan {
+    name: String,
+    /// The vertices of each set.
+    sets: Vec<Vec<[f64; 3]>>,
     triangles: Vec<[u32; 3]>,
-    (cells, margin): (u32, f64),
-) -> Result<DistanceGrid, RigidError> {
-    let bound = |pick: fn(f64, f64) -> f64, start: f64| -> [f64; 3] {
-        sets.iter().copied().flatten().fold([start; 3], |bound, position| {
-            std::array::from_fn(|axis| pick(bound[axis], position[axis]))
-        })
-    };
-    let (low, high) = (bound(f64::min, f64::INFINITY), bound(f64::max, f64::NEG_INFINITY));
-    let longest = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
-    let spacing = longest / f64::from(cells.clamp(CELLS_MIN, CELLS_MAX));
-    if !(spacing > 0.0 && longest.is_finite() && margin.is_finite()) {
-        return Err(RigidError::Flat { name: name.into() });
+    rate: f64,
+    lattice: Lattice,
+}
+
+impl DistanceGridPlan {
+    /// A plan for [`distance_grid`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn new(
+        name: &str,
+        mesh: &TriangleMesh,
+        (cells, margin): (u32, f64),
+    ) -> Result<Self, RigidError> {
+        let triangles = closed(name, mesh)?;
+        Self::of(name, vec![mesh.positions.clone()], triangles, 0.0, (cells, margin))
     }
-    // Gradients need a cell beyond the margin.
-    let border = margin.clamp(0.0, MARGIN_MAX * longest) + 2.0 * spacing;
-    let origin: [f64; 3] = low.map(|value| value - border);
-    let size: [u32; 3] = std::array::from_fn(|axis| {
-        ((high[axis] + border - origin[axis]) / spacing).ceil() as u32 + 1
-    });
-    let count = size.iter().map(|&side| side as usize).product::<usize>();
-    if (count as u64).saturating_mul(sets.len() as u64) > DistanceGrid::SAMPLES_MAX {
-        return Err(RigidError::TooManySamples { name: name.into(), sets: sets.len(), count });
+
+    /// A plan for [`distance_grid_sequence`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn sequence(
+        name: &str,
+        meshes: &[TriangleMesh],
+        rate: f64,
+        (cells, margin): (u32, f64),
+    ) -> Result<Self, RigidError> {
+        let Some(first) = meshes.first() else {
+            return Err(RigidError::Flat { name: name.into() });
+        };
+        let same = |mesh: &TriangleMesh| {
+            mesh.triangles == first.triangles && mesh.positions.len() == first.positions.len()
+        };
+        if let Some(frame) = meshes.iter().position(|mesh| !same(mesh)) {
+            return Err(RigidError::FacesDiffer { name: name.into(), frame });
+        }
+        let caps = holes_close(first);
+        let sets: Vec<_> = meshes.iter().map(|mesh| caps.positions(&mesh.positions)).collect();
+        let positions = sets.first().cloned().unwrap_or_default();
+        let whole =
+            TriangleMesh { positions, triangles: caps.triangles, ..TriangleMesh::default() };
+        let triangles = closed(name, &whole)?;
+        Self::of(name, sets, triangles, rate, (cells, margin))
     }
-    let mut distances = vec![0.0; count * sets.len()];
-    let lattice = Lattice { origin, spacing, size };
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    // Sets in turns, as none depends on another.
-    let outcome = std::thread::scope(|scope| {
-        let share = sets.len().div_ceil(threads);
-        let work = distances.chunks_mut(count * share).zip(sets.chunks(share));
-        let running: Vec<_> = work
-            .map(|(out, sets)| {
-                let triangles = &triangles;
-                scope.spawn(move || {
-                    let mut pairs = out.chunks_mut(count).zip(sets);
-                    pairs.try_for_each(|(out, set)| lattice.sample(set, triangles, out))
-                })
+
+    /// One set of samples for each set of vertices, on a grid that holds them all.
+    fn of(
+        name: &str,
+        sets: Vec<Vec<[f64; 3]>>,
+        triangles: Vec<[u32; 3]>,
+        rate: f64,
+        (cells, margin): (u32, f64),
+    ) -> Result<Self, RigidError> {
+        let bound = |pick: fn(f64, f64) -> f64, start: f64| -> [f64; 3] {
+            sets.iter().flatten().fold([start; 3], |bound, position| {
+                std::array::from_fn(|axis| pick(bound[axis], position[axis]))
             })
-            .collect();
-        running.into_iter().try_for_each(|thread| {
-            thread.join().unwrap_or_else(|_| Err("the library failed".to_owned()))
-        })
-    });
-    outcome.map_err(|problem| RigidError::Shape { name: name.into(), problem })?;
-    let surface =
-        TriangleMesh { positions: sets[0].to_vec(), triangles, ..TriangleMesh::default() };
-    Ok(DistanceGrid { origin, spacing, size, distances, surface, ..DistanceGrid::default() })
+        };
+        let (low, high) = (bound(f64::min, f64::INFINITY), bound(f64::max, f64::NEG_INFINITY));
+        let longest = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
+        let spacing = longest / f64::from(cells.clamp(CELLS_MIN, CELLS_MAX));
+        if !(spacing > 0.0 && longest.is_finite() && margin.is_finite()) {
+            return Err(RigidError::Flat { name: name.into() });
+        }
+        // Gradients need a cell beyond the margin.
+        let border = margin.clamp(0.0, MARGIN_MAX * longest) + 2.0 * spacing;
+        let origin: [f64; 3] = low.map(|value| value - border);
+        let size: [u32; 3] = std::array::from_fn(|axis| {
+            ((high[axis] + border - origin[axis]) / spacing).ceil() as u32 + 1
+        });
+        let lattice = Lattice { origin, spacing, size };
+        let plan = Self { name: name.into(), sets, triangles, rate, lattice };
+        if plan.samples() > DistanceGrid::SAMPLES_MAX {
+            let (sets, count) = (plan.sets.len(), lattice.count());
+            return Err(RigidError::TooManySamples { name: plan.name, sets, count });
+        }
+        Ok(plan)
+    }
+
+    /// Samples that will be taken, of all sets together.
+    #[must_use]
+    pub fn samples(&self) -> u64 {
+        (self.lattice.count() as u64).saturating_mul(self.sets.len() as u64)
+    }
+
+    /// A grid with the surface and the times of the one to come, and distances that mean nothing: for checks.
+    #[must_use]
+    pub fn draft(&self) -> DistanceGrid {
+        let lattice = Lattice { size: [2; 3], ..self.lattice };
+        let distances = vec![0.0; lattice.count() * self.sets.len()];
+        self.grid(lattice, distances)
+    }
+
+    fn grid(&self, lattice: Lattice, distances: Vec<f32>) -> DistanceGrid {
+        let Lattice { origin, spacing, size } = lattice;
+        let (first, later) = self
+            .sets
+            .split_first()
+            .map_or((&[][..], &[][..]), |(first, later)| (first.as_slice(), later));
+        DistanceGrid {
+            origin,
+            spacing,
+            size,
+            distances,
+            rate: self.rate,
+            surface: TriangleMesh {
+                positions: first.to_vec(),
+                triangles: self.triangles.clone(),
+                ..TriangleMesh::default()
+            },
+            later_positions: later.to_vec(),
+        }
+    }
+
+    /// Samples the distances with all cores. `progress` is told again and again, from any thread, how many samples
+    /// have been taken since it was told last.
+    ///
+    /// # Errors
+    /// [`RigidError::Shape`] for a mesh that the library refuses.
+    pub fn sample(&self, progress: &(dyn Fn(u64) + Sync)) -> Result<DistanceGrid, RigidError> {
+        let count = self.lattice.count();
+        let mut distances = vec![0.0; count * self.sets.len()];
+        // The library gives up on some meshes by a panic.
+        let outcome = catch_unwind(AssertUnwindSafe(|| {
+            let sets = distances.par_chunks_mut(count).zip(&self.sets);
+            sets.try_for_each(|(out, set)| self.lattice.sample(set, &self.triangles, out, progress))
+        }));
+        outcome
+            .unwrap_or_else(|_| Err("the library failed".to_owned()))
+            .map_err(|problem| RigidError::Shape { name: self.name.clone(), problem })?;
+        Ok(self.grid(self.lattice, distances))
+    }
 }
 
 /// Where samples are.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Lattice {
     origin: [f64; 3],
     spacing: f64,
@@ -131,26 +203,34 @@ struct Lattice {
 }
 
 impl Lattice {
-    /// Samples one mesh.
+    fn count(self) -> usize {
+        self.size.iter().map(|&side| side as usize).product()
+    }
+
+    /// Samples one mesh, row by row: rows depend on nothing but the mesh, so that their order does not matter.
     fn sample(
         self,
         positions: &[[f64; 3]],
         triangles: &[[u32; 3]],
         out: &mut [f32],
+        progress: &(dyn Fn(u64) + Sync),
     ) -> Result<(), String> {
         let positions = positions.iter().copied().map(vector).collect();
         let shape = TriMesh::with_flags(positions, triangles.to_vec(), TriMeshFlags::ORIENTED)
             .map_err(|error| error.to_string())?;
         let [width, height, _] = self.size.map(|side| side as usize);
-        for (number, out) in out.iter_mut().enumerate() {
-            let index = [number % width, number / width % height, number / (width * height)];
-            let point = vector(std::array::from_fn(|axis| {
-                self.origin[axis] + self.spacing * index[axis] as f64
-            }));
-            let projection = shape.project_local_point(point, false);
-            let distance = (point - projection.point).length();
-            *out = if projection.is_inside { -distance } else { distance } as f32;
-        }
+        out.par_chunks_mut(width).enumerate().for_each(|(number, row)| {
+            for (column, out) in row.iter_mut().enumerate() {
+                let index = [column, number % height, number / height];
+                let point = vector(std::array::from_fn(|axis| {
+                    self.origin[axis] + self.spacing * index[axis] as f64
+                }));
+                let projection = shape.project_local_point(point, false);
+                let distance = (point - projection.point).length();
+                *out = if projection.is_inside { -distance } else { distance } as f32;
+            }
+            progress(row.len() as u64);
+        });
         Ok(())
     }
 }

@@ -20,7 +20,7 @@ mod shape;
 mod snapshot;
 mod world;
 
-pub use distance_grid::{distance_grid, distance_grid_sequence};
+pub use distance_grid::{DistanceGridPlan, distance_grid, distance_grid_sequence};
 pub use error::RigidError;
 pub use joint::{RigidJoint, RigidJointKind};
 pub use motion::RigidMotion;

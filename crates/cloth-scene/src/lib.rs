@@ -12,6 +12,7 @@ mod compile;
 mod error;
 mod format;
 mod scene;
+mod schema;
 mod suggestion;
 mod timeline;
 
@@ -23,7 +24,7 @@ pub mod fysl {
 }
 
 pub use builtin::{BenchKind, BuiltinScene, bench_scene, builtin_scenes};
-pub use compile::{CompileOptions, CompiledCloth, CompiledScene, MemoryEstimate};
+pub use compile::{CompileOptions, CompileProgress, CompiledCloth, CompiledScene, MemoryEstimate};
 pub use error::{SceneError, ScenePlace, SceneUnknown};
 pub use scene::{
     Scene, SceneAction, SceneAdaptive, SceneAerodynamics, SceneAnimation, SceneBend, SceneBounds,
@@ -31,8 +32,9 @@ pub use scene::{
     SceneField, SceneGeometry, SceneGrid, SceneGust, SceneImplicit, SceneJoint, SceneKeyframe,
     SceneMass, SceneMaterial, SceneMesh, SceneNetwork, SceneOrigin, ScenePin, ScenePinAttribute,
     ScenePrecision, ScenePrototype, SceneRigid, SceneRigidJoint, SceneRigidJointKind,
-    SceneRigidShape, SceneRotation, SceneSemiImplicit, SceneShape, SceneSimulation, SceneSolver,
-    SceneSpring, SceneSpringClass, SceneStencil, SceneStrainLimit, SceneTriangles, SceneView,
-    SceneWind,
+    SceneRigidShape, SceneRotation, SceneSemiImplicit, SceneShape, SceneSimulation, SceneSolidMesh,
+    SceneSolver, SceneSpring, SceneSpringClass, SceneStencil, SceneStrainLimit, SceneTriangles,
+    SceneView, SceneWind,
 };
+pub use schema::{scene_reference, scene_schema};
 pub use timeline::Timeline;

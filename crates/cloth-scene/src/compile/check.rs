@@ -64,6 +64,16 @@ impl<'a> Check<'a> {
         if count > 0 { Ok(()) } else { Err(self.error(key, "is 0: give at least 1")) }
     }
 
+    /// A count from 1 to `limit`. What a count makes the solver do has to end in a time that a person waits.
+    pub(super) fn count(&self, key: &str, count: u32, limit: u32) -> Result<(), SceneError> {
+        self.at_least_one(key, count)?;
+        if count <= limit {
+            Ok(())
+        } else {
+            Err(self.error(key, &format!("is {count}: give at most {limit}")))
+        }
+    }
+
     /// A vector that has a direction.
     pub(super) fn direction(&self, key: &str, vector: [f64; 3]) -> Result<(), SceneError> {
         self.finite(key, &vector)?;

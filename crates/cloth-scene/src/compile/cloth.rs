@@ -1,12 +1,14 @@
 //! One cloth, from description to model.
 
+use std::collections::HashSet;
+
 use cloth_core::{Cloth, Geometry, TriangleMesh};
 
 use crate::{SceneCloth, SceneError, SceneGeometry};
 
 use super::{
     Check, CompileOptions, CompiledCloth, grid, material, mesh, network,
-    pins::{MeshSets, PinSets},
+    pins::{MeshSets, NAMED_MAX, PinSets},
 };
 
 /// The cloth for the model, and the names of its sets of particles.
@@ -48,8 +50,15 @@ pub(super) fn compile(
     let material =
         material::compile(check, &format!("{key}.material"), &cloth.material, geometry.spacing())?;
     let mut pins = Vec::new();
-    for pin in &cloth.pins {
-        pins.extend(sets.resolve(check, &format!("{key}.pins"), pin)?);
+    let mut seen = HashSet::new();
+    // A set that is named again holds nothing new.
+    for pin in cloth.pins.iter().filter(|pin| seen.insert(pin.to_string())) {
+        let key = format!("{key}.pins");
+        pins.extend(sets.resolve(check, &key, pin)?);
+        if pins.len() as u64 > NAMED_MAX {
+            let problem = format!("name more than {NAMED_MAX} particles in all: name fewer sets");
+            return Err(check.error(&key, &problem));
+        }
     }
     let name = cloth.name.clone();
     Ok((Cloth { name, geometry, material, pins, velocity: cloth.velocity }, sets))

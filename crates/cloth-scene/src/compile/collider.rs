@@ -5,13 +5,17 @@ use glam::{DQuat, DVec3};
 
 use crate::{SceneCollider, SceneError, SceneRotation, SceneShape};
 
-use super::{Check, CompileOptions, solid};
+use super::{
+    Check, CompileOptions,
+    solid::{self, Plans},
+};
 
 pub(super) fn compile(
     check: &Check<'_>,
     index: usize,
     collider: &SceneCollider,
     options: &CompileOptions,
+    plans: &mut Plans,
 ) -> Result<Collider, SceneError> {
     let key = format!("collider[{index}]");
     let name = &collider.name;
@@ -31,15 +35,18 @@ pub(super) fn compile(
                 ColliderShape::Capsule { half_length, radius }
             }
             &SceneShape::Box { half_extents } => ColliderShape::Box { half_extents },
-            SceneShape::Mesh(triangles) => {
-                solid::distances(check, &format!("{key}.shape"), name, &solid::mesh(triangles))?
+            SceneShape::Mesh(mesh) => {
+                let key = format!("{key}.shape.mesh");
+                let (mesh, cells) = solid::mesh(check, &key, mesh, options)?;
+                solid::distances(check, &key, name, (&mesh, cells), plans)?
             }
             SceneShape::Animation(animation) => {
-                solid::animated(check, &format!("{key}.shape.animation"), name, animation, options)?
+                let key = format!("{key}.shape.animation");
+                solid::animated(check, &key, name, animation, options, plans)?
             }
             SceneShape::Tetrahedron { vertices } => {
-                let mesh = solid::tetrahedron(vertices);
-                solid::distances(check, &format!("{key}.shape"), name, &mesh)?
+                let mesh = (&solid::tetrahedron(vertices), solid::CELLS);
+                solid::distances(check, &format!("{key}.shape"), name, mesh, plans)?
             }
         },
         pose: Pose {

@@ -1,7 +1,8 @@
 //! How much memory a scene needs, before any of it is taken.
 
 use crate::{
-    Scene, SceneError, SceneGeometry, SceneMesh, ScenePrecision, SceneShape, SceneStencil,
+    Scene, SceneError, SceneGeometry, SceneMesh, ScenePrecision, SceneRigidShape, SceneShape,
+    SceneStencil,
 };
 
 use super::{CompileOptions, memory_solver, mesh, mesh_vertices::vertex_count, solid};
@@ -81,16 +82,21 @@ impl Scene {
             estimate.bytes = estimate.bytes.saturating_add(bytes);
             springs = springs.saturating_add(particles.saturating_mul(springs_each));
         }
-        let is_sampled = |shape: &SceneShape| {
-            matches!(shape, SceneShape::Mesh(_) | SceneShape::Tetrahedron { .. })
-        };
-        let sampled = self.colliders.iter().filter(|collider| is_sampled(&collider.shape)).count();
-        let animated = self.colliders.iter().map(|collider| match &collider.shape {
-            SceneShape::Animation(animation) => u64::from(animation.frames),
+        let colliders = self.colliders.iter().map(|collider| match &collider.shape {
+            SceneShape::Mesh(mesh) => solid::bytes(mesh.cells),
+            SceneShape::Tetrahedron { .. } => solid::bytes(None),
+            SceneShape::Animation(animation) => {
+                u64::from(animation.frames).saturating_mul(solid::bytes(Some(animation.cells)))
+            }
             _ => 0,
         });
-        let solids = (sampled + self.rigids.len()) as u64 + animated.sum::<u64>();
-        estimate.bytes = estimate.bytes.saturating_add(solids.saturating_mul(solid::BYTES));
+        let rigids = self.rigids.iter().map(|rigid| match &rigid.shape {
+            SceneRigidShape::Mesh(mesh) => solid::bytes(mesh.cells),
+            SceneRigidShape::Tetrahedron { .. } => solid::bytes(None),
+            _ => 0,
+        });
+        let solids = colliders.chain(rigids).fold(0, u64::saturating_add);
+        estimate.bytes = estimate.bytes.saturating_add(solids);
         let solver = memory_solver::bytes(&self.simulation, estimate.particles, springs, number);
         estimate.bytes = estimate.bytes.saturating_add(solver);
         estimate

@@ -5,9 +5,9 @@ use std::path::{Component, Path, PathBuf};
 use cloth_core::TriangleMesh;
 use glam::DVec3;
 
-use crate::{SceneError, SceneMesh};
+use crate::{SceneError, SceneMesh, SceneRotation};
 
-use super::{Check, CompileOptions};
+use super::{Check, CompileOptions, collider::rotation_check};
 
 /// The mesh at `key`, scaled, rotated and translated.
 pub(super) fn compile(
@@ -16,24 +16,34 @@ pub(super) fn compile(
     mesh: &SceneMesh,
     options: &CompileOptions,
 ) -> Result<TriangleMesh, SceneError> {
-    check.positive(&format!("{key}.scale"), mesh.scale)?;
-    check.finite(&format!("{key}.translation"), &mesh.translation)?;
-    if let Some(rotation) = &mesh.rotation {
-        check.direction(&format!("{key}.rotation.axis"), rotation.axis)?;
-        check.finite(&format!("{key}.rotation.degrees"), &[rotation.degrees])?;
-    }
     let place = || check.place(&format!("{key}.file"));
     let path = resolve(&check.origin().directory, &mesh.file, options)
         .ok_or_else(|| SceneError::MeshOutside { place: place(), file: mesh.file.clone() })?;
     let mut read =
         cloth_io::mesh_read(&path).map_err(|source| SceneError::Mesh { place: place(), source })?;
-    let rotation = mesh.rotation.map(|rotation| rotation.quaternion());
-    for position in &mut read.positions {
-        let scaled = mesh.scale * DVec3::from(*position);
-        let turned = rotation.map_or(scaled, |rotation| rotation * scaled);
-        *position = (turned + DVec3::from(mesh.translation)).into();
-    }
+    transform(check, key, (mesh.scale, mesh.rotation, mesh.translation), &mut read)?;
     Ok(read)
+}
+
+/// Scales, rotates and translates a mesh.
+pub(super) fn transform(
+    check: &Check<'_>,
+    key: &str,
+    (scale, rotation, translation): (f64, Option<SceneRotation>, [f64; 3]),
+    mesh: &mut TriangleMesh,
+) -> Result<(), SceneError> {
+    check.positive(&format!("{key}.scale"), scale)?;
+    check.finite(&format!("{key}.translation"), &translation)?;
+    if let Some(rotation) = &rotation {
+        rotation_check(check, &format!("{key}.rotation"), rotation)?;
+    }
+    let rotation = rotation.map(|rotation| rotation.quaternion());
+    for position in &mut mesh.positions {
+        let scaled = scale * DVec3::from(*position);
+        let turned = rotation.map_or(scaled, |rotation| rotation * scaled);
+        *position = (turned + DVec3::from(translation)).into();
+    }
+    Ok(())
 }
 
 /// The path of the mesh `file`, or `None` if the scene may not name it.

@@ -21,15 +21,16 @@ mod timeline;
 
 use std::{borrow::Cow, sync::Arc};
 
-use cloth_core::{Material, Model, ModelBuilder, SolverConfig, TextureMap};
+use cloth_core::{Collider, Material, Model, ModelBuilder, SolverConfig, TextureMap};
 use cloth_rigid::{RigidBody, RigidJoint};
 
 pub use memory::MemoryEstimate;
-pub use options::CompileOptions;
+pub use options::{CompileOptions, CompileProgress};
 
 use crate::{Scene, SceneColour, SceneError, SceneView, Timeline};
 
 use check::Check;
+use solid::Plans;
 
 /// A scene that is ready to run.
 #[derive(Clone, Debug)]
@@ -94,6 +95,19 @@ impl Scene {
     /// that make no sense, names that do not exist, meshes that cannot be read or are not allowed,
     /// and more memory than `options` allow.
     pub fn compile(&self, options: &CompileOptions) -> Result<CompiledScene, SceneError> {
+        self.compile_watched(options, &|_| ())
+    }
+
+    /// The same. `progress` is told how far it is, again and again and from several threads, while the distances of
+    /// solids are sampled, which takes the longest by far. All else that can be wrong is found before.
+    ///
+    /// # Errors
+    /// As [`Self::compile`].
+    pub fn compile_watched(
+        &self,
+        options: &CompileOptions,
+        progress: &(dyn Fn(CompileProgress) + Sync),
+    ) -> Result<CompiledScene, SceneError> {
         let check = Check::new(&self.origin);
         let config = settings::solver_config(self, &check)?;
         if let Some(view) = &self.view {
@@ -101,14 +115,6 @@ impl Scene {
         }
         memory::check(self, options)?;
         let mut builder = settings::surroundings(self, &check, ModelBuilder::new())?;
-        let mut colliders = Vec::with_capacity(self.colliders.len());
-        for (index, collider) in self.colliders.iter().enumerate() {
-            colliders.push(collider::compile(&check, index, collider, options)?);
-        }
-        let rigid::Bodies { bodies: rigids, joints: rigid_joints, solids } =
-            rigid::compile(self, &check, &colliders)?;
-        builder = builder.collider_impulses(!rigids.is_empty());
-        builder = colliders.into_iter().chain(solids).fold(builder, ModelBuilder::collider);
         // Events name pins by sets of the geometry, which the model does not keep.
         let mut pin_sets = Vec::with_capacity(self.cloths.len());
         let mut cloths = Vec::with_capacity(self.cloths.len());
@@ -118,7 +124,26 @@ impl Scene {
             builder = builder.cloth(cloth);
             pin_sets.push(sets);
         }
-        let model = builder.build().map_err(|error| model_error::place(self, error))?;
+        let mut plans = Plans::default();
+        let mut colliders = Vec::with_capacity(self.colliders.len());
+        for (index, collider) in self.colliders.iter().enumerate() {
+            colliders.push(collider::compile(&check, index, collider, options, &mut plans)?);
+        }
+        let rigid::Bodies { bodies: rigids, joints: rigid_joints, solids } =
+            rigid::compile(self, &check, &colliders, options, &mut plans)?;
+        builder = builder.collider_impulses(!rigids.is_empty());
+        colliders.extend(solids);
+        let build = |builder: ModelBuilder, colliders: Vec<Collider>| {
+            let model = colliders.into_iter().fold(builder, ModelBuilder::collider).build();
+            model.map_err(|error| model_error::place(self, error))
+        };
+        if !plans.is_empty() {
+            // Built with drafts first: what is wrong with it is told before minutes are spent on distances.
+            let model = build(builder.clone(), colliders.clone())?;
+            timeline::compile(self, &check, &model, &pin_sets)?;
+            plans.carry_out(&check, &mut colliders, progress)?;
+        }
+        let model = build(builder, colliders)?;
         let timeline = timeline::compile(self, &check, &model, &pin_sets)?;
         Ok(CompiledScene {
             name: self.name.clone(),

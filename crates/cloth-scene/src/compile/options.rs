@@ -16,6 +16,15 @@ pub struct CompileOptions {
     pub memory_limit: u64,
 }
 
+/// How far the part of a compilation is that can take minutes: the distances of solids, at samples around them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CompileProgress {
+    /// Samples that are known, of all solids together.
+    pub done: u64,
+    /// All samples.
+    pub total: u64,
+}
+
 impl Default for CompileOptions {
     fn default() -> Self {
         Self { mesh_roots: Vec::new(), mesh_anywhere: false, memory_limit: 16 << 30 }

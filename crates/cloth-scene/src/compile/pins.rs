@@ -59,6 +59,10 @@ const GRID_NAMES: [&str; 11] = [
     "top-right",
 ];
 
+/// Most particles that the pins of a cloth name together, each as often as it is named, and so for all events: a
+/// scene can name one set after the other.
+pub(super) const NAMED_MAX: u64 = 1 << 24;
+
 impl PinSets {
     /// The particles that `pin` names, as indices within the cloth. An index that does not exist is
     /// left to the caller.
@@ -126,41 +130,43 @@ impl PinSets {
     }
 }
 
+/// The particles of a set, found without a look at those outside of it: a scene can name any number of sets.
 fn grid_set([columns, rows]: [u32; 2], name: &str) -> Option<Vec<u32>> {
     let [last_column, last_row] = [columns.checked_sub(1)?, rows.checked_sub(1)?];
-    let set = |wanted: &dyn Fn(u32, u32) -> bool| {
-        let mut particles = Vec::new();
-        for row in 0..rows {
-            for column in 0..columns {
-                if wanted(column, row) {
-                    particles.push(row * columns + column);
-                }
-            }
+    let column = |column: u32| (0..rows).map(move |row| row * columns + column);
+    let row = |row: u32| (0..columns).map(move |column| row * columns + column);
+    let corner = |column: u32, row: u32| row * columns + column;
+    let corners = [[0, 0], [last_column, 0], [0, last_row], [last_column, last_row]];
+    let mut set: Vec<u32> = match name {
+        "all" => (0..columns * rows).collect(),
+        "left" => column(0).collect(),
+        "right" => column(last_column).collect(),
+        "bottom" => row(0).collect(),
+        "top" => row(last_row).collect(),
+        "border" => {
+            let sides = column(0).chain(column(last_column));
+            sides.chain(row(0)).chain(row(last_row)).collect()
         }
-        Some(particles)
-    };
-    match name {
-        "all" => set(&|_, _| true),
-        "left" => set(&|i, _| i == 0),
-        "right" => set(&|i, _| i == last_column),
-        "bottom" => set(&|_, j| j == 0),
-        "top" => set(&|_, j| j == last_row),
-        "border" => set(&|i, j| i == 0 || j == 0 || i == last_column || j == last_row),
-        "bottom-left" => set(&|i, j| i == 0 && j == 0),
-        "bottom-right" => set(&|i, j| i == last_column && j == 0),
-        "top-left" => set(&|i, j| i == 0 && j == last_row),
-        "top-right" => set(&|i, j| i == last_column && j == last_row),
-        "corners" => set(&|i, j| (i == 0 || i == last_column) && (j == 0 || j == last_row)),
+        "bottom-left" => vec![corner(0, 0)],
+        "bottom-right" => vec![corner(last_column, 0)],
+        "top-left" => vec![corner(0, last_row)],
+        "top-right" => vec![corner(last_column, last_row)],
+        "corners" => corners.map(|[i, j]| corner(i, j)).to_vec(),
         _ => {
-            let number = |prefix| name.strip_prefix(prefix)?.parse::<u32>().ok();
-            if let Some(column) = number("column-").filter(|&column| column < columns) {
-                set(&|i, _| i == column)
-            } else {
-                let row = number("row-").filter(|&row| row < rows)?;
-                set(&|_, j| j == row)
+            // One way to write each number, so that a set has one name.
+            let number = |prefix: &str| {
+                let digits = name.strip_prefix(prefix)?;
+                digits.parse::<u32>().ok().filter(|number| number.to_string() == digits)
+            };
+            match number("column-").filter(|&number| number < columns) {
+                Some(number) => column(number).collect(),
+                None => row(number("row-").filter(|&number| number < rows)?).collect(),
             }
         }
-    }
+    };
+    set.sort_unstable();
+    set.dedup();
+    Some(set)
 }
 
 #[cfg(test)]
@@ -181,7 +187,7 @@ mod tests {
         assert_eq!(set("row-1"), [4, 5, 6, 7]);
         assert_eq!(set("column-3"), [3, 7, 11]);
         assert_eq!(set("all").len(), 12);
-        for name in ["row-3", "column-4", "row-", "row--1", "middle", ""] {
+        for name in ["row-01", "row-+1", "row-3", "column-4", "row-", "row--1", "middle", ""] {
             assert_eq!(grid_set([4, 3], name), None, "{name}");
         }
     }

@@ -1,14 +1,20 @@
 //! Rigid bodies, from description to what moves them and what the cloth feels of them.
 
+use std::collections::HashMap;
+
 use cloth_core::{Collider, ColliderShape, Pose};
-use cloth_rigid::{RigidBody, RigidJoint, RigidJointKind, RigidShape, RigidWorld};
+use cloth_rigid::{RigidBody, RigidError, RigidJoint, RigidJointKind, RigidShape, RigidWorld};
 
 use crate::{
     Scene, SceneError, SceneRigid, SceneRigidJoint, SceneRigidJointKind, SceneRigidShape,
     SceneRotation,
 };
 
-use super::{Check, collider::rotation_check, solid};
+use super::{
+    Check, CompileOptions,
+    collider::rotation_check,
+    solid::{self, Plans},
+};
 
 /// The bodies of a scene.
 pub(super) struct Bodies {
@@ -24,34 +30,44 @@ pub(super) fn compile(
     scene: &Scene,
     check: &Check<'_>,
     colliders: &[Collider],
+    options: &CompileOptions,
+    plans: &mut Plans,
 ) -> Result<Bodies, SceneError> {
     let mut bodies = Vec::with_capacity(scene.rigids.len());
     let mut solids = Vec::with_capacity(scene.rigids.len());
     for (index, rigid) in scene.rigids.iter().enumerate() {
         let key = format!("rigid[{index}]");
-        let (body, solid) = body(check, &key, rigid)?;
+        let (body, solid) = body(check, &key, rigid, options, plans)?;
         RigidWorld::new(std::slice::from_ref(&body), &[], scene.gravity)
             .map_err(|error| solid::place(check, &key, &error))?;
         bodies.push(body);
         solids.push(solid);
     }
-    if !bodies.is_empty() {
-        RigidWorld::new(&bodies, colliders, scene.gravity)
-            .map_err(|error| solid::place(check, "collider", &error))?;
-    }
     let mut joints = Vec::with_capacity(scene.rigid_joints.len());
+    let numbers = scene.rigids.iter().enumerate();
+    // Of two bodies of one name the first is meant; the model refuses them later on.
+    let numbers = numbers.rev().map(|(number, rigid)| (rigid.name.as_str(), number)).collect();
     for (index, joint) in scene.rigid_joints.iter().enumerate() {
         let key = format!("rigid_joint[{index}]");
-        joints.push(self::joint(scene, check, &key, joint)?);
-        RigidWorld::new(&bodies, &[], scene.gravity)
-            .and_then(|mut world| world.join(&bodies, &joints))
-            .map_err(|error| solid::place(check, &key, &error))?;
+        joints.push(self::joint(&numbers, check, &key, joint)?);
+    }
+    if !bodies.is_empty() {
+        let mut world = RigidWorld::new(&bodies, colliders, scene.gravity)
+            .map_err(|error| solid::place(check, "collider", &error))?;
+        world.join(&bodies, &joints).map_err(|error| {
+            let key = match &error {
+                RigidError::Joint { joint, .. } => format!("rigid_joint[{joint}]"),
+                _ => "rigid_joint".to_owned(),
+            };
+            solid::place(check, &key, &error)
+        })?;
     }
     Ok(Bodies { bodies, joints, solids })
 }
 
+/// `numbers` are those of the bodies by name.
 fn joint(
-    scene: &Scene,
+    numbers: &HashMap<&str, usize>,
     check: &Check<'_>,
     key: &str,
     joint: &SceneRigidJoint,
@@ -61,8 +77,7 @@ fn joint(
         problem,
     };
     let body = |field: &str, name: &str| {
-        let found = scene.rigids.iter().position(|rigid| rigid.name == name);
-        found.ok_or_else(|| {
+        numbers.get(name).copied().ok_or_else(|| {
             wrong(
                 field,
                 format!("a joint names the body `{name}`, which does not exist: correct the name"),
@@ -99,6 +114,8 @@ fn body(
     check: &Check<'_>,
     key: &str,
     rigid: &SceneRigid,
+    options: &CompileOptions,
+    plans: &mut Plans,
 ) -> Result<(RigidBody, Collider), SceneError> {
     if let Some(rotation) = &rigid.rotation {
         rotation_check(check, &format!("{key}.rotation"), rotation)?;
@@ -108,8 +125,8 @@ fn body(
     check.share(&format!("{key}.restitution"), rigid.restitution)?;
     let name = &rigid.name;
     let at = format!("{key}.shape");
-    let meshed = |mesh| {
-        let shape = solid::distances(check, &at, name, &mesh)?;
+    let mut meshed = |at: &str, mesh, cells| {
+        let shape = solid::distances(check, at, name, (&mesh, cells), plans)?;
         Ok::<_, SceneError>((RigidShape::Mesh(mesh), shape))
     };
     let (shape, solid) = match &rigid.shape {
@@ -119,8 +136,14 @@ fn body(
         &SceneRigidShape::Sphere { radius } => {
             (RigidShape::Sphere { radius }, ColliderShape::Sphere { radius })
         }
-        SceneRigidShape::Mesh(triangles) => meshed(solid::mesh(triangles))?,
-        SceneRigidShape::Tetrahedron { vertices } => meshed(solid::tetrahedron(vertices))?,
+        SceneRigidShape::Mesh(mesh) => {
+            let at = format!("{at}.mesh");
+            let (mesh, cells) = solid::mesh(check, &at, mesh, options)?;
+            meshed(&at, mesh, cells)?
+        }
+        SceneRigidShape::Tetrahedron { vertices } => {
+            meshed(&at, solid::tetrahedron(vertices), solid::CELLS)?
+        }
     };
     let rotation = rigid.rotation.unwrap_or(SceneRotation::NONE).quaternion();
     let pose = Pose { translation: rigid.translation, rotation: rotation.into() };

@@ -1,26 +1,125 @@
 //! Solids of any shape.
 
-use std::sync::Arc;
+use std::sync::{
+    Arc,
+    atomic::{AtomicU64, Ordering},
+};
 
-use cloth_core::{ColliderShape, TriangleMesh};
-use cloth_rigid::{RigidError, distance_grid, distance_grid_sequence};
+use cloth_core::{Collider, ColliderShape, TriangleMesh};
+use cloth_rigid::{DistanceGridPlan, RigidError};
 
-use crate::{SceneAnimation, SceneError, SceneMesh, SceneTriangles};
+use crate::{SceneAnimation, SceneError, SceneMesh, SceneSolidMesh};
 
-use super::{Check, CompileOptions};
+use super::{Check, CompileOptions, CompileProgress};
 
 /// Samples along the longest side of a solid.
-const CELLS: u32 = 64;
+pub(super) const CELLS: u32 = 64;
 /// How far beyond a solid distances are sampled \[m\]; farther than half the thickness of any cloth.
 const MARGIN: f64 = 0.02;
-/// Bytes of the samples of one solid at most.
-pub(super) const BYTES: u64 = 4 << 20;
 
-pub(super) fn mesh(triangles: &SceneTriangles) -> TriangleMesh {
-    TriangleMesh {
-        positions: triangles.vertices.clone(),
-        triangles: triangles.faces.clone(),
-        ..TriangleMesh::default()
+/// Bytes of the samples of one solid at most, with so many samples along its longest side: the margin is at most a
+/// quarter of it on both ends, and gradients need some more.
+pub(super) fn bytes(cells: Option<u32>) -> u64 {
+    let side = 3 * u64::from(cells.unwrap_or(CELLS)) / 2 + 5;
+    4 * side.saturating_pow(3)
+}
+
+/// The solids whose distances are to be sampled, in the order of their colliders.
+#[derive(Default)]
+pub(super) struct Plans {
+    list: Vec<(String, DistanceGridPlan)>,
+}
+
+impl Plans {
+    /// Stands for the solid until its distances are known; errors are about `key`.
+    fn draft(&mut self, key: &str, plan: DistanceGridPlan) -> ColliderShape {
+        let draft = plan.draft();
+        self.list.push((key.to_owned(), plan));
+        ColliderShape::Grid(Arc::new(draft))
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// Samples all distances, and gives them to `colliders` in the place of the drafts.
+    pub(super) fn carry_out(
+        self,
+        check: &Check<'_>,
+        colliders: &mut [Collider],
+        progress: &(dyn Fn(CompileProgress) + Sync),
+    ) -> Result<(), SceneError> {
+        let total = self.list.iter().map(|(_, plan)| plan.samples()).sum();
+        let done = AtomicU64::new(0);
+        let shapes = colliders.iter_mut().filter_map(|collider| match &mut collider.shape {
+            ColliderShape::Grid(grid) => Some(grid),
+            _ => None,
+        });
+        for ((key, plan), grid) in self.list.into_iter().zip(shapes) {
+            let sampled = plan.sample(&|samples| {
+                let done = done.fetch_add(samples, Ordering::Relaxed) + samples;
+                progress(CompileProgress { done, total });
+            });
+            *grid = Arc::new(sampled.map_err(|error| place(check, &key, &error))?);
+        }
+        Ok(())
+    }
+}
+
+/// The mesh of a solid at `key`, and the samples along its longest side.
+pub(super) fn mesh(
+    check: &Check<'_>,
+    key: &str,
+    solid: &SceneSolidMesh,
+    options: &CompileOptions,
+) -> Result<(TriangleMesh, u32), SceneError> {
+    let SceneSolidMesh { file, vertices, faces, scale, rotation, translation, cells } = solid;
+    let inline = !vertices.is_empty() || !faces.is_empty();
+    let scale = scale.unwrap_or(1.0);
+    let translation = translation.unwrap_or_default();
+    let mesh = match file {
+        Some(_) if inline => {
+            return Err(check.error(key, "has a `file` and `vertices` or `faces`: remove one"));
+        }
+        None if !inline => {
+            return Err(check.error(key, "has no `file`: give it, or `vertices` and `faces`"));
+        }
+        Some(file) => {
+            let mesh = SceneMesh { file: file.clone(), scale, rotation: *rotation, translation };
+            super::mesh::compile(check, key, &mesh, options)?
+        }
+        None => {
+            let mut mesh = TriangleMesh {
+                positions: vertices.clone(),
+                triangles: faces.clone(),
+                ..TriangleMesh::default()
+            };
+            super::mesh::transform(check, key, (scale, *rotation, translation), &mut mesh)?;
+            mesh
+        }
+    };
+    let cells = cells.unwrap_or(CELLS);
+    cells_check(check, key, cells)?;
+    Ok((mesh, cells))
+}
+
+/// The shape of a closed mesh; errors are about `key`.
+pub(super) fn distances(
+    check: &Check<'_>,
+    key: &str,
+    name: &str,
+    (mesh, cells): (&TriangleMesh, u32),
+    plans: &mut Plans,
+) -> Result<ColliderShape, SceneError> {
+    let plan = DistanceGridPlan::new(name, mesh, (cells, MARGIN));
+    Ok(plans.draft(key, plan.map_err(|error| place(check, key, &error))?))
+}
+
+fn cells_check(check: &Check<'_>, key: &str, cells: u32) -> Result<(), SceneError> {
+    if (4..=400).contains(&cells) {
+        Ok(())
+    } else {
+        Err(check.error(&format!("{key}.cells"), &format!("is {cells}: give 4 to 400")))
     }
 }
 
@@ -30,18 +129,6 @@ pub(super) fn tetrahedron(vertices: &[[f64; 3]; 4]) -> TriangleMesh {
         triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
         ..TriangleMesh::default()
     }
-}
-
-/// The signed distances of a closed mesh; errors are about `key`.
-pub(super) fn distances(
-    check: &Check<'_>,
-    key: &str,
-    name: &str,
-    mesh: &TriangleMesh,
-) -> Result<ColliderShape, SceneError> {
-    let grid =
-        distance_grid(name, mesh, CELLS, MARGIN).map_err(|error| place(check, key, &error))?;
-    Ok(ColliderShape::Grid(Arc::new(grid)))
 }
 
 /// Most files of an animation.
@@ -54,6 +141,7 @@ pub(super) fn animated(
     name: &str,
     animation: &SceneAnimation,
     options: &CompileOptions,
+    plans: &mut Plans,
 ) -> Result<ColliderShape, SceneError> {
     let wrong = |field: &str, problem: String| SceneError::Value {
         place: check.place(&format!("{key}.{field}")),
@@ -68,9 +156,7 @@ pub(super) fn animated(
         let problem = format!("{} files: give 1 to {FRAMES_MAX}", animation.frames);
         return Err(wrong("frames", problem));
     }
-    if !(4..=400).contains(&animation.cells) {
-        return Err(wrong("cells", format!("{} cells: give 4 to 400", animation.cells)));
-    }
+    cells_check(check, key, animation.cells)?;
     let file = |number: u32| -> Result<TriangleMesh, SceneError> {
         let number = u64::from(animation.first) + u64::from(number);
         let mesh = SceneMesh {
@@ -82,9 +168,8 @@ pub(super) fn animated(
         super::mesh::compile(check, key, &mesh, options)
     };
     let meshes: Vec<_> = (0..animation.frames).map(file).collect::<Result<_, _>>()?;
-    let grid = distance_grid_sequence(name, &meshes, animation.rate, (animation.cells, MARGIN))
-        .map_err(|error| place(check, key, &error))?;
-    Ok(ColliderShape::Grid(Arc::new(grid)))
+    let plan = DistanceGridPlan::sequence(name, &meshes, animation.rate, (animation.cells, MARGIN));
+    Ok(plans.draft(key, plan.map_err(|error| place(check, key, &error))?))
 }
 
 pub(super) fn place(check: &Check<'_>, key: &str, error: &RigidError) -> SceneError {

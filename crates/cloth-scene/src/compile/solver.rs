@@ -12,6 +12,15 @@ use super::Check;
 /// A frame of more substeps than this is a slip of the pen, and its plan would fill the memory.
 const SUBSTEPS_MAX: f64 = 1e6;
 
+/// Most iterations of a linear solve. A GPU is handed them before it is known how many are needed.
+const ITERATIONS_MAX: u32 = 10_000;
+
+/// Most iterations of Newton's method, and most solves of a substep, in each of which the linear solve is done.
+const PASSES_MAX: u32 = 100;
+
+/// Most sweeps of the strain limit in a substep.
+const SWEEPS_MAX: u32 = 1000;
+
 /// Most halvings of the adaptive time step.
 const HALVINGS_MAX: u32 = 20;
 
@@ -35,12 +44,15 @@ pub(super) fn check(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> 
     let implicit = &simulation.implicit;
     check.share("simulation.implicit.tolerance", implicit.tolerance)?;
     check.share("simulation.implicit.newton_tolerance", implicit.newton_tolerance)?;
-    for (key, count) in [
-        ("simulation.implicit.iterations", implicit.iterations),
-        ("simulation.implicit.newton_iterations", implicit.newton_iterations),
-        ("simulation.implicit.constraint_passes", implicit.constraint_passes),
+    for (key, count, limit) in [
+        ("simulation.implicit.iterations", implicit.iterations, ITERATIONS_MAX),
+        ("simulation.implicit.newton_iterations", implicit.newton_iterations, PASSES_MAX),
+        ("simulation.implicit.constraint_passes", implicit.constraint_passes, PASSES_MAX),
     ] {
-        check.at_least_one(key, count)?;
+        check.count(key, count, limit)?;
+    }
+    if let Some(limit) = &simulation.strain_limit {
+        check.count("simulation.strain_limit.sweeps", limit.sweeps, SWEEPS_MAX)?;
     }
     simulation.adaptive.as_ref().map_or(Ok(()), |adaptive| adaptive_check(scene, adaptive, check))
 }

@@ -1,6 +1,6 @@
 //! From keyframes and events to a timeline.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use cloth_core::Model;
 
@@ -13,7 +13,7 @@ use crate::{
 use super::{
     Check,
     collider::{rotation_check, shape_rotation},
-    pins::PinSets,
+    pins::{NAMED_MAX, PinSets},
 };
 
 pub(super) fn compile(
@@ -24,11 +24,21 @@ pub(super) fn compile(
 ) -> Result<Timeline, SceneError> {
     let colliders = collider_tracks(scene, check)?;
     let mut pins = BTreeMap::new();
+    let numbers = scene.cloths.iter().enumerate().map(|(number, cloth)| (&*cloth.name, number));
+    let events = Events { scene, check, model, pin_sets, cloths: numbers.collect() };
+    let mut named = 0_u64;
     // In the order of time, so that a move can be refused that comes after the release.
     let mut order: Vec<(usize, &SceneEvent)> = scene.events.iter().enumerate().collect();
     order.sort_by(|a, b| a.1.time.total_cmp(&b.1.time));
     for (index, event) in order {
-        event_apply(scene, check, model, pin_sets, (index, event), &mut pins)?;
+        named = named.saturating_add(events.apply(index, event, &mut pins)?);
+        if named > NAMED_MAX {
+            let problem = format!(
+                "makes {named} particles that all events name together, each as often as it is named: \
+                 at most {NAMED_MAX} are possible; name fewer pins in each event"
+            );
+            return Err(check.error(&format!("event[{index}].pins"), &problem));
+        }
     }
     Ok(Timeline::new(scene.simulation.frames_per_second, pins.into_values().collect(), colliders))
 }
@@ -74,56 +84,76 @@ fn collider_tracks(scene: &Scene, check: &Check<'_>) -> Result<Vec<ColliderTrack
     Ok(tracks)
 }
 
-fn event_apply(
-    scene: &Scene,
-    check: &Check<'_>,
-    model: &Model,
-    pin_sets: &[PinSets],
-    (index, event): (usize, &SceneEvent),
-    tracks: &mut BTreeMap<u32, PinTrack>,
-) -> Result<(), SceneError> {
-    let key = format!("event[{index}]");
-    check.not_negative(&format!("{key}.time"), event.time)?;
-    if let SceneAction::Move { offset, duration } = &event.action {
-        check.finite(&format!("{key}.action.move.offset"), offset)?;
-        check.positive(&format!("{key}.action.move.duration"), *duration)?;
-    }
-    let cloth_index = scene.cloths.iter().position(|cloth| cloth.name == event.cloth);
-    let (range, sets) = cloth_index
-        .and_then(|index| Some((&model.cloths().get(index)?.particles, pin_sets.get(index)?)))
-        .ok_or_else(|| {
-            let known = scene.cloths.iter().map(|cloth| cloth.name.clone()).collect();
-            let place = check.place(&format!("{key}.cloth"));
-            SceneUnknown::error(place, "cloth", &event.cloth, known)
-        })?;
-    for pin in &event.pins {
-        let mut found = false;
-        for particle in sets.resolve(check, &format!("{key}.pins"), pin)? {
-            let Some(particle) = particle.checked_add(range.start) else { continue };
-            let is_pin = range.contains(&particle) && model.pins().binary_search(&particle).is_ok();
-            let start = match model.positions().get(particle as usize) {
-                Some(&start) if is_pin => start,
-                _ => continue,
-            };
-            let track = tracks.entry(particle).or_insert_with(|| PinTrack::new(particle, start));
-            if track.release.is_some() {
-                continue;
+/// What events act on.
+struct Events<'a> {
+    scene: &'a Scene,
+    check: &'a Check<'a>,
+    model: &'a Model,
+    pin_sets: &'a [PinSets],
+    /// The numbers of the cloths by name.
+    cloths: HashMap<&'a str, usize>,
+}
+
+impl Events<'_> {
+    /// Adds an event to the tracks of its pins; how many particles it names.
+    fn apply(
+        &self,
+        index: usize,
+        event: &SceneEvent,
+        tracks: &mut BTreeMap<u32, PinTrack>,
+    ) -> Result<u64, SceneError> {
+        let Self { scene, check, model, pin_sets, .. } = self;
+        let key = format!("event[{index}]");
+        check.not_negative(&format!("{key}.time"), event.time)?;
+        if let SceneAction::Move { offset, duration } = &event.action {
+            check.finite(&format!("{key}.action.move.offset"), offset)?;
+            check.positive(&format!("{key}.action.move.duration"), *duration)?;
+        }
+        let cloth = self.cloths.get(event.cloth.as_str()).copied();
+        let (range, sets) = cloth
+            .and_then(|index| Some((&model.cloths().get(index)?.particles, pin_sets.get(index)?)))
+            .ok_or_else(|| {
+                let known = scene.cloths.iter().map(|cloth| cloth.name.clone()).collect();
+                let place = check.place(&format!("{key}.cloth"));
+                SceneUnknown::error(place, "cloth", &event.cloth, known)
+            })?;
+        let mut named = 0;
+        for pin in &event.pins {
+            let mut found = false;
+            let particles = sets.resolve(check, &format!("{key}.pins"), pin)?;
+            named += particles.len() as u64;
+            if named > NAMED_MAX {
+                break;
             }
-            found = true;
-            match event.action {
-                SceneAction::Release => track.release = Some(event.time),
-                SceneAction::Move { offset, duration } => {
-                    track.moves.push(PinMove { time: event.time, duration, offset });
+            for particle in particles {
+                let Some(particle) = particle.checked_add(range.start) else { continue };
+                let is_pin =
+                    range.contains(&particle) && model.pins().binary_search(&particle).is_ok();
+                let start = match model.positions().get(particle as usize) {
+                    Some(&start) if is_pin => start,
+                    _ => continue,
+                };
+                let track =
+                    tracks.entry(particle).or_insert_with(|| PinTrack::new(particle, start));
+                if track.release.is_some() {
+                    continue;
+                }
+                found = true;
+                match event.action {
+                    SceneAction::Release => track.release = Some(event.time),
+                    SceneAction::Move { offset, duration } => {
+                        track.moves.push(PinMove { time: event.time, duration, offset });
+                    }
                 }
             }
+            if !found {
+                let problem = format!(
+                    "names {pin}, but no pin of cloth {:?} is held there at {} s: pin it first",
+                    event.cloth, event.time
+                );
+                return Err(check.error(&format!("{key}.pins"), &problem));
+            }
         }
-        if !found {
-            let problem = format!(
-                "names {pin}, but no pin of cloth {:?} is held there at {} s: pin it first",
-                event.cloth, event.time
-            );
-            return Err(check.error(&format!("{key}.pins"), &problem));
-        }
+        Ok(named)
     }
-    Ok(())
 }

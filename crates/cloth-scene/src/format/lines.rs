@@ -1,25 +1,52 @@
 //! From byte offsets to lines and columns.
 
+/// Characters are counted ahead up to every multiple of this many bytes, so that a position on a line of
+/// megabytes costs no more than one on a short line.
+const STRIDE: usize = 1024;
+
 /// Where the lines of a text start.
-pub(super) struct Lines<'a> {
+pub(crate) struct Lines<'a> {
     text: &'a str,
     starts: Vec<usize>,
+    /// Characters that begin before each multiple of the stride.
+    characters: Vec<usize>,
 }
 
 impl<'a> Lines<'a> {
-    pub(super) fn new(text: &'a str) -> Self {
+    pub(crate) fn new(text: &'a str) -> Self {
         let after_breaks = text.match_indices('\n').map(|(offset, _)| offset + 1);
-        Self { text, starts: std::iter::once(0).chain(after_breaks).collect() }
+        let mut characters = Vec::with_capacity(text.len() / STRIDE + 2);
+        let mut before = 0;
+        for piece in text.as_bytes().chunks(STRIDE) {
+            characters.push(before);
+            before += begun(piece);
+        }
+        characters.push(before);
+        Self { text, starts: std::iter::once(0).chain(after_breaks).collect(), characters }
     }
 
     /// Line and column of a byte, both from 1; the column counts characters.
-    pub(super) fn position(&self, offset: usize) -> (u32, u32) {
+    pub(crate) fn position(&self, offset: usize) -> (u32, u32) {
         let line = self.starts.partition_point(|&start| start <= offset).max(1);
         let start = self.starts[line - 1];
-        let column =
-            self.text.get(start..offset).map_or(offset - start, |before| before.chars().count());
+        let column = if offset <= self.text.len() {
+            self.characters_before(offset) - self.characters_before(start)
+        } else {
+            offset - start
+        };
         (saturate(line), saturate(column + 1))
     }
+
+    fn characters_before(&self, offset: usize) -> usize {
+        let piece = offset / STRIDE;
+        let rest = self.text.as_bytes().get(piece * STRIDE..offset).unwrap_or_default();
+        self.characters.get(piece).copied().unwrap_or_default() + begun(rest)
+    }
+}
+
+/// Characters that begin in these bytes of UTF-8.
+fn begun(bytes: &[u8]) -> usize {
+    bytes.iter().filter(|&&byte| byte & 0xc0 != 0x80).count()
 }
 
 fn saturate(number: usize) -> u32 {
@@ -37,5 +64,17 @@ mod tests {
         assert_eq!(lines.position(2), (2, 1));
         assert_eq!(lines.position(7), (2, 4));
         assert_eq!(lines.position(999), (3, 989), "past the end, not a panic");
+    }
+
+    #[test]
+    fn columns_of_long_lines_are_those_that_counting_gives() {
+        let text = format!("{}\n{}", "aö€".repeat(700), "xü".repeat(2000));
+        let lines = Lines::new(&text);
+        for (offset, _) in text.char_indices().step_by(97) {
+            let before = &text[..offset];
+            let line = before.matches('\n').count() as u32 + 1;
+            let column = before.rsplit('\n').next().unwrap().chars().count() as u32 + 1;
+            assert_eq!(lines.position(offset), (line, column), "byte {offset}");
+        }
     }
 }

@@ -3,4 +3,5 @@
 pub(crate) mod fysl;
 mod lines;
 mod toml;
+mod toml_arity;
 mod toml_places;

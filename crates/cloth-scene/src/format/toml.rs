@@ -1,14 +1,19 @@
 //! Scenes as TOML.
 
-use std::{fs::File, io::Read, path::Path};
+use std::path::Path;
 
+use cloth_io::file_read;
 use serde::Deserialize;
-use toml::de::{DeTable, Deserializer};
+use toml::{
+    Table,
+    de::{DeTable, Deserializer},
+};
 
 use crate::{Scene, SceneError, SceneOrigin, ScenePlace, error::SceneUnknown};
 
 use super::{
     lines::Lines,
+    toml_arity::misfit,
     toml_places::{Places, key_at},
 };
 
@@ -26,10 +31,7 @@ impl Scene {
     /// [`Scene::from_fysl`].
     pub fn read(path: &Path) -> Result<Self, SceneError> {
         let file = path.display().to_string();
-        let mut bytes = Vec::new();
-        File::open(path)
-            // A limit on what is read, not on the length that is claimed: pipes claim none.
-            .and_then(|opened| opened.take(FILE_SIZE_MAX + 1).read_to_end(&mut bytes))
+        let bytes = file_read(path, FILE_SIZE_MAX + 1)
             .map_err(|source| SceneError::Read { file: file.clone(), source })?;
         if bytes.len() as u64 > FILE_SIZE_MAX {
             return Err(SceneError::Size { file, limit: FILE_SIZE_MAX });
@@ -78,6 +80,7 @@ impl Scene {
             });
         }
         let keys = places.keys;
+        let written = table.clone();
         let mut scene = Self::deserialize(Deserializer::from(table)).map_err(|error| {
             // Parsed once more: the table is used up, and keeping the key of every value would
             // make each scene pay for the errors of a few.
@@ -86,6 +89,16 @@ impl Scene {
                 table.zip(error.span()).and_then(|(table, span)| key_at(table.get_ref(), &span));
             parse_error(&error, key, file, &lines)
         })?;
+        let understood = Table::try_from(&scene).map_err(|error| scene.unwritable(&error))?;
+        if let Some(misfit) = misfit(written.get_ref(), &understood) {
+            return Err(SceneError::Syntax {
+                place: ScenePlace {
+                    file: file.into(),
+                    position: Some(lines.position(misfit.offset)),
+                },
+                problem: misfit.to_string(),
+            });
+        }
         scene.origin = SceneOrigin {
             file: file.into(),
             directory: Path::new(file).parent().map(Path::to_path_buf).unwrap_or_default(),
@@ -99,10 +112,11 @@ impl Scene {
     /// # Errors
     /// [`SceneError::Write`] for a value that TOML cannot hold.
     pub fn to_toml(&self) -> Result<String, SceneError> {
-        toml::to_string(self).map_err(|error| SceneError::Write {
-            name: self.name.clone(),
-            problem: error.to_string(),
-        })
+        toml::to_string(self).map_err(|error| self.unwritable(&error))
+    }
+
+    fn unwritable(&self, error: &toml::ser::Error) -> SceneError {
+        SceneError::Write { name: self.name.clone(), problem: error.to_string() }
     }
 }
 

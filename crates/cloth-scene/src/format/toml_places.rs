@@ -19,6 +19,9 @@ pub(super) struct NonFinite {
     pub(super) position: (u32, u32),
 }
 
+/// Longest key that is looked into \[byte\].
+const KEY_MAX: usize = 64;
+
 /// Collects the places of all keys, and the first number that is not finite.
 pub(super) struct Places<'a> {
     lines: &'a Lines<'a>,
@@ -36,6 +39,10 @@ impl<'a> Places<'a> {
     fn table(&mut self, table: &DeTable<'_>, path: &str) {
         for (name, value) in table {
             let name_text = name.get_ref();
+            // No key of a scene is so long. The path of each key below it would hold it once more.
+            if name_text.len() > KEY_MAX {
+                continue;
+            }
             let key =
                 if path.is_empty() { name_text.to_string() } else { format!("{path}.{name_text}") };
             self.keys.insert(key.clone(), self.lines.position(name.span().start));
@@ -59,11 +66,13 @@ impl<'a> Places<'a> {
                 }
             }
             DeValue::Float(number) => {
+                if number.as_str().parse().is_ok_and(f64::is_finite) {
+                    return;
+                }
                 let position = self.lines.position(value.span().start);
                 let earlier =
                     self.non_finite.as_ref().is_some_and(|found| found.position <= position);
-                let finite = number.as_str().parse().is_ok_and(f64::is_finite);
-                if !finite && !earlier {
+                if !earlier {
                     self.non_finite = Some(NonFinite {
                         text: number.as_str().to_owned(),
                         key: key.to_owned(),

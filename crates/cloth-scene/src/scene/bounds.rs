@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// A box along the axes. It bounds what pictures show of a scene without a camera, not the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneBounds {
     /// Corner with the smallest coordinates \[m\].

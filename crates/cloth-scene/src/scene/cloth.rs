@@ -6,6 +6,7 @@ use super::{SceneColour, SceneMaterial, SceneNetwork, ScenePin, SceneRotation, S
 
 /// One cloth.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneCloth {
     /// Name, unique among the cloths.
@@ -27,6 +28,7 @@ pub struct SceneCloth {
 
 /// Where the particles and springs come from.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum SceneGeometry {
     /// A rectangular patch.
@@ -44,14 +46,18 @@ pub enum SceneGeometry {
 /// Exactly one of `spacing` and `size` is given, and at most one of `origin` and `centre`; with
 /// neither, the patch is centred on the origin of the world.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneGrid {
     /// Particles along the column axis, at least 2.
+    #[cfg_attr(test, schemars(range(min = 2)))]
     pub columns: u32,
     /// Particles along the row axis, at least 2.
+    #[cfg_attr(test, schemars(range(min = 2)))]
     pub rows: u32,
     /// Distance of neighbouring particles along both axes \[m\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub spacing: Option<f64>,
     /// Side lengths along the column and the row axis \[m\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -94,6 +100,8 @@ impl SceneGrid {
 
 /// The neighbours of a grid particle that it is joined to; a number in files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(extend("enum" = [12, 24])))]
 #[serde(try_from = "u32", into = "u32")]
 pub enum SceneStencil {
     /// 4 stretch, 4 shear on the diagonals, 4 bend that skip one particle.
@@ -126,12 +134,14 @@ impl From<SceneStencil> for u32 {
 
 /// A triangle mesh from a file. It is scaled, then rotated, then translated.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneMesh {
     /// The file, relative to the folder of the scene file, with forward slashes.
     pub file: String,
     /// Factor on all coordinates, above zero; 1 if not given.
     #[serde(default = "one")]
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub scale: f64,
     /// Rotation about the origin of the mesh; none if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{SceneRotation, SceneTriangles};
+use super::{SceneRotation, SceneSolidMesh};
 
 /// An obstacle, at rest or moved by keyframes.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneCollider {
     /// Name, unique among the colliders.
@@ -20,9 +21,11 @@ pub struct SceneCollider {
     pub rotation: Option<SceneRotation>,
     /// Coulomb friction coefficient, dimensionless; 0.3 if not given.
     #[serde(default = "friction_default")]
+    #[cfg_attr(test, schemars(range(min = 0.0)))]
     pub friction: f64,
     /// Coefficient of restitution, 0 (no rebound, the default) to 1 (elastic).
     #[serde(default)]
+    #[cfg_attr(test, schemars(range(min = 0.0, max = 1.0)))]
     pub restitution: f64,
     /// Where it is later on, times ascending. Between keyframes it moves in a straight line and
     /// turns evenly, after the last one it rests.
@@ -32,6 +35,7 @@ pub struct SceneCollider {
 
 /// Shape of a collider in its local frame.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 pub enum SceneShape {
     /// The half space on the side of the local origin that the normal points away from.
@@ -43,13 +47,16 @@ pub enum SceneShape {
     /// A ball around the local origin.
     Sphere {
         /// Radius \[m\].
+        #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
         radius: f64,
     },
     /// All points within `radius` of a segment of the local z axis, centred on the origin.
     Capsule {
         /// Half the length of the segment \[m\].
+        #[cfg_attr(test, schemars(range(min = 0.0)))]
         half_length: f64,
         /// Radius \[m\].
+        #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
         radius: f64,
     },
     /// A box around the local origin with faces across the local axes.
@@ -57,9 +64,8 @@ pub enum SceneShape {
         /// Half the side lengths \[m\].
         half_extents: [f64; 3],
     },
-    /// A closed triangle mesh, known to the cloth as signed distances with 64 samples along its longest
-    /// side.
-    Mesh(SceneTriangles),
+    /// A closed triangle mesh.
+    Mesh(SceneSolidMesh),
     /// A mesh that changes its shape, from a file for each frame.
     Animation(SceneAnimation),
     /// A tetrahedron, known in the same way; either order of its vertices.
@@ -74,6 +80,7 @@ pub enum SceneShape {
 /// velocity that follows from that; the last file holds from its time on. Not beside rigid bodies, which would not
 /// feel it change.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneAnimation {
     /// The files, relative to the folder of the scene file, with `{}` in the place of the number.
@@ -82,14 +89,18 @@ pub struct SceneAnimation {
     #[serde(default)]
     pub first: u32,
     /// Number of files.
+    #[cfg_attr(test, schemars(range(min = 1, max = 10_000)))]
     pub frames: u32,
     /// Files for a second \[1/s\].
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub rate: f64,
     /// Samples of the distance along the longest side, 4 to 400; 64 if not given.
     #[serde(default = "cells_default")]
+    #[cfg_attr(test, schemars(range(min = 4, max = 400)))]
     pub cells: u32,
     /// Factor on all coordinates, above zero; 1 if not given.
     #[serde(default = "one")]
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub scale: f64,
     /// Rotation about the origin of the mesh; none if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -101,9 +112,11 @@ pub struct SceneAnimation {
 
 /// Where a collider is at one time.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneKeyframe {
     /// Time \[s\], above zero: the pose at the start is that of the collider itself.
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub time: f64,
     /// Translation \[m\]; that of the keyframe before if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]

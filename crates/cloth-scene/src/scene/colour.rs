@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 
 /// An sRGB colour, in files as `"#c0392b"`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(extend("pattern" = "^#[0-9a-fA-F]{6}$")))]
 #[serde(try_from = "String", into = "String")]
 pub struct SceneColour {
     /// Red, green and blue, 0 to 255.

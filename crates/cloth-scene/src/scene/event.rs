@@ -6,9 +6,11 @@ use super::ScenePin;
 
 /// Something that happens to pins of one cloth.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneEvent {
     /// Time \[s\]. Pins are released at the start of the first frame that does not start earlier.
+    #[cfg_attr(test, schemars(range(min = 0.0)))]
     pub time: f64,
     /// Name of the cloth.
     pub cloth: String,
@@ -20,6 +22,7 @@ pub struct SceneEvent {
 
 /// What happens to pins.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 pub enum SceneAction {
     /// They are let go.
@@ -29,6 +32,7 @@ pub enum SceneAction {
         /// Way to go \[m\].
         offset: [f64; 3],
         /// Time it takes \[s\].
+        #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
         duration: f64,
     },
 }

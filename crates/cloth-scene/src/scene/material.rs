@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 /// stiffness of every class of springs must be given, dampings are zero and the coefficients of
 /// the air are those of a flat plate.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneMaterial {
     /// Name of a fabric, one of [`MaterialPreset::ALL`](cloth_core::MaterialPreset::ALL).
@@ -13,6 +14,7 @@ pub struct SceneMaterial {
     pub preset: Option<String>,
     /// Thickness of the cloth \[m\]: colliders stop its particles at half of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub thickness: Option<f64>,
     /// How mass is given to the particles.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -33,51 +35,62 @@ pub struct SceneMaterial {
 
 /// How mass is given to the particles.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum SceneMass {
     /// Mass per area \[kg/m^2\].
-    PerArea(f64),
+    PerArea(#[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))] f64),
     /// The same mass for every particle \[kg\].
-    PerParticle(f64),
+    PerParticle(#[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))] f64),
 }
 
 /// Stiffness and damping of one class of springs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneSpring {
     /// Stiffness \[N/m\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub stiffness: Option<f64>,
     /// Damping along the spring \[N s/m\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(range(min = 0.0)))]
     pub damping: Option<f64>,
 }
 
 /// Springs that resist folding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneBend {
     /// Stiffness \[N/m\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub stiffness: Option<f64>,
     /// Damping along the spring \[N s/m\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(range(min = 0.0)))]
     pub damping: Option<f64>,
     /// Flexural rigidity of one spring \[N m^2\]: with it, springs under compression buckle. See
     /// [`BendModel::ImmediateBuckling`](cloth_core::BendModel::ImmediateBuckling) for how to choose
     /// it, and the stiffness that it needs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub rigidity: Option<f64>,
 }
 
 /// Coefficients of the force of the air on a triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneAerodynamics {
     /// Pressure drag coefficient, dimensionless; 1.28 for a flat plate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(range(min = 0.0)))]
     pub pressure: Option<f64>,
     /// Skin friction coefficient, dimensionless.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(range(min = 0.0)))]
     pub friction: Option<f64>,
 }

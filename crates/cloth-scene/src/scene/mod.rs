@@ -15,6 +15,7 @@ mod pin;
 mod rigid;
 mod rotation;
 mod simulation;
+mod solid_mesh;
 mod solver;
 mod triangles;
 mod view;
@@ -35,6 +36,7 @@ pub use pin::{ScenePin, ScenePinAttribute};
 pub use rigid::{SceneRigid, SceneRigidJoint, SceneRigidJointKind, SceneRigidShape};
 pub use rotation::SceneRotation;
 pub use simulation::{ScenePrecision, SceneSimulation, SceneSpringClass, SceneStrainLimit};
+pub use solid_mesh::SceneSolidMesh;
 pub use solver::{SceneAdaptive, SceneImplicit, SceneSemiImplicit, SceneSolver};
 pub use triangles::SceneTriangles;
 pub use view::SceneView;
@@ -43,6 +45,7 @@ pub use view::SceneView;
 ///
 /// Nothing is checked here but the kinds of the values; [`Scene::compile`] checks the rest.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
     /// Name of the scene.

@@ -41,3 +41,10 @@ pub(super) fn deserialize<'de, T: Named, D: Deserializer<'de>>(
         D::Error::custom(format!("unknown variant `{word}`, expected one of {}", known.join(", ")))
     })
 }
+
+/// The names of all values, for the schema.
+#[cfg(test)]
+pub(super) fn schema<T: Named>(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    let names: Vec<_> = T::NAMED.iter().map(|value| value.word()).collect();
+    schemars::json_schema!({ "type": "string", "enum": names })
+}

@@ -19,6 +19,7 @@ use serde::{Deserialize, Deserializer, Serialize, de};
 /// and `alpha` from 0 to 1. `{ attribute = "pin", above = 0.5 }` are all vertices whose number is larger
 /// than that.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum ScenePin {
     /// Index of a particle within its cloth, from 0.
@@ -31,6 +32,7 @@ pub enum ScenePin {
 
 /// The vertices of a mesh whose attribute is larger than a bound.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ScenePinAttribute {
     /// Name of the attribute in the mesh file.

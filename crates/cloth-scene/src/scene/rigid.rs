@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{SceneColour, SceneRotation, SceneTriangles};
+use super::{SceneColour, SceneRotation, SceneSolidMesh};
 
 /// A rigid body, which gravity, its own force and torque, other bodies and the colliders move.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneRigid {
     /// Name, unique among bodies and colliders.
@@ -19,6 +20,7 @@ pub struct SceneRigid {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotation: Option<SceneRotation>,
     /// Mass \[kg\].
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub mass: f64,
     /// Velocity at the start \[m/s\].
     #[serde(default)]
@@ -37,9 +39,11 @@ pub struct SceneRigid {
     pub torque: [f64; 3],
     /// Coulomb friction coefficient, dimensionless; 0.3 if not given.
     #[serde(default = "friction_default")]
+    #[cfg_attr(test, schemars(range(min = 0.0)))]
     pub friction: f64,
     /// Coefficient of restitution, 0 (no rebound, the default) to 1 (elastic).
     #[serde(default)]
+    #[cfg_attr(test, schemars(range(min = 0.0, max = 1.0)))]
     pub restitution: f64,
     /// Colour in pictures.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -48,6 +52,7 @@ pub struct SceneRigid {
 
 /// Shape of a rigid body in its local frame.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 pub enum SceneRigidShape {
     /// A box around the local origin with faces across the local axes.
@@ -58,10 +63,11 @@ pub enum SceneRigidShape {
     /// A ball around the local origin.
     Sphere {
         /// Radius \[m\].
+        #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
         radius: f64,
     },
     /// A closed triangle mesh.
-    Mesh(SceneTriangles),
+    Mesh(SceneSolidMesh),
     /// A tetrahedron; either order of its vertices.
     Tetrahedron {
         /// Its corners \[m\].
@@ -75,6 +81,7 @@ const fn friction_default() -> f64 {
 
 /// A constraint between two rigid bodies, as they are at the start. The two do not collide with each other.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneRigidJoint {
     /// What it leaves free.
@@ -96,6 +103,7 @@ pub struct SceneRigidJoint {
 
 /// What a joint leaves free.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum SceneRigidJointKind {
     /// Nothing.

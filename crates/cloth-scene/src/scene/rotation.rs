@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// A rotation about an axis, counter-clockwise when the axis points at the viewer.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneRotation {
     /// Direction of the axis, of any length but zero.

@@ -6,20 +6,25 @@ use super::{SceneAdaptive, SceneImplicit, SceneSemiImplicit, SceneSolver};
 
 /// Frames, time step and solver.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneSimulation {
     /// Number of frames; 150 if not given.
+    #[cfg_attr(test, schemars(range(min = 1)))]
     pub frames: u32,
     /// Frames in a second of simulated time \[Hz\]; 30 if not given.
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub frames_per_second: f64,
     /// Length of a substep of the explicit solver \[s\]; 0.001 if not given. The others have a
     /// `time_step` in their own tables, as a step that suits one suits no other.
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub time_step: f64,
     /// How the state is advanced: `explicit` (the default), `implicit` or `semi-implicit`.
     pub solver: SceneSolver,
     /// Precision of the arithmetic.
     pub precision: ScenePrecision,
     /// Relative elongation of a spring above which the run counts as diverged; 10 if not given.
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub strain_bound: f64,
     /// Strain limiting after every substep; off if not given.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -73,6 +78,7 @@ impl SceneSimulation {
 
 /// Precision of the arithmetic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum ScenePrecision {
     /// 32-bit floating point.
@@ -84,11 +90,14 @@ pub enum ScenePrecision {
 
 /// Springs that are too long are shortened after every substep.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneStrainLimit {
     /// Largest length in units of the rest length, at least 1; 1.1 if not given.
+    #[cfg_attr(test, schemars(range(min = 1.0, max = 1e6)))]
     pub ratio: f64,
     /// Sweeps over all springs in each substep; 1 if not given.
+    #[cfg_attr(test, schemars(range(min = 1, max = 1000)))]
     pub sweeps: u32,
     /// Classes of springs that are limited; stretch and shear if not given.
     pub classes: Vec<SceneSpringClass>,
@@ -106,6 +115,7 @@ impl Default for SceneStrainLimit {
 
 /// What a spring is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum SceneSpringClass {
     /// Along the threads, or along the edges of a triangle mesh.

@@ -13,6 +13,7 @@ const LARGE_STEP: f64 = 1.0 / 60.0;
 
 /// How the state is advanced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum SceneSolver {
@@ -53,30 +54,40 @@ impl std::str::FromStr for SceneSolver {
 
 /// Settings of the implicit solver. They wait for `simulation.solver` to choose it.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneImplicit {
     /// Length of a substep \[s\]; a sixtieth of a second if not given.
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub time_step: f64,
     /// Method for the linear systems: `cg` (the default), `jacobi` or `direct`.
     #[serde(with = "named")]
+    #[cfg_attr(test, schemars(schema_with = "named::schema::<LinearMethod>"))]
     pub linear: LinearMethod,
     /// Preconditioner of `cg`: `diagonal`, `block` (the default) or `incomplete-cholesky`.
     #[serde(with = "named")]
+    #[cfg_attr(test, schemars(schema_with = "named::schema::<Preconditioner>"))]
     pub preconditioner: Preconditioner,
     /// How the matrix is multiplied: `matrix-free` (the default) or `assembled`.
     #[serde(with = "named")]
+    #[cfg_attr(test, schemars(schema_with = "named::schema::<MatrixForm>"))]
     pub matrix: MatrixForm,
     /// Relative residual at which an iteration stops, 0 to 1; 0.001 if not given, 0 runs to the cap.
+    #[cfg_attr(test, schemars(range(min = 0.0, max = 1.0)))]
     pub tolerance: f64,
     /// Cap on iterations of each solve; 200 if not given.
+    #[cfg_attr(test, schemars(range(min = 1, max = 10_000)))]
     pub iterations: u32,
     /// Whether an iteration starts from the answer of the substep before; off if not given.
     pub warm_start: bool,
     /// Iterations of Newton's method in each substep; 1, the linearised step, if not given.
+    #[cfg_attr(test, schemars(range(min = 1, max = 100)))]
     pub newton_iterations: u32,
     /// Relative residual at which Newton's method stops, 0 to 1; 0.001 if not given.
+    #[cfg_attr(test, schemars(range(min = 0.0, max = 1.0)))]
     pub newton_tolerance: f64,
     /// Solves of a substep at most, because colliders pulled and let go; 4 if not given.
+    #[cfg_attr(test, schemars(range(min = 1, max = 100)))]
     pub constraint_passes: u32,
 }
 
@@ -101,12 +112,15 @@ impl Default for SceneImplicit {
 
 /// Settings of the semi-implicit solver. They wait for `simulation.solver` to choose it.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneSemiImplicit {
     /// Length of a substep \[s\]; a sixtieth of a second if not given.
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub time_step: f64,
     /// How the constant system is solved: `factorisation` (the default) or `dense-inverse`.
     #[serde(with = "named")]
+    #[cfg_attr(test, schemars(schema_with = "named::schema::<SemiImplicitSolve>"))]
     pub solve: SemiImplicitSolve,
 }
 
@@ -118,13 +132,17 @@ impl Default for SceneSemiImplicit {
 
 /// The adaptive time step of all solvers: substeps that go wrong are done again, shorter.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneAdaptive {
     /// Largest relative elongation of a spring that a substep may end with; 0.5 if not given.
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub strain_max: f64,
     /// Times that the time step may be halved, at most 20; 8 if not given.
+    #[cfg_attr(test, schemars(range(max = 20)))]
     pub halvings: u32,
     /// Good substeps in a row after which it doubles; 4 if not given.
+    #[cfg_attr(test, schemars(range(min = 1)))]
     pub grow_after: u32,
 }
 

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// A triangle mesh, vertex by vertex.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneTriangles {
     /// Positions \[m\].

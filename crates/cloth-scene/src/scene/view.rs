@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// A camera, upright with z up.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneView {
     /// Where the camera is \[m\].
@@ -12,6 +13,7 @@ pub struct SceneView {
     pub target: [f64; 3],
     /// Vertical field of view \[degrees\], above 0 and below 180; 40 if not given.
     #[serde(default = "field_of_view_default")]
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 180.0)))]
     pub field_of_view: f64,
 }
 

@@ -62,13 +62,14 @@ pub(super) fn tables(text: &str, file: &str) -> Result<Tables, SceneError> {
         place: ScenePlace { file: file.into(), position: Some(position) },
         problem,
     };
+    let lines = Lines::new(text);
     if let Some(offset) = too_deep(text) {
         let problem = format!("elements are nested deeper than {DEPTH_MAX} levels");
-        return Err(syntax(Lines::new(text).position(offset), problem));
+        return Err(syntax(lines.position(offset), problem));
     }
     if let Some((offset, name)) = foreign_encoding(text) {
         let problem = format!("the text says that it is `{name}`, but is read as UTF-8");
-        return Err(syntax(Lines::new(text).position(offset), problem));
+        return Err(syntax(lines.position(offset), problem));
     }
     let options = ParsingOptions { allow_dtd: false, nodes_limit: NODES_MAX, ..Default::default() };
     let document = Document::parse_with_options(text, options).map_err(|error| {
@@ -78,8 +79,7 @@ pub(super) fn tables(text: &str, file: &str) -> Result<Tables, SceneError> {
         let problem = message.split(" at ").next().unwrap_or(&message).replace('\n', " ");
         syntax((at.row, at.col), problem)
     })?;
-    let mut reader =
-        Reader { document: &document, file, rooted: Table::new(), places: HashMap::new() };
+    let mut reader = Reader { lines: &lines, file, rooted: Table::new(), places: HashMap::new() };
     let root = document.root_element();
     if root.tag_name().name() != ROOT.tag || root.tag_name().namespace().is_some() {
         let place = reader.place(root.range().start);
@@ -100,36 +100,51 @@ pub(super) fn tables(text: &str, file: &str) -> Result<Tables, SceneError> {
     Ok(Tables { scene, feedback, places: reader.places })
 }
 
-/// Where an element is nested too deep, found without recursion.
+/// Where an element is nested too deep, found without recursion and in one pass. Of text that is no XML it may
+/// say anything, as the parser stops at the first error.
 fn too_deep(text: &str) -> Option<usize> {
     let mut depth = 0_usize;
-    let bytes = text.as_bytes();
     let mut at = 0;
-    while let Some(step) = text.get(at..).and_then(|rest| rest.find('<')) {
-        let start = at + step;
-        let skip =
-            |end: &str| text[start..].find(end).map_or(text.len(), |n| start + n + end.len());
-        at = match bytes.get(start + 1) {
-            Some(b'!') if text[start..].starts_with("<!--") => skip("-->"),
-            Some(b'!') if text[start..].starts_with("<![CDATA[") => skip("]]>"),
-            Some(b'!' | b'?') => start + 1,
-            Some(b'/') => {
-                depth = depth.saturating_sub(1);
-                start + 1
+    while let Some(start) = text[at..].find('<').map(|step| at + step) {
+        let tag = &text[start..];
+        let after =
+            |end: &str| tag.find(end).map_or(text.len(), |length| start + length + end.len());
+        at = if tag.starts_with("<!--") {
+            after("-->")
+        } else if tag.starts_with("<![CDATA[") {
+            after("]]>")
+        } else if tag.starts_with("<?") {
+            after("?>")
+        } else if tag.starts_with("</") {
+            depth = depth.saturating_sub(1);
+            start + 2
+        } else {
+            let length = tag_length(tag);
+            if !tag[..length].ends_with("/>") {
+                depth += 1;
             }
-            _ => {
-                let end = skip(">");
-                if !text[start..end].ends_with("/>") {
-                    depth += 1;
-                }
-                if depth > DEPTH_MAX {
-                    return Some(start);
-                }
-                start + 1
+            if depth > DEPTH_MAX {
+                return Some(start);
             }
+            start + length
         };
     }
     None
+}
+
+/// Bytes of a tag up to its `>`, or to the next `<`, which no tag holds. A `>` in quotes is part of a value.
+fn tag_length(tag: &str) -> usize {
+    let mut quote = None;
+    for (offset, byte) in tag.bytes().enumerate().skip(1) {
+        match (byte, quote) {
+            (b'<', _) => return offset,
+            (b'>', None) => return offset + 1,
+            (b'"' | b'\'', None) => quote = Some(byte),
+            (_, Some(open)) if open == byte => quote = None,
+            _ => {}
+        }
+    }
+    tag.len()
 }
 
 /// The encoding that the declaration names, if it is not UTF-8.
@@ -145,8 +160,8 @@ fn foreign_encoding(text: &str) -> Option<(usize, &str)> {
 }
 
 /// The values of an element on the way into tables.
-struct Reader<'a, 'b> {
-    document: &'a Document<'b>,
+struct Reader<'a> {
+    lines: &'a Lines<'a>,
     file: &'a str,
     /// Arrays of the scene that elements anywhere add to.
     rooted: Table,
@@ -156,10 +171,9 @@ struct Reader<'a, 'b> {
 /// Children of an element that are actors: the place among those of the same tag, by id.
 type Ids = HashMap<i64, usize>;
 
-impl Reader<'_, '_> {
+impl Reader<'_> {
     fn position(&self, offset: usize) -> (u32, u32) {
-        let at = self.document.text_pos_at(offset);
-        (at.row, at.col)
+        self.lines.position(offset)
     }
 
     fn place(&self, offset: usize) -> ScenePlace {
@@ -402,4 +416,30 @@ fn insert(table: &mut Table, path: &str, value: Value) -> Result<(), String> {
 
 fn merge(table: &mut Table, more: Table) -> Result<(), String> {
     more.into_iter().try_for_each(|(key, value)| insert(table, &key, value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DEPTH_MAX, too_deep};
+
+    #[test]
+    fn only_what_is_nested_counts_as_depth() {
+        let many = |piece: &str| piece.repeat(2 * DEPTH_MAX);
+        for flat in [
+            many("<a/>"),
+            many("<a></a>"),
+            many("<a b='>'/>"),
+            many("<a b=\">\"></a>"),
+            many("<!-- <a> -->"),
+            many("<![CDATA[<a>]]>"),
+            many("<?a <b> ?>"),
+        ] {
+            assert_eq!(too_deep(&flat), None, "{flat}");
+        }
+        for deep in [many("<a>"), many("<a b='/>'>"), many("<a><?a </a> ?>"), many("<a"), many("<")]
+        {
+            assert!(too_deep(&deep).is_some(), "{deep}");
+        }
+        assert_eq!(too_deep(&"<a>".repeat(DEPTH_MAX)), None);
+    }
 }

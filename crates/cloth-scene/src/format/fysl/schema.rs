@@ -439,8 +439,21 @@ static RIGID: Element = Element {
     tag: "rigid",
     target: Item("/rigid", ""),
     attributes: &[required("id", "", Id), required("name", "name", Text), same("colour", Text)],
-    children: &[&TRANSFORM, &LINEAR, &ANGULAR, &MATTER, &BOX, &SPHERE, &MESH, &TETRAHEDRON],
-    needs: &[("shape", "<box>, <sphere>, <mesh> or <tetrahedron>"), ("mass", "<linear>")],
+    children: &[
+        &TRANSFORM,
+        &LINEAR,
+        &ANGULAR,
+        &MATTER,
+        &BOX,
+        &SPHERE,
+        &MESH,
+        &SOLID_FILE,
+        &TETRAHEDRON,
+    ],
+    needs: &[
+        ("shape", "<box>, <sphere>, <mesh>, <mesh_file> or <tetrahedron>"),
+        ("mass", "<linear>"),
+    ],
     ..EMPTY
 };
 static TRANSFORM: Element = Element {
@@ -470,8 +483,21 @@ static SPHERE: Element =
 static MESH: Element = Element {
     tag: "mesh",
     target: Table("shape.mesh"),
-    children: &[&VERTICES, &FACES],
+    attributes: &[same("scale", Number), same("translation", Vector), same("cells", Count)],
+    children: &[&VERTICES, &FACES, &ROTATION],
     needs: &[("vertices", "<vertices>"), ("faces", "<faces>")],
+    ..EMPTY
+};
+static SOLID_FILE: Element = Element {
+    tag: "mesh_file",
+    target: Table("shape.mesh"),
+    attributes: &[
+        required("file", "file", Text),
+        same("scale", Number),
+        same("translation", Vector),
+        same("cells", Count),
+    ],
+    children: &[&ROTATION],
     ..EMPTY
 };
 static TETRAHEDRON: Element = Element {
@@ -494,13 +520,14 @@ static COLLIDER: Element = Element {
         &CAPSULE,
         &BOX,
         &MESH,
+        &SOLID_FILE,
         &ANIMATION,
         &TETRAHEDRON,
         &KEYFRAME,
     ],
     needs: &[(
         "shape",
-        "<plane>, <sphere>, <capsule>, <box>, <mesh>, <animation> or <tetrahedron>",
+        "<plane>, <sphere>, <capsule>, <box>, <mesh>, <mesh_file>, <animation> or <tetrahedron>",
     )],
     ..EMPTY
 };

@@ -132,6 +132,11 @@ impl Writer {
                 Target::Table(key) => {
                     let Some(inner) = take(table, key) else { continue };
                     let Value::Table(mut inner) = inner else { return Err(unspeakable(key)) };
+                    // A mesh has one element for a file and another one for vertices.
+                    if !matches(child, "", &inner) {
+                        put_back(table, key, inner);
+                        continue;
+                    }
                     self.element(child, &mut inner, depth, None)?;
                     // What other elements have words for goes back.
                     if !inner.is_empty() {
@@ -204,6 +209,8 @@ fn matches(schema: &Element, wrapper: &str, item: &Table) -> bool {
     let required = schema.attributes.iter().filter(|attribute| attribute.required);
     required.map(|attribute| attribute.key).filter(|key| !key.is_empty()).all(|key| has(inner, key))
         && schema.text.is_none_or(|(key, _)| has(inner, key))
+        && (!matches!(schema.target, Target::Table(_))
+            || schema.needs.iter().all(|(key, _)| has(inner, key)))
         && schema
             .constant
             .is_none_or(|(key, value)| inner.get(key).and_then(Value::as_str) == Some(value))
