@@ -1,9 +1,8 @@
 //! The common workload beside a plain reference program, in one run, and memory per particle.
 //!
-//! `CLOTH_REFERENCE=ref_explicit.cpp cargo bench -p cloth-benches --bench workload` compiles that
-//! source with `c++ -O3 -march=native`, lets it run before and after ours, and prints the ratios.
-//! The program prints a CSV table with the columns scene, self, N, ms_per_frame. Without the
-//! variable ours runs alone, and the table says so.
+//! `cargo bench -p cloth-benches --bench workload` compiles `reference/explicit.cpp` with `c++ -O3 -march=native`, lets it
+//! run before and after ours, and prints the ratios. The variable `CLOTH_REFERENCE` names another source, which
+//! prints a CSV table with the columns scene, self, N, ms_per_frame; with `none` ours runs alone, and the table says so.
 
 use std::{collections::HashMap, path::Path, process::ExitCode, time::Instant};
 
@@ -11,7 +10,7 @@ use cloth::{
     Backend, State,
     scene::{BenchKind, CompileOptions, bench_scene},
 };
-use cloth_benches::{FRAMES_MEASURED, Workload, median, reference_build, reference_run};
+use cloth_benches::{FRAMES_MEASURED, Workload, median, reference_chosen, reference_run};
 use peak_alloc::PeakAlloc;
 
 #[global_allocator]
@@ -34,7 +33,7 @@ fn main() -> ExitCode {
 }
 
 fn run() -> Result<(), Box<dyn std::error::Error>> {
-    let program = reference_build(Path::new(env!("CARGO_TARGET_TMPDIR")))?;
+    let program = reference_chosen("explicit", Path::new(env!("CARGO_TARGET_TMPDIR")))?;
     let before = program.as_deref().map(times).transpose()?;
     let backend = cloth::backend_create("cpu", None)?;
     let mut ours = Vec::new();
@@ -79,7 +78,7 @@ fn run() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     if program.is_none() {
-        println!("no reference: set CLOTH_REFERENCE to the C++ source of a reference program");
+        println!("no reference, as CLOTH_REFERENCE says");
     }
     memory(&*backend)
 }

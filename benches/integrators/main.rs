@@ -1,9 +1,8 @@
 //! The three integrators beside each other, and the implicit one beside a plain reference program.
 //!
-//! `CLOTH_REFERENCE=ref_implicit.cpp cargo bench -p cloth-benches --bench integrators` compiles that
-//! source with `c++ -O3 -march=native` and lets it run before and after ours. The program prints a CSV
-//! table with the columns scene, N, ms_per_frame, frames, mean_strain, rel_residual. Without the
-//! variable ours runs alone, and the table says so. Names of tables after `--` print these alone:
+//! `cargo bench -p cloth-benches --bench integrators` compiles `reference/implicit.cpp` with `c++ -O3 -march=native` and
+//! lets it run before and after ours. The variable `CLOTH_REFERENCE` names another source, which prints a CSV
+//! table with the columns scene, N, ms_per_frame, frames, mean_strain, rel_residual; with `none` ours runs alone. Names of tables after `--` print these alone:
 //! `paired`, `solvers`, `semi-implicit`, `guide`, `memory`.
 
 mod guide;

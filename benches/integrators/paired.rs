@@ -4,7 +4,7 @@
 use std::{error::Error, path::Path};
 
 use cloth::{Backend, ImplicitSettings, Integrator, LinearSettings, Preconditioner};
-use cloth_benches::{HangWorkload, ReferenceRow, reference_build, reference_run};
+use cloth_benches::{HangWorkload, ReferenceRow, reference_chosen, reference_run};
 
 use crate::timing;
 
@@ -17,7 +17,7 @@ const SECONDS: u32 = 60;
 const COLUMNS: [&str; 5] = ["N", "ms_per_frame", "frames", "mean_strain", "rel_residual"];
 
 pub(crate) fn print(backend: &dyn Backend) -> Result<(), Box<dyn Error>> {
-    let program = reference_build(Path::new(env!("CARGO_TARGET_TMPDIR")))?;
+    let program = reference_chosen("implicit", Path::new(env!("CARGO_TARGET_TMPDIR")))?;
     let run = |program: &Path| reference_run(program, SECONDS, &COLUMNS);
     let before = program.as_deref().map(run).transpose()?;
     let linear = LinearSettings {
@@ -51,7 +51,7 @@ pub(crate) fn print(backend: &dyn Backend) -> Result<(), Box<dyn Error>> {
         }
     }
     if program.is_none() {
-        println!("no reference: set CLOTH_REFERENCE to the C++ source of a reference program");
+        println!("no reference, as CLOTH_REFERENCE says");
     }
     Ok(())
 }

@@ -4,7 +4,7 @@
 //   explicit SECONDS                          a table of times, with so many seconds for each size
 //   explicit state SCENE CONTACT SIDE FRAMES  positions after some frames, a particle in each line
 //
-// SCENE is hang or sphere, CONTACT none or grid.
+// SCENE is hang or sphere, or fold, which hangs with its far half laid over the near one; CONTACT none or grid.
 
 #include <algorithm>
 #include <chrono>
@@ -138,6 +138,15 @@ public:
         is_held.assign(now.size(), 0);
         if (!has_ball) {
             is_held[0] = is_held[side - 1] = 1;
+        }
+    }
+
+    /// Lays the far half of the rows over the near one, so near that all of it is in contact.
+    void fold() {
+        for (int row = (side + 1) / 2; row < side; ++row) {
+            for (int column = 0; column < side; ++column) {
+                now[row * side + column].position = {column * spacing, (side - 1 - row) * spacing, 0.75f * contact_distance};
+            }
         }
     }
 
@@ -280,8 +289,9 @@ void time_print(const char* scene, const char* contact, int side, double budget)
 }
 
 int state_print(const std::string& scene, const std::string& contact, int side, int frames) {
-    if (side < 3 || (scene != "hang" && scene != "sphere") || (contact != "none" && contact != "grid")) return 2;
+    if (side < 3 || (scene != "hang" && scene != "sphere" && scene != "fold") || (contact != "none" && contact != "grid")) return 2;
     Patch patch(side, scene == "sphere", contact == "grid");
+    if (scene == "fold") patch.fold();
     for (int k = 0; k < frames; ++k) {
         patch.frame();
     }
@@ -299,7 +309,7 @@ int main(int count, char** words) {
     }
     const double budget = count > 1 ? std::atof(words[1]) : 10;
     if (count > 2 || budget <= 0) {
-        std::fprintf(stderr, "usage: explicit SECONDS | explicit state hang|sphere none|grid SIDE FRAMES\n");
+        std::fprintf(stderr, "usage: explicit SECONDS | explicit state hang|sphere|fold none|grid SIDE FRAMES\n");
         return 2;
     }
     std::printf("scene,self,N,ms_per_frame,frames,mean_strain,max_strain\n");

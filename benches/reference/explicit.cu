@@ -1,7 +1,7 @@
 // A plain cloth on an NVIDIA GPU: a thread for each particle, springs in rows, contact found by bins that are made anew in every
 // substep, the substeps of a frame in one CUDA graph. README.md in this folder says what is computed, and how it is built and run.
 //
-//   explicit_cuda SIDE...                          a table of times
+//   explicit_cuda SIDE,...                         a table of times
 //   explicit_cuda state SCENE CONTACT SIDE FRAMES  positions after some frames, a particle in each line
 //
 // SCENE is hang or sphere, CONTACT none or grid. The kernels alone are what NVIDIA's run-time compiler sees of this file.
@@ -11,11 +11,10 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <sstream>
 #include <string>
 #include <vector>
 #endif
-
-namespace {
 
 constexpr float spacing = 0.02f;           // m
 constexpr float particle_mass = 1e-4f;     // kg
@@ -64,8 +63,6 @@ __device__ int3 cell_of(float4 position) {
 __device__ int cell_index(int cells, int x, int y, int z) {
     return ((z & 3) * cells + (y & (cells - 1))) * cells + (x & (cells - 1));
 }
-
-}  // namespace
 
 /// Counts the particles of each cell. `place` gets the cell of each particle, and its number among those of the cell.
 extern "C" __global__ void bins_count(Scene scene, const float4* positions, int* counts, int2* place) {
@@ -414,11 +411,14 @@ int main(int count, char** words) {
         return state_print(words[2], words[3], std::atoi(words[4]), std::atoi(words[5]));
     }
     std::vector<int> sides;
-    for (int k = 1; k < count; ++k) {
-        sides.push_back(std::atoi(words[k]));
+    if (count == 2) {
+        std::stringstream list(words[1]);
+        for (std::string side; std::getline(list, side, ',');) {
+            sides.push_back(std::atoi(side.c_str()));
+        }
     }
     if (sides.empty() || *std::min_element(sides.begin(), sides.end()) < 3) {
-        std::fprintf(stderr, "usage: explicit_cuda SIDE... | explicit_cuda state hang|sphere none|grid SIDE FRAMES\n");
+        std::fprintf(stderr, "usage: explicit_cuda SIDE,... | explicit_cuda state hang|sphere none|grid SIDE FRAMES\n");
         return 2;
     }
     std::printf("scene,self,N,ms_per_frame,frames,mean_strain\n");

@@ -18,6 +18,9 @@ pub use hang::{HANG_STEP, HangWorkload};
 pub use ladder::{
     LADDER_PUBLISHED, LADDER_SIDES, LadderRow, LadderTime, ladder_heading, ladder_line, ladder_row,
 };
-pub use reference::{ReferenceRow, reference_build, reference_run};
+pub use reference::{
+    ReferenceRow, reference_build, reference_chosen, reference_run, reference_source,
+    reference_state,
+};
 pub use statistics::{median, quartiles};
 pub use workload::{FRAMES_BEFORE, FRAMES_MEASURED, RunningWorkload, Workload};

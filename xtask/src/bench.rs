@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::command;
+use crate::{command, packages};
 
 /// What `cloth-bench` and criterion are told.
 #[derive(Args)]
@@ -24,11 +24,18 @@ pub(crate) struct BenchArguments {
     /// Write the table of the README from these results.json, one for each machine, in place of measuring.
     #[arg(long, value_name = "RESULTS.json", num_args = 1..)]
     readme: Vec<PathBuf>,
+    /// Measure beside the plain programs of benches/reference alone, which are built first.
+    #[arg(long)]
+    reference: bool,
 }
 
 /// Runs the program `cloth-bench`, and then the groups of criterion; whether they succeeded.
 pub(crate) fn run(arguments: &BenchArguments) -> bool {
-    let outcome = if arguments.readme.is_empty() { measure(arguments) } else { readme(arguments) };
+    let outcome = match arguments {
+        BenchArguments { reference: true, .. } => reference(),
+        BenchArguments { readme, .. } if !readme.is_empty() => self::readme(arguments),
+        _ => measure(arguments),
+    };
     match outcome {
         Ok(()) => true,
         Err(reason) => {
@@ -49,6 +56,29 @@ fn program() -> std::process::Command {
 
 fn readme(arguments: &BenchArguments) -> Result<(), String> {
     command::run(program().arg("readme").args(&arguments.readme))
+}
+
+/// Ours beside the reference programs: those in C++, and the one in CUDA where there is its compiler.
+fn reference() -> Result<(), String> {
+    let bench =
+        |name: &str| command::cargo(&["bench", "--package", "cloth-benches", "--bench", name]);
+    command::run(&mut bench("workload"))?;
+    command::run(bench("integrators").args(["--", "paired"]))?;
+    if !packages::has_program("nvcc") {
+        println!("the reference program in CUDA was not run: there is no nvcc");
+        return Ok(());
+    }
+    let program = std::env::temp_dir().join(format!("cloth-reference-{}", std::process::id()));
+    let mut compile = std::process::Command::new("nvcc");
+    compile.args(["-std=c++17", "-O3", "-arch=native", "-o"]).arg(&program);
+    let source = command::root().join("benches/reference/explicit.cu");
+    let ran = command::run(compile.arg(source)).and_then(|()| {
+        let sides = ["--", "--sides", "160,1024", "--reference"];
+        command::run(bench("cuda").args(sides).arg(&program))
+    });
+    // It is not there if it did not compile.
+    let _ = std::fs::remove_file(&program);
+    ran
 }
 
 fn measure(arguments: &BenchArguments) -> Result<(), String> {

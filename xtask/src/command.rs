@@ -9,17 +9,20 @@ use std::{
 pub(crate) fn cargo(arguments: &[&str]) -> Command {
     // Cargo tells its children which cargo it is, toolchain selection included.
     let program = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."));
     let mut command = Command::new(program);
-    command.args(arguments).current_dir(root).stdin(Stdio::null());
+    command.args(arguments).current_dir(root()).stdin(Stdio::null());
     command
+}
+
+/// The root of the repository.
+pub(crate) fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."))
 }
 
 /// The revision of the sources, if they are under version control.
 pub(crate) fn revision() -> Option<String> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."));
     let describe = ["describe", "--always", "--dirty"];
-    let output = Command::new("git").args(describe).current_dir(root).output().ok()?;
+    let output = Command::new("git").args(describe).current_dir(root()).output().ok()?;
     let text = String::from_utf8(output.stdout).ok().filter(|_| output.status.success())?;
     Some(text.trim().to_owned())
 }

@@ -1,5 +1,5 @@
 //! Tasks of the repository: `cargo xtask test`, `cargo xtask kernels`, `cargo xtask bench`,
-//! `cargo xtask dist`, `cargo xtask ci`.
+//! `cargo xtask dist`, `cargo xtask package`, `cargo xtask ci`.
 
 mod artifacts;
 mod bench;
@@ -7,6 +7,7 @@ mod command;
 mod compiler;
 mod dist;
 mod kernels;
+mod package;
 mod packages;
 mod programs;
 mod screen;
@@ -36,6 +37,8 @@ enum Task {
     Bench(bench::BenchArguments),
     /// Gather prebuilt tests, benchmark and program for a GPU machine without Rust, with a script that runs them.
     Dist,
+    /// Check that every crate can be packaged, and how many crates a game takes with the facade.
+    Package,
     /// What continuous integration runs: the same as `test`.
     Ci,
 }
@@ -44,6 +47,7 @@ fn main() -> ExitCode {
     let success = match Arguments::parse().task {
         Task::Test | Task::Ci => test::run(),
         Task::Kernels => kernels::run(),
+        Task::Package => package::run(),
         Task::Dist => dist::run(),
         Task::Bench(arguments) => bench::run(&arguments),
     };

@@ -5,7 +5,7 @@ use std::{env, fs, process::Command, time::Instant};
 use crate::{
     artifacts::{self, Artifact},
     command::{self, cargo},
-    compiler, kernels, programs,
+    compiler, kernels, package, programs,
     programs::Counts,
     screen,
     summary::{StepOutcome, Summary},
@@ -15,11 +15,12 @@ use crate::{
 /// A check by name.
 type Step = (&'static str, fn(&mut Built) -> Result<(), String>);
 
-const STEPS: [Step; 10] = [
+const STEPS: [Step; 11] = [
     ("format", |_| format()),
     ("vulkan driver", |_| vulkan::ensure()),
     ("virtual screen", |_| screen::ensure()),
     ("C++ compiler", |_| compiler::ensure()),
+    ("package", |_| package::check()),
     ("lints", |_| lints()),
     ("documentation", |_| documentation()),
     ("build", Built::build),

@@ -206,7 +206,7 @@ fn has_cpu() -> bool {
     BACKENDS.iter().any(|entry| entry.name == "cpu")
 }
 
-#[cfg(all(test, feature = "cpu"))]
+#[cfg(all(test, feature = "cpu", feature = "scene"))]
 mod tests {
     use cloth_scene::{BenchKind, CompileOptions, bench_scene};
 

@@ -25,7 +25,8 @@
 //! - [`scene`] reads scene files and compiles them.
 //! - [`backends()`] lists what can compute, [`backend_create`] makes one of them, [`backend_choose`] the
 //!   fastest one that a scene can use.
-//! - [`Simulation`] runs a compiled scene frame by frame; [`Checkpoint`] saves where it is.
+//! - [`Simulation`] runs a compiled scene frame by frame; [`Checkpoint`] saves where it is. [`ModelSimulation`] runs a
+//!   [`Model`] that code has built of [`Cloth`]s.
 //! - [`io`] reads meshes, writes frames and renders pictures; [`topology`] and [`picture_style`]
 //!   give it what it needs to know of a scene.
 //! - The contract of the engine itself, `cloth_core`, is here as a whole: [`Model`], [`Backend`],
@@ -35,14 +36,21 @@
 //!
 //! # Features
 //!
-//! One for each backend: `cpu` (default), `cuda`, `wgpu`.
+//! One for each backend: `cpu` (default), `cuda`, `wgpu`. `scene` (default) brings scene files, [`Simulation`], checkpoints,
+//! and with them `io` (meshes, frames, pictures) and `rigid` (rigid bodies). Without it there is the engine alone, which
+//! [`ModelSimulation`] drives: what a game needs.
 
 mod backends;
+#[cfg(feature = "scene")]
 mod checkpoint;
 mod model_simulation;
+#[cfg(feature = "scene")]
 mod output;
+#[cfg(feature = "scene")]
 mod pose_log;
+#[cfg(feature = "scene")]
 mod rigid_exchange;
+#[cfg(feature = "scene")]
 mod simulation;
 
 /// How the engine is built and how it is extended.
@@ -54,6 +62,7 @@ pub use backends::{
     AUTO, BackendChoice, BackendError, BackendOptions, BackendOutcome, backend_choose,
     backend_create, backend_open, backends, backends_missing,
 };
+#[cfg(feature = "scene")]
 pub use checkpoint::{CHECKPOINT_VERSION, Checkpoint, CheckpointError};
 /// NVIDIA backend: its options, and the historical ladder.
 #[cfg(feature = "cuda")]
@@ -63,13 +72,20 @@ pub use cloth_backend_cuda as cuda;
 pub use cloth_backend_wgpu as wgpu;
 pub use cloth_core::*;
 /// Meshes in, frames and pictures out.
+#[cfg(feature = "io")]
 pub use cloth_io as io;
 /// Rigid bodies.
+#[cfg(feature = "rigid")]
 pub use cloth_rigid as rigid;
 /// Scene descriptions.
+#[cfg(feature = "scene")]
 pub use cloth_scene as scene;
 pub use model_simulation::ModelSimulation;
+#[cfg(feature = "scene")]
 pub use output::{picture_shapes, picture_style, picture_style_moving, topology};
+#[cfg(feature = "scene")]
 pub use pose_log::{PoseLog, PoseLogError, pose_line};
+#[cfg(feature = "scene")]
 pub use rigid_exchange::RigidExchange;
+#[cfg(feature = "scene")]
 pub use simulation::Simulation;
