@@ -12,6 +12,8 @@ use cloth::{
     io::{FrameFormat, PICTURE_SIDE_LIMIT},
 };
 
+use crate::failure::Failure;
+
 pub(crate) use solver::SolverArguments;
 #[cfg(feature = "viewer")]
 pub(crate) use viewer::{RenderArguments, ViewArguments};
@@ -91,6 +93,9 @@ pub(crate) struct RunArguments {
     /// which `cloth convert` makes the others.
     #[arg(long, value_name = "LIST", default_value = "png,gif")]
     pub(crate) format: FormatList,
+    /// Show more than the cloth in obj, vtu and gltf: `colliders`, rigid bodies among them.
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub(crate) with: Vec<Extra>,
     /// Write every so many frames into the output formats.
     #[arg(long, value_name = "N", default_value = "1")]
     pub(crate) frame_stride: NonZeroUsize,
@@ -151,11 +156,14 @@ pub(crate) struct ConvertArguments {
     /// A mesh (obj, ply, gltf, glb), the output folder of a run, or a scene (toml, fysl).
     pub(crate) input: PathBuf,
     /// The file to write; a folder for formats with one file per frame. Its extension says the
-    /// format, unless --format does.
+    /// format, unless --format does. Folders that are missing are made.
     pub(crate) output: PathBuf,
     /// Format of the output, by the names of `cloth run --format`.
     #[arg(long)]
     pub(crate) format: Option<FrameFormat>,
+    /// Show more than the cloth in obj, vtu and gltf: `colliders`, rigid bodies among them.
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    pub(crate) with: Vec<Extra>,
     /// Take every so many frames of a run.
     #[arg(long, value_name = "N")]
     pub(crate) frame_stride: Option<NonZeroUsize>,
@@ -171,6 +179,27 @@ const THREAD_LIMIT: usize = 1024;
 fn thread_count(text: &str) -> Result<NonZeroUsize, String> {
     let count = text.parse().ok().filter(|count: &NonZeroUsize| count.get() <= THREAD_LIMIT);
     count.ok_or_else(|| format!("give a number of threads from 1 to {THREAD_LIMIT}"))
+}
+
+/// What formats of frames can show beside the cloth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Extra {
+    /// Colliders and rigid bodies.
+    Colliders,
+}
+
+impl Extra {
+    /// Whether colliders are asked for; an error if none of `formats` has a place for them.
+    pub(crate) fn colliders(wanted: &[Self], formats: &[FrameFormat]) -> Result<bool, Failure> {
+        let holds =
+            |f: &FrameFormat| matches!(f, FrameFormat::Obj | FrameFormat::Vtu | FrameFormat::Gltf);
+        if !wanted.is_empty() && !formats.iter().any(holds) {
+            let problem = "--with colliders belongs to the formats obj, vtu and gltf; use one of \
+                           them or leave it out";
+            return Err(Failure::Usage(problem.to_owned()));
+        }
+        Ok(wanted.contains(&Self::Colliders))
+    }
 }
 
 /// Output formats of a run, each once.

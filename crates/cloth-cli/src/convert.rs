@@ -9,7 +9,7 @@ use cloth::{io::MESH_EXTENSIONS, scene::Scene};
 
 use crate::{
     arguments::ConvertArguments,
-    failure::{Failure, ReadError},
+    failure::{Failure, ReadError, WriteError},
     run_folder::text_write,
     scene_source::SCENE_EXTENSIONS,
 };
@@ -48,7 +48,18 @@ fn scene_convert(input: &Path, output: &Path) -> Result<(), Failure> {
             )));
         }
     };
+    parent_create(output)?;
     text_write(output, &text)
+}
+
+/// Makes the folders that `output` is to be in; called when all that can be wrong with the input is known.
+fn parent_create(output: &Path) -> Result<(), Failure> {
+    match output.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => {
+            Ok(std::fs::create_dir_all(folder).map_err(WriteError::of(folder))?)
+        }
+        _ => Ok(()),
+    }
 }
 
 /// File name extension in lower case, empty if there is none.

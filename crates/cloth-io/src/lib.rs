@@ -1,7 +1,6 @@
 //! Meshes in, frames and pictures out.
 //!
-//! - [`mesh_read`] reads triangle meshes from OBJ, PLY and glTF files, [`mesh_write`] writes OBJ and
-//!   PLY.
+//! - [`mesh_read`] reads triangle meshes from OBJ, PLY and glTF files, [`mesh_write`] writes them.
 //! - [`FrameStore`] keeps all frames of a run; [`FrameSequenceWriter`] and [`container_write`] turn
 //!   frames into [formats](FrameFormat) of other programs.
 //! - [`ClipWriter`] makes one animated file of pictures of any renderer.
@@ -17,12 +16,12 @@ mod picture;
 pub use file::{file_open, file_read, file_replace};
 pub use frame::{
     ClipWriter, ContainerOptions, ContainerReport, Frame, FrameError, FrameFormat,
-    FrameFormatError, FrameSequenceWriter, FrameStore, PictureMaker, PictureSequence, StoredFrame,
-    Topology, TopologyCloth, container_write, vertex_normals,
+    FrameFormatError, FrameSequenceWriter, FrameSolids, FrameStore, PictureMaker, PictureSequence,
+    StoredFrame, Topology, TopologyCloth, container_files, container_write, vertex_normals,
 };
 pub use mesh::{
     MESH_EXTENSIONS, MESH_WRITE_EXTENSIONS, MeshError, MeshPlace, mesh_read, mesh_read_gltf,
-    mesh_read_obj, mesh_read_ply, mesh_write, mesh_write_obj, mesh_write_ply,
+    mesh_read_obj, mesh_read_ply, mesh_write, mesh_write_gltf, mesh_write_obj, mesh_write_ply,
 };
 pub use picture::{
     Bounds, Camera, PICTURE_SIDE_LIMIT, Picture, PictureCloth, PictureError, PictureScene,

@@ -7,8 +7,9 @@ mod common;
 use std::path::Path;
 
 use cloth_io::{
-    ContainerOptions, Frame, FrameError, FrameFormat, FrameSequenceWriter, PictureStyle,
-    container_write, mesh_read, vertex_normals,
+    ContainerOptions, Frame, FrameError, FrameFormat, FrameSequenceWriter, FrameSolids,
+    PictureStyle, Topology, TopologyCloth, container_files, container_write, mesh_read,
+    vertex_normals,
 };
 use common::{positions, store, topology};
 
@@ -80,14 +81,22 @@ fn vtu_arrays_start_where_the_header_says() {
         let floats = array(name).chunks_exact(4);
         floats.map(|b| f32::from_le_bytes(b.try_into().unwrap()).into()).collect()
     };
-    assert_eq!(floats("position"), positions.concat());
-    assert_eq!(floats("velocity"), velocities.concat());
+    assert_eq!(floats("position"), [positions.concat(), positions[4].to_vec()].concat());
+    assert_eq!(floats("velocity")[..24], velocities.concat());
     assert_eq!(floats("normal")[..3], [0.0, 0.0, 1.0]);
     assert_eq!(array("types"), [5; 4]);
     assert_eq!(array("offsets")[8], 6);
     assert_eq!(array("connectivity").len(), 12 * 8);
     assert_eq!(array("cloth")[4 * 3], 1);
-    assert!(!text.contains("Name=\"texture\""), "a seam cannot be held per point");
+    // The particle on the seam is there twice, behind all particles.
+    let particles: Vec<i32> = array("particle")
+        .chunks_exact(4)
+        .map(|b| i32::from_le_bytes(b.try_into().unwrap()))
+        .collect();
+    assert_eq!(particles, [0, 1, 2, 3, 4, 5, 6, 7, 4]);
+    assert!(text.contains("TCoords=\"texture\""), "ParaView takes it without being asked");
+    let texture = floats("texture");
+    assert_eq!((&texture[8..10], &texture[16..]), (&[0.0, 0.0][..], &[0.5, 0.5][..]));
 }
 
 #[test]
@@ -118,27 +127,42 @@ fn point_caches_follow_their_layouts() {
     let path = folder.path().join("run.pc2");
     let report = container_write(FrameFormat::Pc2, &path, &topology(), &store, &options).unwrap();
     assert_eq!((report.frame_count, report.frame_stride), (2, 2));
-    assert_eq!(report.files, [path.clone(), folder.path().join("run_mesh.obj")]);
-    assert_eq!(mesh_read(&report.files[1]).unwrap().positions, positions(0));
-    let bytes = std::fs::read(&path).unwrap();
+    let file = |name: &str| folder.path().join(name);
+    let [front, sleeve] = ["run_front---back.pc2", "run_sleeve.pc2"].map(file);
+    let [front_mesh, sleeve_mesh] = ["run_front---back_mesh.obj", "run_sleeve_mesh.obj"].map(file);
+    assert_eq!(report.files, [front.clone(), front_mesh.clone(), sleeve, sleeve_mesh.clone()]);
+    assert_eq!(report.files, container_files(FrameFormat::Pc2, &path, &topology()));
+    assert!(report.notes[0].contains("12.5 frames per second"), "{:?}", report.notes);
+    for (mesh, particles) in [(&front_mesh, 0..4), (&sleeve_mesh, 4..8)] {
+        // Programs make an object of each `o`: there is one, with all vertices in the order of the cache.
+        assert_eq!(std::fs::read_to_string(mesh).unwrap().matches("\no ").count(), 1);
+        let mesh = mesh_read(mesh).unwrap();
+        assert_eq!(mesh.positions, positions(0)[particles]);
+        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+        assert!(mesh.texture.is_some());
+    }
+    assert_eq!(mesh_read(&sleeve_mesh).unwrap().texture.unwrap().coordinates.len(), 5);
+    let bytes = std::fs::read(&front).unwrap();
     assert_eq!(&bytes[..12], b"POINTCACHE2\0");
     let header: Vec<_> = bytes[12..32].chunks(4).map(|b| b.try_into().unwrap()).collect();
-    assert_eq!(header.iter().map(|&b| i32::from_le_bytes(b)).collect::<Vec<_>>()[..2], [1, 8]);
+    assert_eq!(header.iter().map(|&b| i32::from_le_bytes(b)).collect::<Vec<_>>()[..2], [1, 4]);
     assert_eq!(f32::from_le_bytes(header[3]), 1.0);
     assert_eq!(i32::from_le_bytes(header[4]), 2);
     let floats = |bytes: &[u8], parse: fn([u8; 4]) -> f32| -> Vec<f64> {
         bytes.chunks_exact(4).map(|b| parse(b.try_into().unwrap()).into()).collect()
     };
-    let expected = [positions(0), positions(2)].concat().concat();
-    assert_eq!(floats(&bytes[32..], f32::from_le_bytes), expected);
+    let frames = |part: std::ops::Range<usize>| {
+        [&positions(0)[part.clone()], &positions(2)[part]].concat().concat()
+    };
+    assert_eq!(floats(&bytes[32..], f32::from_le_bytes), frames(0..4));
 
     let path = folder.path().join("run.mdd");
     container_write(FrameFormat::Mdd, &path, &topology(), &store, &options).unwrap();
-    let bytes = std::fs::read(&path).unwrap();
-    assert_eq!(bytes[..8], [0, 0, 0, 2, 0, 0, 0, 8]);
+    let bytes = std::fs::read(file("run_sleeve.mdd")).unwrap();
+    assert_eq!(bytes[..8], [0, 0, 0, 2, 0, 0, 0, 4]);
     let times = floats(&bytes[8..16], f32::from_be_bytes);
     assert!((times[1] - 0.08).abs() < 1e-7, "{times:?}");
-    assert_eq!(floats(&bytes[16..], f32::from_be_bytes), expected);
+    assert_eq!(floats(&bytes[16..], f32::from_be_bytes), frames(4..8));
 }
 
 #[test]
@@ -158,6 +182,21 @@ fn numpy_archives_hold_all_arrays() {
     assert_eq!(array("triangles.npy"), [4, 3]);
     assert_eq!(array("uv.npy"), [5, 2]);
     assert_eq!(array("uv_triangles.npy"), [4, 3]);
+    assert_eq!(array("frames_per_second.npy"), [0_u64; 0]);
+    let mut read = |name: &str| {
+        let mut bytes = Vec::new();
+        std::io::Read::read_to_end(&mut archive.by_name(name).unwrap(), &mut bytes).unwrap();
+        bytes
+    };
+    let bytes = read("cloth_of_particle.npy");
+    let cloths: Vec<u32> = npyz::NpyFile::new(&bytes[..]).unwrap().into_vec().unwrap();
+    assert_eq!(cloths, [0, 0, 0, 0, 1, 1, 1, 1]);
+    let bytes = read("cloths.npy");
+    let names: Vec<String> = npyz::NpyFile::new(&bytes[..]).unwrap().into_vec().unwrap();
+    assert_eq!(names, ["front & back", "sleeve"]);
+    let bytes = read("frames_per_second.npy");
+    let rate: Vec<f64> = npyz::NpyFile::new(&bytes[..]).unwrap().into_vec().unwrap();
+    assert_eq!(rate, [25.0]);
     let file = archive.by_name("positions.npy").unwrap();
     let values = npyz::NpyFile::new(std::io::BufReader::new(file)).unwrap();
     let values: Vec<f32> = values.into_vec().unwrap();
@@ -209,6 +248,162 @@ fn gltf_is_valid_and_animates_every_frame() {
     let mesh = mesh_read(&path).unwrap();
     assert_eq!(mesh.positions.len(), 8);
     assert_eq!(mesh.groups.len(), 2);
+    // It has the axes of the engine again, after the seam that split a particle.
+    let mut found = mesh.positions.clone();
+    let mut expected = positions(0);
+    found.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    expected.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    assert_eq!(found, expected);
+}
+
+/// A rope of three particles and a single one: nothing has a surface.
+fn rope() -> Topology {
+    Topology {
+        lines: vec![[0, 1], [1, 2]],
+        particle_count: 4,
+        cloths: vec![TopologyCloth {
+            name: "rope".to_owned(),
+            particles: 0..4,
+            triangles: 0..0,
+            lines: 0..2,
+        }],
+        frames_per_second: 10.0,
+        ..Topology::default()
+    }
+}
+
+#[test]
+fn a_run_without_triangles_writes_lines_and_points_in_every_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let topology = rope();
+    let path = folder.path().join("frames.cloth");
+    let mut store = cloth_io::FrameStore::create(&path, &topology).unwrap();
+    for index in 0..2 {
+        let places = positions(index);
+        store.append(0.1 * index as f64, &places[..4]).unwrap();
+        for format in FrameFormat::ALL.into_iter().filter(|format| format.is_sequence()) {
+            let writer = FrameSequenceWriter::new(format, folder.path(), "run", &topology);
+            let mut writer = writer.unwrap().with_style(small_style());
+            writer.write(&Frame::new(index as u64, 0.1 * index as f64, &places[..4])).unwrap();
+        }
+    }
+    let options = ContainerOptions { style: small_style(), ..ContainerOptions::default() };
+    for format in FrameFormat::ALL.into_iter().filter(|format| !format.is_sequence()) {
+        let path = folder.path().join(format!("run.{}", format.extension()));
+        container_write(format, &path, &topology, &store, &options).unwrap();
+    }
+    let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    let obj = String::from_utf8(read("run_000001.obj")).unwrap();
+    assert!(obj.contains("\nl 1 2\nl 2 3\np 4\n") && !obj.contains("vn"), "{obj}");
+    // The single particle is in no line: programs that import the mesh leave it out.
+    let obj = String::from_utf8(read("run_mesh.obj")).unwrap();
+    assert!(obj.matches("\nv ").count() == 3 && obj.contains("\nl 1 2\nl 2 3\n"), "{obj}");
+    assert_eq!(read("run.pc2").len(), 32 + 2 * 3 * 12);
+    let ply = read("run_000000.ply");
+    let ply = String::from_utf8_lossy(&ply);
+    assert!(ply.contains("element edge 2\nproperty int vertex1"), "{ply}");
+    let vtu = read("run_000000.vtu");
+    let text = String::from_utf8_lossy(&vtu);
+    assert!(text.contains("NumberOfPoints=\"4\" NumberOfCells=\"3\""), "{text}");
+    assert!(vtu.ends_with(b"\x03\x03\x01\n</AppendedData>\n</VTKFile>\n"), "two lines, a point");
+    let bytes = read("run.glb");
+    let gltf = gltf::Gltf::from_slice(&bytes).unwrap();
+    let mesh = gltf.meshes().next().unwrap();
+    let modes: Vec<_> = mesh.primitives().map(|primitive| primitive.mode()).collect();
+    assert_eq!(modes, [gltf::mesh::Mode::Lines, gltf::mesh::Mode::Points]);
+    let image = image::open(folder.path().join("run_000000.png")).unwrap().into_rgb8();
+    let first = image.get_pixel(0, 0);
+    assert!(
+        image
+            .pixels()
+            .filter(|pixel| pixel[0] > first[0].saturating_add(20)
+                || pixel[2].saturating_add(40) < first[2])
+            .count()
+            > 3,
+        "the rope is seen"
+    );
+}
+
+/// A ball that moves and a floor, beside the two cloths.
+#[test]
+fn colliders_are_written_beside_the_cloth_when_asked_for() {
+    use cloth_core::{Collider, ColliderShape, Pose};
+    let folder = tempfile::tempdir().unwrap();
+    let collider = |name: &str, shape| Collider {
+        name: name.to_owned(),
+        shape,
+        pose: Pose::IDENTITY,
+        friction: 0.0,
+        restitution: 0.0,
+    };
+    let colliders = [
+        collider("ball", ColliderShape::Sphere { radius: 0.5 }),
+        collider("floor", ColliderShape::Plane),
+    ];
+    let solids = FrameSolids::new(&colliders, &positions(0), |time| {
+        vec![Pose::from_translation([time, 0.0, 2.0]), Pose::IDENTITY]
+    });
+    let topology = topology();
+    for format in [FrameFormat::Obj, FrameFormat::Vtu] {
+        let writer = FrameSequenceWriter::new(format, folder.path(), "run", &topology).unwrap();
+        let mut writer = writer.with_solids(Some(solids.clone()));
+        let path = writer.write(&Frame::new(0, 3.0, &positions(0))).unwrap();
+        if format == FrameFormat::Vtu {
+            let text = String::from_utf8_lossy(&std::fs::read(path).unwrap()).into_owned();
+            assert!(text.contains("Name=\"solid\""), "{text}");
+            continue;
+        }
+        let mesh = mesh_read(&path).unwrap();
+        assert_eq!(mesh.positions[..8], positions(0));
+        let ball = &mesh.group("ball").unwrap().vertices;
+        for &vertex in ball {
+            let [x, y, z] = mesh.positions[vertex as usize];
+            assert!(((x - 3.0).hypot(y).hypot(z - 2.0) - 0.5).abs() < 1e-6, "{x} {y} {z}");
+        }
+        let floor = &mesh.group("floor").unwrap().vertices;
+        assert!(floor.iter().all(|&vertex| mesh.positions[vertex as usize][2] == 0.0));
+    }
+    let store = store(&folder.path().join("frames.cloth"), 3);
+    let path = folder.path().join("run.glb");
+    let options = ContainerOptions { solids: Some(solids), ..ContainerOptions::default() };
+    container_write(FrameFormat::Gltf, &path, &topology, &store, &options).unwrap();
+    let gltf = gltf::Gltf::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    let names: Vec<_> = gltf.nodes().map(|node| node.name().unwrap().to_owned()).collect();
+    assert_eq!(names, ["front & back", "sleeve", "ball", "floor"]);
+    let ball = gltf.nodes().nth(2).unwrap();
+    assert_eq!(ball.transform().decomposed().0, [0.0, 2.0, 0.0], "y is up");
+    let blob = gltf.blob.clone().unwrap();
+    let animation = gltf.animations().next().unwrap();
+    let moved: Vec<_> = animation.channels().filter(|c| c.target().node().index() == 2).collect();
+    assert_eq!(moved.len(), 1, "it does not turn");
+    let reader = moved[0].reader(|_| Some(&blob));
+    let gltf::animation::util::ReadOutputs::Translations(path) = reader.read_outputs().unwrap()
+    else {
+        panic!("no translation");
+    };
+    let expected = [0.0, 0.04, 0.08].map(|x| [x, 2.0, 0.0]);
+    assert_eq!(path.collect::<Vec<_>>(), expected);
+    assert!(animation.channels().all(|channel| channel.target().node().index() < 3));
+}
+
+/// One normal for each particle, also where the texture has a seam; files say that faces are smooth.
+#[test]
+fn normals_are_smooth_in_obj() {
+    let folder = tempfile::tempdir().unwrap();
+    let topology = topology();
+    let writer = FrameSequenceWriter::new(FrameFormat::Obj, folder.path(), "run", &topology);
+    let path = writer.unwrap().write(&Frame::new(0, 0.0, &positions(2))).unwrap();
+    let text = std::fs::read_to_string(path).unwrap();
+    let normals: Vec<Vec<f64>> = text
+        .lines()
+        .filter_map(|line| line.strip_prefix("vn "))
+        .map(|line| line.split(' ').map(|word| word.parse().unwrap()).collect())
+        .collect();
+    for (found, wanted) in normals.iter().zip(vertex_normals(&positions(2), &topology.triangles)) {
+        assert!(found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-5), "{found:?}");
+    }
+    assert_eq!((normals.len(), text.matches("\ns 1\n").count()), (8, 2));
+    assert!(text.contains("f 5/1/5 6/2/6 7/3/7") && text.contains("f 5/5/5 7/3/7 8/4/8"), "{text}");
 }
 
 #[test]

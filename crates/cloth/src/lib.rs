@@ -82,7 +82,7 @@ pub use cloth_rigid as rigid;
 pub use cloth_scene as scene;
 pub use model_simulation::ModelSimulation;
 #[cfg(feature = "scene")]
-pub use output::{picture_shapes, picture_style, picture_style_moving, topology};
+pub use output::{frame_solids, picture_shapes, picture_style, picture_style_moving, topology};
 #[cfg(feature = "scene")]
 pub use pose_log::{PoseLog, PoseLogError, pose_line};
 #[cfg(feature = "scene")]

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use cloth_core::{ColliderShape, Model, Pose, TextureMap};
+use cloth_core::{ClothRange, ColliderShape, Model, Pose, SpringClass, TextureMap};
 use cloth_io::{
-    Bounds, Camera, PictureShape, PictureShapes, PictureStyle, Topology, TopologyCloth,
+    Bounds, Camera, FrameSolids, PictureShape, PictureShapes, PictureStyle, Topology, TopologyCloth,
 };
 use cloth_scene::{CompiledScene, SceneView};
 
@@ -14,18 +14,48 @@ use crate::PoseLog;
 #[must_use]
 pub fn topology(scene: &CompiledScene) -> Topology {
     let range = |range: &std::ops::Range<u32>| range.start as usize..range.end as usize;
-    let cloths = scene.model.cloths().iter().map(|cloth| TopologyCloth {
-        name: cloth.name.clone(),
-        particles: range(&cloth.particles),
-        triangles: range(&cloth.triangles),
-    });
+    let mut lines = Vec::new();
+    let mut cloths = Vec::with_capacity(scene.model.cloths().len());
+    for cloth in scene.model.cloths() {
+        let first_line = lines.len();
+        if cloth.triangles.is_empty() {
+            lines.extend(cloth_lines(&scene.model, cloth));
+        }
+        cloths.push(TopologyCloth {
+            name: cloth.name.clone(),
+            particles: range(&cloth.particles),
+            triangles: range(&cloth.triangles),
+            lines: first_line..lines.len(),
+        });
+    }
     Topology {
         triangles: scene.model.triangles().to_vec(),
+        lines,
         texture: texture(scene),
         particle_count: scene.model.particle_count(),
-        cloths: cloths.collect(),
+        cloths,
         frames_per_second: scene.frames_per_second,
     }
+}
+
+/// What a rope or a net looks like: its stretch springs, or all its springs if it has none of these.
+fn cloth_lines(model: &Model, cloth: &ClothRange) -> Vec<[u32; 2]> {
+    let springs = model.springs();
+    let all = |class: Option<SpringClass>| -> Vec<[u32; 2]> {
+        let particles = cloth.particles.clone();
+        let of_particle = |particle: u32| {
+            let row = springs.row(particle as usize);
+            row.map(move |spring| ([particle, springs.columns()[spring]], spring))
+        };
+        let wanted = |spring: usize| {
+            let kind = springs.kind_indices()[spring] as usize;
+            class.is_none_or(|class| springs.kinds()[kind].class == class)
+        };
+        let found = particles.flat_map(of_particle).filter(|&(_, spring)| wanted(spring));
+        found.map(|(line, _)| line).collect()
+    };
+    let stretch = all(Some(SpringClass::Stretch));
+    if stretch.is_empty() { all(None) } else { stretch }
 }
 
 /// One texture map for all cloths; the corners of a cloth that has none share one coordinate.
@@ -117,10 +147,34 @@ fn bounds(model: &Model, shapes: &PictureShapes) -> Bounds {
     Bounds { min: [all.min[0], all.min[1], lowest], ..all }
 }
 
+/// The colliders of `scene` for files of frames, those of rigid bodies where `poses` has them: these are
+/// nowhere else, and without it they stay where they began.
+#[must_use]
+pub fn frame_solids(scene: &CompiledScene, poses: Option<PoseLog>) -> FrameSolids {
+    let (colliders, cloth) = (scene.model.colliders(), scene.model.positions());
+    match poses.filter(|_| !scene.rigids.is_empty()) {
+        Some(poses) => {
+            let rate = scene.frames_per_second;
+            let at = move |time: f64| poses.at((time * rate).round() as usize);
+            FrameSolids::new(colliders, cloth, at)
+        }
+        None => FrameSolids::new(colliders, cloth, timeline_poses(scene)),
+    }
+}
+
 /// The colliders of every frame. Poses follow from the timeline, as the solver takes them from it.
 fn shapes(scene: &CompiledScene) -> PictureShapes {
     let shapes: Vec<ColliderShape> =
         scene.model.colliders().iter().map(|c| c.shape.clone()).collect();
+    let poses = timeline_poses(scene);
+    PictureShapes::moving(move |time| {
+        let shapes = shapes.iter().zip(poses(time));
+        shapes.map(|(shape, pose)| shape_at(shape, &pose, time)).collect()
+    })
+}
+
+/// Where the timeline has the colliders at a time \[s\].
+fn timeline_poses(scene: &CompiledScene) -> impl Fn(f64) -> Vec<Pose> + Send + Sync + 'static {
     let mut poses: Vec<Pose> = scene.model.colliders().iter().map(|c| c.pose).collect();
     let mut frames = vec![poses.clone()];
     if !scene.timeline.is_empty() {
@@ -132,10 +186,10 @@ fn shapes(scene: &CompiledScene) -> PictureShapes {
         }
     }
     let rate = scene.frames_per_second;
-    PictureShapes::moving(move |time| {
+    move |time| {
         let frame = ((time * rate).round() as usize).min(frames.len() - 1);
-        shapes.iter().zip(&frames[frame]).map(|(shape, pose)| shape_at(shape, pose, time)).collect()
-    })
+        frames[frame].clone()
+    }
 }
 
 fn shape_at(shape: &ColliderShape, pose: &Pose, time: f64) -> PictureShape {

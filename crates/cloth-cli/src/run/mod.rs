@@ -12,12 +12,12 @@ use std::time::Instant;
 
 use cloth::{
     AUTO, Backend, BackendOptions, Checkpoint, PoseLog, Simulation, backend_choose, backend_open,
-    picture_style_moving, topology,
+    frame_solids, picture_style_moving, topology,
 };
 use cloth::{io::PictureStyle, scene::CompiledScene};
 
 use crate::{
-    arguments::RunArguments,
+    arguments::{Extra, RunArguments},
     failure::{Failure, WriteError},
     run_folder::RunFolder,
     scene_source::SceneSource,
@@ -31,6 +31,7 @@ use report::ReportWriter;
 use summary::Summary;
 
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
+    let with_colliders = Extra::colliders(&arguments.with, &arguments.format.0)?;
     let interrupt = Interrupt::install()?;
     let source = SceneSource::read(&arguments.scene)?;
     let (scene, backend) = scene_and_backend(&source, arguments)?;
@@ -60,6 +61,10 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     } else {
         Outputs::create(&folder, &topology, style, maker, arguments, bodies)?
     };
+    if with_colliders {
+        let solids = frame_solids(simulation.scene(), poses.clone());
+        outputs = outputs.with_solids(Some(solids));
+    }
     folder.scene_write(&source.scene, &source.options)?;
     let mut reports = ReportWriter::open(&folder.report(), simulation.frame(), arguments.json)?;
     if simulation.frame() == 0 {

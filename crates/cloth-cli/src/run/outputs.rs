@@ -5,8 +5,8 @@ use std::{cell::RefCell, fs::File, io::Write, path::PathBuf, rc::Rc};
 use cloth::{
     PoseLog, State,
     io::{
-        ContainerOptions, Frame, FrameFormat, FrameSequenceWriter, FrameStore, PictureMaker,
-        PictureSequence, PictureStyle, Topology, container_write,
+        ContainerOptions, Frame, FrameFormat, FrameSequenceWriter, FrameSolids, FrameStore,
+        PictureMaker, PictureSequence, PictureStyle, Topology, container_files, container_write,
     },
     pose_line,
 };
@@ -38,6 +38,8 @@ pub(super) struct Outputs<'a> {
     picture_sequence: Option<PictureSequence>,
     /// What draws pictures in place of the renderer of `cloth::io`.
     maker: Option<Rc<RefCell<PictureMaker<'a>>>>,
+    /// What formats that can are to show beside the cloth.
+    solids: Option<FrameSolids>,
 }
 
 /// The frames in the folder end before the checkpoint.
@@ -68,6 +70,7 @@ impl<'a> Outputs<'a> {
         // It would not fit the frames of the new run.
         file_remove(&folder.checkpoint())?;
         folder.outputs_remove(0)?;
+        caches_remove(folder, topology)?;
         let path = folder.poses();
         file_remove(&path)?;
         let mut outputs = Self::new(folder, topology, store, style, maker, arguments)?;
@@ -96,6 +99,7 @@ impl<'a> Outputs<'a> {
         }
         store.truncate(expected as usize)?;
         folder.outputs_remove(expected)?;
+        caches_remove(folder, topology)?;
         let mut outputs = Self::new(folder, topology, store, style, maker, arguments)?;
         if let Some(poses) = poses {
             let path = folder.poses();
@@ -151,7 +155,16 @@ impl<'a> Outputs<'a> {
             style,
             picture_sequence,
             maker,
+            solids: None,
         })
+    }
+
+    /// Shows `solids` in the formats that can.
+    pub(super) fn with_solids(mut self, solids: Option<FrameSolids>) -> Self {
+        let sequences = self.sequences.into_iter();
+        self.sequences = sequences.map(|writer| writer.with_solids(solids.clone())).collect();
+        self.solids = solids;
+        self
     }
 
     /// Writes a frame into the store and the formats with one file per frame.
@@ -215,6 +228,7 @@ impl<'a> Outputs<'a> {
             frame_stride: (self.frame_stride > 1).then_some(self.frame_stride),
             style: animation_style(&self.style),
             picture_sequence: drawn_sequence.or_else(|| self.picture_sequence.clone()),
+            solids: self.solids.clone(),
             ..ContainerOptions::default()
         };
         let mut files = Vec::new();
@@ -224,7 +238,10 @@ impl<'a> Outputs<'a> {
             for warning in report.warnings {
                 eprintln!("warning: {warning}");
             }
-            files.push(format!("`{}`", path.display()));
+            for note in report.notes {
+                eprintln!("note: {note}");
+            }
+            files.extend(report.files.iter().map(|path| format!("`{}`", path.display())));
         }
         files.extend(self.sequence_folders.iter().map(|path| format!("`{}`", path.display())));
         if files.is_empty() {
@@ -235,6 +252,15 @@ impl<'a> Outputs<'a> {
         }
         Ok(format!("look at {}", files.join(", ")))
     }
+}
+
+/// Removes the point caches of an earlier run, of which each cloth has its own.
+fn caches_remove(folder: &RunFolder, topology: &Topology) -> Result<(), WriteError> {
+    for format in [FrameFormat::Pc2, FrameFormat::Mdd] {
+        let files = container_files(format, &folder.container(format), topology);
+        files.iter().try_for_each(|file| file_remove(file))?;
+    }
+    Ok(())
 }
 
 /// A maker of pictures that others use, too.

@@ -142,9 +142,7 @@ fn meshes_are_converted() {
     assert_eq!(first.positions, second.positions);
     assert_eq!((first.positions, first.triangles), (third.positions, third.triangles));
     let message = place.fails(2, &["convert", "square.obj", "square.stl"]);
-    assert!(message.contains("obj or ply"), "{message}");
-    let message = place.fails(3, &["convert", "square.obj", "missing/square.ply"]);
-    assert!(message.contains("cannot write") && message.contains("missing"), "{message}");
+    assert!(message.contains("obj, ply, glb"), "{message}");
     place.write("bad.obj", "v 0 0 nan\n");
     let message = place.fails(3, &["convert", "bad.obj", "bad.ply"]);
     assert!(message.contains("bad.obj"), "{message}");
@@ -184,4 +182,17 @@ fn scenes_are_written_out_in_full() {
     assert_eq!(read("tiny.toml"), read("full.toml"));
     let full = String::from_utf8(place.read("full.toml")).unwrap();
     assert!(full.contains("friction") && !TINY.contains("friction"));
+}
+
+#[test]
+fn convert_makes_the_folders_of_its_output() {
+    let place = Place::with("square.obj", SQUARE);
+    place.succeeds(&["convert", "square.obj", "a/b/square.glb"]);
+    place.succeeds(&["convert", "a/b/square.glb", "c/square.obj"]);
+    let [first, last] = ["square.obj", "c/square.obj"]
+        .map(|name| cloth::io::mesh_read(&place.path(name)).unwrap().positions);
+    assert_eq!(first, last, "up stays up");
+    place.write("bad.obj", "v 0 0 nan\n");
+    place.fails(3, &["convert", "bad.obj", "d/bad.ply"]);
+    assert!(!place.path("d").exists(), "nothing is made for nothing");
 }

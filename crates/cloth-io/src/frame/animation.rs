@@ -1,5 +1,6 @@
 //! Renders the frames of a run with one camera and one style.
 
+use std::ops::Range;
 use std::path::Path;
 
 use image::RgbImage;
@@ -7,6 +8,7 @@ use image::imageops::{FilterType, resize};
 use rayon::prelude::*;
 
 use super::container::ContainerSource;
+use super::strands::PictureMesh;
 use super::{FrameError, FrameStore, Topology};
 use crate::picture::{
     Bounds, Camera, Picture, PictureCloth, PictureError, PictureScene, PictureStyle,
@@ -73,18 +75,19 @@ impl<'a> PictureAnimation<'a> {
         time: f64,
         positions: &[[f64; 3]],
     ) -> Result<RgbImage, PictureError> {
-        let cloth = |(number, cloth): (usize, &super::TopologyCloth)| PictureCloth {
-            triangles: cloth.triangles.clone(),
-            color: match self.style.cloth_colors.get(number) {
+        let mesh = PictureMesh::of(self.topology, positions);
+        let cloth = |(number, triangles): &(usize, Range<usize>)| PictureCloth {
+            triangles: triangles.clone(),
+            color: match self.style.cloth_colors.get(*number) {
                 Some(&color) => color,
-                None => picture_palette(number),
+                None => picture_palette(*number),
             },
         };
         let scene = PictureScene {
-            positions,
-            triangles: &self.topology.triangles,
-            texture: self.topology.texture.as_ref(),
-            cloths: self.topology.cloths.iter().enumerate().map(cloth).collect(),
+            positions: &mesh.positions,
+            triangles: &mesh.triangles,
+            texture: mesh.texture.as_deref(),
+            cloths: mesh.cloths.iter().map(cloth).collect(),
             shapes: &self.style.shapes.at(time),
         };
         Picture::render(&scene, &self.camera, &self.style)

@@ -2,10 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::obj::obj_write;
-use super::output::output_write;
-use super::{Frame, FrameError, FrameFormat, FrameStore, Topology};
-use super::{apng, gif, gltf, mdd, npz, pc2};
+use super::{FrameError, FrameFormat, FrameSolids, FrameStore, Topology};
+use super::{apng, gif, gltf, npz, point_cache};
 use crate::picture::PictureStyle;
 
 /// How a container is made.
@@ -26,6 +24,9 @@ pub struct ContainerOptions {
     /// Largest size of the frames in a glTF file before frames are left out, if `frame_stride` is
     /// `None` \[byte\].
     pub gltf_size: u64,
+    /// Colliders and rigid bodies that glTF is to show beside the cloth; other containers have no place
+    /// for them.
+    pub solids: Option<FrameSolids>,
 }
 
 impl Default for ContainerOptions {
@@ -36,6 +37,7 @@ impl Default for ContainerOptions {
             picture_sequence: None,
             gltf_normals: true,
             gltf_size: 256 << 20,
+            solids: None,
         }
     }
 }
@@ -59,7 +61,7 @@ impl PictureSequence {
 /// What [`container_write`] did.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ContainerReport {
-    /// All files written, the container first.
+    /// All files written; behind each point cache the mesh that it moves.
     pub files: Vec<PathBuf>,
     /// Frames in the container.
     pub frame_count: usize,
@@ -67,12 +69,28 @@ pub struct ContainerReport {
     pub frame_stride: usize,
     /// Sentences for the user about compromises made.
     pub warnings: Vec<String>,
+    /// What the format cannot say and the user has to know.
+    pub notes: Vec<String>,
+}
+
+/// The files that [`container_write`] writes for `format` and `path`: a point cache is several files, all
+/// others are the one at `path`.
+#[must_use]
+pub fn container_files(format: FrameFormat, path: &Path, topology: &Topology) -> Vec<PathBuf> {
+    match format {
+        FrameFormat::Pc2 | FrameFormat::Mdd => point_cache::cache_files(path, topology)
+            .into_iter()
+            .flat_map(|files| [files.cache, files.mesh])
+            .collect(),
+        _ => vec![path.to_owned()],
+    }
 }
 
 /// Writes all frames of `store` in `format` to `path`.
 ///
 /// The point caches [`FrameFormat::Pc2`] and [`FrameFormat::Mdd`] hold only positions, so the mesh
-/// that they move is written beside them, as `name_mesh.obj`.
+/// that they move is written beside them, as `name_mesh.obj`. Of several cloths each has a cache and a
+/// mesh of its own, with the name of the cloth behind that of the file; see [`container_files`].
 ///
 /// # Errors
 ///
@@ -120,15 +138,16 @@ pub fn container_write(
     };
     match format {
         FrameFormat::Gltf => gltf::write(&source)?,
-        FrameFormat::Pc2 => pc2::write(&source)?,
-        FrameFormat::Mdd => mdd::write(&source)?,
+        FrameFormat::Pc2 | FrameFormat::Mdd => {
+            report.files = point_cache::write(format, &source)?;
+            report.notes.push(rate_note(format, source.rate));
+        }
         FrameFormat::Npz => npz::write(&source)?,
         FrameFormat::Gif => gif::write(&source)?,
         _ => apng::write(&source)?,
     }
-    report.files.push(path.to_owned());
-    if matches!(format, FrameFormat::Pc2 | FrameFormat::Mdd) {
-        report.files.push(mesh_write(&source)?);
+    if report.files.is_empty() {
+        report.files.push(path.to_owned());
     }
     report.frame_count = source.frames.len();
     report.frame_stride = frame_stride;
@@ -180,17 +199,11 @@ fn automatic_stride(
     stride
 }
 
-/// Writes the mesh that a point cache moves.
-fn mesh_write(source: &ContainerSource<'_>) -> Result<PathBuf, FrameError> {
-    let stem = source.path.file_stem().unwrap_or_default();
-    let mut name = stem.to_owned();
-    name.push("_mesh.obj");
-    let path = source.path.with_file_name(name);
-    let first = source.store.frame(source.frames[0])?;
-    let positions = first.positions_f64();
-    let frame = Frame::new(source.frames[0] as u64, first.time, &positions);
-    output_write(&path, |writer| {
-        obj_write(writer, source.topology, &frame).map_err(FrameError::write(&path))
-    })?;
-    Ok(path)
+/// What a point cache does not say of its rate.
+fn rate_note(format: FrameFormat, rate: f64) -> String {
+    let why = match format {
+        FrameFormat::Pc2 => "the pc2 format has no frame rate",
+        _ => "the mdd format has the times of its frames, but Blender plays one in each of its own",
+    };
+    format!("{why}: set the scene that plays it to {rate} frames per second")
 }

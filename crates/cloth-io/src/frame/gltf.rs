@@ -1,23 +1,21 @@
 //! Writes binary glTF 2.0: each cloth is a mesh with one morph target per frame, and an animation
-//! blends from target to target. Blender reads the targets as shape keys.
+//! blends from target to target. Blender reads the targets as shape keys. Solids beside the cloth are
+//! meshes that the animation moves and turns.
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, HashMap};
-use std::io::Write;
+use std::io::{self, Write};
 
 use ::gltf::binary::{Glb, Header};
-use gltf_json::accessor::Type;
-use gltf_json::animation::{Animation, Channel, Interpolation, Property, Sampler, Target};
-use gltf_json::material::{PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
-use gltf_json::mesh::{Mode, MorphTarget, Primitive, Semantic};
-use gltf_json::validation::Checked::Valid;
-use gltf_json::{Index, Material, Mesh, Node, Scene};
+use cloth_core::VertexAttribute;
+use gltf_json::Scene;
 
 use super::container::{ContainerOptions, ContainerSource};
+use super::gltf_animation::Motion;
 use super::gltf_builder::{GltfBuilder, push};
+use super::gltf_cloth::cloth_add;
+use super::gltf_solid::solid_add;
 use super::output::output_write;
-use super::{FrameError, StoredFrame, Topology, TopologyCloth, vertex_normals};
-use crate::picture::picture_palette;
+use super::{Frame, FrameError, FrameSolids, Topology, vertex_normals};
 
 /// Morph targets that every web viewer can hold: WebGL promises that many texture layers.
 const TARGET_LIMIT: usize = 255;
@@ -49,227 +47,125 @@ pub(super) fn write(source: &ContainerSource<'_>) -> Result<(), FrameError> {
     if needed > limit {
         return Err(too_large(needed));
     }
-    let frames: Vec<FrameVectors> = source
-        .frames
-        .iter()
-        .map(|&index| Ok(FrameVectors::of(source.store.frame(index)?, source.topology)))
-        .collect::<Result<_, FrameError>>()?;
-
-    let mut builder = GltfBuilder::new();
-    let mut nodes = Vec::new();
-    for (number, cloth) in source.topology.cloths.iter().enumerate() {
-        nodes.push(add_cloth(&mut builder, source, number, cloth, &frames));
-    }
-    if frames.len() > 1 {
-        add_animation(&mut builder, &nodes, &frames);
-    }
-    let scene = Scene { nodes, name: None, extensions: None, extras: Default::default() };
-    builder.root.scene = Some(push(&mut builder.root.scenes, scene));
-
-    let (root, bytes) = builder.finish();
-    let json = gltf_json::serialize::to_vec(&root).map_err(FrameError::write(source.path))?;
-    let size = json.len() as u64 + bytes.len() as u64 + 64;
+    let frame = |&index: &usize| {
+        let frame = source.store.frame(index)?;
+        let positions = frame.positions_f64();
+        Ok(FrameVectors::of(&Frame::new(index as u64, frame.time, &positions), source.topology))
+    };
+    let frames: Vec<_> = source.frames.iter().map(frame).collect::<Result<_, FrameError>>()?;
+    let document = GltfDocument {
+        topology: source.topology,
+        frames: &frames,
+        colours: &source.options.style.cloth_colors,
+        normals: source.options.gltf_normals,
+        solids: source.options.solids.as_ref(),
+        attributes: &[],
+    };
+    let glb = document.glb().map_err(FrameError::write(source.path))?;
+    let size = glb.json.len() as u64 + glb.bin.as_ref().map_or(0, |bin| bin.len()) as u64 + 64;
     if size > limit {
         return Err(too_large(size));
     }
-    let glb = Glb {
-        // The writer of the library fills in the length.
-        header: Header { magic: *b"glTF", version: 2, length: 0 },
-        json: Cow::Owned(json),
-        bin: Some(Cow::Owned(bytes)),
-    };
     output_write(source.path, |writer| {
         glb.to_writer(writer.by_ref()).map_err(FrameError::write(source.path))
     })
 }
 
+/// Writes one frame as a mesh that does not move, with `attributes` of its vertices.
+pub(crate) fn gltf_mesh_write(
+    writer: &mut impl Write,
+    topology: &Topology,
+    frame: &Frame<'_>,
+    attributes: &[VertexAttribute],
+) -> io::Result<()> {
+    let frames = [FrameVectors::of(frame, topology)];
+    let document = GltfDocument {
+        topology,
+        frames: &frames,
+        colours: &[],
+        normals: true,
+        solids: None,
+        attributes,
+    };
+    document.glb()?.to_writer(writer).map_err(io::Error::other)
+}
+
+/// All that a file holds.
+pub(super) struct GltfDocument<'a> {
+    pub(super) topology: &'a Topology,
+    /// At least one; the first is the mesh itself.
+    pub(super) frames: &'a [FrameVectors],
+    /// Colours of the first cloths as sRGB.
+    pub(super) colours: &'a [[u8; 3]],
+    /// Whether all frames have normals, not only the first.
+    pub(super) normals: bool,
+    solids: Option<&'a FrameSolids>,
+    /// Numbers of the particles.
+    pub(super) attributes: &'a [VertexAttribute],
+}
+
+impl GltfDocument<'_> {
+    fn glb(&self) -> io::Result<Glb<'static>> {
+        let mut builder = GltfBuilder::new();
+        let mut motion = Motion::default();
+        let mut nodes = Vec::new();
+        for (number, cloth) in self.topology.cloths.iter().enumerate() {
+            let node = cloth_add(&mut builder, self, number, cloth);
+            motion.targets_of(node);
+            nodes.push(node);
+        }
+        if let Some(solids) = self.solids {
+            let times: Vec<f64> = self.frames.iter().map(|frame| frame.time).collect();
+            let poses: Vec<_> = times.iter().map(|&time| solids.poses_at(time)).collect();
+            for (number, solid) in solids.solids().iter().enumerate() {
+                let poses: Vec<_> = poses.iter().map(|poses| poses[number]).collect();
+                nodes.push(solid_add(&mut builder, &mut motion, solid, &poses, &times));
+            }
+        }
+        if self.frames.len() > 1 {
+            motion.finish(&mut builder, self.frames.iter().map(|frame| frame.time));
+        }
+        let scene = Scene { nodes, name: None, extensions: None, extras: Default::default() };
+        builder.root.scene = Some(push(&mut builder.root.scenes, scene));
+
+        let (root, bytes) = builder.finish();
+        Ok(Glb {
+            // The writer of the library fills in the length.
+            header: Header { magic: *b"glTF", version: 2, length: 0 },
+            json: Cow::Owned(gltf_json::serialize::to_vec(&root).map_err(io::Error::other)?),
+            bin: Some(Cow::Owned(bytes)),
+        })
+    }
+}
+
 /// Positions \[m\] and normals of a frame in the axes of glTF, which is Y-up.
-struct FrameVectors {
-    time: f32,
-    positions: Vec<[f32; 3]>,
-    normals: Vec<[f32; 3]>,
+pub(super) struct FrameVectors {
+    /// Time \[s\].
+    pub(super) time: f64,
+    pub(super) positions: Vec<[f32; 3]>,
+    pub(super) normals: Vec<[f32; 3]>,
 }
 
 impl FrameVectors {
-    fn of(frame: StoredFrame, topology: &Topology) -> Self {
-        let normals = vertex_normals(&frame.positions_f64(), &topology.triangles);
+    pub(super) fn of(frame: &Frame<'_>, topology: &Topology) -> Self {
+        Self::of_mesh(frame.time, frame.positions, &topology.triangles)
+    }
+
+    pub(super) fn of_mesh(time: f64, positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Self {
         let unit = |normal: [f64; 3]| match normal {
             // The format wants unit vectors also where no triangle is.
             [0.0, 0.0, 0.0] => [0.0, 1.0, 0.0],
-            normal => y_up(normal.map(|x| x as f32)),
+            normal => y_up(normal),
         };
         Self {
-            time: frame.time as f32,
-            positions: frame.positions.into_iter().map(y_up).collect(),
-            normals: normals.into_iter().map(unit).collect(),
+            time,
+            positions: positions.iter().copied().map(y_up).collect(),
+            normals: vertex_normals(positions, triangles).into_iter().map(unit).collect(),
         }
     }
 }
 
 /// Turns a Z-up vector to Y-up.
-fn y_up([x, y, z]: [f32; 3]) -> [f32; 3] {
-    [x, z, -y]
-}
-
-/// The vertices of a cloth: glTF has one index per vertex, so texture seams split particles.
-struct SplitVertices {
-    particles: Vec<usize>,
-    coordinates: Option<Vec<[f32; 2]>>,
-    triangles: Vec<[u32; 3]>,
-}
-
-impl SplitVertices {
-    fn of(topology: &Topology, cloth: &TopologyCloth) -> Self {
-        let Some(texture) = &topology.texture else {
-            let start = cloth.particles.start as u32;
-            let triangles = &topology.triangles[cloth.triangles.clone()];
-            return Self {
-                particles: cloth.particles.clone().collect(),
-                coordinates: None,
-                triangles: triangles.iter().map(|t| t.map(|i| i - start)).collect(),
-            };
-        };
-        let mut numbers = HashMap::new();
-        let mut particles = Vec::new();
-        let mut coordinates = Vec::new();
-        let mut triangles = Vec::new();
-        for number in cloth.triangles.clone() {
-            let mut triangle = [0; 3];
-            for (slot, vertex) in triangle.iter_mut().enumerate() {
-                let particle = topology.triangles[number][slot];
-                let coordinate = texture.triangles[number][slot];
-                *vertex = *numbers.entry((particle, coordinate)).or_insert_with(|| {
-                    particles.push(particle as usize);
-                    let [u, v] = texture.coordinates[coordinate as usize];
-                    // The format has the origin of texture space at the top.
-                    coordinates.push([u as f32, (1.0 - v) as f32]);
-                    particles.len() as u32 - 1
-                });
-            }
-            triangles.push(triangle);
-        }
-        Self { particles, coordinates: Some(coordinates), triangles }
-    }
-
-    fn gather(&self, vectors: &[[f32; 3]]) -> Vec<[f32; 3]> {
-        self.particles.iter().map(|&particle| vectors[particle]).collect()
-    }
-
-    fn gather_change(&self, from: &[[f32; 3]], to: &[[f32; 3]]) -> Vec<[f32; 3]> {
-        let change = |&particle: &usize| {
-            let (from, to) = (from[particle], to[particle]);
-            [to[0] - from[0], to[1] - from[1], to[2] - from[2]]
-        };
-        self.particles.iter().map(change).collect()
-    }
-}
-
-fn add_cloth(
-    builder: &mut GltfBuilder,
-    source: &ContainerSource<'_>,
-    number: usize,
-    cloth: &TopologyCloth,
-    frames: &[FrameVectors],
-) -> Index<Node> {
-    let vertices = SplitVertices::of(source.topology, cloth);
-    let first = &frames[0];
-    let mut attributes = BTreeMap::new();
-    let positions = builder.vectors(&vertices.gather(&first.positions), Type::Vec3);
-    attributes.insert(Valid(Semantic::Positions), positions);
-    let normals = builder.vectors(&vertices.gather(&first.normals), Type::Vec3);
-    attributes.insert(Valid(Semantic::Normals), normals);
-    if let Some(coordinates) = &vertices.coordinates {
-        let coordinates = builder.vectors(coordinates, Type::Vec2);
-        attributes.insert(Valid(Semantic::TexCoords(0)), coordinates);
-    }
-    let indices = builder.indices(&vertices.triangles);
-
-    let mut targets = Vec::with_capacity(frames.len() - 1);
-    for frame in &frames[1..] {
-        let positions = vertices.gather_change(&first.positions, &frame.positions);
-        let normals = source
-            .options
-            .gltf_normals
-            .then(|| vertices.gather_change(&first.normals, &frame.normals));
-        targets.push(MorphTarget {
-            positions: Some(builder.vectors(&positions, Type::Vec3)),
-            normals: normals.map(|normals| builder.vectors(&normals, Type::Vec3)),
-            tangents: None,
-        });
-    }
-    let color = source.options.style.cloth_colors.get(number).copied();
-    let material = material(cloth, color.unwrap_or_else(|| picture_palette(number)));
-    let material = push(&mut builder.root.materials, material);
-    let weights = (!targets.is_empty()).then(|| vec![0.0; targets.len()]);
-    let mesh = Mesh {
-        name: Some(cloth.name.clone()),
-        primitives: vec![Primitive {
-            attributes,
-            indices: Some(indices),
-            material: Some(material),
-            mode: Valid(Mode::Triangles),
-            targets: (!targets.is_empty()).then_some(targets),
-            extensions: None,
-            extras: Default::default(),
-        }],
-        weights,
-        extensions: None,
-        extras: Default::default(),
-    };
-    let mesh = push(&mut builder.root.meshes, mesh);
-    let node = Node { name: Some(cloth.name.clone()), mesh: Some(mesh), ..Node::default() };
-    push(&mut builder.root.nodes, node)
-}
-
-fn material(cloth: &TopologyCloth, color: [u8; 3]) -> Material {
-    let [red, green, blue] = color.map(|channel| (f32::from(channel) / 255.0).powf(2.2));
-    Material {
-        name: Some(cloth.name.clone()),
-        double_sided: true,
-        pbr_metallic_roughness: PbrMetallicRoughness {
-            base_color_factor: PbrBaseColorFactor([red, green, blue, 1.0]),
-            metallic_factor: StrengthFactor(0.0),
-            roughness_factor: StrengthFactor(0.9),
-            ..PbrMetallicRoughness::default()
-        },
-        ..Material::default()
-    }
-}
-
-/// Blends the weight of each target up to its frame and down after it, for all cloths alike.
-fn add_animation(builder: &mut GltfBuilder, nodes: &[Index<Node>], frames: &[FrameVectors]) {
-    let start = frames[0].time;
-    let times: Vec<f32> = frames.iter().map(|frame| frame.time - start).collect();
-    let target_count = frames.len() - 1;
-    let mut weights = vec![0.0; frames.len() * target_count];
-    for target in 0..target_count {
-        weights[(target + 1) * target_count + target] = 1.0;
-    }
-    let input = builder.numbers(&times);
-    let output = builder.numbers(&weights);
-    let sampler = Sampler {
-        input,
-        output,
-        interpolation: Valid(Interpolation::Linear),
-        extensions: None,
-        extras: Default::default(),
-    };
-    let channel = |&node: &Index<Node>| Channel {
-        sampler: Index::new(0),
-        target: Target {
-            node,
-            path: Valid(Property::MorphTargetWeights),
-            extensions: None,
-            extras: Default::default(),
-        },
-        extensions: None,
-        extras: Default::default(),
-    };
-    builder.root.animations.push(Animation {
-        name: Some("simulation".to_owned()),
-        samplers: vec![sampler],
-        channels: nodes.iter().map(channel).collect(),
-        extensions: None,
-        extras: Default::default(),
-    });
+pub(super) fn y_up([x, y, z]: [f64; 3]) -> [f32; 3] {
+    [x as f32, z as f32, -y as f32]
 }

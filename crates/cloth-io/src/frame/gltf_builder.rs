@@ -49,11 +49,26 @@ impl GltfBuilder {
         self.set_range(accessor, &min, &max)
     }
 
-    /// Adds the vertex indices of triangles.
-    pub(super) fn indices(&mut self, triangles: &[[u32; 3]]) -> Index<Accessor> {
-        let count = 3 * triangles.len();
+    /// Adds vectors for an animation.
+    pub(super) fn samples<const N: usize>(
+        &mut self,
+        values: &[[f32; N]],
+        type_: Type,
+    ) -> Index<Accessor>
+    where
+        [f32; N]: NoUninit,
+    {
+        self.accessor(values, values.len(), ComponentType::F32, type_, None)
+    }
+
+    /// Adds the vertex indices of triangles, lines or points.
+    pub(super) fn indices<const N: usize>(&mut self, elements: &[[u32; N]]) -> Index<Accessor>
+    where
+        [u32; N]: NoUninit,
+    {
+        let count = N * elements.len();
         let target = Some(Target::ElementArrayBuffer);
-        self.accessor(triangles, count, ComponentType::U32, Type::Scalar, target)
+        self.accessor(elements, count, ComponentType::U32, Type::Scalar, target)
     }
 
     fn set_range(&mut self, index: Index<Accessor>, min: &[f32], max: &[f32]) -> Index<Accessor> {

@@ -12,7 +12,10 @@ mod error;
 mod format;
 mod gif;
 mod gltf;
+mod gltf_animation;
 mod gltf_builder;
+mod gltf_cloth;
+mod gltf_solid;
 mod mdd;
 mod normals;
 mod npz;
@@ -20,21 +23,30 @@ mod obj;
 mod output;
 mod pc2;
 mod ply;
+mod point_cache;
 mod record;
 mod sequence;
+mod solids;
 mod store;
+mod strands;
 mod topology;
+mod vtk_array;
 mod vtu;
 
 pub use clip::ClipWriter;
-pub use container::{ContainerOptions, ContainerReport, PictureSequence, container_write};
+pub use container::{
+    ContainerOptions, ContainerReport, PictureSequence, container_files, container_write,
+};
 pub use error::FrameError;
 pub use format::{FrameFormat, FrameFormatError};
+pub(crate) use gltf::gltf_mesh_write;
 pub use normals::vertex_normals;
-pub(crate) use obj::obj_write;
-pub(crate) use ply::ply_write;
+pub(crate) use obj::{obj_write, points_write};
+pub(crate) use ply::{Column, ply_write_with};
 pub use record::StoredFrame;
 pub use sequence::{FrameSequenceWriter, PictureMaker};
+pub use solids::FrameSolids;
+pub(crate) use solids::PlacedSolid;
 pub use store::FrameStore;
 pub use topology::{Topology, TopologyCloth};
 

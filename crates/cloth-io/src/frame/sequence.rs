@@ -11,8 +11,8 @@ use super::animation::PictureAnimation;
 use super::obj::obj_write;
 use super::output::output_write;
 use super::ply::ply_write;
-use super::vtu::{pvd_write, vtu_write};
-use super::{Frame, FrameError, FrameFormat, FrameStore, Topology};
+use super::vtu::{VtuLayout, pvd_write, vtu_write};
+use super::{Frame, FrameError, FrameFormat, FrameSolids, FrameStore, Topology};
 use crate::picture::PictureStyle;
 
 /// Makes the picture of a frame, or says why not.
@@ -31,6 +31,9 @@ pub struct FrameSequenceWriter<'a> {
     style: PictureStyle,
     pictures: Option<PictureAnimation<'a>>,
     maker: Option<PictureMaker<'a>>,
+    solids: Option<FrameSolids>,
+    /// The points of [`FrameFormat::Vtu`].
+    layout: Option<VtuLayout>,
 }
 
 impl<'a> FrameSequenceWriter<'a> {
@@ -65,6 +68,8 @@ impl<'a> FrameSequenceWriter<'a> {
             style: PictureStyle::default(),
             pictures: None,
             maker: None,
+            solids: None,
+            layout: (format == FrameFormat::Vtu).then(|| VtuLayout::of(topology)),
         })
     }
 
@@ -80,6 +85,14 @@ impl<'a> FrameSequenceWriter<'a> {
     #[must_use]
     pub fn with_maker(mut self, maker: PictureMaker<'a>) -> Self {
         self.maker = Some(maker);
+        self
+    }
+
+    /// Sets the colliders and rigid bodies that [`FrameFormat::Obj`] and [`FrameFormat::Vtu`] are to show
+    /// beside the cloth.
+    #[must_use]
+    pub fn with_solids(mut self, solids: Option<FrameSolids>) -> Self {
+        self.solids = solids;
         self
     }
 
@@ -110,17 +123,22 @@ impl<'a> FrameSequenceWriter<'a> {
         frame.check(self.topology.particle_count)?;
         let path = self.folder.join(self.file_name(frame.index));
         let topology = self.topology;
+        let solids =
+            || self.solids.as_ref().map(|solids| solids.at(frame.time)).unwrap_or_default();
         match self.format {
             FrameFormat::Obj => output_write(&path, |writer| {
-                obj_write(writer, topology, frame).map_err(FrameError::write(&path))
+                obj_write(writer, topology, frame, &solids()).map_err(FrameError::write(&path))
             })?,
             FrameFormat::Ply => output_write(&path, |writer| {
                 ply_write(writer, topology, frame).map_err(FrameError::write(&path))
             })?,
             FrameFormat::Png => self.picture(&path, frame)?,
             _ => {
+                let layout = self.layout.get_or_insert_with(|| VtuLayout::of(topology));
+                let solids = solids();
                 output_write(&path, |writer| {
-                    vtu_write(writer, topology, frame).map_err(FrameError::write(&path))
+                    let written = vtu_write(writer, topology, layout, frame, &solids);
+                    written.map_err(FrameError::write(&path))
                 })?;
                 self.times.insert(frame.index, frame.time);
                 self.collection()?;

@@ -13,11 +13,13 @@ use super::FrameError;
 pub struct Topology {
     /// Particle indices of each triangle, zero based, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
+    /// Particle indices of each line: springs of ropes and networks, which have no triangles.
+    pub lines: Vec<[u32; 2]>,
     /// Texture coordinates with indices of their own, if any.
     pub texture: Option<TextureMap>,
     /// Number of particles in each frame.
     pub particle_count: usize,
-    /// The cloths; together they cover all particles and triangles.
+    /// The cloths; together they cover all particles, triangles and lines.
     pub cloths: Vec<TopologyCloth>,
     /// Frames in a second of simulated time \[1/s\].
     pub frames_per_second: f64,
@@ -32,6 +34,8 @@ pub struct TopologyCloth {
     pub particles: Range<usize>,
     /// Its triangles, which use only its particles.
     pub triangles: Range<usize>,
+    /// Its lines, which use only its particles.
+    pub lines: Range<usize>,
 }
 
 impl Topology {
@@ -48,17 +52,26 @@ impl Topology {
             name: name.to_owned(),
             particles: 0..particle_count,
             triangles: 0..triangles.len(),
+            lines: 0..0,
         };
-        Self { triangles, texture, particle_count, cloths: vec![cloth], frames_per_second }
+        let (lines, cloths) = (Vec::new(), vec![cloth]);
+        Self { triangles, lines, texture, particle_count, cloths, frames_per_second }
     }
 
-    /// A hash of particle count and triangles, the same on all machines and in all versions. Two
+    /// A hash of particle count, triangles and lines, the same on all machines and in all versions. Two
     /// runs with the same hash can share a [`FrameStore`](crate::FrameStore).
     #[must_use]
     pub fn hash(&self) -> u64 {
         let mut hasher = SipHasher13::new();
         hasher.write(&(self.particle_count as u64).to_le_bytes());
         for index in self.triangles.iter().flatten() {
+            hasher.write(&index.to_le_bytes());
+        }
+        // After an index that no triangle has, so that lines are not taken for triangles.
+        if !self.lines.is_empty() {
+            hasher.write(&u32::MAX.to_le_bytes());
+        }
+        for index in self.lines.iter().flatten() {
             hasher.write(&index.to_le_bytes());
         }
         hasher.finish()
@@ -71,8 +84,8 @@ impl Topology {
     /// [`FrameError::Topology`] naming the part that does not fit.
     pub fn check(&self) -> Result<(), FrameError> {
         let fail = |problem: String| Err(FrameError::Topology { problem });
-        if self.particle_count == 0 || self.triangles.is_empty() {
-            return fail("it has no particles or no triangles".to_owned());
+        if self.particle_count == 0 {
+            return fail("it has no particles".to_owned());
         }
         if u32::try_from(self.particle_count).is_err() {
             return fail("it has more particles than 32 bits can index".to_owned());
@@ -83,6 +96,9 @@ impl Topology {
         let count = self.particle_count;
         if let Some(number) = out_of_range(&self.triangles, count) {
             return fail(format!("triangle {number} uses a particle beyond {count}"));
+        }
+        if let Some(number) = out_of_range(&self.lines, count) {
+            return fail(format!("line {number} uses a particle beyond {count}"));
         }
         if let Some(texture) = &self.texture {
             let count = texture.coordinates.len();
@@ -95,22 +111,40 @@ impl Topology {
         }
         let mut particles_end = 0;
         let mut triangles_end = 0;
+        let mut lines_end = 0;
         for cloth in &self.cloths {
-            let starts = (cloth.particles.start, cloth.triangles.start);
+            let starts = (cloth.particles.start, cloth.triangles.start, cloth.lines.start);
             let triangles = self.triangles.get(cloth.triangles.clone());
+            let lines = self.lines.get(cloth.lines.clone());
             let own = |index: &u32| cloth.particles.contains(&(*index as usize));
-            if starts != (particles_end, triangles_end)
+            if starts != (particles_end, triangles_end, lines_end)
                 || triangles.is_none_or(|triangles| !triangles.iter().flatten().all(own))
+                || lines.is_none_or(|lines| !lines.iter().flatten().all(own))
             {
                 return fail(format!("the ranges of cloth `{}` do not fit", cloth.name));
             }
             particles_end = cloth.particles.end;
             triangles_end = cloth.triangles.end;
+            lines_end = cloth.lines.end;
         }
-        if (particles_end, triangles_end) != (self.particle_count, self.triangles.len()) {
-            return fail("the cloths do not cover all particles and triangles".to_owned());
+        let counts = (self.particle_count, self.triangles.len(), self.lines.len());
+        if (particles_end, triangles_end, lines_end) != counts {
+            return fail("the cloths do not cover all particles, triangles and lines".to_owned());
         }
         Ok(())
+    }
+
+    /// The particles of `cloth` that are in no triangle and no line: formats show them as points.
+    pub(super) fn points(&self, cloth: &TopologyCloth) -> Vec<u32> {
+        let first = cloth.particles.start as u32;
+        let mut used = vec![false; cloth.particles.len()];
+        let triangles = self.triangles[cloth.triangles.clone()].as_flattened();
+        let lines = self.lines[cloth.lines.clone()].as_flattened();
+        for &particle in triangles.iter().chain(lines) {
+            used[(particle - first) as usize] = true;
+        }
+        let numbered = (first..).zip(used);
+        numbered.filter(|&(_, used)| !used).map(|(particle, _)| particle).collect()
     }
 
     /// The texture coordinate of every particle, if there are texture coordinates and no particle
@@ -132,7 +166,7 @@ impl Topology {
     }
 }
 
-/// The first triangle with an index of `count` or more.
-fn out_of_range(triangles: &[[u32; 3]], count: usize) -> Option<usize> {
-    triangles.iter().position(|triangle| triangle.iter().any(|&index| index as usize >= count))
+/// The first triangle or line with an index of `count` or more.
+fn out_of_range<const N: usize>(elements: &[[u32; N]], count: usize) -> Option<usize> {
+    elements.iter().position(|element| element.iter().any(|&index| index as usize >= count))
 }

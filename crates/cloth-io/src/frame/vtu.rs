@@ -1,66 +1,202 @@
 //! Writes a frame as a VTK XML unstructured grid (`.vtu`) and lists the frames with their times in
 //! a collection (`.pvd`), as ParaView reads them.
 
+use std::collections::HashMap;
 use std::io::{self, Write};
 
-use quick_xml::Writer;
-use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event};
+use super::vtk_array::ArrayWriter;
+use super::{Frame, PlacedSolid, Topology, vertex_normals};
 
-use super::{Frame, Topology};
-
-/// Number of VTK's triangle cell type.
+/// Numbers of VTK's cell types.
+const VTK_VERTEX: u8 = 1;
+const VTK_LINE: u8 = 3;
 const VTK_TRIANGLE: u8 = 5;
 
-/// Writes positions \[m\], normals, velocities \[m/s\] if the frame has them, texture coordinates if
-/// no particle has two of them, and the number of the cloth of each triangle. All arrays are
-/// appended raw: little endian, each after its size in bytes as UInt64.
+/// What is the same in all frames: the points and the cells of the cloths.
+pub(super) struct VtuLayout {
+    /// Particle of each point behind the particles: the format has one texture coordinate for each
+    /// point, so a particle on a seam is there once more for each further coordinate.
+    seams: Vec<u32>,
+    /// Texture coordinate of each point, if there are any.
+    coordinates: Option<Vec<[f64; 2]>>,
+    /// Points of each triangle.
+    triangles: Vec<[u32; 3]>,
+    /// Particles in no triangle and no line, with the number of their cloth.
+    vertices: Vec<(u32, i32)>,
+}
+
+impl VtuLayout {
+    pub(super) fn of(topology: &Topology) -> Self {
+        let numbered = (0..).zip(&topology.cloths);
+        let vertices = numbered.flat_map(|(number, cloth)| {
+            topology.points(cloth).into_iter().map(move |point| (point, number))
+        });
+        let mut layout = Self {
+            seams: Vec::new(),
+            coordinates: None,
+            triangles: topology.triangles.clone(),
+            vertices: vertices.collect(),
+        };
+        let Some(texture) = &topology.texture else { return layout };
+        let particle_count = topology.particle_count;
+        let mut first: Vec<Option<u32>> = vec![None; particle_count];
+        let mut coordinates = vec![[0.0; 2]; particle_count];
+        let mut further = HashMap::new();
+        let corners = layout.triangles.as_flattened_mut().iter_mut();
+        for (corner, &index) in corners.zip(texture.triangles.as_flattened()) {
+            let particle = *corner as usize;
+            let coordinate = texture.coordinates[index as usize];
+            if first[particle].is_none() {
+                first[particle] = Some(index);
+                coordinates[particle] = coordinate;
+            }
+            if coordinates[particle] == coordinate {
+                continue;
+            }
+            let bits = coordinate.map(f64::to_bits);
+            *corner = *further.entry((particle, bits)).or_insert_with(|| {
+                layout.seams.push(particle as u32);
+                coordinates.push(coordinate);
+                coordinates.len() as u32 - 1
+            });
+        }
+        layout.coordinates = Some(coordinates);
+        layout
+    }
+}
+
+/// Writes positions \[m\], normals, velocities \[m/s\] if the frame has them and texture coordinates if
+/// there are any; for each cell the number of its cloth and, if there are `solids`, of its solid, -1 for
+/// none. Points that are no particle by their index have it in the array `particle`, -1 for those of a
+/// solid. All arrays are appended raw: little endian, each after its size in bytes as UInt64.
 pub(super) fn vtu_write(
     writer: &mut impl Write,
     topology: &Topology,
+    layout: &VtuLayout,
     frame: &Frame<'_>,
+    solids: &[PlacedSolid<'_>],
 ) -> io::Result<()> {
+    let cells = Cells::of(topology, layout, solids);
+    let solid_points: usize = solids.iter().map(|solid| solid.positions.len()).sum();
+    let particle_count = frame.positions.len();
+    let point_count = particle_count + layout.seams.len() + solid_points;
+    // Cloth first, then seams, then the solids, for which `of_solids` has an array or zeros.
+    let vectors = |of_cloth: &[[f64; 3]], of_solids: Option<Vec<[f64; 3]>>| {
+        let seams = layout.seams.iter().map(|&particle| of_cloth[particle as usize]);
+        let mut all: Vec<[f64; 3]> = of_cloth.iter().copied().chain(seams).collect();
+        all.extend(of_solids.unwrap_or_default());
+        all.resize(point_count, [0.0; 3]);
+        floats(&all)
+    };
     let mut arrays = ArrayWriter::new(writer)?;
-    let grid = [("type", "UnstructuredGrid")];
-    arrays.start_file(&grid)?;
+    arrays.start_file(&[("type", "UnstructuredGrid")])?;
     arrays.start("UnstructuredGrid", &[])?;
     arrays.start("FieldData", &[])?;
     arrays.time(frame.time)?;
     arrays.end("FieldData")?;
-    let points = frame.positions.len().to_string();
-    let cells = topology.triangles.len().to_string();
-    arrays.start("Piece", &[("NumberOfPoints", &points), ("NumberOfCells", &cells)])?;
+    let counts = [point_count, cells.types.len()].map(|count| count.to_string());
+    arrays.start("Piece", &[("NumberOfPoints", &counts[0]), ("NumberOfCells", &counts[1])])?;
 
-    arrays.start("PointData", &[("Normals", "normal"), ("Vectors", "velocity")])?;
+    // What ParaView takes without being asked.
+    let mut active = vec![("Normals", "normal")];
+    if layout.coordinates.is_some() {
+        active.push(("TCoords", "texture"));
+    }
+    if frame.velocities.is_some() {
+        active.push(("Vectors", "velocity"));
+    }
+    arrays.start("PointData", &active)?;
     let normals = frame.normals_or_computed(&topology.triangles);
-    arrays.array("normal", "Float32", 3, floats(&normals))?;
-    if let Some(texture) = topology.texture_of_particles() {
-        arrays.array("texture", "Float32", 2, floats(&texture))?;
+    let solid_normals = solids.iter().flat_map(|s| vertex_normals(&s.positions, s.triangles));
+    arrays.array("normal", "Float32", 3, vectors(&normals, Some(solid_normals.collect())))?;
+    if let Some(coordinates) = &layout.coordinates {
+        let mut coordinates = coordinates.clone();
+        coordinates.resize(point_count, [0.0; 2]);
+        arrays.array("texture", "Float32", 2, floats(&coordinates))?;
     }
     if let Some(velocities) = frame.velocities {
-        arrays.array("velocity", "Float32", 3, floats(velocities))?;
+        arrays.array("velocity", "Float32", 3, vectors(velocities, None))?;
+    }
+    if point_count != particle_count {
+        let seams = layout.seams.iter().map(|&particle| particle as i32);
+        let mut particles: Vec<i32> = (0..particle_count as i32).chain(seams).collect();
+        particles.resize(point_count, -1);
+        arrays.array("particle", "Int32", 1, integers(&particles))?;
     }
     arrays.end("PointData")?;
 
     arrays.start("CellData", &[])?;
-    arrays.array("cloth", "Int32", 1, cloth_numbers(topology))?;
+    arrays.array("cloth", "Int32", 1, integers(&cells.cloths))?;
+    if !solids.is_empty() {
+        arrays.array("solid", "Int32", 1, integers(&cells.solids))?;
+    }
     arrays.end("CellData")?;
 
     arrays.start("Points", &[])?;
-    arrays.array("position", "Float32", 3, floats(frame.positions))?;
+    let solid_positions = solids.iter().flat_map(|solid| solid.positions.iter().copied());
+    let positions = vectors(frame.positions, Some(solid_positions.collect()));
+    arrays.array("position", "Float32", 3, positions)?;
     arrays.end("Points")?;
 
     arrays.start("Cells", &[])?;
-    let corners = topology.triangles.iter().flatten();
-    let connectivity = corners.flat_map(|&index| i64::from(index).to_le_bytes());
-    arrays.array("connectivity", "Int64", 1, connectivity.collect())?;
-    let offsets = (1..=topology.triangles.len()).flat_map(|cell| (3 * cell as i64).to_le_bytes());
-    arrays.array("offsets", "Int64", 1, offsets.collect())?;
-    arrays.array("types", "UInt8", 1, vec![VTK_TRIANGLE; topology.triangles.len()])?;
+    arrays.array("connectivity", "Int64", 1, cells.connectivity)?;
+    arrays.array("offsets", "Int64", 1, cells.offsets)?;
+    arrays.array("types", "UInt8", 1, cells.types)?;
     arrays.end("Cells")?;
 
     arrays.end("Piece")?;
     arrays.end("UnstructuredGrid")?;
     arrays.append()
+}
+
+/// The arrays of all cells: triangles, lines and points of the cloths, triangles of the solids.
+#[derive(Default)]
+struct Cells {
+    connectivity: Vec<u8>,
+    offsets: Vec<u8>,
+    types: Vec<u8>,
+    /// Number of the cloth of each cell, -1 for none.
+    cloths: Vec<i32>,
+    /// Number of the solid of each cell, -1 for none.
+    solids: Vec<i32>,
+    end: i64,
+}
+
+impl Cells {
+    fn of(topology: &Topology, layout: &VtuLayout, solids: &[PlacedSolid<'_>]) -> Self {
+        let mut cells = Self::default();
+        for (number, cloth) in (0..).zip(&topology.cloths) {
+            for triangle in &layout.triangles[cloth.triangles.clone()] {
+                cells.add(VTK_TRIANGLE, triangle, [number, -1]);
+            }
+        }
+        for (number, cloth) in (0..).zip(&topology.cloths) {
+            for line in &topology.lines[cloth.lines.clone()] {
+                cells.add(VTK_LINE, line, [number, -1]);
+            }
+        }
+        for &(point, number) in &layout.vertices {
+            cells.add(VTK_VERTEX, &[point], [number, -1]);
+        }
+        let mut start = (topology.particle_count + layout.seams.len()) as u32;
+        for (number, solid) in (0..).zip(solids) {
+            for triangle in solid.triangles {
+                cells.add(VTK_TRIANGLE, &triangle.map(|index| start + index), [-1, number]);
+            }
+            start += solid.positions.len() as u32;
+        }
+        cells
+    }
+
+    fn add(&mut self, cell_type: u8, points: &[u32], [cloth, solid]: [i32; 2]) {
+        let bytes = points.iter().flat_map(|&point| i64::from(point).to_le_bytes());
+        self.connectivity.extend(bytes);
+        self.end += points.len() as i64;
+        self.offsets.extend(self.end.to_le_bytes());
+        self.types.push(cell_type);
+        self.cloths.push(cloth);
+        self.solids.push(solid);
+    }
 }
 
 /// Writes the collection of `frames`: time \[s\] and file name of each.
@@ -80,94 +216,10 @@ pub(super) fn pvd_write<'a>(
     arrays.end("VTKFile")
 }
 
-/// Writes the XML part and gathers the arrays that follow it.
-struct ArrayWriter<W: Write> {
-    xml: Writer<W>,
-    arrays: Vec<Vec<u8>>,
-    offset: usize,
-}
-
-impl<W: Write> ArrayWriter<W> {
-    fn new(writer: W) -> io::Result<Self> {
-        let mut xml = Writer::new_with_indent(writer, b' ', 1);
-        xml.write_event(Event::Decl(BytesDecl::new("1.0", None, None)))?;
-        Ok(Self { xml, arrays: Vec::new(), offset: 0 })
-    }
-
-    fn start_file(&mut self, attributes: &[(&str, &str)]) -> io::Result<()> {
-        let common =
-            [("version", "1.0"), ("byte_order", "LittleEndian"), ("header_type", "UInt64")];
-        self.start("VTKFile", &[attributes, &common].concat())
-    }
-
-    fn start(&mut self, name: &str, attributes: &[(&str, &str)]) -> io::Result<()> {
-        let start = BytesStart::new(name).with_attributes(attributes.iter().copied());
-        self.xml.write_event(Event::Start(start))
-    }
-
-    fn empty(&mut self, name: &str, attributes: &[(&str, &str)]) -> io::Result<()> {
-        let start = BytesStart::new(name).with_attributes(attributes.iter().copied());
-        self.xml.write_event(Event::Empty(start))
-    }
-
-    fn end(&mut self, name: &str) -> io::Result<()> {
-        self.xml.write_event(Event::End(BytesEnd::new(name)))
-    }
-
-    fn time(&mut self, time: f64) -> io::Result<()> {
-        let attributes = [
-            ("type", "Float64"),
-            ("Name", "TimeValue"),
-            ("NumberOfTuples", "1"),
-            ("format", "ascii"),
-        ];
-        self.start("DataArray", &attributes)?;
-        self.xml.write_event(Event::Text(BytesText::new(&time.to_string())))?;
-        self.end("DataArray")
-    }
-
-    fn array(
-        &mut self,
-        name: &str,
-        number_type: &str,
-        components: usize,
-        bytes: Vec<u8>,
-    ) -> io::Result<()> {
-        let attributes = [
-            ("type", number_type),
-            ("Name", name),
-            ("NumberOfComponents", &components.to_string()),
-            ("format", "appended"),
-            ("offset", &self.offset.to_string()),
-        ];
-        self.empty("DataArray", &attributes)?;
-        self.offset += size_of::<u64>() + bytes.len();
-        self.arrays.push(bytes);
-        Ok(())
-    }
-
-    fn append(mut self) -> io::Result<()> {
-        self.start("AppendedData", &[("encoding", "raw")])?;
-        let writer = self.xml.get_mut();
-        // The underscore marks where offsets count from.
-        writer.write_all(b"\n_")?;
-        for array in &self.arrays {
-            writer.write_all(&(array.len() as u64).to_le_bytes())?;
-            writer.write_all(array)?;
-        }
-        writer.write_all(b"\n</AppendedData>\n</VTKFile>\n")
-    }
-}
-
 fn floats<const N: usize>(values: &[[f64; N]]) -> Vec<u8> {
-    let values = values.iter().flatten();
-    values.flat_map(|&value| (value as f32).to_le_bytes()).collect()
+    values.as_flattened().iter().flat_map(|&value| (value as f32).to_le_bytes()).collect()
 }
 
-fn cloth_numbers(topology: &Topology) -> Vec<u8> {
-    let cloths = (0i32..).zip(&topology.cloths);
-    cloths
-        .flat_map(|(number, cloth)| cloth.triangles.clone().map(move |_| number))
-        .flat_map(i32::to_le_bytes)
-        .collect()
+fn integers(values: &[i32]) -> Vec<u8> {
+    values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }

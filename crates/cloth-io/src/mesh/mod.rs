@@ -1,4 +1,4 @@
-//! Triangle meshes from OBJ, PLY and glTF files, and into OBJ and PLY files.
+//! Triangle meshes from OBJ, PLY and glTF files, and into the same.
 //!
 //! Every reader keeps the vertices in file order with their file indices, because pins and
 //! constraints of a scene refer to them, and every reader checks the mesh before it hands it out:
@@ -24,7 +24,9 @@ pub use error::{MeshError, MeshPlace};
 pub use gltf::mesh_read_gltf;
 pub use obj::mesh_read_obj;
 pub use ply::mesh_read_ply;
-pub use write::{MESH_WRITE_EXTENSIONS, mesh_write, mesh_write_obj, mesh_write_ply};
+pub use write::{
+    MESH_WRITE_EXTENSIONS, mesh_write, mesh_write_gltf, mesh_write_obj, mesh_write_ply,
+};
 
 /// File name extensions that [`mesh_read`] knows, lower case, without the dot.
 pub const MESH_EXTENSIONS: &[&str] = &["obj", "ply", "gltf", "glb"];

@@ -74,7 +74,7 @@ fn attributes(element: &ElementDef, count: usize) -> Vec<VertexAttribute> {
 }
 
 /// Whether the property of vertices with this name is none that has a meaning of its own.
-fn is_attribute(name: &str) -> bool {
+pub(super) fn is_attribute(name: &str) -> bool {
     const KNOWN: [&str; 12] =
         ["x", "y", "z", "nx", "ny", "nz", "s", "t", "u", "v", "texture_u", "texture_v"];
     !KNOWN.contains(&name)

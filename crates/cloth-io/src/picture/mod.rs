@@ -25,6 +25,7 @@ pub use camera::{Bounds, Camera};
 pub use error::PictureError;
 pub use shape::{PictureShape, PictureShapes};
 pub use style::{PictureStyle, picture_palette};
+pub(crate) use tessellation::Tessellation;
 
 /// Largest width and height of a picture \[pixel\].
 pub const PICTURE_SIDE_LIMIT: u32 = 8192;

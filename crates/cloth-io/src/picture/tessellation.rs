@@ -8,12 +8,12 @@ use super::PictureShape;
 
 /// Triangles of a shape.
 #[derive(Default)]
-pub(super) struct Tessellation {
+pub(crate) struct Tessellation {
     /// Positions \[m\].
-    pub(super) positions: Vec<[f64; 3]>,
+    pub(crate) positions: Vec<[f64; 3]>,
     /// Unit normals.
-    pub(super) normals: Vec<[f64; 3]>,
-    pub(super) triangles: Vec<[u32; 3]>,
+    pub(crate) normals: Vec<[f64; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
 }
 
 /// Segments around a ball.
@@ -25,7 +25,7 @@ const FACE_STEPS: u32 = 16;
 
 impl Tessellation {
     /// The triangles of `shape`; a plane, which has no end, gives none.
-    pub(super) fn of(shape: &PictureShape) -> Self {
+    pub(crate) fn of(shape: &PictureShape) -> Self {
         match shape {
             PictureShape::Sphere { center, radius } => {
                 round(DVec3::from(*center), DVec3::from(*center), *radius)

@@ -9,9 +9,11 @@ pub(crate) fn topology() -> Topology {
         name: name.to_owned(),
         particles: 4 * number..4 * number + 4,
         triangles: 2 * number..2 * number + 2,
+        lines: 0..0,
     };
     Topology {
         triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]],
+        lines: Vec::new(),
         texture: Some(TextureMap {
             coordinates: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.5]],
             triangles: vec![[0, 1, 2], [0, 2, 3], [0, 1, 2], [4, 2, 3]],

@@ -1,0 +1,85 @@
+//! The XML files of VTK: a tree of elements, and arrays that follow it as they are in memory.
+
+use std::io::{self, Write};
+
+use quick_xml::Writer;
+use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event};
+
+/// Writes the XML part and gathers the arrays that follow it.
+pub(super) struct ArrayWriter<W: Write> {
+    xml: Writer<W>,
+    arrays: Vec<Vec<u8>>,
+    offset: usize,
+}
+
+impl<W: Write> ArrayWriter<W> {
+    pub(super) fn new(writer: W) -> io::Result<Self> {
+        let mut xml = Writer::new_with_indent(writer, b' ', 1);
+        xml.write_event(Event::Decl(BytesDecl::new("1.0", None, None)))?;
+        Ok(Self { xml, arrays: Vec::new(), offset: 0 })
+    }
+
+    pub(super) fn start_file(&mut self, attributes: &[(&str, &str)]) -> io::Result<()> {
+        let common =
+            [("version", "1.0"), ("byte_order", "LittleEndian"), ("header_type", "UInt64")];
+        self.start("VTKFile", &[attributes, &common].concat())
+    }
+
+    pub(super) fn start(&mut self, name: &str, attributes: &[(&str, &str)]) -> io::Result<()> {
+        let start = BytesStart::new(name).with_attributes(attributes.iter().copied());
+        self.xml.write_event(Event::Start(start))
+    }
+
+    pub(super) fn empty(&mut self, name: &str, attributes: &[(&str, &str)]) -> io::Result<()> {
+        let start = BytesStart::new(name).with_attributes(attributes.iter().copied());
+        self.xml.write_event(Event::Empty(start))
+    }
+
+    pub(super) fn end(&mut self, name: &str) -> io::Result<()> {
+        self.xml.write_event(Event::End(BytesEnd::new(name)))
+    }
+
+    pub(super) fn time(&mut self, time: f64) -> io::Result<()> {
+        let attributes = [
+            ("type", "Float64"),
+            ("Name", "TimeValue"),
+            ("NumberOfTuples", "1"),
+            ("format", "ascii"),
+        ];
+        self.start("DataArray", &attributes)?;
+        self.xml.write_event(Event::Text(BytesText::new(&time.to_string())))?;
+        self.end("DataArray")
+    }
+
+    pub(super) fn array(
+        &mut self,
+        name: &str,
+        number_type: &str,
+        components: usize,
+        bytes: Vec<u8>,
+    ) -> io::Result<()> {
+        let attributes = [
+            ("type", number_type),
+            ("Name", name),
+            ("NumberOfComponents", &components.to_string()),
+            ("format", "appended"),
+            ("offset", &self.offset.to_string()),
+        ];
+        self.empty("DataArray", &attributes)?;
+        self.offset += size_of::<u64>() + bytes.len();
+        self.arrays.push(bytes);
+        Ok(())
+    }
+
+    pub(super) fn append(mut self) -> io::Result<()> {
+        self.start("AppendedData", &[("encoding", "raw")])?;
+        let writer = self.xml.get_mut();
+        // The underscore marks where offsets count from.
+        writer.write_all(b"\n_")?;
+        for array in &self.arrays {
+            writer.write_all(&(array.len() as u64).to_le_bytes())?;
+            writer.write_all(array)?;
+        }
+        writer.write_all(b"\n</AppendedData>\n</VTKFile>\n")
+    }
+}
