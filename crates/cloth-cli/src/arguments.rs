@@ -99,7 +99,7 @@ pub(crate) struct RunArguments {
     /// Write every so many frames into the output formats.
     #[arg(long, value_name = "N", default_value = "1")]
     pub(crate) frame_stride: NonZeroUsize,
-    /// Size of pictures in pixels; animated ones are scaled down to 640 pixels at most.
+    /// Size of pictures in pixels; animated ones are scaled down to 800 pixels at most.
     #[arg(long, value_name = "WxH", default_value = "800x450")]
     pub(crate) picture_size: PictureSize,
     /// Draw pictures through the GPU where there is one, in the look of `cloth view`.

@@ -2,9 +2,10 @@
 //!
 //! - [`mesh_read`] reads triangle meshes from OBJ, PLY and glTF files, [`mesh_write`] writes them.
 //! - [`FrameStore`] keeps all frames of a run; [`FrameSequenceWriter`] and [`container_write`] turn
-//!   frames into [formats](FrameFormat) of other programs.
+//!   frames into [formats](FrameFormat) of other programs; a [`FramePipeline`] does so while the next
+//!   frames are computed.
 //! - [`ClipWriter`] makes one animated file of pictures of any renderer.
-//! - [`Picture`] renders cloth and colliders without a graphics card.
+//! - [`Picture`] and [`PictureRenderer`] render cloth and colliders without a graphics card.
 //! - [`file_open`] and [`file_read`] read regular files alone, so that no pipe is waited for.
 //! - [`file_replace`] writes any file so that it is either complete or as it was.
 
@@ -16,14 +17,15 @@ mod picture;
 pub use file::{file_open, file_read, file_replace};
 pub use frame::{
     ClipWriter, ContainerOptions, ContainerReport, Frame, FrameError, FrameFormat,
-    FrameFormatError, FrameSequenceWriter, FrameSolids, FrameStore, PictureMaker, PictureSequence,
-    StoredFrame, Topology, TopologyCloth, container_files, container_write, vertex_normals,
+    FrameFormatError, FramePipeline, FrameSequenceWriter, FrameSolids, FrameStore, PictureMaker,
+    PictureSequence, StoredFrame, Topology, TopologyCloth, container_files, container_write,
+    vertex_normals,
 };
 pub use mesh::{
     MESH_EXTENSIONS, MESH_WRITE_EXTENSIONS, MeshError, MeshPlace, mesh_read, mesh_read_gltf,
     mesh_read_obj, mesh_read_ply, mesh_write, mesh_write_gltf, mesh_write_obj, mesh_write_ply,
 };
 pub use picture::{
-    Bounds, Camera, PICTURE_SIDE_LIMIT, Picture, PictureCloth, PictureError, PictureScene,
-    PictureShape, PictureShapes, PictureStyle, picture_palette,
+    Bounds, Camera, PICTURE_SIDE_LIMIT, Picture, PictureCloth, PictureError, PictureRenderer,
+    PictureScene, PictureShape, PictureShapes, PictureStyle, picture_palette,
 };

@@ -82,6 +82,42 @@ fn the_floor_is_below_the_horizon_and_receives_shadow() {
     assert!(right > 20 && 2 * right > shadowed.len(), "{right} of {}", shadowed.len());
 }
 
+/// The size of the tiles used to follow that of everything in the picture, so that they grew and
+/// shrank while the cloth moved.
+#[test]
+fn the_floor_keeps_its_tiles_while_the_cloth_moves() {
+    let floor = PictureShape::Plane { normal: [0.0, 0.0, 1.0], offset: -0.55 };
+    let camera = Camera { eye: [0.0, -4.0, 1.5], ..camera() };
+    let with_cloth_of = |scale: f64, shift: f64| {
+        let positions: Vec<_> = square(0.0)
+            .iter()
+            .map(|p| [scale * p[0] + shift, scale * p[1], scale * p[2]])
+            .collect();
+        let cloths = vec![PictureCloth { triangles: 0..2, color: [200, 20, 20] }];
+        let shapes = std::slice::from_ref(&floor);
+        let scene = PictureScene {
+            positions: &positions,
+            triangles: &TRIANGLES,
+            texture: None,
+            cloths,
+            shapes,
+        };
+        Picture::render(&scene, &camera, &style()).unwrap()
+    };
+    let first = with_cloth_of(0.4, 0.0);
+    let mut shades = Vec::new();
+    for next in [with_cloth_of(0.9, 0.0), with_cloth_of(0.15, 0.3)] {
+        // Beside the cloth and its shadow, where soft shadows change a little and tiles would a lot.
+        for (x, y) in (0..20).flat_map(|x| (60..STYLE.1).map(move |y| (x, y))) {
+            let (a, b) = (first.get_pixel(x, y)[1], next.get_pixel(x, y)[1]);
+            assert!(a.abs_diff(b) < 6, "pixel {x}, {y}: {a} and {b}");
+            shades.push(a);
+        }
+    }
+    let contrast = shades.iter().max().unwrap() - shades.iter().min().unwrap();
+    assert!(contrast > 10, "there are tiles: {contrast}");
+}
+
 #[test]
 fn front_and_back_of_a_cloth_differ() {
     let front = render(&square(0.0), &[]).unwrap();

@@ -84,14 +84,14 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         progress.frame(simulation.frame(), &summary);
         let every = arguments.checkpoint_every;
         if ended.is_ok() && every > 0 && simulation.frame().is_multiple_of(every) {
-            ended = checkpoint_write(&mut simulation, &outputs, &folder);
+            ended = checkpoint_write(&mut simulation, &mut outputs, &folder);
         }
     }
     progress.finish();
 
     // After an error the checkpoint from before is the better place to continue from.
     if ended.is_ok() {
-        ended = checkpoint_write(&mut simulation, &outputs, &folder);
+        ended = checkpoint_write(&mut simulation, &mut outputs, &folder);
     }
     let mut lines = summary.lines(start.elapsed());
     if ended.is_ok() && !simulation.is_finished() {
@@ -179,7 +179,7 @@ fn style(simulation: &Simulation, poses: PoseLog, arguments: &RunArguments) -> P
 /// Writes a checkpoint, once the frames up to it are safe.
 fn checkpoint_write(
     simulation: &mut Simulation,
-    outputs: &Outputs<'_>,
+    outputs: &mut Outputs<'_>,
     folder: &RunFolder,
 ) -> Result<(), Failure> {
     outputs.sync()?;

@@ -1,12 +1,12 @@
 //! The frames of a run on their way into files.
 
-use std::{cell::RefCell, fs::File, io::Write, path::PathBuf, rc::Rc};
+use std::{fs::File, io::Write, path::PathBuf};
 
 use cloth::{
     PoseLog, State,
     io::{
-        ContainerOptions, Frame, FrameFormat, FrameSequenceWriter, FrameSolids, FrameStore,
-        PictureMaker, PictureSequence, PictureStyle, Topology, container_files, container_write,
+        ContainerOptions, Frame, FrameFormat, FramePipeline, FrameSolids, FrameStore, PictureMaker,
+        PictureSequence, PictureStyle, Topology, container_files, container_write,
     },
     pose_line,
 };
@@ -19,7 +19,7 @@ use crate::{
 };
 
 /// Longer side of animated pictures \[pixel\]: larger ones are too slow to load and to show.
-const ANIMATION_SIDE_LIMIT: u32 = 640;
+const ANIMATION_SIDE_LIMIT: u32 = 800;
 
 /// All outputs of a run.
 pub(super) struct Outputs<'a> {
@@ -27,17 +27,19 @@ pub(super) struct Outputs<'a> {
     store: FrameStore,
     /// Where rigid bodies are, which nothing else tells.
     poses: Option<(PathBuf, File)>,
-    sequences: Vec<FrameSequenceWriter<'a>>,
+    /// Writes files of single frames, pictures among them, while the next frames are computed.
+    pipeline: FramePipeline,
     /// Formats that are made at the end.
     containers: Vec<FrameFormat>,
     /// Folders and files that the user can look at, the best first.
     sequence_folders: Vec<PathBuf>,
     frame_stride: usize,
-    style: PictureStyle,
-    /// Pictures that animations can be made from.
-    picture_sequence: Option<PictureSequence>,
+    /// How animated pictures look, and the pictures that they are made of.
+    animation: (PictureStyle, Option<PictureSequence>),
+    /// Holds the pictures of animations if nobody asked for them; it goes with the run.
+    _drawn: Option<TempDir>,
     /// What draws pictures in place of the renderer of `cloth::io`.
-    maker: Option<Rc<RefCell<PictureMaker<'a>>>>,
+    maker: Option<PictureMaker<'a>>,
     /// What formats that can are to show beside the cloth.
     solids: Option<FrameSolids>,
 }
@@ -119,50 +121,58 @@ impl<'a> Outputs<'a> {
         maker: Option<PictureMaker<'a>>,
         arguments: &RunArguments,
     ) -> Result<Self, Failure> {
-        let maker = maker.map(|maker| Rc::new(RefCell::new(maker)));
-        let mut sequences = Vec::new();
+        let mut pipeline = FramePipeline::new(topology, arguments.threads)?;
         let mut sequence_folders = Vec::new();
-        let mut containers = Vec::new();
-        for &format in &arguments.format.0 {
-            if !format.is_sequence() {
-                containers.push(format);
-                continue;
-            }
+        for &format in arguments.format.0.iter().filter(|format| format.is_sequence()) {
             let path = folder.sequence(format);
-            let mut writer = FrameSequenceWriter::new(format, &path, folder.name(), topology)?;
-            if format == FrameFormat::Png
-                && let Some(maker) = &maker
-            {
-                writer = writer.with_maker(shared(maker));
+            if format == FrameFormat::Png {
+                let sequence = pictures(folder, path.clone());
+                pipeline.add_pictures(&sequence, &style)?;
+            } else {
+                pipeline.add_geometry(format, &path, folder.name(), &store)?;
             }
-            sequences.push(writer.with_style(style.clone()).resume(&store)?);
             sequence_folders.push(path);
         }
-        // The pictures before a resumed part may have been made with another size or scene.
-        let is_reusable = arguments.format.0.contains(&FrameFormat::Png) && !arguments.resume;
-        let picture_sequence = is_reusable.then(|| PictureSequence {
-            folder: folder.sequence(FrameFormat::Png),
-            name: folder.name().to_owned(),
-        });
+        let formats = arguments.format.0.iter().copied();
+        let containers: Vec<_> = formats.filter(|format| !format.is_sequence()).collect();
+        // Animations are made of the pictures of frames if these are there and have the right size;
+        // those before a resumed part may have been made with another size or scene.
+        let animated = animation_style(&style);
+        let has_pictures = arguments.format.0.contains(&FrameFormat::Png) && !arguments.resume;
+        let is_same_size = (animated.width, animated.height) == (style.width, style.height);
+        let mut drawn = None;
+        let mut sequence = None;
+        if containers.iter().any(|format| format.is_picture()) {
+            if has_pictures && is_same_size {
+                sequence = Some(pictures(folder, folder.sequence(FrameFormat::Png)));
+            } else {
+                let root = TempDir::new_in(&folder.root).map_err(WriteError::of(&folder.root))?;
+                let own = pictures(folder, root.path().to_owned());
+                pipeline.add_pictures(&own, &animated)?;
+                (sequence, drawn) = (Some(own), Some(root));
+            }
+        }
+        let is_drawing = sequence.is_some() || arguments.format.0.contains(&FrameFormat::Png);
         Ok(Self {
             topology,
             store,
             poses: None,
-            sequences,
+            pipeline,
             containers,
             sequence_folders,
             frame_stride: arguments.frame_stride.get(),
-            style,
-            picture_sequence,
-            maker,
+            animation: (animated, sequence),
+            _drawn: drawn,
+            maker: maker.filter(|_| is_drawing),
             solids: None,
         })
     }
 
     /// Shows `solids` in the formats that can.
     pub(super) fn with_solids(mut self, solids: Option<FrameSolids>) -> Self {
-        let sequences = self.sequences.into_iter();
-        self.sequences = sequences.map(|writer| writer.with_solids(solids.clone())).collect();
+        if let Some(solids) = &solids {
+            self.pipeline.solids_set(solids);
+        }
         self.solids = solids;
         self
     }
@@ -187,47 +197,47 @@ impl<'a> Outputs<'a> {
             normals: Some(normals),
             ..Frame::new(frame, state.time, &state.positions)
         };
-        for sequence in &mut self.sequences {
-            sequence.write(&frame)?;
+        let picture = match &mut self.maker {
+            Some(maker) => Some(maker(&frame).map_err(Failure::other)?),
+            None => None,
+        };
+        Ok(self.pipeline.write(&frame, picture)?)
+    }
+
+    /// Waits until the files of all frames are written, and those in the store survive a loss of
+    /// power.
+    pub(super) fn sync(&mut self) -> Result<(), Failure> {
+        self.pipeline.finish()?;
+        Ok(self.store.sync()?)
+    }
+
+    /// Draws the pictures of animations that an earlier part of the run did not leave, if it is not
+    /// the renderer of `cloth::io` that draws.
+    fn earlier_drawn(&mut self) -> Result<(), Failure> {
+        let (Some(maker), (_, Some(sequence))) = (&mut self.maker, &self.animation) else {
+            return Ok(());
+        };
+        for index in (0..self.store.len()).step_by(self.frame_stride) {
+            let file = sequence.file(index);
+            if !file.exists() {
+                let stored = self.store.frame(index)?;
+                let positions = stored.positions_f64();
+                let frame = Frame::new(index as u64, stored.time, &positions);
+                maker(&frame).and_then(|image| Ok(image.save(&file)?)).map_err(Failure::other)?;
+            }
         }
         Ok(())
     }
 
-    /// Waits until all frames in the store survive a loss of power.
-    pub(super) fn sync(&self) -> Result<(), Failure> {
-        Ok(self.store.sync()?)
-    }
-
-    /// Draws all frames with the maker of pictures into a folder, if there is one and clips need it.
-    fn drawn(&self, folder: &RunFolder) -> Result<Option<TempDir>, Failure> {
-        let is_clip = self.containers.iter().any(|format| format.is_picture());
-        let Some(maker) = self.maker.as_ref().filter(|_| is_clip) else { return Ok(None) };
-        if self.picture_sequence.is_some() {
-            return Ok(None);
-        }
-        let drawn = TempDir::new_in(&folder.root).map_err(WriteError::of(&folder.root))?;
-        let (format, name) = (FrameFormat::Png, folder.name());
-        let mut writer = FrameSequenceWriter::new(format, drawn.path(), name, self.topology)?
-            .with_style(self.style.clone())
-            .with_maker(shared(maker));
-        for index in (0..self.store.len()).filter(|index| index.is_multiple_of(self.frame_stride)) {
-            let frame = self.store.frame(index)?;
-            writer.write(&Frame::new(index as u64, frame.time, &frame.positions_f64()))?;
-        }
-        Ok(Some(drawn))
-    }
-
     /// Makes the formats with all frames in one file, and says where to look.
-    pub(super) fn finish(&self, folder: &RunFolder) -> Result<String, Failure> {
-        let drawn = self.drawn(folder)?;
-        let drawn_sequence = drawn.as_ref().map(|drawn| PictureSequence {
-            folder: drawn.path().to_owned(),
-            name: folder.name().to_owned(),
-        });
+    pub(super) fn finish(&mut self, folder: &RunFolder) -> Result<String, Failure> {
+        let pipeline = self.pipeline.finish();
+        let drawn = self.earlier_drawn();
+        let (style, picture_sequence) = self.animation.clone();
         let options = ContainerOptions {
             frame_stride: (self.frame_stride > 1).then_some(self.frame_stride),
-            style: animation_style(&self.style),
-            picture_sequence: drawn_sequence.or_else(|| self.picture_sequence.clone()),
+            style,
+            picture_sequence,
             solids: self.solids.clone(),
             ..ContainerOptions::default()
         };
@@ -243,6 +253,9 @@ impl<'a> Outputs<'a> {
             }
             files.extend(report.files.iter().map(|path| format!("`{}`", path.display())));
         }
+        // What there is of the frames is worth having, with an error too.
+        pipeline?;
+        drawn?;
         files.extend(self.sequence_folders.iter().map(|path| format!("`{}`", path.display())));
         if files.is_empty() {
             let store = folder.root.display();
@@ -263,10 +276,9 @@ fn caches_remove(folder: &RunFolder, topology: &Topology) -> Result<(), WriteErr
     Ok(())
 }
 
-/// A maker of pictures that others use, too.
-fn shared<'a>(maker: &Rc<RefCell<PictureMaker<'a>>>) -> PictureMaker<'a> {
-    let maker = Rc::clone(maker);
-    Box::new(move |frame| (maker.borrow_mut())(frame))
+/// The pictures of the run in `folder` that lie in the folder `path`.
+fn pictures(folder: &RunFolder, path: PathBuf) -> PictureSequence {
+    PictureSequence { folder: path, name: folder.name().to_owned() }
 }
 
 /// `style` with sides of at most [`ANIMATION_SIDE_LIMIT`].
@@ -286,9 +298,10 @@ mod tests {
             let style = animation_style(&PictureStyle { width, height, ..PictureStyle::default() });
             [style.width, style.height]
         };
-        assert_eq!(size(800, 450), [640, 360]);
-        assert_eq!(size(450, 800), [360, 640]);
+        assert_eq!(size(1280, 720), [800, 450]);
+        assert_eq!(size(720, 1280), [450, 800]);
+        assert_eq!(size(800, 450), [800, 450]);
         assert_eq!(size(32, 18), [32, 18]);
-        assert_eq!(size(8192, 1), [640, 1]);
+        assert_eq!(size(8192, 1), [800, 1]);
     }
 }

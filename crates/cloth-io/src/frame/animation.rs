@@ -11,25 +11,30 @@ use super::container::ContainerSource;
 use super::strands::PictureMesh;
 use super::{FrameError, FrameStore, Topology};
 use crate::picture::{
-    Bounds, Camera, Picture, PictureCloth, PictureError, PictureScene, PictureStyle,
+    Bounds, Camera, PictureCloth, PictureError, PictureRenderer, PictureScene, PictureStyle,
     picture_palette,
 };
 
 /// Pixels of the pictures that are made at the same time, which limits the memory that they take.
 const BATCH_PIXELS: usize = 8 << 20;
 
-/// The renderer of a run.
-pub(super) struct PictureAnimation<'a> {
-    topology: &'a Topology,
-    style: PictureStyle,
-    camera: Camera,
+/// How many pictures of that size \[pixel\] are made at the same time.
+pub(super) fn batch_limit(size: [u32; 2]) -> usize {
+    let pixels = size[0] as usize * size[1] as usize;
+    (BATCH_PIXELS / pixels.max(1)).clamp(1, 2 * rayon::current_num_threads())
 }
 
-impl<'a> PictureAnimation<'a> {
+/// The renderer of a run.
+#[derive(Debug)]
+pub(super) struct PictureAnimation {
+    style: PictureStyle,
+    renderer: PictureRenderer,
+}
+
+impl PictureAnimation {
     /// Prepares to render; without a camera in `style`, the view shows all of `samples`, which are
     /// times \[s\] and positions \[m\].
     pub(super) fn new<'p>(
-        topology: &'a Topology,
         style: PictureStyle,
         samples: impl IntoIterator<Item = (f64, &'p [[f64; 3]])>,
     ) -> Result<Self, PictureError> {
@@ -46,12 +51,12 @@ impl<'a> PictureAnimation<'a> {
                 Camera::fit(&bounds, style.aspect())
             }
         };
-        Ok(Self { topology, style, camera })
+        let renderer = PictureRenderer::new(&camera, &style)?;
+        Ok(Self { style, renderer })
     }
 
     /// Prepares to render frames of `store`; without a camera, the view shows the whole run.
     pub(super) fn of_store(
-        topology: &'a Topology,
         style: &PictureStyle,
         store: &FrameStore,
         frames: &[usize],
@@ -66,16 +71,17 @@ impl<'a> PictureAnimation<'a> {
             }
         }
         let samples = samples.iter().map(|(time, positions)| (*time, positions.as_slice()));
-        Ok(Self::new(topology, style.clone(), samples)?)
+        Ok(Self::new(style.clone(), samples)?)
     }
 
     /// Renders the cloth at `positions` \[m\] and the shapes at `time` \[s\].
     pub(super) fn render(
         &self,
+        topology: &Topology,
         time: f64,
         positions: &[[f64; 3]],
     ) -> Result<RgbImage, PictureError> {
-        let mesh = PictureMesh::of(self.topology, positions);
+        let mesh = PictureMesh::of(topology, positions);
         let cloth = |(number, triangles): &(usize, Range<usize>)| PictureCloth {
             triangles: triangles.clone(),
             color: match self.style.cloth_colors.get(*number) {
@@ -90,25 +96,23 @@ impl<'a> PictureAnimation<'a> {
             cloths: mesh.cloths.iter().map(cloth).collect(),
             shapes: &self.style.shapes.at(time),
         };
-        Picture::render(&scene, &self.camera, &self.style)
+        self.renderer.render(&scene)
     }
 
     /// Makes the pictures of the frames of `source`, several at a time, and hands what `prepare`
-    /// makes of each to `take`, in their order.
+    /// makes of each to `take`, in batches and in their order; `take` is told the number of the
+    /// first one.
     pub(super) fn each<T: Send>(
         &self,
         source: &ContainerSource<'_>,
         prepare: impl Fn(RgbImage) -> T + Sync,
-        mut take: impl FnMut(usize, T) -> Result<(), FrameError>,
+        mut take: impl FnMut(usize, Vec<T>) -> Result<(), FrameError>,
     ) -> Result<(), FrameError> {
-        let pixels = self.style.width as usize * self.style.height as usize;
-        let limit = (BATCH_PIXELS / pixels.max(1)).clamp(1, rayon::current_num_threads());
+        let limit = batch_limit([self.style.width, self.style.height]);
         for (batch, frames) in source.frames.chunks(limit).enumerate() {
             let picture = |&index: &usize| self.stored(source, index).map(&prepare);
-            let pictures: Vec<Result<T, FrameError>> = frames.par_iter().map(picture).collect();
-            for (number, picture) in (batch * limit..).zip(pictures) {
-                take(number, picture?)?;
-            }
+            let pictures: Result<Vec<T>, FrameError> = frames.par_iter().map(picture).collect();
+            take(batch * limit, pictures?)?;
         }
         Ok(())
     }
@@ -124,17 +128,22 @@ impl<'a> PictureAnimation<'a> {
             return Ok(image);
         }
         let frame = source.store.frame(index)?;
-        Ok(self.render(frame.time, &frame.positions_f64())?)
+        Ok(self.render(source.topology, frame.time, &frame.positions_f64())?)
     }
 
     /// The picture in `file`, scaled down, if it can be read and is large enough.
     fn read(&self, file: &Path) -> Option<RgbImage> {
         let image = image::open(file).ok()?.into_rgb8();
         let PictureStyle { width, height, .. } = self.style;
-        if image.dimensions() == (width, height) {
-            return Some(image);
-        }
         let is_larger = image.width() >= width && image.height() >= height;
-        is_larger.then(|| resize(&image, width, height, FilterType::Triangle))
+        is_larger.then(|| scaled(image, [width, height]))
     }
+}
+
+/// `image` in another size \[pixel\].
+pub(super) fn scaled(image: RgbImage, [width, height]: [u32; 2]) -> RgbImage {
+    if image.dimensions() == (width, height) {
+        return image;
+    }
+    resize(&image, width, height, FilterType::Triangle)
 }

@@ -12,11 +12,10 @@ use super::output::output_write;
 
 pub(super) fn write(source: &ContainerSource<'_>) -> Result<(), FrameError> {
     let style = &source.options.style;
-    let pictures =
-        PictureAnimation::of_store(source.topology, style, source.store, &source.frames)?;
+    let pictures = PictureAnimation::of_store(style, source.store, &source.frames)?;
     let count = source.frames.len();
     encode(source.path, [style.width, style.height], source.rate, count, |take| {
-        pictures.each(source, |image| image, |_, image| take(&image))
+        pictures.each(source, |image| image, |_, images| images.iter().try_for_each(&mut *take))
     })
 }
 

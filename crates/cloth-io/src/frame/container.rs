@@ -52,8 +52,9 @@ pub struct PictureSequence {
 }
 
 impl PictureSequence {
-    /// The picture of frame `index`.
-    pub(super) fn file(&self, index: usize) -> PathBuf {
+    /// The picture of frame `index`, zero based.
+    #[must_use]
+    pub fn file(&self, index: usize) -> PathBuf {
         self.folder.join(FrameFormat::Png.file_name(&self.name, index as u64))
     }
 }

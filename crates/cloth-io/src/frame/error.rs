@@ -29,6 +29,12 @@ pub enum FrameError {
         /// Reason given by the operating system.
         source: io::Error,
     },
+    /// The system gives no threads for writing.
+    #[error("no threads to write frames with ({source}); ask for fewer threads")]
+    Threads {
+        /// Reason given by the system.
+        source: rayon::ThreadPoolBuildError,
+    },
     /// The file is not a frame store or lost its header.
     #[error("`{}` is not a frame store; give the file that the run wrote", file.display())]
     StoreMagic {

@@ -10,7 +10,7 @@ use image::RgbImage;
 use rayon::prelude::*;
 
 use super::FrameError;
-use super::animation::PictureAnimation;
+use super::animation::{PictureAnimation, batch_limit};
 use super::container::ContainerSource;
 use super::output::output_write;
 
@@ -26,8 +26,7 @@ pub(super) fn automatic_stride(frames_per_second: f64) -> usize {
 
 pub(super) fn write(source: &ContainerSource<'_>) -> Result<(), FrameError> {
     let style = &source.options.style;
-    let pictures =
-        PictureAnimation::of_store(source.topology, style, source.store, &source.frames)?;
+    let pictures = PictureAnimation::of_store(style, source.store, &source.frames)?;
     let step = palette_step(source.frames.len());
     let samples = source.frames.iter().step_by(step);
     let palette = Palette::of(samples.map(|&index| pictures.stored(source, index)))?;
@@ -46,12 +45,18 @@ pub(super) fn write_pictures(
 ) -> Result<(), FrameError> {
     let palette = Palette::of((0..count).step_by(palette_step(count)).map(&picture))?;
     encode(path, size, rate, &palette, |take| {
-        (0..count).try_for_each(|number| take(number, palette.indices(&picture(number)?)))
+        let numbers: Vec<usize> = (0..count).collect();
+        numbers.chunks(batch_limit(size)).try_for_each(|batch| {
+            let indices = |&number: &usize| Ok(palette.indices(&picture(number)?));
+            let frames: Result<_, FrameError> = batch.iter().map(indices).collect();
+            take(batch[0], frames?)
+        })
     })
 }
 
-/// Takes the palette entries of the pixels of a frame.
-type FrameTaker<'a> = &'a mut dyn FnMut(usize, Vec<u8>) -> Result<(), FrameError>;
+/// Takes the palette entries of the pixels of frames that follow each other, and the number of the
+/// first one.
+type FramesTaker<'a> = &'a mut dyn FnMut(usize, Vec<Vec<u8>>) -> Result<(), FrameError>;
 
 /// Writes the frames that `each` hands over in their order.
 fn encode(
@@ -59,7 +64,7 @@ fn encode(
     size: [u32; 2],
     rate: f64,
     palette: &Palette,
-    each: impl FnOnce(FrameTaker<'_>) -> Result<(), FrameError>,
+    each: impl FnOnce(FramesTaker<'_>) -> Result<(), FrameError>,
 ) -> Result<(), FrameError> {
     let side = |side: u32| {
         u16::try_from(side).map_err(|_| FrameError::Size {
@@ -74,14 +79,26 @@ fn encode(
         let error = || FrameError::write(path);
         let mut encoder = Encoder::new(writer, width, height, &palette.colors).map_err(error())?;
         encoder.set_repeat(Repeat::Infinite).map_err(error())?;
-        let mut shown = None;
-        let mut take = |number, indices: Vec<u8>| {
-            let frame = Frame {
-                delay: delay(number, rate),
-                ..difference(shown.as_deref(), &indices, width, height)
-            };
-            encoder.write_frame(&frame).map_err(error())?;
-            shown = Some(indices);
+        let mut shown: Option<Vec<u8>> = None;
+        let mut take = |start: usize, mut batch: Vec<Vec<u8>>| {
+            // A frame needs only the one before it: a batch is compressed by all threads.
+            let frames = (0..batch.len()).into_par_iter().map(|position| {
+                let before = match position.checked_sub(1) {
+                    Some(before) => Some(batch[before].as_slice()),
+                    None => shown.as_deref(),
+                };
+                let mut frame = Frame {
+                    delay: delay(start + position, rate),
+                    ..difference(before, &batch[position], width, height)
+                };
+                frame.make_lzw_pre_encoded();
+                frame
+            });
+            let frames: Vec<Frame<'static>> = frames.collect();
+            for frame in &frames {
+                encoder.write_lzw_pre_encoded_frame(frame).map_err(error())?;
+            }
+            shown = batch.pop().or_else(|| shown.take());
             Ok(())
         };
         each(&mut take)
@@ -143,6 +160,8 @@ struct Palette {
     colors: Vec<u8>,
     /// Palette entry of each colour of 6 bits per channel.
     table: Vec<u8>,
+    /// The pattern of [`dither`].
+    dither: [[i8; 8]; 8],
 }
 
 impl Palette {
@@ -161,20 +180,24 @@ impl Palette {
                 network.index_of(&[channel(12), channel(6), channel(0), 255]) as u8
             })
             .collect();
-        Ok(Self { colors, table })
+        let dither = std::array::from_fn(|row| std::array::from_fn(|column| dither(column, row)));
+        Ok(Self { colors, table, dither })
     }
 
     fn indices(&self, image: &RgbImage) -> Vec<u8> {
         let columns = image.width() as usize;
-        let pixels = image.as_raw().par_chunks_exact(3).enumerate();
-        pixels
-            .map(|(number, pixel)| {
-                let offset = dither(number % columns, number / columns);
+        let mut indices = vec![0; columns * image.height() as usize];
+        let rows = indices.chunks_exact_mut(columns).zip(image.as_raw().chunks_exact(3 * columns));
+        for ((indices, pixels), offsets) in rows.zip(self.dither.iter().cycle()) {
+            let pixels = indices.iter_mut().zip(pixels.chunks_exact(3)).enumerate();
+            for (column, (index, pixel)) in pixels {
+                let offset = offsets[column % 8];
                 let channel =
                     |slot: usize| usize::from(pixel[slot].saturating_add_signed(offset) >> 2);
-                self.table[channel(0) << 12 | channel(1) << 6 | channel(2)]
-            })
-            .collect()
+                *index = self.table[channel(0) << 12 | channel(1) << 6 | channel(2)];
+            }
+        }
+        indices
     }
 }
 

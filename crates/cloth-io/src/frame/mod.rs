@@ -1,7 +1,7 @@
 //! Frames of a run: what they are, where they are stored and the formats they are written in.
 //!
 //! A run appends every frame to one [`FrameStore`]. Formats that hold one frame per file are
-//! written along the way by a [`FrameSequenceWriter`]; formats that hold all frames in one file are
+//! written along the way by a [`FramePipeline`] or a [`FrameSequenceWriter`]; formats that hold all frames in one file are
 //! made from the store by [`container_write`], at the end of a run, after an interrupt or later.
 
 mod animation;
@@ -22,10 +22,12 @@ mod npz;
 mod obj;
 mod output;
 mod pc2;
+mod pipeline;
 mod ply;
 mod point_cache;
 mod record;
 mod sequence;
+mod sequence_file;
 mod solids;
 mod store;
 mod strands;
@@ -42,6 +44,7 @@ pub use format::{FrameFormat, FrameFormatError};
 pub(crate) use gltf::gltf_mesh_write;
 pub use normals::vertex_normals;
 pub(crate) use obj::{obj_write, points_write};
+pub use pipeline::FramePipeline;
 pub(crate) use ply::{Column, ply_write_with};
 pub use record::StoredFrame;
 pub use sequence::{FrameSequenceWriter, PictureMaker};

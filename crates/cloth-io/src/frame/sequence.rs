@@ -4,14 +4,10 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use image::codecs::png::PngEncoder;
-use image::{ImageEncoder, RgbImage};
+use image::RgbImage;
 
 use super::animation::PictureAnimation;
-use super::obj::obj_write;
-use super::output::output_write;
-use super::ply::ply_write;
-use super::vtu::{VtuLayout, pvd_write, vtu_write};
+use super::sequence_file::SequenceFiles;
 use super::{Frame, FrameError, FrameFormat, FrameSolids, FrameStore, Topology};
 use crate::picture::PictureStyle;
 
@@ -20,20 +16,16 @@ pub type PictureMaker<'a> =
     Box<dyn FnMut(&Frame<'_>) -> Result<RgbImage, Box<dyn Error + Send + Sync>> + 'a>;
 
 /// Writes each frame of a run into a file of its own, `name_000000.obj` and so on; [`FrameFormat::Vtu`]
-/// also keeps a collection `name.pvd` of all frames up to date.
+/// also keeps a collection `name.pvd` of all frames up to date. A [`FramePipeline`](super::FramePipeline)
+/// does the same while the caller computes the next frame.
 pub struct FrameSequenceWriter<'a> {
-    format: FrameFormat,
-    folder: PathBuf,
-    name: String,
+    files: SequenceFiles,
     topology: &'a Topology,
     /// Time of each frame of the collection \[s\].
     times: BTreeMap<u64, f64>,
     style: PictureStyle,
-    pictures: Option<PictureAnimation<'a>>,
+    pictures: Option<PictureAnimation>,
     maker: Option<PictureMaker<'a>>,
-    solids: Option<FrameSolids>,
-    /// The points of [`FrameFormat::Vtu`].
-    layout: Option<VtuLayout>,
 }
 
 impl<'a> FrameSequenceWriter<'a> {
@@ -50,26 +42,14 @@ impl<'a> FrameSequenceWriter<'a> {
         name: &str,
         topology: &'a Topology,
     ) -> Result<Self, FrameError> {
-        if !format.is_sequence() {
-            return Err(FrameError::Kind {
-                format,
-                is: "one file for all frames",
-                instead: "container_write with a frame store",
-            });
-        }
         topology.check()?;
-        std::fs::create_dir_all(folder).map_err(FrameError::write(folder))?;
         Ok(Self {
-            format,
-            folder: folder.to_owned(),
-            name: name.to_owned(),
+            files: SequenceFiles::new(format, folder, name, topology)?,
             topology,
             times: BTreeMap::new(),
             style: PictureStyle::default(),
             pictures: None,
             maker: None,
-            solids: None,
-            layout: (format == FrameFormat::Vtu).then(|| VtuLayout::of(topology)),
         })
     }
 
@@ -92,7 +72,7 @@ impl<'a> FrameSequenceWriter<'a> {
     /// beside the cloth.
     #[must_use]
     pub fn with_solids(mut self, solids: Option<FrameSolids>) -> Self {
-        self.solids = solids;
+        self.files.solids = solids;
         self
     }
 
@@ -104,11 +84,7 @@ impl<'a> FrameSequenceWriter<'a> {
     ///
     /// [`FrameError::Read`].
     pub fn resume(mut self, store: &FrameStore) -> Result<Self, FrameError> {
-        for index in 0..store.len() {
-            if self.folder.join(self.file_name(index as u64)).exists() {
-                self.times.insert(index as u64, store.time(index)?);
-            }
-        }
+        self.times = earlier_times(&self.files, store)?;
         Ok(self)
     }
 
@@ -121,61 +97,41 @@ impl<'a> FrameSequenceWriter<'a> {
     /// [`FrameError::Picture`].
     pub fn write(&mut self, frame: &Frame<'_>) -> Result<PathBuf, FrameError> {
         frame.check(self.topology.particle_count)?;
-        let path = self.folder.join(self.file_name(frame.index));
-        let topology = self.topology;
-        let solids =
-            || self.solids.as_ref().map(|solids| solids.at(frame.time)).unwrap_or_default();
-        match self.format {
-            FrameFormat::Obj => output_write(&path, |writer| {
-                obj_write(writer, topology, frame, &solids()).map_err(FrameError::write(&path))
-            })?,
-            FrameFormat::Ply => output_write(&path, |writer| {
-                ply_write(writer, topology, frame).map_err(FrameError::write(&path))
-            })?,
-            FrameFormat::Png => self.picture(&path, frame)?,
-            _ => {
-                let layout = self.layout.get_or_insert_with(|| VtuLayout::of(topology));
-                let solids = solids();
-                output_write(&path, |writer| {
-                    let written = vtu_write(writer, topology, layout, frame, &solids);
-                    written.map_err(FrameError::write(&path))
-                })?;
-                self.times.insert(frame.index, frame.time);
-                self.collection()?;
+        if self.files.format == FrameFormat::Png {
+            if let Some(maker) = &mut self.maker {
+                let path = self.files.path(frame.index);
+                let image = maker(frame).map_err(FrameError::write(&path))?;
+                return self.files.picture_write(frame.index, &image);
             }
+            let pictures = match &mut self.pictures {
+                Some(pictures) => pictures,
+                empty => {
+                    let first = [(frame.time, frame.positions)];
+                    empty.insert(PictureAnimation::new(self.style.clone(), first)?)
+                }
+            };
+            let image = pictures.render(self.topology, frame.time, frame.positions)?;
+            return self.files.picture_write(frame.index, &image);
+        }
+        let path = self.files.write(self.topology, frame)?;
+        if self.files.format == FrameFormat::Vtu {
+            self.times.insert(frame.index, frame.time);
+            self.files.collection_write(self.times.iter())?;
         }
         Ok(path)
     }
+}
 
-    fn file_name(&self, index: u64) -> String {
-        self.format.file_name(&self.name, index)
+/// Times \[s\] of the frames of `store` of which there are `files`.
+pub(super) fn earlier_times(
+    files: &SequenceFiles,
+    store: &FrameStore,
+) -> Result<BTreeMap<u64, f64>, FrameError> {
+    let mut times = BTreeMap::new();
+    for index in 0..store.len() {
+        if files.path(index as u64).exists() {
+            times.insert(index as u64, store.time(index)?);
+        }
     }
-
-    fn collection(&self) -> Result<(), FrameError> {
-        let path = self.folder.join(format!("{}.pvd", self.name));
-        let names: Vec<_> = self.times.keys().map(|&index| self.file_name(index)).collect();
-        let frames = self.times.values().copied();
-        let frames = frames.zip(names.iter().map(String::as_str));
-        output_write(&path, |writer| pvd_write(writer, frames).map_err(FrameError::write(&path)))
-    }
-
-    fn picture(&mut self, path: &Path, frame: &Frame<'_>) -> Result<(), FrameError> {
-        let image = match (&mut self.maker, &mut self.pictures) {
-            (Some(maker), _) => maker(frame).map_err(FrameError::write(path))?,
-            (None, Some(pictures)) => pictures.render(frame.time, frame.positions)?,
-            (None, empty) => {
-                let first = [(frame.time, frame.positions)];
-                let style = self.style.clone();
-                empty
-                    .insert(PictureAnimation::new(self.topology, style, first)?)
-                    .render(frame.time, frame.positions)?
-            }
-        };
-        output_write(path, |writer| {
-            let (width, height) = image.dimensions();
-            PngEncoder::new(writer)
-                .write_image(&image, width, height, image::ExtendedColorType::Rgb8)
-                .map_err(FrameError::write(path))
-        })
-    }
+    Ok(times)
 }

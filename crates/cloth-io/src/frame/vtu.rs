@@ -13,6 +13,7 @@ const VTK_LINE: u8 = 3;
 const VTK_TRIANGLE: u8 = 5;
 
 /// What is the same in all frames: the points and the cells of the cloths.
+#[derive(Debug)]
 pub(super) struct VtuLayout {
     /// Particle of each point behind the particles: the format has one texture coordinate for each
     /// point, so a particle on a seam is there once more for each further coordinate.

@@ -134,6 +134,11 @@ impl View {
         })
     }
 
+    /// Half of the height that the picture shows where the camera looks at \[m\].
+    pub(super) fn half_height(&self) -> f32 {
+        self.slope[1] * self.eye.length()
+    }
+
     /// The point `position` \[m\] in the coordinates of the view.
     pub(super) fn local(&self, position: [f64; 3]) -> Vec3 {
         (DVec3::from(position) - self.origin).as_vec3()

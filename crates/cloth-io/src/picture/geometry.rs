@@ -1,137 +1,26 @@
-//! All triangles of a picture in one list.
+//! Triangles and planes of a picture, in the coordinates of its view.
 
-use glam::{Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use super::camera::View;
 use super::tessellation::Tessellation;
 use super::{PictureError, PictureScene, PictureShape};
 
-/// Half of the side of the square that stands for a plane, in radii of the scene.
-const PLANE_REACH: f32 = 400.0;
-
-/// What a triangle belongs to.
-pub(super) enum Surface {
-    /// A cloth of a colour (linear).
-    Cloth { color: Vec3 },
-    /// A solid collider.
-    Solid,
-    /// A plane through a point with a unit normal.
-    Plane { point: Vec3, normal: Vec3 },
-}
-
 /// Triangles with everything that shading needs, relative to the origin of the view.
-pub(super) struct Geometry {
+#[derive(Default)]
+pub(super) struct Mesh {
     /// Positions \[m\].
     pub(super) positions: Vec<Vec3>,
     /// Unit normals of the vertices.
     pub(super) normals: Vec<Vec3>,
     pub(super) triangles: Vec<[u32; 3]>,
-    /// Index into `surfaces` of each triangle.
+    /// Normal of each triangle, with the length of twice its area.
+    pub(super) flat_normals: Vec<Vec3>,
+    /// The cloth or the solid that each triangle belongs to.
     pub(super) surface_of_triangle: Vec<u32>,
-    pub(super) surfaces: Vec<Surface>,
-    /// Texture coordinates of the corners of the first triangles, counted in checks.
-    pub(super) checks: Vec<[Vec2; 3]>,
-    /// Number of triangles that cast shadows; planes come after them.
-    pub(super) caster_count: usize,
-    /// Middle of the casters \[m\].
-    pub(super) center: Vec3,
-    /// Distance from the middle to the farthest caster \[m\].
-    pub(super) radius: f32,
 }
 
-impl Geometry {
-    pub(super) fn new(scene: &PictureScene<'_>, view: &View) -> Result<Self, PictureError> {
-        let mut geometry = Self {
-            positions: Vec::new(),
-            normals: Vec::new(),
-            triangles: Vec::new(),
-            surface_of_triangle: Vec::new(),
-            surfaces: Vec::new(),
-            checks: Vec::new(),
-            caster_count: 0,
-            center: Vec3::ZERO,
-            radius: 0.0,
-        };
-        geometry.add_cloths(scene, view)?;
-        for shape in scene.shapes {
-            let solid = Tessellation::of(shape);
-            if !solid.triangles.is_empty() {
-                geometry.surfaces.push(Surface::Solid);
-                geometry.add(&solid, view)?;
-            }
-        }
-        geometry.caster_count = geometry.triangles.len();
-        geometry.measure(view);
-        for shape in scene.shapes {
-            if let PictureShape::Plane { normal, offset } = shape {
-                geometry.add_plane(*normal, *offset, view);
-            }
-        }
-        Ok(geometry)
-    }
-
-    /// The normal of a triangle, with the length of twice its area.
-    pub(super) fn flat_normal(&self, triangle: usize) -> Vec3 {
-        let corners = self.triangles[triangle].map(|index| self.positions[index as usize]);
-        let [a, b, c] = corners;
-        (b - a).cross(c - a)
-    }
-
-    fn add_cloths(&mut self, scene: &PictureScene<'_>, view: &View) -> Result<(), PictureError> {
-        let check_size = check_size(scene);
-        for cloth in &scene.cloths {
-            let out_of_range = || PictureError::Index { triangle: cloth.triangles.start };
-            let triangles = scene.triangles.get(cloth.triangles.clone());
-            let triangles = triangles.ok_or_else(out_of_range)?;
-            self.triangles.extend_from_slice(triangles);
-            let surface = self.surfaces.len() as u32;
-            self.surface_of_triangle.resize(self.triangles.len(), surface);
-            self.surfaces.push(Surface::Cloth { color: linear(cloth.color) });
-            let Some((texture, size)) = scene.texture.zip(check_size) else {
-                continue;
-            };
-            for number in cloth.triangles.clone() {
-                let corner = |index: u32| {
-                    let coordinate = texture.coordinates.get(index as usize)?;
-                    Some(Vec2::from(coordinate.map(|x| (x / size) as f32)))
-                };
-                let triangle = texture.triangles.get(number).map(|t| t.map(corner));
-                let Some([Some(a), Some(b), Some(c)]) = triangle else {
-                    return Err(PictureError::Index { triangle: number });
-                };
-                self.checks.push([a, b, c]);
-            }
-        }
-        let count = scene.positions.len();
-        let beyond = |t: &[u32; 3]| t.iter().any(|&index| index as usize >= count);
-        if let Some(triangle) = self.triangles.iter().position(beyond) {
-            return Err(PictureError::Index { triangle });
-        }
-        self.add_vertices(scene.positions, view)?;
-        let normals = crate::frame::vertex_normals(scene.positions, &self.triangles);
-        let normal = |n: [f64; 3]| Vec3::from(n.map(|x| x as f32));
-        self.normals.extend(normals.into_iter().map(normal));
-        Ok(())
-    }
-
-    /// Adds triangles of the last surface.
-    fn add(&mut self, shape: &Tessellation, view: &View) -> Result<(), PictureError> {
-        let start = self.positions.len() as u32;
-        let count = shape.positions.len();
-        for (triangle, corners) in shape.triangles.iter().enumerate() {
-            if corners.iter().any(|&index| index as usize >= count) {
-                return Err(PictureError::Index { triangle });
-            }
-            self.triangles.push(corners.map(|index| start + index));
-        }
-        self.add_vertices(&shape.positions, view)?;
-        let normals = shape.normals.iter();
-        self.normals.extend(normals.map(|n| Vec3::from(n.map(|x| x as f32))));
-        let surface = self.surfaces.len() as u32 - 1;
-        self.surface_of_triangle.resize(self.triangles.len(), surface);
-        Ok(())
-    }
-
+impl Mesh {
     fn add_vertices(&mut self, positions: &[[f64; 3]], view: &View) -> Result<(), PictureError> {
         for (particle, &position) in positions.iter().enumerate() {
             let position = view.local(position);
@@ -143,44 +32,160 @@ impl Geometry {
         Ok(())
     }
 
-    fn measure(&mut self, view: &View) {
-        let corners = self.triangles.iter().flatten();
-        let points = corners.map(|&index| self.positions[index as usize]);
+    fn flatten(&mut self) {
+        let normal = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|index| self.positions[index as usize]);
+            (b - a).cross(c - a)
+        };
+        self.flat_normals = self.triangles.iter().map(normal).collect();
+    }
+
+    /// Positions of all corners \[m\].
+    fn corners(&self) -> impl Iterator<Item = Vec3> + Clone + '_ {
+        self.triangles.iter().flatten().map(|&index| self.positions[index as usize])
+    }
+}
+
+/// All solids of a picture. Planes are none: they have no end, and nothing is in their shadow.
+pub(super) fn solids(shapes: &[PictureShape], view: &View) -> Result<Mesh, PictureError> {
+    let mut mesh = Mesh::default();
+    for (number, shape) in shapes.iter().enumerate() {
+        let solid = Tessellation::of(shape);
+        let start = mesh.positions.len() as u32;
+        let count = solid.positions.len();
+        for (triangle, corners) in solid.triangles.iter().enumerate() {
+            if corners.iter().any(|&index| index as usize >= count) {
+                return Err(PictureError::Index { triangle });
+            }
+            mesh.triangles.push(corners.map(|index| start + index));
+        }
+        mesh.surface_of_triangle.resize(mesh.triangles.len(), number as u32);
+        mesh.add_vertices(&solid.positions, view)?;
+        mesh.normals.extend(solid.normals.iter().map(|n| Vec3::from(n.map(|x| x as f32))));
+    }
+    mesh.flatten();
+    Ok(mesh)
+}
+
+/// The cloths of a picture.
+pub(super) struct Cloths {
+    pub(super) mesh: Mesh,
+    /// Colour of each cloth in linear light.
+    pub(super) colors: Vec<Vec3>,
+    /// Texture coordinates of the corners of each triangle, counted in checks, if there are any.
+    pub(super) checks: Vec<[Vec2; 3]>,
+}
+
+impl Cloths {
+    pub(super) fn new(scene: &PictureScene<'_>, view: &View) -> Result<Self, PictureError> {
+        let mut mesh = Mesh::default();
+        let mut checks = Vec::new();
+        let check_size = check_size(scene);
+        for (number, cloth) in scene.cloths.iter().enumerate() {
+            let triangles = scene.triangles.get(cloth.triangles.clone());
+            let out_of_range = || PictureError::Index { triangle: cloth.triangles.start };
+            mesh.triangles.extend_from_slice(triangles.ok_or_else(out_of_range)?);
+            mesh.surface_of_triangle.resize(mesh.triangles.len(), number as u32);
+            let Some((texture, size)) = scene.texture.zip(check_size) else { continue };
+            for number in cloth.triangles.clone() {
+                let corner = |index: u32| {
+                    let coordinate = texture.coordinates.get(index as usize)?;
+                    Some(Vec2::from(coordinate.map(|x| (x / size) as f32)))
+                };
+                let triangle = texture.triangles.get(number).map(|t| t.map(corner));
+                let Some([Some(a), Some(b), Some(c)]) = triangle else {
+                    return Err(PictureError::Index { triangle: number });
+                };
+                checks.push([a, b, c]);
+            }
+        }
+        let count = scene.positions.len();
+        let beyond = |t: &[u32; 3]| t.iter().any(|&index| index as usize >= count);
+        if let Some(triangle) = mesh.triangles.iter().position(beyond) {
+            return Err(PictureError::Index { triangle });
+        }
+        mesh.add_vertices(scene.positions, view)?;
+        let normals = crate::frame::vertex_normals(scene.positions, &mesh.triangles);
+        mesh.normals = normals.into_iter().map(|n| Vec3::from(n.map(|x| x as f32))).collect();
+        mesh.flatten();
+        let colors = scene.cloths.iter().map(|cloth| linear(cloth.color)).collect();
+        Ok(Self { mesh, colors, checks })
+    }
+}
+
+/// A plane through a point with a unit normal.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Plane {
+    pub(super) point: Vec3,
+    pub(super) normal: Vec3,
+    /// Unit vectors along the tiles.
+    pub(super) axes: [Vec3; 2],
+    /// Where the point lies along them in the scene \[m\].
+    pub(super) place: DVec2,
+}
+
+impl Plane {
+    /// Distance of `point` from the plane \[m\].
+    pub(super) fn distance(&self, point: Vec3) -> f32 {
+        self.normal.dot(point - self.point)
+    }
+}
+
+/// The planes among `shapes`, in their order.
+pub(super) fn planes(shapes: &[PictureShape], view: &View) -> Vec<Plane> {
+    let plane = |shape: &PictureShape| {
+        let PictureShape::Plane { normal, offset } = shape else { return None };
+        let normal = DVec3::from(*normal).try_normalize()?;
+        let point = -normal * (normal.dot(view.origin) - offset);
+        let (first, second) = normal.any_orthonormal_pair();
+        let in_scene = view.origin + point;
+        let place = DVec2::new(first.dot(in_scene), second.dot(in_scene));
+        let axes = [first.as_vec3(), second.as_vec3()];
+        let plane = Plane { point: point.as_vec3(), normal: normal.as_vec3(), axes, place };
+        plane.point.is_finite().then_some(plane)
+    };
+    shapes.iter().filter_map(plane).collect()
+}
+
+/// The ball that holds all that casts a shadow. Its middle and its radius take few values, so that
+/// from one picture of a clip to the next the maps of the lights mostly stay where they are, and
+/// edges of shadows with them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Stage {
+    /// Middle \[m\].
+    pub(super) center: Vec3,
+    /// Radius \[m\].
+    pub(super) radius: f32,
+}
+
+impl Stage {
+    /// Ratio of one radius to the next smaller one.
+    const STEP: f32 = 1.25;
+    /// Steps of the middle in a radius.
+    const CELLS: f32 = 8.0;
+
+    pub(super) fn of(meshes: [&Mesh; 2], view: &View) -> Self {
+        let corners = || meshes.into_iter().flat_map(Mesh::corners);
         let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for point in points.clone() {
+        for point in corners() {
             min = min.min(point);
             max = max.max(point);
         }
         if !min.is_finite() {
-            self.radius = 0.3 * view.eye.length();
-            return;
+            return Self { center: Vec3::ZERO, radius: 0.3 * view.eye.length() };
         }
         let center = 0.5 * (min + max);
-        let farthest = points.map(|point| point.distance_squared(center)).fold(0.0, f32::max);
-        self.center = center;
-        self.radius = farthest.sqrt().max(1e-6);
-    }
-
-    /// Adds a square that reaches to where the haze hides everything.
-    fn add_plane(&mut self, normal: [f64; 3], offset: f64, view: &View) {
-        let Some(normal) = glam::DVec3::from(normal).try_normalize() else {
-            return;
-        };
-        let distance = (normal.dot(view.origin) - offset) as f32;
-        let normal = normal.as_vec3();
-        let point = self.center - normal * (normal.dot(self.center) + distance);
-        let (first, second) = normal.any_orthonormal_pair();
-        let reach = PLANE_REACH * self.radius.max(0.1 * view.eye.length());
-        let start = self.positions.len() as u32;
-        for (u, v) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
-            self.positions.push(point + reach * (u * first + v * second));
-            self.normals.push(normal);
+        let farthest = corners().map(|point| point.distance_squared(center)).fold(0.0, f32::max);
+        let needed = farthest.sqrt().max(1e-6);
+        let mut radius = Self::STEP.powi((needed.ln() / Self::STEP.ln()).floor() as i32);
+        while radius < needed {
+            radius *= Self::STEP;
         }
-        self.triangles.push([start, start + 1, start + 2]);
-        self.triangles.push([start, start + 2, start + 3]);
-        self.surfaces.push(Surface::Plane { point, normal });
-        let surface = self.surfaces.len() as u32 - 1;
-        self.surface_of_triangle.resize(self.triangles.len(), surface);
+        let cell = radius / Self::CELLS;
+        // The middle moves by at most half of the diagonal of a cell.
+        let stage = Self { center: (center / cell).round() * cell, radius: radius + 0.9 * cell };
+        let is_finite = stage.center.is_finite() && stage.radius.is_finite();
+        if is_finite { stage } else { Self { center, radius: needed } }
     }
 }
 
@@ -203,4 +208,31 @@ pub(super) fn linear(color: [u8; 3]) -> Vec3 {
         if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
     };
     Vec3::from(color.map(channel))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Bounds, Camera};
+    use super::*;
+
+    /// A stage holds everything, and a small motion does not move it.
+    #[test]
+    fn a_stage_holds_all_and_stays_while_the_cloth_moves_a_little() {
+        let camera = Camera::fit(&Bounds::of(&[[-1.0; 3], [1.0; 3]]), 1.5);
+        let view = View::new(&camera, 32, 32).unwrap();
+        let mut stages = Vec::new();
+        for step in 0..50 {
+            let shift = 0.001 * step as f32;
+            let corners = [[0.1, 0.2, 0.3], [1.0, 0.5, 0.2], [0.4, 0.9, -0.6]];
+            let positions = corners.map(|corner| Vec3::from(corner) + shift).to_vec();
+            let mesh = Mesh { positions, triangles: vec![[0, 1, 2]], ..Mesh::default() };
+            let stage = Stage::of([&mesh, &Mesh::default()], &view);
+            for point in &mesh.positions {
+                assert!(point.distance(stage.center) <= stage.radius);
+            }
+            stages.push(stage);
+        }
+        stages.dedup();
+        assert!(stages.len() <= 3, "{stages:?}");
+    }
 }

@@ -1,20 +1,24 @@
 //! Pictures of cloth and colliders, rendered on the CPU.
 //!
-//! A picture is made in three steps: find which triangle is visible at four samples of every
-//! pixel (`raster`), render depth from the light (`shadow`) and from parts of the sky (`sky`), and
-//! compute the colour of what is visible (`shade`).
+//! A picture is made in three steps: render depth from the light (`shadow`) and from parts of the sky
+//! (`sky`), find what is visible at four samples of every pixel (`raster`), and compute the colour of
+//! it (`shade`). What does not change from one picture of a clip to the next is made once: the floor
+//! as the camera sees it, and solids that stand still with their depths.
 
 mod camera;
 mod error;
 mod floor;
 mod geometry;
 mod raster;
+mod renderer;
+mod scan;
 mod shade;
 mod shadow;
 mod shape;
 mod sky;
 mod style;
 mod tessellation;
+mod tone;
 
 use std::ops::Range;
 
@@ -23,6 +27,7 @@ use image::RgbImage;
 
 pub use camera::{Bounds, Camera};
 pub use error::PictureError;
+pub use renderer::PictureRenderer;
 pub use shape::{PictureShape, PictureShapes};
 pub use style::{PictureStyle, picture_palette};
 pub(crate) use tessellation::Tessellation;
@@ -54,7 +59,7 @@ pub struct PictureCloth {
     pub color: [u8; 3],
 }
 
-/// The renderer.
+/// Renders single pictures; a [`PictureRenderer`] is faster for several with one camera.
 #[derive(Debug)]
 pub struct Picture;
 
@@ -71,16 +76,6 @@ impl Picture {
         camera: &Camera,
         style: &PictureStyle,
     ) -> Result<RgbImage, PictureError> {
-        let (width, height) = (style.width, style.height);
-        if ![width, height].iter().all(|side| (1..=PICTURE_SIDE_LIMIT).contains(side)) {
-            return Err(PictureError::Size { width, height });
-        }
-        let view = camera::View::new(camera, width, height)?;
-        let geometry = geometry::Geometry::new(scene, &view)?;
-        let key = shadow::ShadowMap::of_key_light(&geometry, &view);
-        let sky = sky::Sky::new(&geometry);
-        let visibility = raster::Visibility::of_view(&geometry, &view);
-        let shader = shade::Shader::new(&geometry, &view, &key, &sky, style);
-        Ok(shader.image(&visibility))
+        PictureRenderer::new(camera, style)?.render(scene)
     }
 }

@@ -4,7 +4,8 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::camera::View;
-use super::geometry::Geometry;
+use super::geometry::{Mesh, Stage};
+use super::scan::ScanTriangle;
 
 /// Texels of the map of the strong light along its side for each pixel along the longer side of the
 /// picture: shadows as sharp as the picture can show.
@@ -13,10 +14,13 @@ const KEY_SIZE_PER_PIXEL: f32 = 1.3;
 const KEY_SIZE_RANGE: [f32; 2] = [512.0, 2048.0];
 /// Rows that one task fills.
 const BAND: usize = 256;
-/// Half of the side of the square of texels that soften the edge of a shadow.
-const SOFTNESS: usize = 2;
+/// Texels of nothing around a map, as many as softening can reach.
+const MARGIN: usize = 4;
+/// Texels along the side of a block.
+const BLOCK: usize = 16;
 
 /// Depths seen from a far light.
+#[derive(Clone)]
 pub(super) struct ShadowMap {
     /// Unit vector towards the light.
     pub(super) direction: Vec3,
@@ -24,170 +28,151 @@ pub(super) struct ShadowMap {
     up: Vec3,
     center: Vec3,
     radius: f32,
+    /// Texels along the side of the square that everything casts into.
     size: usize,
+    /// How near the light what casts a shadow is, by rows; [`MARGIN`] texels of nothing lie around
+    /// the square, so that softening needs not ask where it ends.
     nearness: Vec<f32>,
+    /// The greatest nearness in blocks of [`BLOCK`] x [`BLOCK`] texels, by rows, margin included.
+    blocks: Vec<f32>,
+}
+
+/// Unit vector towards the strong light, which comes over the left shoulder of the viewer.
+pub(super) fn key_direction(view: &View) -> Vec3 {
+    let level = Vec3::new(view.backward.x, view.backward.y, 0.0).normalize_or(Vec3::NEG_Y);
+    (Vec3::Z * 1.25 + level * 0.62 - view.right * 0.75).normalize()
+}
+
+/// Side of the map of the strong light \[texel\].
+pub(super) fn key_size(view: &View) -> usize {
+    let [least, greatest] = KEY_SIZE_RANGE;
+    (KEY_SIZE_PER_PIXEL * view.width.max(view.height) as f32).clamp(least, greatest) as usize
 }
 
 impl ShadowMap {
-    /// The map of the strong light, which comes over the left shoulder of the viewer.
-    pub(super) fn of_key_light(geometry: &Geometry, view: &View) -> Self {
-        let level = Vec3::new(view.backward.x, view.backward.y, 0.0).normalize_or(Vec3::NEG_Y);
-        let direction = (Vec3::Z * 1.25 + level * 0.62 - view.right * 0.75).normalize();
-        let [least, greatest] = KEY_SIZE_RANGE;
-        let size = KEY_SIZE_PER_PIXEL * view.width.max(view.height) as f32;
-        Self::new(geometry, direction, size.clamp(least, greatest) as usize)
+    /// The empty map of a light in `direction`, a unit vector, of `size` \[texel\].
+    pub(super) fn new(stage: &Stage, direction: Vec3, size: usize) -> Self {
+        let (right, up) = direction.any_orthonormal_pair();
+        let radius = 1.02 * stage.radius;
+        let stride = size + 2 * MARGIN;
+        let nearness = vec![f32::NEG_INFINITY; stride * stride];
+        let blocks = vec![f32::NEG_INFINITY; stride.div_ceil(BLOCK) * stride.div_ceil(BLOCK)];
+        let center = stage.center;
+        Self { direction, right, up, center, radius, size, nearness, blocks }
     }
 
-    /// The map of a light in `direction`, a unit vector, of `size` \[texel\].
-    pub(super) fn new(geometry: &Geometry, direction: Vec3, size: usize) -> Self {
-        let (right, up) = direction.any_orthonormal_pair();
-        let mut map = Self {
-            direction,
-            right,
-            up,
-            center: geometry.center,
-            radius: 1.02 * geometry.radius,
-            size,
-            nearness: Vec::new(),
-        };
-        let vertices: Vec<Vec3> = geometry.positions.iter().map(|&p| map.texel(p)).collect();
-        let casters = &geometry.triangles[..geometry.caster_count];
-        let mut nearness = vec![f32::NEG_INFINITY; size * size];
-        nearness.par_chunks_mut(BAND * size).enumerate().for_each(|(band, nearness)| {
-            let mut band = Band { first_row: band * BAND, size, nearness };
-            for triangle in casters {
-                band.fill(triangle.map(|index| vertices[index as usize]));
+    /// Texels in a row, margin included.
+    fn stride(&self) -> usize {
+        self.size + 2 * MARGIN
+    }
+
+    /// Enters everything in `mesh`, which must be inside the stage of the map.
+    pub(super) fn cast(&mut self, mesh: &Mesh) {
+        let vertices: Vec<Vec3> = mesh.positions.iter().map(|&p| self.texel(p)).collect();
+        let stride = self.stride();
+        let columns = MARGIN..MARGIN + self.size;
+        self.nearness.par_chunks_mut(BAND * stride).enumerate().for_each(|(band, nearness)| {
+            let top = band * BAND;
+            let bottom = top + nearness.len() / stride;
+            for corners in &mesh.triangles {
+                let corners = corners.map(|index| vertices[index as usize]);
+                let Some(triangle) = ScanTriangle::new(corners) else { continue };
+                triangle.spans(top, bottom, |row, start, end, span| {
+                    let base = (row - top) * stride;
+                    let (start, end) = (start.max(columns.start), end.min(columns.end));
+                    let Some(texels) = nearness.get_mut(base + start..base + end) else { return };
+                    for (column, nearest) in (start..).zip(texels) {
+                        *nearest = nearest.max(span.at(column));
+                    }
+                });
             }
         });
-        map.nearness = nearness;
-        map
+        let rows = self.nearness.chunks(BLOCK * stride);
+        let blocks = self.blocks.chunks_mut(stride.div_ceil(BLOCK));
+        for (rows, blocks) in rows.zip(blocks) {
+            for row in rows.chunks(stride) {
+                for (block, texels) in blocks.iter_mut().zip(row.chunks(BLOCK)) {
+                    *block = texels.iter().fold(*block, |greatest, &texel| greatest.max(texel));
+                }
+            }
+        }
     }
 
-    /// Rightward, upward and towards the light, from -1 to 1 within the map.
-    fn local(&self, point: Vec3) -> Vec3 {
-        let from_center = (point - self.center) / self.radius;
+    /// Column and row \[texel\], margin included, and towards the light.
+    #[inline]
+    fn texel(&self, point: Vec3) -> Vec3 {
+        let local = (point - self.center) / self.radius;
+        let (half, margin) = (0.5 * self.size as f32, MARGIN as f32);
         Vec3::new(
-            from_center.dot(self.right),
-            from_center.dot(self.up),
-            from_center.dot(self.direction),
+            half + half * local.dot(self.right) + margin,
+            half - half * local.dot(self.up) + margin,
+            local.dot(self.direction),
         )
     }
 
-    /// Column and row \[texel\] and towards the light.
-    fn texel(&self, point: Vec3) -> Vec3 {
-        let local = self.local(point);
-        let size = self.size as f32;
-        Vec3::new((0.5 + 0.5 * local.x) * size, (0.5 - 0.5 * local.y) * size, local.z)
-    }
-
-    /// How much of the light reaches `point`, from 0 to 1, softened over [`SOFTNESS`] texels.
-    pub(super) fn lit(&self, point: Vec3, normal: Vec3) -> f32 {
-        const REACH: f32 = SOFTNESS as f32;
+    /// How much of the light reaches `point`, from 0 to 1, softened over a square of `TAPS` x `TAPS`
+    /// texels; `TAPS` is even.
+    #[inline]
+    pub(super) fn lit<const TAPS: usize>(&self, point: Vec3, normal: Vec3) -> f32 {
+        const { assert!(TAPS.is_multiple_of(2) && TAPS <= MARGIN) };
+        let reach = TAPS / 2;
         let texel = 2.0 / self.size as f32;
         // A surface must not shadow itself: step out of it by what the softening spans.
-        let step = texel * self.radius * (1.0 + REACH);
+        let step = texel * self.radius * (1 + reach) as f32;
         let place = self.texel(point + step * normal);
         let limit = place.z + 0.5 * texel;
-        // The first of the texels, counted from a margin around the map so that it is not negative.
-        let first = Vec2::new(place.x, place.y) - 0.5 + 1.0;
-        let end = self.size as f32 + REACH;
+        // The first of the texels.
+        let first = Vec2::new(place.x, place.y) - (reach as f32 - 0.5);
+        let stride = self.stride();
+        let end = (stride - TAPS) as f32;
         if !(first.min_element() >= 0.0 && first.max_element() < end) {
             // Nothing casts a shadow there.
             return 1.0;
         }
-        let [column, row] = [first.x as usize, first.y as usize];
+        let [column, row] = [first.x as u32 as usize, first.y as u32 as usize];
+        if self.is_open::<TAPS>(column, row, limit) {
+            return 1.0;
+        }
         let part = first - Vec2::new(column as f32, row as f32);
-        // Inner texels weigh fully, the outermost by how far the softening reaches into them.
-        let weights = |part: f32| {
-            let mut weights = [1.0; 2 * SOFTNESS];
-            weights[0] = 1.0 - part;
-            weights[2 * SOFTNESS - 1] = part;
-            weights
-        };
-        let (row_weights, column_weights) = (weights(part.y), weights(part.x));
-        let lit = |nearness: f32| if nearness <= limit { 1.0 } else { 0.0 };
         let mut sum = 0.0;
-        for (y, row_weight) in (row..).zip(row_weights) {
-            let texels = y.checked_sub(SOFTNESS).and_then(|y| {
-                let column = column.checked_sub(SOFTNESS)?;
-                let inside = y < self.size && column + 2 * SOFTNESS <= self.size;
-                let start = y * self.size + column;
-                inside.then(|| self.nearness.get(start..start + 2 * SOFTNESS)).flatten()
-            });
-            let texels = texels.and_then(|texels| <[f32; 2 * SOFTNESS]>::try_from(texels).ok());
-            let texels =
-                texels.unwrap_or_else(|| std::array::from_fn(|x| self.nearness_at(column + x, y)));
-            let row_sum: f32 = texels.iter().zip(column_weights).map(|(&n, w)| w * lit(n)).sum();
-            sum += row_weight * row_sum;
+        for y in 0..TAPS {
+            let start = (row + y) * stride + column;
+            let Some(texels) = self.nearness.get(start..start + TAPS) else { return 1.0 };
+            let mut row_sum = 0.0;
+            for (x, &nearness) in texels.iter().enumerate() {
+                let lit = if nearness <= limit { 1.0 } else { 0.0 };
+                row_sum += weight::<TAPS>(x, part.x) * lit;
+            }
+            sum += weight::<TAPS>(y, part.y) * row_sum;
         }
         // The weights of a row add up to this, wherever the point lies between the texels.
-        const TOTAL: f32 = 2.0 * REACH - 1.0;
-        sum / (TOTAL * TOTAL)
+        let total = (TAPS - 1) as f32;
+        sum / (total * total)
     }
 
-    /// How near the light the surface at a texel is; both are counted from [`SOFTNESS`] before the
-    /// map, beyond which there is nothing.
-    fn nearness_at(&self, column: usize, row: usize) -> f32 {
-        let inside = |index: usize| index.checked_sub(SOFTNESS).filter(|&index| index < self.size);
-        match (inside(column), inside(row)) {
-            (Some(column), Some(row)) => self.nearness[row * self.size + column],
-            _ => f32::NEG_INFINITY,
-        }
-    }
-}
-
-/// Consecutive rows of a map. All casters are inside the map, nothing has to be clipped.
-struct Band<'a> {
-    first_row: usize,
-    size: usize,
-    nearness: &'a mut [f32],
-}
-
-impl Band<'_> {
-    /// Enters a triangle with these columns, rows and nearnesses of its corners.
-    fn fill(&mut self, [a, b, c]: [Vec3; 3]) {
-        let (first, last) = (a.y.min(b.y).min(c.y) - 0.5, a.y.max(b.y).max(c.y) - 0.5);
-        let top = ceiling(first).max(self.first_row);
-        let bottom = ceiling(last).min(self.first_row + self.nearness.len() / self.size);
-        if top >= bottom {
-            return;
-        }
-        let (ab, ac) = (b - a, c - a);
-        let area = ab.x * ac.y - ab.y * ac.x;
-        if area == 0.0 {
-            return;
-        }
-        let along = (ab.z * ac.y - ac.z * ab.y) / area;
-        let down = (ac.z * ab.x - ab.z * ac.x) / area;
-        for row in top..bottom {
-            let y = row as f32 + 0.5;
-            // Where the row crosses the edges.
-            let (mut left, mut right) = (f32::INFINITY, f32::NEG_INFINITY);
-            for (from, to) in [(a, b), (b, c), (c, a)] {
-                if (from.y <= y) != (to.y <= y) {
-                    let x = from.x + (to.x - from.x) * ((y - from.y) / (to.y - from.y));
-                    left = left.min(x);
-                    right = right.max(x);
-                }
-            }
-            let start = ceiling(left - 0.5);
-            let end = ceiling(right - 0.5).min(self.size);
-            let base = (row - self.first_row) * self.size;
-            let Some(texels) = self.nearness.get_mut(base + start..base + end) else {
-                continue;
-            };
-            let at_start = a.z + along * (start as f32 + 0.5 - a.x) + down * (y - a.y);
-            for (step, nearest) in texels.iter_mut().enumerate() {
-                *nearest = nearest.max(at_start + along * step as f32);
-            }
-        }
+    /// Whether everything is farther from the light than `limit` in the blocks of the texels from
+    /// `column` and `row` on, as it is for most of a floor.
+    #[inline]
+    fn is_open<const TAPS: usize>(&self, column: usize, row: usize, limit: f32) -> bool {
+        let blocks = self.stride().div_ceil(BLOCK);
+        let (left, right) = (column / BLOCK, (column + TAPS - 1) / BLOCK);
+        let (top, bottom) = (row / BLOCK, (row + TAPS - 1) / BLOCK);
+        let is_far = |x: usize, y: usize| {
+            self.blocks.get(y * blocks + x).is_none_or(|&nearness| nearness <= limit)
+        };
+        is_far(left, top) && is_far(right, top) && is_far(left, bottom) && is_far(right, bottom)
     }
 }
 
-/// The least index that is not below `x`; zero for what is not a number.
-fn ceiling(x: f32) -> usize {
-    // The conversion saturates. Rounding functions are slow on processors that have no instruction
-    // for them.
-    let below = x as usize;
-    below.saturating_add(usize::from((below as f32) < x))
+/// The weight of a texel along one axis: inner ones weigh fully, the outermost by how far the
+/// softening reaches into them, `part` of which is behind the first one.
+#[inline]
+fn weight<const TAPS: usize>(index: usize, part: f32) -> f32 {
+    if index == 0 {
+        1.0 - part
+    } else if index == TAPS - 1 {
+        part
+    } else {
+        1.0
+    }
 }
