@@ -240,7 +240,7 @@ __device__ __forceinline__ bool rows_advance(const Solver& s, uint substeps, Sha
         uint contacts = shared.contacts[own.number()];
         if (contacts > 0) force = force + shared.forces[own.number()];
         Moved moved = integrate(substep.length, inverse_mass, force, xi, vi);
-        if (own.exists && inverse_mass > 0) shared.frame.collide(s, number, own.i, offset, inverse_mass, moved);
+        if (own.exists && inverse_mass > 0) shared.frame.collide(s, number, own.i, offset, inverse_mass, xi, moved);
         finite = !own.exists || is_finite(moved.position) && is_finite(moved.velocity);
         if (!finite) atomicMin(&s.status->non_finite_step, substep.step);
         if (own.exists) {

@@ -157,7 +157,7 @@ extern "C" __global__ void __launch_bounds__(THREADS, 1) explicit_frame(const __
             row_after = row_third;
             number_after = number_third;
             Moved moved = integrate(substep.length, own.w, force, xi, vi);
-            if (own.w > 0) collide_all<false>(s, colliders, i, offset, own.w, moved);
+            if (own.w > 0) collide_all<false>(s, colliders, i, offset, own.w, xi, substep.length, moved);
             particle_store(s, next_x, next_v, substep, i, moved, own.w, rate.w);
         }
         publish(s, s.epoch + number + 1);

@@ -70,7 +70,7 @@ extern "C" __global__ void __launch_bounds__(THREADS, 1) explicit_frame(const __
             force = stencil_sum<false, true>(forces, tile_row, tile_column, mask, springs, force);
         }
         Moved moved = integrate(substep.length, inverse_mass, force, xi, vi);
-        if (exists && inverse_mass > 0) near_frame.collide(s, number, i, offset, inverse_mass, moved);
+        if (exists && inverse_mass > 0) near_frame.collide(s, number, i, offset, inverse_mass, xi, moved);
         if (exists && !(is_finite(moved.position) && is_finite(moved.velocity))) atomicMin(&s.status->non_finite_step, substep.step);
         if (number + 1 == substeps) {
             if (exists) {

@@ -39,7 +39,7 @@ modules! {
     "aerodynamic_forces" [],
     "collider_constraints" ["grids"],
     "collider_impulses" [],
-    "collider_response" ["grids", "impulses"],
+    "collider_response" ["grids", "impulses", "start"],
     "conjugate_gradient_image" ["colliders", "penalty"],
     "conjugate_gradient_iteration" ["colliders"],
     "conjugate_gradient_step" ["colliders"],
@@ -113,7 +113,7 @@ shared! {
     "group_box" "group_boxes" "group_boxes_out" "group_check" "group_positions" "group_positions_out"
     "group_region" "group_rows" "impulses" "impulses_none" "integrate" "link_kinds" "links" "matrix"
     "matrix_diagonal" "matrix_entry" "matrix_row" "matrix_springs" "measure_sum" "model" "motion" "motion_out"
-    "particle_advance" "particle_force" "piece" "preconditioner" "preconditioner_block" "procedural" "solve"
+    "particle_advance" "particle_force" "piece" "position_start" "position_start_none" "preconditioner" "preconditioner_block" "procedural" "solve"
     "solve_begin" "solve_check" "solve_outcome" "spring" "spring_batch" "spring_buckling" "spring_factor" "spring_linear"
     "status" "substep" "symmetric" "triangles" "vectors"
 }

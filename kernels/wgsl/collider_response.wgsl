@@ -6,6 +6,12 @@
 //!if not grids
 //!include distance_grid_none
 //!end
+//!if start
+//!include position_start
+//!end
+//!if not start
+//!include position_start_none
+//!end
 //!if impulses
 //!include impulses
 //!end
@@ -26,7 +32,7 @@ fn main(
     if position.w > 0.0 {
         let velocity = velocity_out[particle];
         let before = Moved(position.xyz, velocity.xyz);
-        let moved = collide_all(particle, velocity.w, before);
+        let moved = collide_all(particle, velocity.w, start_of(particle, before.position), before);
         position_out[particle] = vec4f(moved.position, position.w);
         velocity_out[particle] = vec4f(moved.velocity, velocity.w);
     }

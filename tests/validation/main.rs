@@ -29,3 +29,4 @@ mod self_contact;
 mod semi_implicit;
 mod stability;
 mod time_step;
+mod tunnelling;

@@ -2,4 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
+mod divergence;
+mod report;
 mod resume;

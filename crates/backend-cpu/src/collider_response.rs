@@ -7,8 +7,9 @@ use cloth_core::{
 use pulp::NullaryFnOnce;
 
 use crate::{
+    collider_sweep::{Carrier, PathStart},
     distance_grid::GridSolid,
-    memory::{LANES, Lanes, MotionChunk, PacketMotion, lanes},
+    memory::{FieldView, LANES, Lanes, MotionChunk, PacketMotion, lanes},
     vector::{cross, dot, sub},
 };
 
@@ -34,8 +35,12 @@ enum Shape<T> {
 
 /// Signed distance, normal (in the world) and velocity of the surface along it, beside that of the collider as a whole,
 /// at a point relative to the origin of the collider.
-trait SignedDistance<T> {
+pub(crate) trait SignedDistance<T> {
     fn distance(&self, point: [T; 3]) -> (T, [T; 3], T);
+
+    /// The share of the distance that is free of the surface in any direction, a little less than all, so that a path ends where
+    /// there is a normal; `None` where nothing can come out on the other side.
+    fn safe_share(&self) -> Option<T>;
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -156,6 +161,11 @@ impl<T: Real> SignedDistance<T> for Plane<T> {
     fn distance(&self, point: [T; 3]) -> (T, [T; 3], T) {
         (dot(point, self.normal), self.normal, T::ZERO)
     }
+
+    #[inline(always)]
+    fn safe_share(&self) -> Option<T> {
+        None
+    }
 }
 
 impl<T: Real> SignedDistance<T> for Sphere<T> {
@@ -163,6 +173,11 @@ impl<T: Real> SignedDistance<T> for Sphere<T> {
     fn distance(&self, point: [T; 3]) -> (T, [T; 3], T) {
         let (length, normal) = normalise(point, self.fallback);
         (length - self.radius, normal, T::ZERO)
+    }
+
+    #[inline(always)]
+    fn safe_share(&self) -> Option<T> {
+        Some(T::from_f64(0.875))
     }
 }
 
@@ -176,6 +191,11 @@ impl<T: Real> SignedDistance<T> for Capsule<T> {
         }
         let (length, normal) = normalise(across, self.fallback);
         (length - self.radius, normal, T::ZERO)
+    }
+
+    #[inline(always)]
+    fn safe_share(&self) -> Option<T> {
+        Some(T::from_f64(0.875))
     }
 }
 
@@ -209,6 +229,11 @@ impl<T: Real> SignedDistance<T> for OrientedBox<T> {
         let world = [dot(rotation[0], normal), dot(rotation[1], normal), dot(rotation[2], normal)];
         (if is_outside { length } else { nearest }, world, T::ZERO)
     }
+
+    #[inline(always)]
+    fn safe_share(&self) -> Option<T> {
+        Some(T::from_f64(0.875))
+    }
 }
 
 impl<T: Real> SignedDistance<T> for GridSolid<T> {
@@ -225,6 +250,12 @@ impl<T: Real> SignedDistance<T> for GridSolid<T> {
         let world = [dot(rotation[0], normal), dot(rotation[1], normal), dot(rotation[2], normal)];
         (distance, world, speed)
     }
+
+    /// Beyond the grid the distance can be three times too large.
+    #[inline(always)]
+    fn safe_share(&self) -> Option<T> {
+        Some(T::from_f64(0.25))
+    }
 }
 
 /// Length and direction of a vector, `fallback` if it has none.
@@ -240,23 +271,26 @@ fn normalise<T: Real>(vector: [T; 3], fallback: [T; 3]) -> (T, [T; 3]) {
 }
 
 /// Contact of a packet with all colliders, one after the other. `offsets` is half the thickness of
-/// the cloth at each particle \[m\]; particles with inverse mass zero are left alone.
+/// the cloth at each particle \[m\]; particles with inverse mass zero are left alone. `start` is where the packet was at the
+/// start of the substep, if that is known.
 #[inline(always)]
 pub(crate) fn packet<T: Real>(
     colliders: &[ColliderAt<T>],
     offsets: &Lanes<T>,
     inverse_mass: &Lanes<T>,
+    start: Option<PathStart<'_, T>>,
     motion: &mut PacketMotion<T>,
     mut impulses: Option<&mut [ColliderImpulse]>,
 ) {
+    let particles = (offsets, inverse_mass, start);
     for (index, collider) in colliders.iter().enumerate() {
         let sum = impulses.as_mut().and_then(|impulses| impulses.get_mut(index));
         match &collider.shape {
-            Shape::Plane(shape) => collide(collider, shape, offsets, inverse_mass, motion, sum),
-            Shape::Sphere(shape) => collide(collider, shape, offsets, inverse_mass, motion, sum),
-            Shape::Capsule(shape) => collide(collider, shape, offsets, inverse_mass, motion, sum),
-            Shape::Box(shape) => collide(collider, shape, offsets, inverse_mass, motion, sum),
-            Shape::Grid(shape) => collide(collider, shape, offsets, inverse_mass, motion, sum),
+            Shape::Plane(shape) => collide(collider, shape, particles, motion, sum),
+            Shape::Sphere(shape) => collide(collider, shape, particles, motion, sum),
+            Shape::Capsule(shape) => collide(collider, shape, particles, motion, sum),
+            Shape::Box(shape) => collide(collider, shape, particles, motion, sum),
+            Shape::Grid(shape) => collide(collider, shape, particles, motion, sum),
         }
     }
 }
@@ -265,8 +299,7 @@ pub(crate) fn packet<T: Real>(
 fn collide<T: Real>(
     collider: &ColliderAt<T>,
     shape: &impl SignedDistance<T>,
-    offsets: &Lanes<T>,
-    inverse_mass: &Lanes<T>,
+    (offsets, inverse_mass, start): (&Lanes<T>, &Lanes<T>, Option<PathStart<'_, T>>),
     motion: &mut PacketMotion<T>,
     impulse: Option<&mut ColliderImpulse>,
 ) {
@@ -277,6 +310,9 @@ fn collide<T: Real>(
     for lane in 0..LANES {
         touches |= contact.depth[lane] > T::ZERO;
     }
+    if let (Some(start), Some(_)) = (start, shape.safe_share()) {
+        touches |= sweep(collider, shape, (offsets, inverse_mass, start), &mut contact, motion);
+    }
     if touches {
         let before = motion.velocity;
         respond(collider, &contact, motion);
@@ -284,6 +320,57 @@ fn collide<T: Real>(
             add_impulses(impulse, inverse_mass, &before, motion);
         }
     }
+}
+
+/// Puts particles that have passed a collider within the substep back to where they met it. Returns whether there
+/// are any.
+#[inline(always)]
+fn sweep<T: Real>(
+    collider: &ColliderAt<T>,
+    shape: &impl SignedDistance<T>,
+    (offsets, inverse_mass, start): (&Lanes<T>, &Lanes<T>, PathStart<'_, T>),
+    contact: &mut Depths<T>,
+    motion: &mut PacketMotion<T>,
+) -> bool {
+    let carrier = Carrier {
+        translation: collider.translation,
+        linear_velocity: collider.linear_velocity,
+        angular_velocity: collider.angular_velocity,
+    };
+    let [from_x, from_y, from_z] = start.position;
+    let path_of = |position: &[Lanes<T>; 3], lane: usize| {
+        let from = [from_x[lane], from_y[lane], from_z[lane]];
+        let to = [position[0][lane], position[1][lane], position[2][lane]];
+        carrier.path(from, to, start.length)
+    };
+    let mut any = false;
+    for lane in 0..LANES {
+        let path = path_of(&motion.position, lane);
+        any |= path.can_pass(contact.distances[lane]) & (inverse_mass[lane] > T::ZERO);
+    }
+    if !any {
+        return false;
+    }
+    let mut swept = false;
+    for lane in 0..LANES {
+        let path = path_of(&motion.position, lane);
+        if !(path.can_pass(contact.distances[lane]) && inverse_mass[lane] > T::ZERO) {
+            continue;
+        }
+        let normal = contact.normals.each_ref().map(|components| components[lane]);
+        let end = (contact.depth[lane] > T::ZERO).then_some(normal);
+        if let Some(hit) = path.hit(shape, end) {
+            swept = true;
+            contact.swept[lane] = true;
+            contact.depth[lane] = offsets[lane] - hit.distance;
+            contact.speeds[lane] = hit.speed;
+            for axis in 0..3 {
+                contact.normals[axis][lane] = hit.normal[axis];
+                motion.position[axis][lane] = hit.point[axis] + collider.translation[axis];
+            }
+        }
+    }
+    swept
 }
 
 /// Adds the change of momentum of a packet, and its moment about the origin.
@@ -315,12 +402,22 @@ pub(crate) struct Depths<T> {
     pub(crate) normals: [Lanes<T>; 3],
     /// Velocity of the surface along the normal, beside that of the collider as a whole \[m/s\].
     pub(crate) speeds: Lanes<T>,
+    /// Signed distances \[m\].
+    distances: Lanes<T>,
+    /// Those that are at a surface which they would have passed.
+    swept: [bool; LANES],
 }
 
 impl<T: Real> Depths<T> {
     #[inline(always)]
     fn zero() -> Self {
-        Self { depth: [T::ZERO; LANES], normals: [[T::ZERO; LANES]; 3], speeds: [T::ZERO; LANES] }
+        Self {
+            depth: [T::ZERO; LANES],
+            normals: [[T::ZERO; LANES]; 3],
+            speeds: [T::ZERO; LANES],
+            distances: [T::ZERO; LANES],
+            swept: [false; LANES],
+        }
     }
 
     #[inline(always)]
@@ -337,6 +434,7 @@ impl<T: Real> Depths<T> {
                 shape.distance([x[lane] - cx, y[lane] - cy, z[lane] - cz]);
             let depth = offsets[lane] - distance;
             self.depth[lane] = if inverse_mass[lane] > T::ZERO { depth } else { T::ZERO };
+            self.distances[lane] = distance;
             self.normals[0][lane] = nx;
             self.normals[1][lane] = ny;
             self.normals[2][lane] = nz;
@@ -370,6 +468,10 @@ pub(crate) struct BlockTask<'a, 'b, T> {
     pub(crate) offsets: &'a [T],
     pub(crate) inverse_mass: &'a [T],
     pub(crate) chunk: &'a mut MotionChunk<'b, T>,
+    /// Where all particles were at the start of the substep, if somebody knows, and its length \[s\]; the block begins at `first`.
+    pub(crate) start: Option<FieldView<'a, T>>,
+    pub(crate) length: T,
+    pub(crate) first: usize,
     /// Sums of the block, one for each collider.
     pub(crate) impulses: Option<&'a mut [ColliderImpulse]>,
 }
@@ -384,7 +486,13 @@ impl<T: Real> NullaryFnOnce for BlockTask<'_, '_, T> {
             let offsets = lanes(self.offsets, local);
             let inverse_mass = lanes(self.inverse_mass, local);
             let impulses = self.impulses.as_deref_mut();
-            packet(self.colliders, offsets, inverse_mass, &mut motion, impulses);
+            let now = motion.position;
+            let position = match self.start {
+                Some(positions) => positions.packet((self.first + local) as isize),
+                None => now.each_ref(),
+            };
+            let start = Some(PathStart { position, length: self.length });
+            packet(self.colliders, offsets, inverse_mass, start, &mut motion, impulses);
             self.chunk.store(local, &motion);
         }
     }
@@ -393,12 +501,12 @@ impl<T: Real> NullaryFnOnce for BlockTask<'_, '_, T> {
 #[inline(always)]
 fn respond<T: Real>(
     collider: &ColliderAt<T>,
-    Depths { depth, normals, speeds }: &Depths<T>,
+    Depths { depth, normals, speeds, swept, .. }: &Depths<T>,
     motion: &mut PacketMotion<T>,
 ) {
     let rebound = T::ONE + collider.restitution;
     for lane in 0..LANES {
-        let touches = depth[lane] > T::ZERO;
+        let touches = swept[lane] || depth[lane] > T::ZERO;
         let mut normal = [T::ZERO; 3];
         let mut position = [T::ZERO; 3];
         let mut velocity = [T::ZERO; 3];

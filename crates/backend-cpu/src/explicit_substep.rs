@@ -11,6 +11,7 @@ use crate::{
     aerodynamic_forces::Aerodynamics,
     block_impulses::BlockImpulses,
     collider_response::{self, ColliderAt},
+    collider_sweep::PathStart,
     contact::{
         Contact,
         response::{self, Penalty},
@@ -83,7 +84,16 @@ impl<T: Real> ExplicitPass<'_, T> {
             );
             let offsets = lanes(self.offsets, first);
             let impulses = impulses.as_deref_mut();
-            collider_response::packet(self.colliders, offsets, inverse_mass, &mut moved, impulses);
+            let start = PathStart { position: self.motion.position(first), length: self.length };
+            let colliders = self.colliders;
+            collider_response::packet(
+                colliders,
+                offsets,
+                inverse_mass,
+                Some(start),
+                &mut moved,
+                impulses,
+            );
             finite &= is_finite(&moved);
             chunk.store(local, &moved);
         }

@@ -14,6 +14,7 @@
 mod aerodynamic_forces;
 mod block_impulses;
 mod collider_response;
+mod collider_sweep;
 mod contact;
 mod control_forces;
 mod distance_grid;

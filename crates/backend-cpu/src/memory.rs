@@ -108,6 +108,11 @@ impl<T: Real> VectorField<T> {
         }
     }
 
+    /// Whether it has no memory for particles.
+    pub(crate) const fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
     /// Takes over another field of as many particles.
     pub(crate) fn copy_from(&mut self, other: FieldView<'_, T>) {
         let from = other.range(0, packets(self.count) * LANES);

@@ -125,6 +125,7 @@ pub(crate) struct SolverData<T> {
     pub(crate) force: u64,
     pub(crate) kept_position: u64,
     pub(crate) kept_velocity: u64,
+    pub(crate) start_position: u64,
     pub(crate) spring_row: u64,
     pub(crate) spring_headers: u64,
     pub(crate) spring_entries: u64,

@@ -86,6 +86,8 @@ pub(crate) struct Memory<T> {
     pub(crate) velocity: [Buffer<Real4<T>>; 2],
     pub(crate) force: Buffer<Real4<T>>,
     pub(crate) kept: Option<[Buffer<Real4<T>>; 2]>,
+    /// Positions of the last `start_keep`.
+    pub(crate) start: Option<Buffer<Real4<T>>>,
     pub(crate) colliders: Buffer<ColliderData<T>>,
     pub(crate) substeps: Buffer<SubstepData<T>>,
     pub(crate) pins: Buffer<PinData<T>>,
@@ -215,6 +217,7 @@ impl<T: CudaReal> Memory<T> {
             pins: Buffer::zeros(&queue, 1)?,
             control_forces: Buffer::zeros(&queue, 1)?,
             kept: None,
+            start: None,
             contact: None,
             triangles: None,
             corners: None,

@@ -8,7 +8,8 @@ use cloth::{
 };
 
 use crate::{
-    arguments::CheckArguments, failure::Failure, scene_source::SceneSource, units::bytes_text,
+    arguments::CheckArguments, failure::Failure, passages::passages, scene_source::SceneSource,
+    units::bytes_text,
 };
 
 /// Share of the stable time step above which a scene runs without a margin.
@@ -121,6 +122,7 @@ fn warnings(scene: &CompiledScene, stable_time_step: f64) -> Vec<String> {
             ));
         }
     }
+    warnings.extend(passages(model));
     let floats = model.uniform_acceleration() == [0.0; 3];
     if model.pins().is_empty() && model.colliders().is_empty() && !floats {
         warnings.push(

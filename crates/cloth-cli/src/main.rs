@@ -6,6 +6,7 @@ mod check;
 mod convert;
 mod failure;
 mod memory;
+mod passages;
 mod run;
 mod run_folder;
 mod scene_source;

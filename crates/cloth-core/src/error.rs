@@ -104,11 +104,32 @@ pub struct Divergence {
     /// Estimate of the largest stable time step of the explicit integrator, 2/omega_max \[s\]; `None`
     /// for the others, which have no such limit.
     pub stable_time_step: Option<f64>,
+    /// What made it so, if the state before the frame tells: [`divergence_origin`](crate::divergence_origin).
+    pub origin: DivergenceOrigin,
 }
 
 impl Divergence {
     fn mend(&self) -> String {
         let used = self.time_step;
+        match &self.origin {
+            DivergenceOrigin::Field { field, particle, acceleration } => {
+                let name = field.map_or_else(
+                    || "gravity with the uniform fields".to_owned(),
+                    |number| format!("the procedural field {number} of the scene, counted from 0,"),
+                );
+                return format!(
+                    "{name} accelerates particle {particle} by {acceleration:.3e} m/s^2, which is more than springs can follow in \
+                     steps of {used:.3e} s: correct or weaken it, or use a smaller time step"
+                );
+            }
+            DivergenceOrigin::Inside { particle, collider, depth } => {
+                return format!(
+                    "particle {particle} was {depth:.3e} m inside the collider {collider:?} before, which throws it out at once: \
+                     move one of them, so that the cloth starts outside"
+                );
+            }
+            DivergenceOrigin::Unknown => {}
+        }
         match self.stable_time_step {
             Some(stable) => format!(
                 "the stable time step is about {stable:.3e} s (2/omega_max), the one used {used:.3e} s: \
@@ -119,6 +140,33 @@ impl Divergence {
             ),
         }
     }
+}
+
+/// What made a simulation diverge, beside time step and springs.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum DivergenceOrigin {
+    /// Nothing of what is looked for.
+    #[default]
+    Unknown,
+    /// A field that is too strong, or whose force is not a number.
+    Field {
+        /// Number of the procedural field; `None` for gravity and the uniform fields together.
+        field: Option<usize>,
+        /// The particle with the largest acceleration.
+        particle: u32,
+        /// Its acceleration \[m/s^2\].
+        acceleration: f64,
+    },
+    /// A free particle was inside a collider.
+    Inside {
+        /// The particle that was deepest.
+        particle: u32,
+        /// Name of the collider.
+        collider: String,
+        /// How deep \[m\].
+        depth: f64,
+    },
 }
 
 /// What is wrong with a diverged state.
@@ -331,6 +379,21 @@ pub enum ModelError {
         particle: u32,
         /// Particles there are.
         particles: usize,
+    },
+    /// A particle so far from the origin that the numbers of single precision are too coarse for its springs.
+    #[error(
+        "cloth {cloth:?}: a particle has a coordinate of {distance:.1} m, where numbers of single precision are too coarse for springs \
+         of {rest_length:.4} m: at most {largest:.1} m works; move the scene to the origin, or use precision f64"
+    )]
+    TooFar {
+        /// Name of the cloth.
+        cloth: String,
+        /// Largest coordinate of its particles \[m\].
+        distance: f64,
+        /// Mean rest length of its springs \[m\].
+        rest_length: f64,
+        /// Largest coordinate that is possible with these \[m\].
+        largest: f64,
     },
     /// A pin names a particle that does not exist.
     #[error(

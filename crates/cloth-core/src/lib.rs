@@ -11,9 +11,11 @@
 //! The formulas that all backends implement:
 #![doc = include_str!("../NUMERICS.md")]
 
+mod audit;
 mod backend;
 mod config;
 mod control;
+mod divergence;
 mod error;
 mod field;
 /// Which integrator suits what.
@@ -28,6 +30,7 @@ mod report;
 mod state;
 pub mod stepper;
 
+pub use audit::Audit;
 pub use backend::{Backend, BackendInfo, Frame, Solver};
 pub use config::{
     AdaptiveSettings, ImplicitSettings, Integrator, LinearMethod, LinearSettings, MatrixForm,
@@ -38,7 +41,8 @@ pub use control::{
     Anchor, AnchorSpring, ColliderControl, Control, ControlStart, ForceControl, PinAction,
     PinControl,
 };
-pub use error::{Divergence, DivergenceCause, Error, ModelError, Result};
+pub use divergence::divergence_origin;
+pub use error::{Divergence, DivergenceCause, DivergenceOrigin, Error, ModelError, Result};
 pub use field::{FieldAxes, FieldError, FieldInputs, FieldProgram, FieldRegisters};
 pub use kernels::{
     ColliderImpulse, ConstraintStatistics, ContactStatistics, DeferredOutcome, ImplicitKernels,

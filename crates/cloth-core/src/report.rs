@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::LinearOutcome;
+use crate::{Audit, LinearOutcome};
 
 /// Account of one frame.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -22,6 +22,11 @@ pub struct StepReport {
     pub contact_rebuilds: u32,
     /// Figures of the state at the end of the frame.
     pub measures: Measures,
+    /// How cloth lies at the end of the frame. Whoever downloads the state may fill it in; a
+    /// [`Solver`](crate::Solver) leaves it empty.
+    pub audit: Audit,
+    /// Rigid bodies that would be faster than their solver lets them be.
+    pub bodies_at_speed_limit: u32,
     /// Wall time by stage; stages that a backend fuses appear under the name of the fused stage.
     pub stage_times: Vec<StageTime>,
     /// Wall time of the frame.

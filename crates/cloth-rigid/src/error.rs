@@ -85,6 +85,20 @@ pub enum RigidError {
         /// Whether it must be above zero.
         positive: bool,
     },
+    /// A body that starts faster than the solver lets it be.
+    #[error(
+        "{what} of {name:?} is {value}: the rigid solver moves bodies with at most {limit:.0} (m/s or rad/s); use less"
+    )]
+    TooFast {
+        /// The body.
+        name: String,
+        /// The quantity.
+        what: &'static str,
+        /// Its size \[m/s or rad/s\].
+        value: f64,
+        /// The largest one.
+        limit: f64,
+    },
     /// What was put down of the bodies cannot be gone on from.
     #[error("the rigid bodies cannot go on: {problem}")]
     Snapshot {

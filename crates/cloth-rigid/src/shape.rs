@@ -13,6 +13,7 @@ use rapier3d_f64::{
 use crate::{
     RigidError,
     mesh::{closed, is_convex, vector},
+    world::{ROTATION_MAX, SPEED_MAX, STEP_MAX},
 };
 
 /// A rigid body at the start of a simulation.
@@ -99,6 +100,16 @@ impl RigidBody {
         for (what, vector) in vectors {
             if let Some(&value) = vector.iter().find(|value| !value.is_finite()) {
                 return Err(error(what, value, false));
+            }
+        }
+        let length = |vector: [f64; 3]| vector.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let turning = ROTATION_MAX / STEP_MAX;
+        for (what, value, limit) in [
+            ("the velocity", length(self.velocity), SPEED_MAX),
+            ("the angular velocity", length(self.angular_velocity), turning),
+        ] {
+            if value > limit {
+                return Err(RigidError::TooFast { name: self.name.clone(), what, value, limit });
             }
         }
         Ok(())

@@ -15,7 +15,13 @@ use crate::{
 };
 
 /// Longest step of the bodies \[s\].
-const STEP_MAX: f64 = 1.0 / 240.0;
+pub(crate) const STEP_MAX: f64 = 1.0 / 240.0;
+
+/// What a body turns in a step at most \[rad\]; the library has it as a constant.
+pub(crate) const ROTATION_MAX: f64 = std::f64::consts::FRAC_PI_4;
+
+/// Fastest start of a body \[m/s\]: the limit that the library has by default.
+pub(crate) const SPEED_MAX: f64 = 400.0;
 
 /// Bodies that collide with each other and with the colliders of a scene. Deterministic: the same
 /// calls give the same bits.
@@ -125,6 +131,20 @@ impl RigidWorld {
         for ((_, at), target) in self.kinematic.iter_mut().zip(targets) {
             *at = target.unwrap_or(*at);
         }
+    }
+
+    /// Number of bodies that are as fast as their solver lets them be: 400 m/s, and an eighth of a turn in a step. Without this limit
+    /// they would be faster.
+    #[must_use]
+    pub fn at_speed_limit(&self) -> usize {
+        let parameters = &self.world.integration_parameters;
+        let angular = ROTATION_MAX / parameters.dt.min(STEP_MAX);
+        let limits = [parameters.max_linear_velocity(), angular].map(|limit| 0.999 * limit);
+        let is_fast = |&&handle: &&RigidBodyHandle| {
+            let body = &self.world.bodies[handle];
+            body.linvel().length() >= limits[0] || body.angvel().length() >= limits[1]
+        };
+        self.bodies.iter().filter(is_fast).count()
     }
 
     /// Gives a body the reaction to what it did to the cloth.

@@ -485,3 +485,23 @@ fn joints_that_make_no_sense_are_refused() {
         assert!(matches!(error, RigidError::Joint { joint: 1, .. }), "{error}");
     }
 }
+
+/// The library moves nothing faster than 400 m/s, and said nothing of it.
+#[test]
+fn speed_limits_of_the_rigid_solver_are_said() {
+    let mut body = brick(RigidShape::Sphere { radius: 0.1 }, [0.0; 3], [500.0, 0.0, 0.0]);
+    let message = RigidWorld::new(&[body.clone()], &[], [0.0; 3]).err().unwrap().to_string();
+    assert!(message.contains("400") && message.contains("500"), "{message}");
+    body.velocity = [0.0; 3];
+    body.angular_velocity = [0.0, 0.0, 300.0];
+    let message = RigidWorld::new(&[body.clone()], &[], [0.0; 3]).err().unwrap().to_string();
+    assert!(message.contains("188"), "{message}");
+
+    body.angular_velocity = [0.0; 3];
+    body.velocity = [390.0, 0.0, 0.0];
+    let mut world = RigidWorld::new(&[body], &[], [100.0, 0.0, 0.0]).unwrap();
+    world.advance(0.05, &[]);
+    assert_eq!(world.at_speed_limit(), 0);
+    world.advance(0.1, &[]);
+    assert_eq!(world.at_speed_limit(), 1);
+}

@@ -129,6 +129,11 @@ impl<S: Solver> ModelSimulation<S> {
         Ok(&self.state.value)
     }
 
+    /// That state, if it has been read.
+    pub(crate) fn state_known(&self) -> Option<&State> {
+        self.state.is_current.then_some(&self.state.value)
+    }
+
     fn state_fetch(&mut self) -> Result<()> {
         if !self.state.is_current {
             self.check()?;

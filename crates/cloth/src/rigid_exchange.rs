@@ -107,6 +107,7 @@ impl RigidExchange {
             substeps += report.substeps;
             wall_time += report.wall_time;
         }
+        report.bodies_at_speed_limit = self.world.at_speed_limit() as u32;
         report.substeps = substeps;
         report.wall_time = wall_time;
         Ok(report)

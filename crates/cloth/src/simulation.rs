@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use cloth_core::{Backend, Control, Error, Model, Pose, Result, Solver, State, StepReport};
+use cloth_core::{
+    Audit, Backend, Control, Error, Model, Pose, Result, Solver, State, StepReport,
+    divergence_origin,
+};
 use cloth_rigid::RigidWorld;
 use cloth_scene::CompiledScene;
 
@@ -89,10 +92,34 @@ impl<S: Solver> Simulation<S> {
     pub fn step_with(&mut self, change: impl FnOnce(&mut Control)) -> Result<&StepReport> {
         let mut control = self.scene.timeline.control(self.run.frame());
         change(&mut control);
-        match &mut self.rigid {
+        let outcome = match &mut self.rigid {
             Some(rigid) => self.run.step_by(|solver, frame| rigid.step(solver, &control, frame)),
             None => self.run.step(&control),
+        };
+        match outcome.err() {
+            None => Ok(self.run.report()),
+            Some(error) => Err(self.explained(error)),
         }
+    }
+
+    /// The error with what made the simulation diverge, if the state before the frame is known and tells.
+    fn explained(&self, error: Error) -> Error {
+        let Error::Diverged(mut divergence) = error else { return error };
+        let start = || (self.frame() == 0).then(|| self.scene.model.initial_state());
+        if let Some(state) = self.run.state_known().cloned().or_else(start) {
+            let (time, time_step) = (divergence.time, divergence.time_step);
+            divergence.origin = divergence_origin(&self.scene.model, &state, time, time_step);
+        }
+        Error::Diverged(divergence)
+    }
+
+    /// How cloth lies at the end of the present frame.
+    ///
+    /// # Errors
+    /// As [`Self::state`].
+    pub fn audit(&mut self) -> Result<Audit> {
+        let model = Arc::clone(&self.scene.model);
+        Ok(Audit::new(&model, &self.run.state()?.positions))
     }
 
     /// The rigid bodies, if the scene has any.

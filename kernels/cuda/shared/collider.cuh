@@ -159,11 +159,72 @@ __device__ __forceinline__ vec3 surface_velocity(const Collider& c, const Surfac
     return carried + surface.speed * surface.normal;
 }
 
-// Contact of a free particle with one collider.
-__device__ __forceinline__ void collide(const Collider& c, real offset, Moved& moved) {
+// Looks at a path at most.
+#define LOOKS_MAX 1024
+
+// The way of a particle as a collider sees it, relative to its origin at the end of a substep.
+struct Path {
+    vec3 start;
+    vec3 way;
+    real length_squared;
+};
+
+__device__ __forceinline__ Path path_of(const Collider& c, const vec3& start, const vec3& end, real length) {
+    vec3 at = collider_translation(c);
+    vec3 linear = {c.linear_velocity[0], c.linear_velocity[1], c.linear_velocity[2]};
+    vec3 angular = {c.angular_velocity[0], c.angular_velocity[1], c.angular_velocity[2]};
+    vec3 arm = (start - at) + length * linear;
+    vec3 turning = cross(angular, arm);
+    vec3 again = cross(angular, turning);
+    arm = arm + length * (turning + ((real)0.5 * length) * again);
+    vec3 way = (end - at) - arm;
+    return {arm, way, dot(way, way)};
+}
+
+// Whether a path comes to a surface from outside and goes on through; where that is, relative to the origin of the collider, and
+// the surface there. `end` is the normal at its end if the particle touches there.
+__device__ __noinline__ bool path_hits(const Collider& c, const Path& path, bool touches, vec3 end, vec3& point, Surface& surface) {
+    // Never on the surface itself, where there may be no normal. Beyond a grid the distance can be three times too large.
+    real share = c.shape > SHAPE_BOX ? (real)0.25 : (real)0.875;
+    real length = root(path.length_squared);
+    real inverse = (real)1 / length;
+    vec3 direction = path.way * inverse;
+    real near = length * (real)0.0009765625;
+    real gone = 0;
+    for (uint look = 0; look < LOOKS_MAX; look++) {
+        point = path.start + gone * direction;
+        surface = surface_of(c, point);
+        if (look == 0 && !(surface.distance >= 0)) return false;
+        if (surface.distance <= near) {
+            bool passes = !touches || dot(end, surface.normal) < 0;
+            return passes && dot(direction, surface.normal) < 0;
+        }
+        gone = gone + share * surface.distance;
+        if (!(gone < length)) return false;
+    }
+    return false;
+}
+
+// Contact of a free particle with one collider, from where it was at the start of a substep of some length.
+__device__ __forceinline__ void collide(const Collider& c, real offset, const vec3& start, real length, Moved& moved) {
     Surface surface = surface_of(c, moved.position - collider_translation(c));
     real depth = offset - surface.distance;
-    if (!(depth > 0)) return;
+    bool touches = depth > 0;
+    if (c.shape != SHAPE_PLANE) {
+        Path path = path_of(c, start, moved.position, length);
+        // Long enough to lead through the surface and on to where it ends.
+        if (path.length_squared > surface.distance * surface.distance) {
+            vec3 point;
+            Surface met;
+            if (path_hits(c, path, touches, surface.normal, point, met)) {
+                surface = met;
+                depth = offset - met.distance;
+                touches = true;
+                moved.position = point + collider_translation(c);
+            }
+        }
+    }
+    if (!touches) return;
     vec3 n = surface.normal;
     moved.position = moved.position + depth * n;
     vec3 carried = surface_velocity(c, surface, moved.position);
@@ -196,13 +257,14 @@ __device__ __noinline__ void impulse_add(const Solver& s, uint collider, uint pa
     impulse_sum(s, collider, particle, px, py, pz, moved.position);
 }
 
-// Contact with all colliders, one after the other. `colliders` is best known to be in shared or in global memory: loads by an address that may
+// Contact with all colliders, one after the other, of a particle that was at `start` at the start of a substep of so many
+// seconds. `colliders` is best known to be in shared or in global memory: loads by an address that may
 // be either take longer.
 template <bool IMPULSES>
-__device__ __forceinline__ void collide_all(const Solver& s, const Collider* colliders, uint particle, real offset, real inverse_mass, Moved& moved) {
+__device__ __forceinline__ void collide_all(const Solver& s, const Collider* colliders, uint particle, real offset, real inverse_mass, const vec3& start, real length, Moved& moved) {
     for (uint k = 0; k < s.collider_count; k++) {
         vec3 before = moved.velocity;
-        collide(colliders[k], offset, moved);
+        collide(colliders[k], offset, start, length, moved);
         if (IMPULSES && s.impulses != nullptr) {
             bool changed = before.x != moved.velocity.x || before.y != moved.velocity.y || before.z != moved.velocity.z;
             if (changed) impulse_add(s, k, particle, inverse_mass, before, moved);

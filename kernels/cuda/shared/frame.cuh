@@ -41,8 +41,8 @@ __device__ __forceinline__ void rectangle_start(const Solver& s, const Motion& m
 }
 
 // Contact with more colliders than are kept.
-__device__ __noinline__ Moved collide_many(const Solver& s, const Collider* colliders, uint i, real offset, real inverse_mass, Moved moved) {
-    collide_all<false>(s, colliders, i, offset, inverse_mass, moved);
+__device__ __noinline__ Moved collide_many(const Solver& s, const Collider* colliders, uint i, real offset, real inverse_mass, vec3 start, real length, Moved moved) {
+    collide_all<false>(s, colliders, i, offset, inverse_mass, start, length, moved);
     return moved;
 }
 
@@ -93,11 +93,11 @@ struct NearFrame {
     }
 
     // Contact of a free particle with all colliders at the end of substep `number`.
-    __device__ __forceinline__ void collide(const Solver& s, uint number, uint i, real offset, real inverse_mass, Moved& moved) const {
+    __device__ __forceinline__ void collide(const Solver& s, uint number, uint i, real offset, real inverse_mass, const vec3& start, Moved& moved) const {
         if (has_colliders(s)) {
-            collide_all<false>(s, colliders[number & 1], i, offset, inverse_mass, moved);
+            collide_all<false>(s, colliders[number & 1], i, offset, inverse_mass, start, of(number).length, moved);
         } else {
-            moved = collide_many(s, s.colliders + of(number).collider_first, i, offset, inverse_mass, moved);
+            moved = collide_many(s, s.colliders + of(number).collider_first, i, offset, inverse_mass, start, of(number).length, moved);
         }
     }
 };

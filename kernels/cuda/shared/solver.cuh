@@ -93,6 +93,8 @@ struct Solver {
     real4* force;
     real4* kept_position;
     real4* kept_velocity;
+    // Positions at the start of the substep that is under way, or null.
+    const real4* start_position;
     // For each particle the number of its row; for each row first entry, and count with log2 of the stride
     // above bit 24; entries as offset to the other particle and kind; kinds as rest length, stiffness,
     // damping.

@@ -125,7 +125,7 @@ __device__ __forceinline__ Moved strip_move(
         force = pair.springs_sum<false>(forces, place, above, k, stencil_mask(s, row, column), force);
     }
     Moved moved = integrate(substep.length, inverse_mass, force, xi, vi);
-    if (inverse_mass > 0) collide_all<false>(s, colliders, i, offset, inverse_mass, moved);
+    if (inverse_mass > 0) collide_all<false>(s, colliders, i, offset, inverse_mass, xi, substep.length, moved);
     return moved;
 }
 

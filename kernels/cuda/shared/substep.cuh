@@ -83,7 +83,7 @@ __device__ __forceinline__ Moved particle_finish(
         if (contacts > 0) force = force + contact;
     }
     Moved moved = integrate(substep.length, own.w, force, xi, vi);
-    if (colliders != nullptr && own.w > 0) collide_all<EXTRAS>(s, colliders, i, offset, own.w, moved);
+    if (colliders != nullptr && own.w > 0) collide_all<EXTRAS>(s, colliders, i, offset, own.w, xi, substep.length, moved);
     return moved;
 }
 

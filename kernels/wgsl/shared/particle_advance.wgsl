@@ -5,7 +5,7 @@ fn particle_advance(particle: u32, position: vec4f, velocity: vec4f, force: vec3
     let step = integrate(position.xyz, position.w, velocity.xyz, force);
     var moved = Moved(step.position, step.velocity);
     if model.colliders_in_pass != 0u && substep.collider_count != 0u && position.w > 0.0 {
-        moved = collide_all(particle, velocity.w, moved);
+        moved = collide_all(particle, velocity.w, position.xyz, moved);
     }
     if is_over {
         moved = Moved(position.xyz, velocity.xyz);

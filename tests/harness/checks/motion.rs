@@ -100,7 +100,9 @@ pub fn collider_response(candidate: &Candidate, description: &Description) -> Ve
     kernels.collider_response(&case.substep())?;
     let colliders = case.plan.colliders_at(case.substep().index);
     let mut expected = case.particles();
-    stages::collider_response(&case.model, &mut expected, colliders, candidate.epsilon());
+    let stayed = expected.positions.clone();
+    let start = Some((&stayed[..], case.substep().length));
+    stages::collider_response(&case.model, &mut expected, colliders, start, candidate.epsilon());
     compare_state(candidate, &expected, &mut *kernels)
 }
 
@@ -119,8 +121,15 @@ pub fn collider_impulses(candidate: &Candidate, description: &Description) -> Ve
     kernels.collider_impulses(&mut found)?;
     let colliders = case.plan.colliders_at(case.substep().index);
     let mut particles = case.particles();
-    let expected =
-        stages::collider_response(&case.model, &mut particles, colliders, candidate.epsilon());
+    let stayed = particles.positions.clone();
+    let start = Some((&stayed[..], case.substep().length));
+    let expected = stages::collider_response(
+        &case.model,
+        &mut particles,
+        colliders,
+        start,
+        candidate.epsilon(),
+    );
     if !particles.uncertain.contains(&true) {
         let parts = |part: usize| expected.iter().map(|sums| sums[part]).collect::<Vec<_>>();
         let linear: Vec<_> = found.iter().map(|sum| sum.linear).collect();

@@ -250,6 +250,10 @@ impl Kernels for PerturbedKernels {
         self.state_stage(Stage::StrainLimit, |inner| inner.strain_limit(substep, colour))
     }
 
+    fn start_keep(&mut self) -> Result<()> {
+        self.inner.start_keep()
+    }
+
     fn collider_response(&mut self, substep: &Substep) -> Result<()> {
         self.state_stage(Stage::ColliderResponse, |inner| inner.collider_response(substep))
     }

@@ -61,6 +61,7 @@ pub fn explicit_substep(
     substep: &Substep,
     epsilon: f64,
 ) {
+    let start = particles.positions.clone();
     let mut forces = field_forces(model, particles);
     procedural_forces(model, particles, substep, &mut forces);
     spring_forces(model, particles, &mut forces, epsilon);
@@ -78,5 +79,6 @@ pub fn explicit_substep(
             }
         }
     }
-    collider_response(model, particles, plan.colliders_at(substep.index), epsilon);
+    let colliders = plan.colliders_at(substep.index);
+    collider_response(model, particles, colliders, Some((&start, substep.length)), epsilon);
 }

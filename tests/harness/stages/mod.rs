@@ -21,7 +21,7 @@ use cloth_core::{Model, State};
 use crate::tracked::{Tracked, TrackedVector};
 
 pub use aerodynamics::aerodynamic_forces;
-pub use colliders::{TrackedImpulse, collider_response, penetration_max};
+pub use colliders::{PathStart, TrackedImpulse, collider_response, penetration_max};
 pub use contact::{
     ContactPairs, contact_forces, contact_forces_of, contact_impulses, contact_impulses_of,
     contact_pairs,

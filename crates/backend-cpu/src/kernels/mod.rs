@@ -31,7 +31,8 @@ use crate::{
     kernels::semi_implicit::SemiImplicitMemory,
     measure::Measure,
     memory::{
-        BLOCK, LANES, Lanes, Masses, Motion, PacketMotion, VectorField, lanes, lanes_mut, packets,
+        BLOCK, FieldView, LANES, Lanes, Masses, Motion, PacketMotion, VectorField, lanes,
+        lanes_mut, packets,
     },
     procedural_forces::{self, Programs},
     spring_forces::{self, MotionView},
@@ -58,6 +59,10 @@ pub(crate) struct CpuKernels<T> {
     next: Motion<T>,
     /// The copy of `state_keep`.
     kept: Motion<T>,
+    /// Positions of the last `start_keep`.
+    start: VectorField<T>,
+    /// Whether they are those of the substep that is under way.
+    has_start: bool,
     /// Memory of the linear system, once it is needed.
     implicit: Option<Box<ImplicitSystem<T>>>,
     /// Memory of the single force stages; the fused substep does without.
@@ -99,6 +104,8 @@ impl<T: Real> CpuKernels<T> {
             present: Motion::new(count, margin),
             next: Motion::new(count, margin),
             kept: Motion::new(0, 0),
+            start: VectorField::new(0, 0),
+            has_start: false,
             implicit: None,
             force: None,
             aerodynamics: Aerodynamics::new(&model),
@@ -241,6 +248,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
         }
         self.semi_implicit.pins_changed = true;
         self.non_finite_step = None;
+        self.has_start = false;
         Ok(())
     }
 
@@ -452,12 +460,32 @@ impl<T: Real> Kernels for CpuKernels<T> {
         Ok(())
     }
 
+    fn start_keep(&mut self) -> Result<()> {
+        let count = self.model.particle_count();
+        if self.start.is_empty() {
+            self.start = VectorField::new(count, self.springs.margin());
+        }
+        self.stage("collider_response", |kernels| {
+            let from = FieldView::new(&kernels.present.position);
+            kernels.start.chunks_mut(BLOCK).enumerate().for_each(|(block, mut chunk)| {
+                let from = from.range((block * BLOCK) as isize, chunk[0].len());
+                for (to, from) in chunk.iter_mut().zip(from) {
+                    to.copy_from_slice(from);
+                }
+            });
+        });
+        self.has_start = true;
+        Ok(())
+    }
+
     fn collider_response(&mut self, substep: &Substep) -> Result<()> {
+        let has_start = std::mem::take(&mut self.has_start);
         let mut present = std::mem::replace(&mut self.present, Motion::new(0, 0));
         let mut impulses = std::mem::take(&mut self.impulses);
         self.stage("collider_response", |kernels| {
             let (kernels, arch) = (&*kernels, kernels.arch);
             let colliders = kernels.colliders_at(substep.index);
+            let start = has_start.then(|| FieldView::new(&kernels.start));
             let blocks = present.chunks_mut(BLOCK).zip(impulses.blocks_mut());
             blocks.enumerate().for_each(|(block, (mut chunk, impulses))| {
                 arch.dispatch(collider_response::BlockTask {
@@ -465,6 +493,9 @@ impl<T: Real> Kernels for CpuKernels<T> {
                     offsets: &kernels.offsets[block * BLOCK..],
                     inverse_mass: &kernels.masses.inverse[block * BLOCK..],
                     chunk: &mut chunk,
+                    start,
+                    length: T::from_f64(substep.length),
+                    first: block * BLOCK,
                     impulses,
                 });
             });
@@ -532,9 +563,12 @@ impl<T: Real> Kernels for CpuKernels<T> {
         if self.contact_is_penalty() {
             self.contact_candidates()?;
         }
+        let interrupted = stepper::explicit::has_work_after_integration(self);
+        if interrupted {
+            stepper::collider_start(self)?;
+        }
         let mut next = std::mem::replace(&mut self.next, Motion::new(0, 0));
         let mut impulses = std::mem::take(&mut self.impulses);
-        let interrupted = stepper::explicit::has_work_after_integration(self);
         let finite = self.stage("explicit_substep", |kernels| {
             if let Some(aerodynamics) = &mut kernels.aerodynamics {
                 aerodynamics.update(&kernels.model, &kernels.present, substep.wind_velocity);

@@ -1,6 +1,8 @@
 //! NUMERICS §6, `semi_implicit_factorise`: the constant matrix and its factorisations.
 
-use cloth_core::{Divergence, DivergenceCause, Error, Model, Real, Result, SemiImplicitSolve};
+use cloth_core::{
+    Divergence, DivergenceCause, DivergenceOrigin, Error, Model, Real, Result, SemiImplicitSolve,
+};
 
 use super::{
     constant_matrix,
@@ -159,6 +161,7 @@ impl<T: Real> SemiImplicit<T> {
             time_step: length,
             // A limit of the explicit scheme says nothing here.
             stable_time_step: None,
+            origin: DivergenceOrigin::Unknown,
         }))
     }
 

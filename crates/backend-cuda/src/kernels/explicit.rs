@@ -295,6 +295,9 @@ impl<T: CudaReal> CudaKernels<T> {
                 self.contacts_count()?;
             }
         }
+        if self.model.has_passable_colliders() {
+            self.start_copy()?;
+        }
         self.stage("explicit_substep", |kernels| {
             let name = ("explicit_substep", "explicit_pass");
             kernels.start(name, launch, &[argument(&number)])
@@ -319,6 +322,21 @@ impl<T: CudaReal> CudaKernels<T> {
             self.stage("collider_response", |kernels| {
                 kernels.start(name, launch, &[argument(&number)])
             })?;
+            self.memory.data.start_position = 0;
+        }
+        Ok(())
+    }
+
+    /// Notes where particles are, for colliders.
+    pub(super) fn start_copy(&mut self) -> Result<()> {
+        let (queue, n) = (&self.memory.queue, self.model.particle_count());
+        if self.memory.start.is_none() {
+            self.memory.start = Some(Buffer::zeros(queue, n)?);
+        }
+        let present = self.memory.data.present as usize;
+        if let Some(start) = &mut self.memory.start {
+            start.copy_from(queue, &self.memory.position[present])?;
+            self.memory.data.start_position = start.address();
         }
         Ok(())
     }

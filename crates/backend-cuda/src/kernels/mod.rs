@@ -262,10 +262,17 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
         self.stage("strain_limit", |kernels| kernels.colour_limit(substep.length, 0, colour))
     }
 
+    fn start_keep(&mut self) -> Result<()> {
+        self.settle()?;
+        self.start_copy()
+    }
+
     fn collider_response(&mut self, substep: &Substep) -> Result<()> {
         self.settle()?;
         self.substep_write(substep)?;
-        self.particle_stage("collider_response", &[argument(&0_u32)])
+        let done = self.particle_stage("collider_response", &[argument(&0_u32)]);
+        self.memory.data.start_position = 0;
+        done
     }
 
     fn collider_impulses(&mut self, out: &mut Vec<ColliderImpulse>) -> Result<()> {

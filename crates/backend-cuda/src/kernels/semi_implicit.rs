@@ -2,9 +2,9 @@
 //! the kernels of the implicit one.
 
 use cloth_core::{
-    Divergence, DivergenceCause, Error, ImplicitKernels, LinearMethod, LinearSettings, LinearStart,
-    LinearVector, MatrixForm, Model, ModelError, PieceBlocks, Preconditioner, Result,
-    SemiImplicitKernels, SemiImplicitSolve, SolverReport, stepper::Substep,
+    Divergence, DivergenceCause, DivergenceOrigin, Error, ImplicitKernels, LinearMethod,
+    LinearSettings, LinearStart, LinearVector, MatrixForm, Model, ModelError, PieceBlocks,
+    Preconditioner, Result, SemiImplicitKernels, SemiImplicitSolve, SolverReport, stepper::Substep,
 };
 
 use super::{CudaKernels, implicit};
@@ -188,6 +188,7 @@ impl<T: CudaReal> CudaKernels<T> {
             time_step: substep.length,
             // A limit of the explicit scheme says nothing here.
             stable_time_step: None,
+            origin: DivergenceOrigin::Unknown,
         }))
     }
 

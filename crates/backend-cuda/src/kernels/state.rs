@@ -13,6 +13,7 @@ impl<T: CudaReal> CudaKernels<T> {
     pub(super) fn state_upload(&mut self, state: &State) -> Result<()> {
         state.validate(&self.model)?;
         self.settle()?;
+        self.memory.data.start_position = 0;
         let masses = self.model.masses();
         let position: Vec<Real4<T>> = state
             .positions

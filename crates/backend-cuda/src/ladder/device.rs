@@ -2,7 +2,7 @@
 
 use std::{ffi::c_void, sync::Arc};
 
-use cloth_core::{Divergence, DivergenceCause, Error, Result, State};
+use cloth_core::{Divergence, DivergenceCause, DivergenceOrigin, Error, Result, State};
 use cloth_kernels::CudaModule;
 
 use super::{
@@ -67,6 +67,7 @@ fn finite_check(state: &State, time_step: f32) -> Result<()> {
         cause: DivergenceCause::NonFinite,
         time_step: f64::from(time_step),
         stable_time_step: None,
+        origin: DivergenceOrigin::Unknown,
     }))
 }
 

@@ -27,6 +27,7 @@ pub(crate) enum Command {
     ColliderResponse(Substep),
     ExplicitPass(Substep),
     StateKeep,
+    StartKeep,
     StateRestore,
     SpringLinearise(Substep),
     ContactLinearise(Substep),

@@ -117,6 +117,10 @@ impl Kernels for WgpuKernels {
         self.stages.execute(Command::StrainLimit(*substep, colour))
     }
 
+    fn start_keep(&mut self) -> Result<()> {
+        self.stages.execute(Command::StartKeep)
+    }
+
     fn collider_response(&mut self, substep: &Substep) -> Result<()> {
         self.stages.execute(Command::ColliderResponse(*substep))
     }
@@ -149,6 +153,9 @@ impl Kernels for WgpuKernels {
         if !self.stages.is_fused() {
             return stepper::explicit::substep(self, substep);
         }
+        if !self.stages.colliders_in_pass() {
+            stepper::collider_start(self)?;
+        }
         self.stages.execute(Command::ExplicitPass(*substep))?;
         if self.stages.colliders_in_pass() {
             return Ok(());
@@ -178,6 +185,7 @@ impl Kernels for WgpuKernels {
             self.stages.execute(Command::ImplicitStep(*substep, request))?;
             return Ok(true);
         }
+        stepper::collider_start(self)?;
         if !self.model().colliders().is_empty() {
             self.collider_constraints(substep)?;
         }

@@ -122,6 +122,7 @@ impl Stages {
             Command::ColliderResponse(substep) => self.collider_response(substep),
             Command::ExplicitPass(substep) => self.explicit_pass(substep),
             Command::StateKeep => self.state_keep(),
+            Command::StartKeep => self.start_keep(),
             Command::StateRestore => self.state_restore(),
             Command::SpringLinearise(substep) => self.spring_linearise(substep),
             Command::ContactLinearise(substep) => self.contact_linearise(substep),
@@ -201,6 +202,11 @@ impl Stages {
             return Ok(());
         }
         self.in_place()?;
+        if self.model.has_passable_colliders() && !std::mem::take(&mut self.has_start) {
+            // Nobody knows where it started: no particle has moved.
+            self.start_keep()?;
+            self.has_start = false;
+        }
         self.over_particles("collider_response", slot)
     }
 

@@ -67,6 +67,8 @@ pub(crate) struct Stages {
     /// Whether two kernels do all of an implicit substep but its iterations.
     is_step_fused: bool,
     has_force: bool,
+    /// Whether it is known where the substep that is under way has started.
+    has_start: bool,
     contact: Option<ContactPolicy>,
     /// Work that may have to be done again.
     open: Option<OpenFrames>,
@@ -179,6 +181,7 @@ impl Stages {
             is_fused: true,
             is_step_fused: false,
             has_force: false,
+            has_start: false,
             contact,
             open: None,
             plan: None,
@@ -273,7 +276,10 @@ impl Stages {
                 let forces = air.into_iter().chain(buckling).chain(penalty);
                 forces.chain(grids).chain(impulses).collect()
             }
-            "collider_response" => grids.into_iter().chain(impulses).collect(),
+            "collider_response" => {
+                let start = self.model.has_passable_colliders().then_some("start");
+                grids.into_iter().chain(impulses).chain(start).collect()
+            }
             "collider_constraints" => grids.into_iter().collect(),
             "semi_implicit_factorise"
             | "semi_implicit_solve"

@@ -41,6 +41,9 @@ pub(super) fn collider(collider: &Collider, grid: f32, at: &ColliderState) -> la
 /// The copy of positions and velocities that `state_keep` makes.
 pub(super) const KEPT: [&str; 2] = ["position_kept", "velocity_kept"];
 
+/// The copy of positions that `start_keep` makes.
+const START: &str = "position_start";
+
 impl Stages {
     pub(crate) fn state_write(&mut self, state: &State) -> Result<()> {
         state.validate(&self.model)?;
@@ -49,6 +52,7 @@ impl Stages {
         self.failure = None;
         self.recorder.submit(&self.context)?;
         self.present = 0;
+        self.has_start = false;
         self.has_boxes.fill(false);
         let count = state.positions.len();
         let mut vectors: Vec<[f32; 4]> = Vec::with_capacity(count);
@@ -217,6 +221,20 @@ impl Stages {
         }
         self.impulses_copy(["impulses", "impulses_kept"])?;
         self.kept_copy(true)
+    }
+
+    /// Records a copy of the present positions, for colliders.
+    pub(super) fn start_keep(&mut self) -> Result<()> {
+        let size = VECTOR_SIZE * self.model.particle_count() as u64;
+        if self.buffers.get(START, 0, 0).is_err() {
+            self.buffers.create(&self.context, START, size, None)?;
+            self.bind_groups.clear();
+        }
+        let present = self.buffers.position(self.present);
+        let start = self.buffers.get(START, 0, 0)?;
+        self.recorder.copy(&self.context, present, 0, start, 0, size);
+        self.has_start = true;
+        Ok(())
     }
 
     /// Records the way back.

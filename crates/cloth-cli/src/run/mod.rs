@@ -11,14 +11,15 @@ mod summary;
 use std::time::Instant;
 
 use cloth::{
-    AUTO, Backend, BackendOptions, Checkpoint, PoseLog, Simulation, backend_choose, backend_open,
-    frame_solids, picture_style_moving, topology,
+    AUTO, Backend, BackendOptions, Checkpoint, PoseLog, Simulation, StepReport, backend_choose,
+    backend_open, frame_solids, picture_style_moving, topology,
 };
 use cloth::{io::PictureStyle, scene::CompiledScene};
 
 use crate::{
     arguments::{Extra, RunArguments},
     failure::{Failure, WriteError},
+    passages::passages,
     run_folder::RunFolder,
     scene_source::SceneSource,
 };
@@ -73,7 +74,8 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     }
 
     let start = Instant::now();
-    let mut summary = Summary::new(simulation.model().particle_count());
+    let mut summary =
+        Summary::new(simulation.model().particle_count(), passages(simulation.model()));
     let mut progress = Progress::new(simulation.frame(), u64::from(simulation.scene().frames));
     let mut ended = Ok(());
     while ended.is_ok() && !simulation.is_finished() && !interrupt.is_requested() {
@@ -151,8 +153,9 @@ fn frame(
     let frame = simulation.frame();
     let (state, normals) = simulation.state_and_normals()?;
     outputs.write(frame, state, normals)?;
-    reports.write(frame, simulation.report())?;
-    summary.add(simulation.report());
+    let report = StepReport { audit: simulation.audit()?, ..simulation.report().clone() };
+    reports.write(frame, &report)?;
+    summary.add(frame, &report);
     Ok(())
 }
 

@@ -24,11 +24,18 @@ pub(super) struct Summary {
     strain_max: f64,
     penetration_max: f64,
     contacts_max: u64,
+    compression_max: f64,
+    /// Most pairs of particles closer than half the contact distance, and the first frame with any.
+    close_pairs_max: u64,
+    close_pairs_first: Option<u64>,
+    bodies_at_speed_limit: u32,
+    /// What the scene is warned of before it runs.
+    warnings: Vec<String>,
     solver: SolverSummary,
 }
 
 impl Summary {
-    pub(super) const fn new(particles: usize) -> Self {
+    pub(super) const fn new(particles: usize, warnings: Vec<String>) -> Self {
         Self {
             particles,
             frames: 0,
@@ -37,11 +44,24 @@ impl Summary {
             strain_max: 0.0,
             penetration_max: 0.0,
             contacts_max: 0,
+            compression_max: 0.0,
+            close_pairs_max: 0,
+            close_pairs_first: None,
+            bodies_at_speed_limit: 0,
+            warnings,
             solver: SolverSummary::new(),
         }
     }
 
-    pub(super) fn add(&mut self, report: &StepReport) {
+    /// Adds what was done for a frame.
+    pub(super) fn add(&mut self, frame: u64, report: &StepReport) {
+        let audit = &report.audit;
+        self.compression_max = self.compression_max.max(audit.compression_max);
+        self.close_pairs_max = self.close_pairs_max.max(audit.close_pairs);
+        if audit.close_pairs > 0 {
+            self.close_pairs_first = self.close_pairs_first.or(Some(frame));
+        }
+        self.bodies_at_speed_limit = self.bodies_at_speed_limit.max(report.bodies_at_speed_limit);
         self.frames += 1;
         self.substeps += u64::from(report.substeps);
         self.solver_time += report.wall_time;
@@ -70,13 +90,29 @@ impl Summary {
             self.rate_text(),
         );
         let second = format!(
-            "largest strain {:.3}, deepest penetration {:.2e} m, at most {}",
+            "largest strain {:.3}, compression {:.3}, deepest penetration of colliders {:.2e} m, at most {}",
             self.strain_max,
+            self.compression_max,
             self.penetration_max,
             count_text(self.contacts_max, "contact"),
         );
         let mut lines = vec![first, second];
         lines.extend(self.solver.lines(self.substeps));
+        if let Some(frame) = self.close_pairs_first {
+            lines.push(format!(
+                "warning: from frame {frame} on up to {} of particles came closer than half the contact distance: cloth may have gone \
+                 into or through cloth; use a shorter time step, or a larger contact distance",
+                count_text(self.close_pairs_max, "pair"),
+            ));
+        }
+        if self.bodies_at_speed_limit > 0 {
+            lines.push(format!(
+                "warning: rigid bodies reached the largest speed of their solver, 400 m/s or an eighth of a turn in a step, and would have \
+                 been faster: at most {} at once",
+                self.bodies_at_speed_limit,
+            ));
+        }
+        lines.extend(self.warnings.iter().map(|warning| format!("warning: {warning}")));
         lines
     }
 }

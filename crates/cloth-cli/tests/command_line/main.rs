@@ -6,6 +6,7 @@ mod backend;
 mod bad_input;
 mod commands;
 mod fysl;
+mod honesty;
 mod place;
 mod run;
 mod solvers;

@@ -148,7 +148,15 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     /// What the device reports.
     fn strain_limit(&mut self, substep: &Substep, colour: usize) -> Result<()>;
 
-    /// NUMERICS §7: contact with all colliders.
+    /// NUMERICS §7: notes where particles are at the start of a substep. The next `collider_response` then finds
+    /// those that a collider has passed meanwhile.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn start_keep(&mut self) -> Result<()>;
+
+    /// NUMERICS §7: contact with all colliders, from where particles were at the last `start_keep`; if it did not come
+    /// after the last response, from where they are.
     ///
     /// # Errors
     /// What the device reports.

@@ -15,6 +15,7 @@ mod interactions;
 mod material;
 mod material_preset;
 mod piece_blocks;
+mod range;
 mod springs;
 mod stability;
 mod winged_edge;
@@ -145,6 +146,12 @@ impl Model {
     #[must_use]
     pub fn colliders(&self) -> &[Collider] {
         &self.colliders
+    }
+
+    /// Whether some collider is such that a particle can come out on its other side: all but half spaces.
+    #[must_use]
+    pub fn has_passable_colliders(&self) -> bool {
+        self.colliders.iter().any(|collider| !matches!(collider.shape, ColliderShape::Plane))
     }
 
     /// Gravity \[m/s^2\].

@@ -12,6 +12,7 @@ use super::{Substep, finish};
 pub fn substep<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Result<()> {
     let contact = kernels.model().self_contact().is_some();
     let penalty = kernels.contact_is_penalty();
+    finish::collider_start(kernels)?;
     kernels.field_forces()?;
     if kernels.model().has_procedural_fields() {
         kernels.procedural_forces(substep)?;

@@ -31,6 +31,14 @@ pub(super) fn advance<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -
     Ok(())
 }
 
+/// Notes where a substep starts, for colliders that something could pass: all but half spaces.
+///
+/// # Errors
+/// Those of the stages.
+pub fn collider_start<K: Kernels + ?Sized>(kernels: &mut K) -> Result<()> {
+    if kernels.model().has_passable_colliders() { kernels.start_keep() } else { Ok(()) }
+}
+
 /// All sweeps of the strain limit.
 ///
 /// # Errors

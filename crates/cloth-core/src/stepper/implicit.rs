@@ -29,6 +29,7 @@ pub fn substep<K: Kernels + ?Sized>(
     report: &mut SolverReport,
 ) -> Result<bool> {
     kernels.state_keep()?;
+    finish::collider_start(kernels)?;
     let constrained = !kernels.model().colliders().is_empty();
     if constrained {
         kernels.collider_constraints(substep)?;

@@ -12,5 +12,6 @@ pub mod semi_implicit;
 mod solver;
 mod time_step;
 
+pub use finish::collider_start;
 pub use plan::{ColliderState, FramePlan, FrameSpan, Substep, substep_lengths};
 pub use solver::SteppedSolver;

@@ -14,6 +14,7 @@ pub fn substep<K: Kernels + ?Sized>(
     settings: &SemiImplicitSettings,
     report: &mut SolverReport,
 ) -> Result<()> {
+    finish::collider_start(kernels)?;
     let factorised = kernels.semi_implicit_factorise(substep.length, settings.solve)?;
     report.factorisations += u32::from(factorised);
     report.solves += 1;

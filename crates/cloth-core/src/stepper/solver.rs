@@ -4,8 +4,9 @@ use std::{collections::BTreeMap, sync::Arc, time::Instant};
 
 use crate::{
     ColliderImpulse, ConstraintStatistics, ContactStatistics, Control, DeferredOutcome, Divergence,
-    DivergenceCause, Error, Frame, Integrator, Kernels, Measures, Model, PinAction, PinControl,
-    PinWrite, Pose, Result, Solver, SolverReport, State, StepReport, error::positive,
+    DivergenceCause, DivergenceOrigin, Error, Frame, Integrator, Kernels, Measures, Model,
+    PinAction, PinControl, PinWrite, Pose, Result, Solver, SolverReport, State, StepReport,
+    error::positive,
 };
 
 use super::{
@@ -45,6 +46,7 @@ impl<K: Kernels> SteppedSolver<K> {
     /// [`Error::Invalid`] for settings that make no sense; what the device reports.
     pub fn new(kernels: K) -> Result<Self> {
         kernels.config().validate()?;
+        kernels.model().precision_check(kernels.config().precision)?;
         let state = kernels.model().initial_state();
         let precision = kernels.config().precision;
         let wind_velocity = kernels.model().air().map_or([0.0; 3], |air| air.wind_velocity);
@@ -186,6 +188,7 @@ impl<K: Kernels> SteppedSolver<K> {
             cause,
             time_step: self.time_step.length(),
             stable_time_step: explicit.then(|| self.kernels.model().stable_time_step()),
+            origin: DivergenceOrigin::Unknown,
         })
     }
 }
@@ -266,6 +269,7 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
                 measures,
                 stage_times: self.kernels.stage_times(),
                 wall_time: start.elapsed(),
+                ..StepReport::default()
             };
             if let Some(divergence) = self.divergence(&measures) {
                 return Err(Error::Diverged(divergence));

@@ -135,7 +135,11 @@ impl Scene {
         colliders.extend(solids);
         let build = |builder: ModelBuilder, colliders: Vec<Collider>| {
             let model = colliders.into_iter().fold(builder, ModelBuilder::collider).build();
-            model.map_err(|error| model_error::place(self, error))
+            let checked = model.and_then(|model| {
+                model.precision_check(config.precision)?;
+                Ok(model)
+            });
+            checked.map_err(|error| model_error::place(self, error))
         };
         if !plans.is_empty() {
             // Built with drafts first: what is wrong with it is told before minutes are spent on distances.
