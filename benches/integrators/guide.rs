@@ -34,7 +34,7 @@ pub(crate) fn print(backend: &dyn Backend) -> Result<(), Box<dyn Error>> {
     for side in [33, 160] {
         for &solver in SceneSolver::ALL {
             let mut scene = bench_scene(BenchKind::Sphere, side, false);
-            scene.simulation.solver = solver;
+            scene.simulation.solver = Some(solver);
             let compiled = scene.compile(&CompileOptions::default())?;
             let solver_made = backend.create_solver(compiled.model, &compiled.config)?;
             let frame = Frame::per_second(compiled.frames_per_second);

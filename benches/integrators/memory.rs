@@ -55,14 +55,14 @@ const CASES: [Case; 7] = [
         implicit(scene, Preconditioner::IncompleteCholesky, MatrixForm::MatrixFree);
     }),
     ("implicit, jacobi", |scene| {
-        scene.simulation.solver = SceneSolver::Implicit;
+        scene.simulation.solver = Some(SceneSolver::Implicit);
         scene.simulation.implicit.linear = LinearMethod::Jacobi;
     }),
-    ("semi-implicit", |scene| scene.simulation.solver = SceneSolver::SemiImplicit),
+    ("semi-implicit", |scene| scene.simulation.solver = Some(SceneSolver::SemiImplicit)),
 ];
 
 fn implicit(scene: &mut Scene, preconditioner: Preconditioner, matrix: MatrixForm) {
-    scene.simulation.solver = SceneSolver::Implicit;
+    scene.simulation.solver = Some(SceneSolver::Implicit);
     scene.simulation.implicit.preconditioner = preconditioner;
     scene.simulation.implicit.matrix = matrix;
 }

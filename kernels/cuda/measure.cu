@@ -31,7 +31,8 @@ extern "C" __global__ void __launch_bounds__(512) measure(const __grid_constant_
             SpringKind kind = spring_kind(s, entry.y);
             Spring spring = spring_at(kind, xyz(x), xyz(v), xyz(motion.x[j]), xyz(motion.v[j]));
             real strain = spring.stretch / kind.rest_length;
-            strain_max = maximum(strain, strain_max);
+            // The last number of a kind is zero if its strain is measured.
+            if (s.spring_kinds[entry.y].w == 0) strain_max = maximum(strain, strain_max);
             strain_sum += absolute(strain);
             elastic += kind.energy_doubled(spring.stretch);
             magnitude += absolute(spring.tension);

@@ -45,7 +45,7 @@ fn figures_of(particle: u32) -> Figures {
     for (var at = row.first; at < row.end; at += row.stride) {
         let spring = spring_at(at, particle, position.xyz, velocity.xyz);
         let strain = spring.stretch / spring.rest_length;
-        extremes.strain_max = max(extremes.strain_max, strain);
+        extremes.strain_max = max(extremes.strain_max, select(-1.0, strain, spring_is_measured(at)));
         strain_sum += abs(strain);
         elastic += elastic_energy_doubled(at, spring.stiffness, spring.stretch);
         magnitude += abs(spring.tension);

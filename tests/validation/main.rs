@@ -28,5 +28,6 @@ mod rigid_bodies;
 mod self_contact;
 mod semi_implicit;
 mod stability;
+mod stable_step;
 mod time_step;
 mod tunnelling;

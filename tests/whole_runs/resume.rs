@@ -26,7 +26,7 @@ fn scene(name: &str, solver: SceneSolver, precision: Precision) -> CompiledScene
 }
 
 fn compiled(mut scene: Scene, solver: SceneSolver, precision: Precision) -> CompiledScene {
-    scene.simulation.solver = solver;
+    scene.simulation.solver = Some(solver);
     scene.simulation.precision = match precision {
         Precision::F32 => ScenePrecision::F32,
         Precision::F64 => ScenePrecision::F64,

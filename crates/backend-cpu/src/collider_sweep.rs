@@ -49,14 +49,14 @@ impl<T: Real> Carrier<T> {
         let half = T::from_f64(0.5) * length;
         let mut arm = sub(start, self.translation);
         for axis in 0..3 {
-            arm[axis] = arm[axis] + length * self.linear_velocity[axis];
+            arm[axis] += length * self.linear_velocity[axis];
         }
         let turning = cross(self.angular_velocity, arm);
         let again = cross(self.angular_velocity, turning);
         let mut way = sub(end, self.translation);
         for axis in 0..3 {
-            arm[axis] = arm[axis] + length * (turning[axis] + half * again[axis]);
-            way[axis] = way[axis] - arm[axis];
+            arm[axis] += length * (turning[axis] + half * again[axis]);
+            way[axis] -= arm[axis];
         }
         Path { start: arm, way, length_squared: dot(way, way) }
     }
@@ -87,10 +87,12 @@ impl<T: Real> Path<T> {
         for look in 0..LOOKS_MAX {
             let mut point = self.start;
             for axis in 0..3 {
-                point[axis] = point[axis] + gone * direction[axis];
+                point[axis] += gone * direction[axis];
             }
             let (distance, normal, speed) = shape.distance(point);
-            if look == 0 && !(distance >= T::ZERO) {
+            // NaN is not outside.
+            let is_outside = distance >= T::ZERO;
+            if look == 0 && !is_outside {
                 return None;
             }
             if distance <= near {
@@ -98,8 +100,9 @@ impl<T: Real> Path<T> {
                 let is_hit = passes && dot(direction, normal) < T::ZERO;
                 return is_hit.then_some(Hit { point, distance, normal, speed });
             }
-            gone = gone + share * distance;
-            if !(gone < length) {
+            gone += share * distance;
+            let is_on_the_way = gone < length;
+            if !is_on_the_way {
                 return None;
             }
         }

@@ -55,7 +55,8 @@ impl<T: Real> Measure<'_, T> {
         Measures {
             non_finite_particle: total.non_finite,
             non_finite_step: None,
-            strain_max: if total.spring_ends == 0.0 { 0.0 } else { total.strain_max },
+            // Still where it began: no strain was measured.
+            strain_max: if total.strain_max > -1.0 { total.strain_max } else { 0.0 },
             strain_mean: total.strain_sum / total.spring_ends.max(1.0),
             strain_particle: total.strain_particle,
             penetration_max: total.penetration,
@@ -171,7 +172,8 @@ impl<T: Real> ColumnVisitor<T> for SpringSum<'_, T> {
             let active = column.active[lane];
             let strain = spring.stretch / column.rest_length[lane];
             let largest = strain.maximum(self.strain_max[lane]);
-            self.strain_max[lane] = if active != T::ZERO { largest } else { self.strain_max[lane] };
+            let measured = column.measured[lane] != T::ZERO;
+            self.strain_max[lane] = if measured { largest } else { self.strain_max[lane] };
             self.strain_sum[lane] += active * strain.abs();
             self.elastic[lane] +=
                 elasticity.energy_doubled(lane, column.stiffness[lane], spring.stretch);

@@ -25,6 +25,8 @@ pub(crate) struct Column<T> {
     pub(crate) rest_length: Lanes<T>,
     pub(crate) stiffness: Lanes<T>,
     pub(crate) damping: Lanes<T>,
+    /// 1 where the strain of the spring is measured (NUMERICS §10), 0 elsewhere.
+    pub(crate) measured: Lanes<T>,
     /// Only where a spring of the column can buckle.
     pub(crate) buckling: Option<Box<BucklingLanes<T>>>,
 }
@@ -52,15 +54,17 @@ struct Kind<T> {
     rest_length: T,
     stiffness: T,
     damping: T,
+    measured: T,
     buckling: Option<Buckling<T>>,
 }
 
 impl<T: Real> Kind<T> {
-    fn new(kind: &SpringKind) -> Self {
+    fn new((kind, is_measured): (&SpringKind, bool)) -> Self {
         Self {
             rest_length: T::from_f64(kind.rest_length),
             stiffness: T::from_f64(kind.stiffness),
             damping: T::from_f64(kind.damping),
+            measured: if is_measured { T::ONE } else { T::ZERO },
             buckling: kind.buckling().as_ref().map(Buckling::rounded),
         }
     }
@@ -77,7 +81,8 @@ struct Entry {
 impl<T: Real> SpringColumns<T> {
     pub(crate) fn new(springs: &Springs, particle_count: usize) -> Self {
         let rows = springs.gather_rows();
-        let kinds: Vec<Kind<T>> = springs.kinds().iter().map(Kind::new).collect();
+        let kinds: Vec<Kind<T>> =
+            springs.kinds().iter().zip(springs.strain_measured()).map(Kind::new).collect();
         let can_buckle = kinds.iter().any(|kind| kind.buckling.is_some());
         let mut result = Self { columns: Vec::new(), packets: Vec::new(), margin: 0, can_buckle };
         let mut shared: HashMap<Vec<Entry>, Range<u32>> = HashMap::new();
@@ -176,6 +181,7 @@ impl<T: Real> Column<T> {
             rest_length: [T::ONE; LANES],
             stiffness: [T::ZERO; LANES],
             damping: [T::ZERO; LANES],
+            measured: [T::ZERO; LANES],
             buckling: None,
         }
     }
@@ -186,6 +192,7 @@ impl<T: Real> Column<T> {
         self.rest_length[entry.lane] = kind.rest_length;
         self.stiffness[entry.lane] = kind.stiffness;
         self.damping[entry.lane] = kind.damping;
+        self.measured[entry.lane] = kind.measured;
         if let Some(buckling) = kind.buckling {
             let lanes = self.buckling.get_or_insert_with(|| Box::new(BucklingLanes::never()));
             lanes.set(entry.lane, buckling);

@@ -29,7 +29,8 @@ pub(crate) fn total(partials: &[f64]) -> Measures {
         magnitude += block[8];
     }
     let length = force.iter().map(|c| c * c).sum::<f64>().sqrt();
-    if ends == 0.0 {
+    // Still where it began: no strain was measured.
+    if measures.strain_max <= -1.0 {
         measures.strain_max = 0.0;
     }
     measures.strain_mean /= f64::max(ends, 1.0);

@@ -30,7 +30,8 @@ impl Figures {
         let measures = Measures {
             non_finite_particle: (non_finite != NO_PARTICLE).then_some(non_finite),
             non_finite_step: None,
-            strain_max: if ends == 0.0 { 0.0 } else { number(24) },
+            // Still where it began: no strain was measured.
+            strain_max: if number(24) > -1.0 { number(24) } else { 0.0 },
             strain_mean: sum(0) / ends.max(1.0),
             strain_particle: if strain_particle == NO_PARTICLE { 0 } else { strain_particle },
             penetration_max: number(25),

@@ -3,7 +3,7 @@
 use std::io::{Write, stdout};
 
 use cloth::{
-    ContactResponse, Integrator, LinearMethod, SemiImplicitSolve, TimeStepControl,
+    ContactResponse, Integrator, LinearMethod, SemiImplicitSolve, SpringClass, TimeStepControl,
     scene::{CompiledScene, SceneSolver},
 };
 
@@ -12,9 +12,6 @@ use crate::{
     units::bytes_text,
 };
 
-/// Share of the stable time step above which a scene runs without a margin.
-const STABLE_SHARE: f64 = 0.9;
-
 /// Particles up to which methods for small models are no slip.
 const SMALL_PARTICLES: usize = 4000;
 
@@ -22,7 +19,7 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     let source = SceneSource::read(&arguments.scene)?;
     let scene = source.compile(None)?;
     let estimate = source.scene.memory_estimate(&source.options);
-    let solver = source.scene.simulation.solver;
+    let solver = scene.choice.solver;
     let mut out = stdout().lock();
     writeln!(out, "scene        {}", scene.name)?;
     for (cloth, springs) in scene.model.cloths().iter().zip(springs_per_cloth(&scene)) {
@@ -57,17 +54,14 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
         TimeStepControl::Fixed => String::new(),
     };
     writeln!(out, "time step    {:.3e} s{adaptive}", scene.config.time_step)?;
-    let stable_time_step = scene.model.stable_time_step();
-    if solver == SceneSolver::Explicit {
-        writeln!(out, "stable       up to about {stable_time_step:.3e} s (2/omega_max)")?;
-    } else {
-        writeln!(
-            out,
-            "stable       at any time step, which damps what is faster (explicit: up to about \
-             {stable_time_step:.3e} s)"
-        )?;
+    if !scene.choice.reason.is_empty() {
+        writeln!(out, "chosen       {}", scene.choice.reason)?;
     }
-    for warning in warnings(&scene, stable_time_step) {
+    writeln!(out, "stable       {}", stable_text(&scene, solver))?;
+    for cloth in 0..scene.model.cloths().len() {
+        writeln!(out, "damping      {}", damping_text(&scene, cloth))?;
+    }
+    for warning in warnings(&scene) {
         writeln!(out, "warning: {warning}")?;
     }
     Ok(())
@@ -99,12 +93,59 @@ fn solver_text(scene: &CompiledScene, solver: SceneSolver) -> String {
     }
 }
 
+/// Up to which time step the solver is stable.
+fn stable_text(scene: &CompiledScene, solver: SceneSolver) -> String {
+    let model = &scene.model;
+    let stable = model.stable_time_step_of(&scene.config.integrator);
+    match (solver, stable) {
+        (SceneSolver::Explicit, Some(stable)) => format!(
+            "up to {stable:.3e} s in any shape of the cloth, damping and contact included; as it lies at \
+             the start up to {:.3e} s",
+            model.stable_time_step_at_rest()
+        ),
+        (_, Some(stable)) => format!(
+            "up to {stable:.3e} s with this contact, drag and air; springs at any time step, which damps \
+             what is faster"
+        ),
+        (_, None) => format!(
+            "at any time step, which damps what is faster (explicit: up to {:.3e} s)",
+            model.stable_time_step()
+        ),
+    }
+}
+
+/// The damping of the springs of a cloth.
+fn damping_text(scene: &CompiledScene, cloth: usize) -> String {
+    let springs = scene.model.springs();
+    let range = &scene.model.cloths()[cloth];
+    let kinds: Vec<_> = range
+        .particles
+        .clone()
+        .flat_map(|particle| springs.row(particle as usize))
+        .map(|spring| springs.kinds()[springs.kind_indices()[spring] as usize])
+        .collect();
+    let classes = [
+        ("stretch", SpringClass::Stretch),
+        ("shear", SpringClass::Shear),
+        ("bend", SpringClass::Bend),
+    ];
+    let parts = classes.iter().filter_map(|(name, class)| {
+        let damping = kinds.iter().find(|kind| kind.class == *class)?.damping;
+        Some(format!("{name} {damping:.2e}"))
+    });
+    let parts: Vec<String> = parts.collect();
+    if parts.is_empty() {
+        return format!("{}: no springs", range.name);
+    }
+    format!("{}: {} N s/m", range.name, parts.join(", "))
+}
+
 /// What a scene is allowed to be but is hardly meant to be.
-fn warnings(scene: &CompiledScene, stable_time_step: f64) -> Vec<String> {
-    let mut warnings = match &scene.config.integrator {
-        Integrator::Explicit => explicit_warnings(scene, stable_time_step),
-        integrator => large_step_warnings(scene, integrator),
-    };
+fn warnings(scene: &CompiledScene) -> Vec<String> {
+    let mut warnings: Vec<String> = stability_warning(scene).into_iter().collect();
+    if scene.config.integrator != Integrator::Explicit {
+        warnings.extend(large_step_warnings(scene, &scene.config.integrator));
+    }
     let model = &scene.model;
     // The impulse response leaves neighbours out.
     let penalty = |response| matches!(response, ContactResponse::Penalty { .. });
@@ -132,31 +173,38 @@ fn warnings(scene: &CompiledScene, stable_time_step: f64) -> Vec<String> {
     warnings
 }
 
-/// An adaptive time step takes care of itself.
-fn explicit_warnings(scene: &CompiledScene, stable_time_step: f64) -> Vec<String> {
-    let mut warnings = Vec::new();
+/// What is to be said of a time step that is not stable in any shape. An adaptive one takes care of
+/// itself.
+pub(crate) fn stability_warning(scene: &CompiledScene) -> Option<String> {
     let time_step = scene.config.time_step;
-    if scene.config.time_step_control != TimeStepControl::Fixed {
-        return warnings;
+    // What was chosen for the model is stable.
+    if scene.config.time_step_control != TimeStepControl::Fixed || scene.choice.is_chosen_step() {
+        return None;
     }
-    if time_step > stable_time_step {
-        warnings.push(format!(
-            "the time step is {:.2} times the stable one: the simulation will diverge; use a \
-             smaller time step or softer springs",
-            time_step / stable_time_step
-        ));
-    } else if time_step > STABLE_SHARE * stable_time_step {
-        warnings.push(format!(
-            "the time step is {:.0} % of the stable one: contact or stretching can make the \
-             simulation diverge; stay below {:.0} %",
-            100.0 * time_step / stable_time_step,
-            100.0 * STABLE_SHARE,
+    let model = &scene.model;
+    if scene.config.integrator == Integrator::Explicit {
+        let at_rest = model.stable_time_step_at_rest();
+        if time_step <= at_rest {
+            return None;
+        }
+        let stable = model.stable_time_step();
+        return Some(format!(
+            "the time step is {:.2} times that at which the cloth is unstable even as it lies at the start: \
+             the simulation will diverge; {stable:.3e} s is stable in any shape",
+            time_step / at_rest
         ));
     }
-    warnings
+    let stable = model.stable_time_step_of(&scene.config.integrator)?;
+    (time_step > stable).then(|| {
+        format!(
+            "the semi-implicit solver has no matrix for contact by penalty, drag and air: those of this scene it \
+             bears up to a time step of {stable:.3e} s, not {time_step:.3e} s; use that, softer contact, \
+             response.impulse, or the implicit solver"
+        )
+    })
 }
 
-/// The implicit and the semi-implicit solver are stable at any time step, but not accurate, and some
+/// The implicit and the semi-implicit solver bear springs at any time step, but are not accurate, and some
 /// of their methods are made for small models.
 fn large_step_warnings(scene: &CompiledScene, integrator: &Integrator) -> Vec<String> {
     let mut warnings = Vec::new();

@@ -59,7 +59,7 @@ fn strong_field(
         let way = size * time_step * time_step;
         // Written so that NaN is too much.
         let is_small = way <= allowed;
-        let is_worse = worst.as_ref().is_none_or(|(most, _)| !(size <= *most));
+        let is_worse = worst.as_ref().is_none_or(|(most, _)| size.total_cmp(most).is_gt());
         if !is_small && is_worse {
             worst = Some((size, DivergenceOrigin::Field { field, particle, acceleration: size }));
         }

@@ -101,8 +101,8 @@ pub struct Divergence {
     pub cause: DivergenceCause,
     /// Time step that was used \[s\].
     pub time_step: f64,
-    /// Estimate of the largest stable time step of the explicit integrator, 2/omega_max \[s\]; `None`
-    /// for the others, which have no such limit.
+    /// Time step up to which the integrator is stable in any shape of the cloth \[s\]
+    /// ([`Model::stable_time_step_of`](crate::Model::stable_time_step_of)); `None` if it is at any.
     pub stable_time_step: Option<f64>,
     /// What made it so, if the state before the frame tells: [`divergence_origin`](crate::divergence_origin).
     pub origin: DivergenceOrigin,
@@ -131,9 +131,13 @@ impl Divergence {
             DivergenceOrigin::Unknown => {}
         }
         match self.stable_time_step {
+            Some(stable) if used > stable => format!(
+                "the time step is {used:.3e} s, and stable in any shape of the cloth up to {stable:.3e} s, \
+                 damping and contact included: use that, less damping or softer springs"
+            ),
             Some(stable) => format!(
-                "the stable time step is about {stable:.3e} s (2/omega_max), the one used {used:.3e} s: \
-                 use a smaller time step or softer springs"
+                "the time step of {used:.3e} s is no reason, as up to {stable:.3e} s is stable: look for \
+                 what moves or presses the cloth too fast, or limit the strain"
             ),
             None => format!(
                 "the time step used is {used:.3e} s: use a smaller or an adaptive one, or limit the strain"

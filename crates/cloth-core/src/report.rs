@@ -130,7 +130,8 @@ pub struct Measures {
     pub non_finite_particle: Option<u32>,
     /// The substep in which that was first seen; the kernels stand still from then on.
     pub non_finite_step: Option<u64>,
-    /// Largest relative elongation l/L - 1 of a spring.
+    /// Largest relative elongation l/L - 1 of an edge or a diagonal: a spring whose strain is
+    /// measured ([`Springs::strain_measured`](crate::Springs::strain_measured)).
     pub strain_max: f64,
     /// Mean of |l/L - 1| over all springs.
     pub strain_mean: f64,

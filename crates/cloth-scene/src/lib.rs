@@ -24,7 +24,9 @@ pub mod fysl {
 }
 
 pub use builtin::{BenchKind, BuiltinScene, bench_scene, builtin_scenes};
-pub use compile::{CompileOptions, CompileProgress, CompiledCloth, CompiledScene, MemoryEstimate};
+pub use compile::{
+    CompileOptions, CompileProgress, CompiledCloth, CompiledScene, MemoryEstimate, SolverChoice,
+};
 pub use error::{SceneError, ScenePlace, SceneUnknown};
 pub use scene::{
     Scene, SceneAction, SceneAdaptive, SceneAerodynamics, SceneAnimation, SceneBend, SceneBounds,

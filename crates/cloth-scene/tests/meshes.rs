@@ -78,6 +78,7 @@ fn the_memory_of_a_mesh_is_estimated_from_its_vertices() {
             distance: 0.5,
             response: SceneContactResponse::Impulse { friction: 0.0, restitution: 0.0 },
         });
+        scene.simulation.time_step = Some(1e-3);
         let estimate = scene.memory_estimate(&CompileOptions::default());
         assert_eq!(estimate.particles, compiled.model.particle_count() as u64, "{file}");
         let per_particle = estimate.bytes / estimate.particles;

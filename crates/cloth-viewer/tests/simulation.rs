@@ -598,7 +598,7 @@ fn material_values_are_those_of_one_cloth() {
 #[test]
 fn an_integrator_comes_with_its_own_time_step() {
     let mut scene = scene();
-    scene.simulation.implicit.time_step = 1.0 / 90.0;
+    scene.simulation.implicit.time_step = Some(1.0 / 90.0);
     let mut engine = Engine::new(&gpu(), scene, CompileOptions::default(), "cpu").unwrap();
     let old = engine.settings().clone();
     engine.apply(&Settings { solver: SceneSolver::Implicit, ..old.clone() }).unwrap();

@@ -27,7 +27,7 @@ action = "release"
 
 fn scene(time_step: f64) -> CompiledScene {
     let mut scene = Scene::from_toml(SCENE, "step.toml").unwrap();
-    scene.simulation.time_step = time_step;
+    scene.simulation.time_step = Some(time_step);
     scene.compile(&CompileOptions::default()).unwrap()
 }
 

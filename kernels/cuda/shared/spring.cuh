@@ -88,8 +88,8 @@ __device__ __forceinline__ uint2 spring_entry(const Solver& s, const SpringRow& 
 __device__ __forceinline__ SpringKind spring_kind(const Solver& s, uint kind) {
     real4 numbers = s.spring_kinds[kind];
     const Buckling* buckling = nullptr;
-    // The last number says whether springs of the kind buckle.
-    if (s.can_buckle && numbers.w != 0) buckling = s.spring_buckling + kind;
+    // The last number is above zero if springs of the kind buckle.
+    if (s.can_buckle && numbers.w > 0) buckling = s.spring_buckling + kind;
     return {numbers.x, numbers.y, numbers.z, buckling};
 }
 

@@ -111,7 +111,7 @@ UNROLL
             SpringKind kind = {e.rest_length, e.stiffness, e.damping, nullptr};
             if (EXTRAS && s.can_buckle) {
                 uint number = s.spring_entries[header.x + k].y;
-                if (s.spring_kinds[number].w != 0) kind.buckling = s.spring_buckling + number;
+                if (s.spring_kinds[number].w > 0) kind.buckling = s.spring_buckling + number;
             }
             Spring spring = spring_at(kind, xi, vi, xyz(x[j]), xyz(v[j]));
             force = force + spring.force();
@@ -125,7 +125,7 @@ UNROLL
             uint j = at + entry.x;
             real4 numbers = s.spring_kinds[entry.y];
             SpringKind kind = {numbers.x, numbers.y, numbers.z, nullptr};
-            if (EXTRAS && s.can_buckle && numbers.w != 0) kind.buckling = s.spring_buckling + entry.y;
+            if (EXTRAS && s.can_buckle && numbers.w > 0) kind.buckling = s.spring_buckling + entry.y;
             Spring spring = spring_at(kind, xi, vi, xyz(x[j]), xyz(v[j]));
             force = force + spring.force();
             if (PENALTY) closest = minimum(spring.length_squared, closest);

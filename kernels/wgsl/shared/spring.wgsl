@@ -5,7 +5,8 @@
 // the distance between entries (8 bits). Particles with the same springs, as inside a patch, share a row
 // whose entries lie side by side; rows of their own lie side by side with those of their neighbours. An entry is the
 // offset from the particle to the one at the other end, then rest length, stiffness and damping; where springs
-// may buckle more follows (`spring_buckling.wgsl`).
+// may buckle more follows (`spring_buckling.wgsl`). The sign of the damping is set if the strain of the spring is not
+// measured.
 
 @group(0) @binding(8) var<storage, read> spring_rows: array<vec2<u32>>;
 @group(0) @binding(9) var<storage, read> spring_entries: array<vec4<u32>>;
@@ -45,13 +46,18 @@ struct Spring {
 fn spring_of(at: u32, entry: vec4<u32>, difference: vec3f, relative: vec3f) -> Spring {
     let rest_length = bitcast<f32>(entry.y);
     let stiffness = bitcast<f32>(entry.z);
-    let damping = bitcast<f32>(entry.w);
+    let damping = abs(bitcast<f32>(entry.w));
     let length = sqrt(dot_product(difference, difference));
     let inverse_length = 1.0 / max(length, LENGTH_MIN);
     let rate = dot_product(relative, difference) * inverse_length;
     let stretch = length - rest_length;
     let tension = fma(damping, rate, elastic_tension(at, stiffness, stretch));
     return Spring(difference, rest_length, stiffness, stretch, tension, inverse_length);
+}
+
+// Whether the strain of the spring at `at` is measured (NUMERICS section 10).
+fn spring_is_measured(at: u32) -> bool {
+    return (spring_entries[at].w & 0x80000000u) == 0u;
 }
 
 fn spring_at(at: u32, particle: u32, position: vec3f, velocity: vec3f) -> Spring {

@@ -8,7 +8,7 @@ use crate::tracked::{Tracked, TrackedVector};
 /// [`Measures`](cloth_core::Measures) with bounds.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TrackedMeasures {
-    /// Largest l/L - 1.
+    /// Largest l/L - 1 of the springs whose strain is measured.
     pub strain_max: Tracked,
     /// Mean of |l/L - 1|.
     pub strain_mean: Tracked,
@@ -79,6 +79,7 @@ fn spring_sums(model: &Model, particles: &Particles, measures: &mut TrackedMeasu
     let springs = model.springs();
     let mut rows = vec![Row::default(); particles.len()];
     let mut strain_max: Option<Tracked> = None;
+    let measured = springs.strain_measured();
     for spring in springs.iter() {
         let kind = springs.kinds()[spring.kind as usize];
         let rest_length = Tracked::rounded(kind.rest_length);
@@ -86,7 +87,9 @@ fn spring_sums(model: &Model, particles: &Particles, measures: &mut TrackedMeasu
         let length = (particles.positions[j] - particles.positions[i]).length();
         let extension = length - rest_length;
         let strain = extension / rest_length;
-        strain_max = Some(strain_max.map_or(strain, |max| max.max(strain)));
+        if measured[spring.kind as usize] {
+            strain_max = Some(strain_max.map_or(strain, |max| max.max(strain)));
+        }
         let force = spring_force_on(model, particles, &spring, epsilon);
         let energy_doubled = spring_energy_doubled(&kind, length, epsilon);
         rows[i].force += force;

@@ -44,7 +44,8 @@ pub(crate) struct SpringTables<T> {
     pub(crate) slots: Vec<u32>,
     pub(crate) slot_count: u32,
     pub(crate) own_count: u32,
-    /// Rest length, stiffness, damping, and whether the kind buckles.
+    /// Rest length, stiffness, damping, and what the kind is: 1 if it buckles, else 0 if its strain is
+    /// measured, -1 if not. What buckles is a bend spring, whose strain is not measured.
     pub(crate) kinds: Vec<Real4<T>>,
     pub(crate) buckling: Vec<[T; 6]>,
     pub(crate) can_buckle: bool,
@@ -80,6 +81,7 @@ impl<T: CudaReal> SpringTables<T> {
             offsets.clear();
         }
         let kinds = model.springs().kinds();
+        let measured = model.springs().strain_measured();
         let mut tables = Self {
             rows: Vec::with_capacity(count),
             headers: Vec::new(),
@@ -90,9 +92,14 @@ impl<T: CudaReal> SpringTables<T> {
             own_count: 0,
             kinds: kinds
                 .iter()
-                .map(|kind| {
-                    let buckles = f64::from(u8::from(kind.buckling().is_some()));
-                    [kind.rest_length, kind.stiffness, kind.damping, buckles].map(T::from_f64)
+                .zip(measured)
+                .map(|(kind, is_measured)| {
+                    let what = match (kind.buckling(), is_measured) {
+                        (Some(_), _) => 1.0,
+                        (None, true) => 0.0,
+                        (None, false) => -1.0,
+                    };
+                    [kind.rest_length, kind.stiffness, kind.damping, what].map(T::from_f64)
                 })
                 .collect(),
             buckling: kinds

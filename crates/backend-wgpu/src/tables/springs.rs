@@ -14,6 +14,9 @@ const BUCKLING_WORDS: usize = 3;
 /// is a compressive force that no spring of finite stiffness exceeds.
 const NEVER_FORCE_SCALE: f32 = 1e37;
 
+/// Sign of the damping of a spring whose strain is not measured.
+const UNMEASURED: u32 = 1 << 31;
+
 /// Whether some spring of a model buckles.
 pub(crate) fn may_buckle(model: &Model) -> bool {
     model.springs().kinds().iter().any(|kind| kind.rigidity.is_some())
@@ -33,9 +36,13 @@ pub(super) fn tables(model: &Model) -> (Vec<[u32; 2]>, Vec<[u32; 4]>) {
         *first *= words as u32;
     }
     let kinds = kinds(model);
+    let measured = model.springs().strain_measured();
     let entries = entries.into_iter().flat_map(|[offset, kind]| {
         let mut spring = kinds[kind as usize * words..][..words].to_vec();
         spring[0][0] = offset;
+        if !measured[kind as usize] {
+            spring[0][3] |= UNMEASURED;
+        }
         spring
     });
     (rows, entries.collect())

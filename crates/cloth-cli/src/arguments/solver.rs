@@ -41,8 +41,8 @@ impl SolverArguments {
     /// Puts what is given into the scene.
     pub(crate) fn apply(&self, scene: &mut Scene) -> Result<(), Failure> {
         let simulation = &mut scene.simulation;
-        if let Some(solver) = self.solver {
-            simulation.solver = solver;
+        if self.solver.is_some() {
+            simulation.solver = self.solver;
         }
         let implicit = &mut simulation.implicit;
         set(&mut implicit.linear, self.linear);
@@ -51,15 +51,17 @@ impl SolverArguments {
         set(&mut implicit.iterations, self.iterations);
         set(&mut implicit.newton_iterations, self.newton);
         let linear = implicit.linear;
-        set(simulation.solver_time_step_mut(), self.time_step);
+        if let Some(time_step) = self.time_step {
+            simulation.time_step_set(time_step);
+        }
         if self.adaptive {
             simulation.adaptive.get_or_insert_with(SceneAdaptive::default);
         }
-        self.check(simulation.solver, linear)
+        self.check(simulation.solver_given(), linear)
     }
 
     /// Refuses what the solver and the method in use have no use for.
-    fn check(&self, solver: SceneSolver, linear: LinearMethod) -> Result<(), Failure> {
+    fn check(&self, solver: Option<SceneSolver>, linear: LinearMethod) -> Result<(), Failure> {
         let given = [
             ("--linear", self.linear.is_some()),
             ("--preconditioner", self.preconditioner.is_some()),
@@ -70,13 +72,16 @@ impl SolverArguments {
         let first = |names: &[&str]| {
             given.iter().find(|(name, given)| *given && names.contains(name)).map(|(name, _)| *name)
         };
-        if solver != SceneSolver::Implicit
+        if solver != Some(SceneSolver::Implicit)
             && let Some((name, _)) = given.iter().find(|(_, given)| *given)
         {
+            let used = match solver {
+                Some(solver) => format!("the {} one is in use", solver.name()),
+                None => "the scene leaves the solver to the model".into(),
+            };
             return Err(Failure::Usage(format!(
-                "{name} belongs to the implicit solver, but the {} one is in use; add --solver \
-                 implicit or leave {name} out",
-                solver.name()
+                "{name} belongs to the implicit solver, but {used}; add --solver implicit or leave \
+                 {name} out"
             )));
         }
         if linear != LinearMethod::ConjugateGradient
@@ -141,7 +146,7 @@ mod tests {
         arguments.apply(&mut scene).unwrap();
         let explicit = Scene::new("test").simulation.time_step;
         assert_eq!(scene.simulation.time_step, explicit, "that of another solver");
-        assert_eq!(scene.simulation.implicit.time_step, 0.02);
+        assert_eq!(scene.simulation.implicit.time_step, Some(0.02));
         assert_eq!(scene.simulation.implicit.linear, LinearMethod::Jacobi);
         assert_eq!(scene.simulation.implicit.tolerance, 0.25);
         assert_eq!(scene.simulation.implicit.newton_iterations, 3);
@@ -157,6 +162,10 @@ mod tests {
         let linear = |linear| SolverArguments { linear: Some(linear), ..Default::default() };
         let message = usage(&linear(LinearMethod::Jacobi), &mut Scene::new("test"));
         assert!(message.contains("--linear belongs to the implicit solver"), "{message}");
+        assert!(message.contains("the scene leaves the solver to the model"), "{message}");
+        let mut explicit = Scene::new("test");
+        explicit.simulation.time_step = Some(1e-3);
+        let message = usage(&linear(LinearMethod::Jacobi), &mut explicit);
         assert!(message.contains("the explicit one is in use"), "{message}");
         let arguments = SolverArguments {
             solver: Some(SceneSolver::Implicit),

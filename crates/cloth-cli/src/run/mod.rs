@@ -18,6 +18,7 @@ use cloth::{io::PictureStyle, scene::CompiledScene};
 
 use crate::{
     arguments::{Extra, RunArguments},
+    check::stability_warning,
     failure::{Failure, WriteError},
     passages::passages,
     run_folder::RunFolder,
@@ -36,6 +37,12 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let interrupt = Interrupt::install()?;
     let source = SceneSource::read(&arguments.scene)?;
     let (scene, backend) = scene_and_backend(&source, arguments)?;
+    if !scene.choice.reason.is_empty() {
+        eprintln!("solver: {}", scene.choice.reason);
+    }
+    if let Some(warning) = stability_warning(&scene) {
+        eprintln!("warning: {warning}");
+    }
     let folder = RunFolder::new(arguments.out.as_deref(), &scene.name);
     let topology = topology(&scene);
     // Nothing is written before everything is known to be good.

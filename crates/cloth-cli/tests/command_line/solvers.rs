@@ -65,9 +65,9 @@ fn the_scene_in_the_folder_has_the_settings_of_the_command_line() {
     run(&place, &[&settings[..], &more].concat());
     let scene = cloth::scene::Scene::read(&place.path("o/scene.toml")).unwrap();
     let simulation = scene.simulation;
-    assert_eq!(simulation.solver, cloth::scene::SceneSolver::Implicit);
-    assert_eq!(simulation.time_step, 1e-3, "that of the explicit solver");
-    assert_eq!(simulation.implicit.time_step, 0.01);
+    assert_eq!(simulation.solver, Some(cloth::scene::SceneSolver::Implicit));
+    assert_eq!(simulation.time_step, Some(1e-3), "that of the explicit solver");
+    assert_eq!(simulation.implicit.time_step, Some(0.01));
     assert_eq!(simulation.implicit.linear, cloth::LinearMethod::Jacobi);
     assert_eq!((simulation.implicit.tolerance, simulation.implicit.iterations), (0.05, 77));
     assert_eq!(simulation.implicit.newton_iterations, 2);

@@ -30,7 +30,8 @@ pub struct SolverConfig {
     pub strain_limit: Option<StrainLimit>,
     /// Threads that a CPU backend uses, or all there are.
     pub threads: Option<NonZeroUsize>,
-    /// Relative elongation of a spring above which the simulation counts as diverged.
+    /// Relative elongation of an edge or a diagonal above which the simulation counts as diverged
+    /// ([`Measures::strain_max`](crate::Measures::strain_max)).
     pub strain_bound: f64,
 }
 

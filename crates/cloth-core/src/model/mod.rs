@@ -18,6 +18,7 @@ mod piece_blocks;
 mod range;
 mod springs;
 mod stability;
+mod strain;
 mod winged_edge;
 
 use std::{ops::Range, sync::Arc};

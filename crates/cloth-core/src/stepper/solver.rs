@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, sync::Arc, time::Instant};
 
 use crate::{
     ColliderImpulse, ConstraintStatistics, ContactStatistics, Control, DeferredOutcome, Divergence,
-    DivergenceCause, DivergenceOrigin, Error, Frame, Integrator, Kernels, Measures, Model,
+    DivergenceCause, DivergenceOrigin, Error, Frame, Kernels, Measures, Model,
     PinAction, PinControl, PinWrite, Pose, Result, Solver, SolverReport, State, StepReport,
     error::positive,
 };
@@ -180,14 +180,14 @@ impl<K: Kernels> SteppedSolver<K> {
         let broken = self.frame_end.broken.map(|substep| substep.step);
         let step = measures.non_finite_step.or(broken).unwrap_or(self.step);
         let substep = self.plan.substeps.iter().find(|substep| substep.step == step);
-        let explicit = self.kernels.config().integrator == Integrator::Explicit;
+        let integrator = &self.kernels.config().integrator;
         Some(Divergence {
             step,
             time: substep.map_or(self.time, |substep| substep.time + substep.length),
             particle,
             cause,
             time_step: self.time_step.length(),
-            stable_time_step: explicit.then(|| self.kernels.model().stable_time_step()),
+            stable_time_step: self.kernels.model().stable_time_step_of(integrator),
             origin: DivergenceOrigin::Unknown,
         })
     }

@@ -37,12 +37,15 @@ pub fn bench_scene(kind: BenchKind, particles_per_side: u32, contact: bool) -> S
         frames: 70,
         frames_per_second: 60.0,
         // 17 substeps of each frame.
-        time_step: 1.0 / 1020.0,
+        time_step: Some(1.0 / 1020.0),
         // A hanging patch of this size stretches to 28 times its length: no fabric, but the same
         // work for every engine.
         strain_bound: 1000.0,
         // With the default a small patch gets through the sphere.
-        semi_implicit: SceneSemiImplicit { time_step: 1.0 / 120.0, ..SceneSemiImplicit::default() },
+        semi_implicit: SceneSemiImplicit {
+            time_step: Some(1.0 / 120.0),
+            ..SceneSemiImplicit::default()
+        },
         ..SceneSimulation::default()
     };
     scene.cloths.push(SceneCloth {

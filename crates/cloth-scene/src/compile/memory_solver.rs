@@ -37,7 +37,8 @@ pub(super) fn bytes(
     };
     let fill = particles.saturating_mul(FILL * u64::from(particles.max(2).ilog2()));
     let system = numbers(SYSTEM_NUMBERS, FACTOR_NUMBERS);
-    match simulation.solver {
+    // The model is not there yet that would choose a solver: the implicit one needs more.
+    match simulation.solver_given().unwrap_or(SceneSolver::Implicit) {
         SceneSolver::Explicit => 0,
         SceneSolver::Implicit => {
             let implicit = &simulation.implicit;

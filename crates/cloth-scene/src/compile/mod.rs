@@ -1,6 +1,7 @@
 //! From a description to what a solver runs.
 
 mod check;
+mod choice;
 mod cloth;
 mod collider;
 mod grid;
@@ -24,6 +25,7 @@ use std::{borrow::Cow, sync::Arc};
 use cloth_core::{Collider, Material, Model, ModelBuilder, SolverConfig, TextureMap};
 use cloth_rigid::{RigidBody, RigidJoint};
 
+pub use choice::SolverChoice;
 pub use memory::MemoryEstimate;
 pub use options::{CompileOptions, CompileProgress};
 
@@ -43,6 +45,8 @@ pub struct CompiledScene {
     pub model: Arc<Model>,
     /// Settings for the solver; threads are left to the caller.
     pub config: SolverConfig,
+    /// Which solver this is, and what was chosen for the model because the scene does not say it.
+    pub choice: SolverChoice,
     /// Number of frames.
     pub frames: u32,
     /// Frames in a second of simulated time \[Hz\].
@@ -109,7 +113,7 @@ impl Scene {
         progress: &(dyn Fn(CompileProgress) + Sync),
     ) -> Result<CompiledScene, SceneError> {
         let check = Check::new(&self.origin);
-        let config = settings::solver_config(self, &check)?;
+        settings::simulation_check(self, &check)?;
         if let Some(view) = &self.view {
             settings::view_check(view, &check)?;
         }
@@ -136,7 +140,7 @@ impl Scene {
         let build = |builder: ModelBuilder, colliders: Vec<Collider>| {
             let model = colliders.into_iter().fold(builder, ModelBuilder::collider).build();
             let checked = model.and_then(|model| {
-                model.precision_check(config.precision)?;
+                model.precision_check(settings::precision(self))?;
                 Ok(model)
             });
             checked.map_err(|error| model_error::place(self, error))
@@ -148,12 +152,15 @@ impl Scene {
             plans.carry_out(&check, &mut colliders, progress)?;
         }
         let model = build(builder, colliders)?;
+        let choice = SolverChoice::new(self, &model);
+        let config = settings::solver_config(self, &choice)?;
         let timeline = timeline::compile(self, &check, &model, &pin_sets)?;
         Ok(CompiledScene {
             name: self.name.clone(),
             description: self.description.clone(),
             model: Arc::new(model),
             config,
+            choice,
             frames: self.simulation.frames,
             frames_per_second: self.simulation.frames_per_second,
             timeline,

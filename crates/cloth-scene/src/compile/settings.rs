@@ -8,32 +8,46 @@ use cloth_core::{
 };
 
 use crate::{
-    Scene, SceneContactResponse, SceneError, SceneField, ScenePrecision, SceneSpringClass,
-    SceneView,
+    Scene, SceneContactResponse, SceneError, SceneField, ScenePrecision, SceneSolver,
+    SceneSpringClass, SceneView, SolverChoice,
 };
 
 use super::{Check, model_error, solver};
 
-pub(super) fn solver_config(scene: &Scene, check: &Check<'_>) -> Result<SolverConfig, SceneError> {
+/// Checks what is said of the simulation as a whole, before anything is built.
+pub(super) fn simulation_check(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
     let simulation = &scene.simulation;
     if simulation.frames == 0 {
         return Err(check.error("simulation.frames", "is 0: give at least one frame"));
     }
     check.positive("simulation.frames_per_second", simulation.frames_per_second)?;
     solver::check(scene, check)?;
+    // All but the choice is there already.
+    let choice = SolverChoice {
+        solver: SceneSolver::Explicit,
+        time_step: 1.0,
+        reason: String::new(),
+        is_chosen_step: false,
+    };
+    solver_config(scene, &choice).map(|_| ())
+}
+
+/// The settings of the solver that was chosen.
+pub(super) fn solver_config(
+    scene: &Scene,
+    choice: &SolverChoice,
+) -> Result<SolverConfig, SceneError> {
+    let simulation = &scene.simulation;
     let strain_limit = simulation.strain_limit.as_ref().map(|limit| StrainLimit {
         ratio: limit.ratio,
         sweeps: limit.sweeps,
         classes: limit.classes.iter().map(|&class| spring_class(class)).collect(),
     });
     let config = SolverConfig {
-        precision: match simulation.precision {
-            ScenePrecision::F32 => Precision::F32,
-            ScenePrecision::F64 => Precision::F64,
-        },
-        time_step: simulation.solver_time_step(),
+        precision: precision(scene),
+        time_step: choice.time_step,
         time_step_control: solver::time_step_control(scene),
-        integrator: solver::integrator(scene),
+        integrator: solver::integrator(scene, choice.solver),
         strain_limit,
         strain_bound: simulation.strain_bound,
         ..SolverConfig::default()
@@ -47,6 +61,14 @@ const fn spring_class(class: SceneSpringClass) -> SpringClass {
         SceneSpringClass::Stretch => SpringClass::Stretch,
         SceneSpringClass::Shear => SpringClass::Shear,
         SceneSpringClass::Bend => SpringClass::Bend,
+    }
+}
+
+/// The precision of the arithmetic.
+pub(super) const fn precision(scene: &Scene) -> Precision {
+    match scene.simulation.precision {
+        ScenePrecision::F32 => Precision::F32,
+        ScenePrecision::F64 => Precision::F64,
     }
 }
 

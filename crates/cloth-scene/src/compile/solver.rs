@@ -1,4 +1,4 @@
-//! The settings of the solver that a scene chooses, and checks of those of all others.
+//! The settings of the solver in use, and checks of those of all others.
 
 use cloth_core::{
     AdaptiveSettings, ImplicitSettings, Integrator, LinearSettings, NewtonSettings,
@@ -32,6 +32,7 @@ pub(super) fn check(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> 
         ("simulation.implicit.time_step", simulation.implicit.time_step),
         ("simulation.semi_implicit.time_step", simulation.semi_implicit.time_step),
     ] {
+        let Some(time_step) = time_step else { continue };
         check.positive(key, time_step)?;
         let substeps = substeps(scene, time_step);
         if substeps > SUBSTEPS_MAX {
@@ -69,8 +70,10 @@ fn adaptive_check(
         let problem = format!("is {}: give at most {HALVINGS_MAX}", adaptive.halvings);
         return Err(check.error(key, &problem));
     }
-    let shortest =
-        scene.simulation.solver_time_step() / f64::from(1_u32 << adaptive.halvings.min(31));
+    let simulation = &scene.simulation;
+    let time_step = simulation.solver_given().and_then(|solver| simulation.time_step_given(solver));
+    let Some(time_step) = time_step else { return Ok(()) };
+    let shortest = time_step / f64::from(1_u32 << adaptive.halvings.min(31));
     let substeps = substeps(scene, shortest);
     if substeps > SUBSTEPS_MAX {
         let problem = format!(
@@ -88,10 +91,10 @@ fn substeps(scene: &Scene, time_step: f64) -> f64 {
     (scene.simulation.frames_per_second * time_step).recip()
 }
 
-/// The integrator that the scene chooses.
-pub(super) fn integrator(scene: &Scene) -> Integrator {
+/// A solver with the settings that the scene has for it.
+pub(super) fn integrator(scene: &Scene, solver: SceneSolver) -> Integrator {
     let simulation = &scene.simulation;
-    match simulation.solver {
+    match solver {
         SceneSolver::Explicit => Integrator::Explicit,
         SceneSolver::Implicit => Integrator::Implicit(implicit(&simulation.implicit)),
         SceneSolver::SemiImplicit => {

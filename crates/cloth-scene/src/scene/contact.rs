@@ -10,7 +10,8 @@ pub struct SceneContact {
     /// Distance of two particles below which they are in contact \[m\].
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub distance: f64,
-    /// What contact does.
+    /// What contact does; impulses with a friction of 0.3 if not given.
+    #[serde(default)]
     pub response: SceneContactResponse,
 }
 
@@ -41,4 +42,11 @@ pub enum SceneContactResponse {
         #[cfg_attr(test, schemars(range(min = 0.0)))]
         damping: f64,
     },
+}
+
+impl Default for SceneContactResponse {
+    /// Cotton on cotton slides less, polyester more.
+    fn default() -> Self {
+        Self::Impulse { restitution: 0.0, friction: 0.3 }
+    }
 }

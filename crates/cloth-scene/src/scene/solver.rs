@@ -8,17 +8,13 @@ use serde::{Deserialize, Serialize};
 
 use super::named;
 
-/// Length of a large step that is not given \[s\].
-const LARGE_STEP: f64 = 1.0 / 60.0;
-
 /// How the state is advanced.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum SceneSolver {
     /// Symplectic Euler, in steps of `simulation.time_step`.
-    #[default]
     Explicit,
     /// Backward Euler, in steps of `simulation.implicit.time_step`.
     Implicit,
@@ -57,9 +53,11 @@ impl std::str::FromStr for SceneSolver {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneImplicit {
-    /// Length of a substep \[s\]; a sixtieth of a second if not given.
+    /// Length of a substep \[s\]; if not given, a sixtieth of a second, or less where springs are so stiff that
+    /// the linear systems would need too many iterations.
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
-    pub time_step: f64,
+    pub time_step: Option<f64>,
     /// Method for the linear systems: `cg` (the default), `jacobi` or `direct`.
     #[serde(with = "named")]
     #[cfg_attr(test, schemars(schema_with = "named::schema::<LinearMethod>"))]
@@ -96,7 +94,7 @@ impl Default for SceneImplicit {
         let ImplicitSettings { linear, newton, constraint_passes } = ImplicitSettings::default();
         let NewtonSettings { iterations_max, tolerance } = newton;
         Self {
-            time_step: LARGE_STEP,
+            time_step: None,
             linear: linear.method,
             preconditioner: linear.preconditioner,
             matrix: linear.matrix,
@@ -115,9 +113,11 @@ impl Default for SceneImplicit {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneSemiImplicit {
-    /// Length of a substep \[s\]; a sixtieth of a second if not given.
+    /// Length of a substep \[s\]; if not given, a 240th of a second, or less where contact by penalty, drag or air
+    /// need it.
+    #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
-    pub time_step: f64,
+    pub time_step: Option<f64>,
     /// How the constant system is solved: `factorisation` (the default) or `dense-inverse`.
     #[serde(with = "named")]
     #[cfg_attr(test, schemars(schema_with = "named::schema::<SemiImplicitSolve>"))]
@@ -126,7 +126,7 @@ pub struct SceneSemiImplicit {
 
 impl Default for SceneSemiImplicit {
     fn default() -> Self {
-        Self { time_step: LARGE_STEP, solve: SemiImplicitSettings::default().solve }
+        Self { time_step: None, solve: SemiImplicitSettings::default().solve }
     }
 }
 

@@ -305,8 +305,8 @@ impl Engine {
         let old = &self.settings;
         if settings.solver != old.solver && settings.time_step == old.time_step {
             let mut scene = self.scene.clone();
-            scene.simulation.solver = settings.solver;
-            settings.time_step = scene.simulation.solver_time_step();
+            scene.simulation.solver = Some(settings.solver);
+            settings.time_step = scene.compile(&self.options)?.config.time_step;
         }
         let change = old.change_to(&settings);
         if change == SettingsChange::Rebuilt {

@@ -158,7 +158,6 @@ static CONTACT: Element = Element {
     target: Table("contact"),
     attributes: &[required("distance", "distance", Number)],
     children: &[&IMPULSE, &PENALTY],
-    needs: &[("response", "<impulse> or <penalty>")],
     ..EMPTY
 };
 static IMPULSE: Element = leaf(

@@ -61,7 +61,7 @@ impl Settings {
         let simulation = &scene.simulation;
         Self {
             backend: backend.to_owned(),
-            solver: simulation.solver,
+            solver: compiled.choice.solver,
             linear: simulation.implicit.linear,
             preconditioner: simulation.implicit.preconditioner,
             iterations: simulation.implicit.iterations,
@@ -99,12 +99,15 @@ impl Settings {
     pub(super) fn apply(&self, scene: &Scene, original: &Self) -> Scene {
         let mut scene = scene.clone();
         let simulation = &mut scene.simulation;
-        simulation.solver = self.solver;
+        if self.solver != original.solver {
+            simulation.solver = Some(self.solver);
+        }
         simulation.implicit.linear = self.linear;
         simulation.implicit.preconditioner = self.preconditioner;
         simulation.implicit.iterations = self.iterations;
-        if self.time_step != simulation.solver_time_step() {
-            *simulation.solver_time_step_mut() = self.time_step;
+        if self.time_step != original.time_step {
+            simulation.solver = Some(self.solver);
+            simulation.time_step_set(self.time_step);
         }
         for (cloth, (wanted, original)) in
             scene.cloths.iter_mut().zip(self.cloths.iter().zip(&original.cloths))

@@ -1,0 +1,133 @@
+use crate::{
+    Air, Cloth, ContactResponse, Field, Geometry, GridPatch, Integrator, Mass, Material,
+    MaterialPreset, Model, ModelBuilder, NetworkSpring, SelfContact, SemiImplicitSettings,
+    SpringClass, SpringCoefficients, SpringNetwork,
+};
+
+const STIFFNESS: f64 = 50.0;
+const MASS: f64 = 2e-3;
+
+fn material(damping: f64) -> Material {
+    let coefficients = SpringCoefficients { stiffness: STIFFNESS, damping };
+    Material {
+        mass: Mass::PerParticle(MASS),
+        stretch: coefficients,
+        shear: coefficients,
+        bend: coefficients,
+        ..MaterialPreset::ALL[0].material(0.1)
+    }
+}
+
+fn cloth(geometry: Geometry, material: Material) -> Cloth {
+    Cloth { name: "cloth".into(), geometry, material, pins: vec![], velocity: [0.0; 3] }
+}
+
+fn chain(count: u32, damping: f64) -> Model {
+    let network = SpringNetwork {
+        positions: (0..count).map(|i| [0.1 * f64::from(i), 0.0, 0.0]).collect(),
+        springs: (1..count)
+            .map(|i| NetworkSpring {
+                particles: [i - 1, i],
+                class: SpringClass::Stretch,
+                rest_length: None,
+                coefficients: None,
+            })
+            .collect(),
+    };
+    ModelBuilder::new().cloth(cloth(Geometry::Network(network), material(damping))).build().unwrap()
+}
+
+#[test]
+fn a_chain_of_equal_masses_has_the_known_limit() {
+    // omega_max of a free chain of n masses: 2 sqrt(k/m) sin(pi (n - 1) / (2 n)).
+    let count = 12_u32;
+    let n = f64::from(count);
+    let omega =
+        2.0 * (STIFFNESS / MASS).sqrt() * (std::f64::consts::FRAC_PI_2 * (n - 1.0) / n).sin();
+    for damping in [0.0, 0.05, 5.0] {
+        // Damping in proportion to stiffness: h^2 omega^2 + 2 h c = 4 for the fastest mode.
+        let c = damping / STIFFNESS * omega * omega;
+        let expected = 4.0 / (c + (c * c + 4.0 * omega * omega).sqrt());
+        let model = chain(count, damping);
+        for found in [model.stable_time_step(), model.stable_time_step_at_rest()] {
+            let error = found / expected - 1.0;
+            assert!((-1e-3..=1e-6).contains(&error), "damping {damping}: relative error {error}");
+        }
+    }
+}
+
+#[test]
+fn a_model_without_forces_has_no_limit() {
+    let model = chain(1, 0.0);
+    assert_eq!(model.stable_time_step(), 1e3);
+    assert_eq!(model.stable_time_step_at_rest(), 1e3);
+}
+
+/// One mass a thousandth of the others, somewhere in a large patch.
+#[test]
+fn a_single_light_particle_sets_the_limit() {
+    let light = 1e-6_f64;
+    let mut network = SpringNetwork::default();
+    let patch = GridPatch::horizontal(60, 0.1, 0.0);
+    for row in 0..60 {
+        for column in 0..60 {
+            network.positions.push(patch.position(column, row));
+            let own = patch.particle(column, row);
+            for (other, exists) in [(own + 1, column < 59), (own + 60, row < 59)] {
+                if exists {
+                    network.springs.push(NetworkSpring {
+                        particles: [own, other],
+                        class: SpringClass::Stretch,
+                        rest_length: None,
+                        coefficients: None,
+                    });
+                }
+            }
+        }
+    }
+    let mut model = ModelBuilder::new()
+        .cloth(cloth(Geometry::Network(network), material(0.0)))
+        .build()
+        .unwrap();
+    model.masses[1777] = light;
+    // All four neighbours hardly move: omega^2 = 4 k / m in any shape, 2 k / m along an axis at rest.
+    let expected = |count: f64| 2.0 / (count * STIFFNESS / light).sqrt();
+    for (found, expected) in [
+        (model.stable_time_step(), expected(4.0)),
+        (model.stable_time_step_at_rest(), expected(2.0)),
+    ] {
+        let ratio = found / expected;
+        assert!((0.97..=1.0).contains(&ratio), "{ratio}");
+    }
+}
+
+#[test]
+fn the_semi_implicit_integrator_is_limited_by_what_is_not_in_its_matrix() {
+    let integrator = Integrator::SemiImplicit(SemiImplicitSettings::default());
+    let patch = || {
+        let geometry = Geometry::Grid(GridPatch::horizontal(8, 0.1, 0.0));
+        ModelBuilder::new().cloth(cloth(geometry, material(0.1)))
+    };
+    let limit = |builder: ModelBuilder| builder.build().unwrap().stable_time_step_of(&integrator);
+    assert_eq!(limit(patch()), None);
+    let rate = 50.0;
+    let drag = limit(patch().field(Field::Drag { rate: [0.0, rate, 0.0] })).unwrap();
+    // 2 h r = 4.
+    assert!((drag * rate / 2.0 - 1.0).abs() < 0.03, "{drag}");
+    let penalty = |stiffness, damping| SelfContact {
+        distance: 0.08,
+        response: ContactResponse::Penalty { stiffness, damping },
+    };
+    let stiff = limit(patch().self_contact(penalty(1e4, 0.0))).unwrap();
+    let soft = limit(patch().self_contact(penalty(1e2, 0.0))).unwrap();
+    assert!((soft / stiff - 10.0).abs() < 1e-6, "{soft} {stiff}");
+    assert!(limit(patch().self_contact(penalty(1e2, 1.0))).unwrap() < soft);
+    assert!(limit(patch().air(Air::with_wind([30.0, 0.0, 0.0]))).is_some());
+    let impulse = ContactResponse::Impulse { restitution: 0.0, friction: 0.5 };
+    let impulses = patch().self_contact(SelfContact { distance: 0.08, response: impulse });
+    assert_eq!(limit(impulses), None);
+    let implicit = Integrator::Implicit(crate::ImplicitSettings::default());
+    let model = patch().self_contact(penalty(1e4, 0.0)).build().unwrap();
+    assert_eq!(model.stable_time_step_of(&implicit), None);
+    assert_eq!(model.stable_time_step_of(&Integrator::Explicit), Some(model.stable_time_step()));
+}

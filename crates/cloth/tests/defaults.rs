@@ -1,0 +1,115 @@
+//! Scenes that say nothing but what lies where: each fabric, at each usual spacing, with every solver
+//! and response, falls over a ball and does not diverge.
+
+#![expect(clippy::unwrap_used, reason = "a scene that does not run is a test that fails")]
+
+use cloth::{
+    Simulation, backend_create,
+    scene::{CompileOptions, CompiledScene, Scene, SceneSolver},
+};
+
+/// Simulated time \[s\]; the longer ones are run by hand with `CLOTH_DRAPE_SECONDS=10`.
+fn seconds() -> f64 {
+    let given = std::env::var("CLOTH_DRAPE_SECONDS").ok();
+    given.and_then(|text| text.parse().ok()).unwrap_or(0.3)
+}
+
+const PRESETS: [&str; 5] = ["jersey", "rib-knit", "ponte-roma", "jet-set", "denim"];
+const SPACINGS: [f64; 4] = [0.005, 0.01, 0.02, 0.05];
+
+/// A patch of `side` squared particles over a ball of a fifth of its width.
+fn drape(preset: &str, side: u32, spacing: f64, contact: &str, solver: &str) -> CompiledScene {
+    let width = f64::from(side - 1) * spacing;
+    let frames = (30.0 * seconds()).ceil();
+    let text = format!(
+        "name = 'drape'\n[simulation]\nframes = {frames}\n{solver}\n[[cloth]]\nname = 'a'\n\
+         material.preset = '{preset}'\ngeometry.grid = {{ columns = {side}, rows = {side}, \
+         spacing = {spacing}, centre = [{}, 0.0, {}] }}\n[[collider]]\nname = 'ball'\n\
+         shape.sphere.radius = {}\n{contact}\n",
+        0.05 * width,
+        0.25 * width,
+        0.2 * width,
+    );
+    let scene =
+        Scene::from_toml(&text, "drape.toml").unwrap_or_else(|error| panic!("{error}\n{text}"));
+    scene.compile(&CompileOptions::default()).unwrap()
+}
+
+/// The largest strain of a run, or what became of it.
+fn run(scene: CompiledScene) -> Result<f64, String> {
+    let backend = backend_create("cpu", None).unwrap();
+    let mut simulation = Simulation::new(scene, backend.as_ref()).unwrap();
+    let mut strain = 0.0_f64;
+    while !simulation.is_finished() {
+        match simulation.step() {
+            Ok(report) => strain = strain.max(report.measures.strain_max),
+            Err(error) => return Err(error.to_string()),
+        }
+    }
+    Ok(strain)
+}
+
+fn every_solver(preset: &str, side: u32) -> Vec<String> {
+    let mut failures = Vec::new();
+    for spacing in SPACINGS {
+        let distance = 0.8 * spacing;
+        let contacts = [
+            String::new(),
+            format!("[contact]\ndistance = {distance}"),
+            format!(
+                "[contact]\ndistance = {distance}\nresponse.penalty = {{ stiffness = 20, damping = 0.002 }}"
+            ),
+        ];
+        for contact in &contacts {
+            for solver in
+                ["", "solver = 'explicit'", "solver = 'implicit'", "solver = 'semi-implicit'"]
+            {
+                let scene = drape(preset, side, spacing, contact, solver);
+                let reason = scene.choice.reason.clone();
+                assert!(!reason.is_empty());
+                let failure = match run(scene) {
+                    // Ten times the strain at which these fabrics tear.
+                    Ok(strain) if strain < 2.0 => continue,
+                    Ok(strain) => format!("strain {strain:.2}"),
+                    Err(error) => error,
+                };
+                failures.push(format!("{preset}, {spacing} m, {contact:?}, {reason}: {failure}"));
+            }
+        }
+    }
+    failures
+}
+
+#[test]
+fn every_preset_drapes_with_every_solver_and_response() {
+    let side = if seconds() > 1.0 { 24 } else { 12 };
+    let failures: Vec<String> =
+        PRESETS.iter().flat_map(|preset| every_solver(preset, side)).collect();
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// The first scene of one's own: a patch, a ball, a distance of contact.
+#[test]
+fn a_first_scene_says_no_solver_and_no_time_step() {
+    let text = "name = 'first'\n[simulation]\nframes = 2\n[[cloth]]\nname = 'a'\n\
+                geometry.grid = { columns = 81, rows = 81, spacing = 0.0125, centre = [0, 0, 0.6] }\n\
+                material.preset = 'denim'\n[[collider]]\nname = 'ball'\nshape.sphere.radius = 0.2\n\
+                translation = [0, 0, 0.38]\n[contact]\ndistance = 0.01\n";
+    let scene = Scene::from_toml(text, "first.toml").unwrap();
+    let compiled = scene.compile(&CompileOptions::default()).unwrap();
+    assert_eq!(compiled.choice.solver, SceneSolver::Explicit);
+    assert!(compiled.choice.time_step < compiled.model.stable_time_step());
+    assert!(compiled.choice.reason.contains("nine tenths"), "{}", compiled.choice.reason);
+    assert!(run(compiled).unwrap() < 0.5);
+}
+
+/// What a scene says is kept.
+#[test]
+fn a_time_step_that_is_given_is_kept() {
+    let given = drape("denim", 8, 0.02, "", "time_step = 1e-3");
+    assert_eq!((given.choice.solver, given.config.time_step), (SceneSolver::Explicit, 1e-3));
+    assert_eq!(given.choice.reason, "");
+    let implicit = drape("denim", 8, 0.02, "", "implicit.time_step = 0.01\nsolver = 'implicit'");
+    assert_eq!((implicit.choice.solver, implicit.config.time_step), (SceneSolver::Implicit, 0.01));
+    assert_eq!(implicit.choice.reason, "");
+}
