@@ -3,8 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
 use cloth::{
-    Frame, ImplicitSettings, Integrator, LinearSettings, Precision, Preconditioner, State,
-    backend_create,
+    Frame, ImplicitSettings, Integrator, LinearSettings, Precision, Preconditioner, backend_create,
     scene::{BenchKind, CompileOptions, bench_scene},
 };
 use cloth_benches::{HangWorkload, reference_build, reference_source, reference_state};

@@ -68,7 +68,8 @@ fn decisions_follow(changes: &[TimeStepChange], mut length: f64) -> f64 {
     let mut time = f64::NEG_INFINITY;
     for change in changes {
         assert_eq!(change.from, length);
-        assert!(change.time >= time);
+        // Sums of other lengths may differ in their last digits.
+        assert!(change.time >= time - 1e-12);
         let grows = change.reason == TimeStepReason::Recovered;
         let expected = if grows { 2.0 * change.from } else { 0.5 * change.from };
         assert_eq!(change.to, expected, "{change:?}");
@@ -80,7 +81,7 @@ fn decisions_follow(changes: &[TimeStepChange], mut length: f64) -> f64 {
 #[test]
 fn an_unstable_time_step_is_halved_until_it_is_stable() {
     let model = hanging();
-    let time_step = 3.0 * model.stable_time_step();
+    let time_step = 3.0 * model.stable_time_step_at_rest();
     let duration = 4.0 * time_step;
     for candidate in candidates() {
         let mut fixed = solver(candidate, &model, time_step, TimeStepControl::Fixed);
@@ -111,7 +112,7 @@ fn an_unstable_time_step_is_halved_until_it_is_stable() {
                 assert_eq!(f64::from(report.substeps), duration / length, "frame {number}");
             }
         }
-        assert!(length < model.stable_time_step(), "{}: {length}", candidate.label);
+        assert!(length < model.stable_time_step_at_rest(), "{}: {length}", candidate.label);
         // What falls freely has the velocity g t, however the time is divided.
         let state = download(&mut *solver);
         let expected = -GRAVITY * 60.0 * duration;
@@ -157,7 +158,7 @@ fn the_time_step_grows_back_after_a_disturbance() {
 #[test]
 fn a_resumed_run_goes_on_with_the_same_bits_and_the_same_length() {
     let model = hanging();
-    let time_step = 3.0 * model.stable_time_step();
+    let time_step = 3.0 * model.stable_time_step_at_rest();
     let duration = 1.5 * time_step;
     for candidate in candidates() {
         let new = || solver(candidate, &model, time_step, adaptive(6));
@@ -236,7 +237,7 @@ fn an_overflow_at_the_shortest_length_is_a_divergence() {
 #[test]
 fn without_halvings_the_bits_are_those_of_a_fixed_time_step() {
     let model = hanging();
-    let time_step = 0.5 * model.stable_time_step();
+    let time_step = 0.5 * model.stable_time_step_at_rest();
     for candidate in candidates() {
         let states = [TimeStepControl::Fixed, adaptive(0)].map(|control| {
             let mut solver = solver(candidate, &model, time_step, control);
@@ -254,7 +255,7 @@ fn without_halvings_the_bits_are_those_of_a_fixed_time_step() {
 #[test]
 fn a_moved_pin_arrives_exactly_in_a_frame_that_is_divided_again() {
     let model = hanging();
-    let time_step = 3.0 * model.stable_time_step();
+    let time_step = 3.0 * model.stable_time_step_at_rest();
     for candidate in candidates() {
         let mut solver = solver(candidate, &model, time_step, adaptive(6));
         let mut divided = 0;

@@ -97,7 +97,17 @@ fn gather() -> Result<PathBuf, String> {
     let target = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
     let folder = root.join(target).join("dist");
     fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
-    let program = ["build", "--profile", "dist", "--package", "cloth-cli", "--bin", "cloth"];
+    let program = [
+        "build",
+        "--profile",
+        "dist",
+        "--package",
+        "cloth-cli",
+        "--features",
+        "cuda,viewer",
+        "--bin",
+        "cloth",
+    ];
     copy(&folder, &program, |name| name.to_owned())?;
     let bench =
         ["build", "--profile", "dist", "--package", "cloth-benches", "--bin", "cloth-bench"];

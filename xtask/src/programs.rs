@@ -14,6 +14,9 @@ use crate::{artifacts::Artifact, command::cargo};
 /// What a test prints at the start of a line that says what it left out, and why.
 const NOT_RUN: &str = "not run here: ";
 
+/// Programs beside which nothing runs: a window that is driven has to answer in time.
+const ALONE: [&str; 1] = ["window"];
+
 /// The tests of one program, or of all.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Counts {
@@ -78,6 +81,8 @@ struct Outcome {
 pub(crate) fn run(mut programs: Vec<Artifact>, counts: &mut Counts) -> Result<(), String> {
     // Unit tests are short: they fill what is left at the end.
     programs.sort_by_key(|program| program.kind != "test");
+    let alone = programs.extract_if(.., |program| ALONE.contains(&program.name.as_str()));
+    let alone: Vec<_> = alone.collect();
     let side_by_side = thread::available_parallelism().map_or(1, NonZeroUsize::get).min(2);
     let queue = Mutex::new(VecDeque::from(programs));
     let outcomes = Mutex::new(Vec::new());
@@ -92,8 +97,11 @@ pub(crate) fn run(mut programs: Vec<Artifact>, counts: &mut Counts) -> Result<()
             });
         }
     });
+    let alone: Vec<_> = alone.iter().map(run_one).collect();
     let mut failed = Vec::new();
-    for outcome in outcomes.into_inner().unwrap_or_else(PoisonError::into_inner) {
+    for outcome in
+        outcomes.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter().chain(alone)
+    {
         if !outcome.success {
             failed.push(outcome.name);
         }

@@ -15,19 +15,26 @@ use crate::{
 /// A check by name.
 type Step = (&'static str, fn(&mut Built) -> Result<(), String>);
 
-const STEPS: [Step; 11] = [
+const STEPS: [Step; 12] = [
     ("format", |_| format()),
     ("vulkan driver", |_| vulkan::ensure()),
     ("virtual screen", |_| screen::ensure()),
     ("C++ compiler", |_| compiler::ensure()),
     ("package", |_| package::check()),
     ("lints", |_| lints()),
+    ("features", |_| features()),
     ("documentation", |_| documentation()),
     ("build", Built::build),
     ("kernels", |built| kernels::check(&built.program("example", "kernels")?.path)),
     ("tests", Built::tests),
     ("smoke run", |built| smoke_run(built.program("bin", "cloth")?)),
 ];
+
+/// What the program can have: tests are of all of it.
+const FEATURES: &str = "cloth-cli/cuda,cloth-cli/viewer";
+
+/// What the program is built with elsewhere, beside all of it; the features of the others are among these.
+const COMBINATIONS: [&str; 4] = ["", "cpu", "wgpu", "cuda"];
 
 /// What the checks that run something share: all is built once, as features of packages differ if they are built one by one.
 #[derive(Default)]
@@ -56,17 +63,29 @@ fn format() -> Result<(), String> {
 }
 
 fn lints() -> Result<(), String> {
-    command::run(&mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
+    let arguments = ["clippy", "--workspace", "--all-targets", "--features", FEATURES];
+    command::run(cargo(&arguments).args(["--", "-D", "warnings"]))
+}
+
+/// The program compiles with each of its features alone, and without any.
+fn features() -> Result<(), String> {
+    COMBINATIONS.iter().try_for_each(|features| {
+        let arguments = ["check", "--quiet", "--package", "cloth-cli", "--no-default-features"];
+        command::run(cargo(&arguments).args(["--features", features]))
+            .map_err(|reason| format!("features \"{features}\": {reason}"))
+    })
 }
 
 fn documentation() -> Result<(), String> {
-    command::run(cargo(&["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))
+    let arguments = ["doc", "--workspace", "--no-deps", "--features", FEATURES];
+    command::run(cargo(&arguments).env("RUSTDOCFLAGS", "-D warnings"))
 }
 
 impl Built {
     /// Builds all tests, and with them the examples and the program.
     fn build(&mut self) -> Result<(), String> {
-        self.programs = artifacts::build(&["test", "--workspace", "--no-run"])?;
+        self.programs =
+            artifacts::build(&["test", "--workspace", "--features", FEATURES, "--no-run"])?;
         Ok(())
     }
 

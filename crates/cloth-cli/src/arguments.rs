@@ -18,17 +18,35 @@ pub(crate) use solver::SolverArguments;
 #[cfg(feature = "viewer")]
 pub(crate) use viewer::{RenderArguments, ViewArguments};
 
+/// What the help says at its end.
+const AFTER_HELP: &str = "\
+Start with `cloth run drape`, then look into out/drape. `cloth scenes show drape > mine.toml` gives you a scene file to change.
+
+Exit codes:
+  0    done
+  1    anything that has no code of its own
+  2    wrong arguments
+  3    input that cannot be used: scene, mesh, checkpoint, folder, memory
+  4    the simulation diverged
+  129  ended by SIGHUP, 130 by SIGINT (Ctrl-C), 143 by SIGTERM; a run writes its checkpoint first
+
+Environment:
+  CLOTH_CACHE_DIR   folder for compiled CUDA kernels; else $XDG_CACHE_HOME/cloth or ~/.cache/cloth
+  LD_LIBRARY_PATH   where else NVRTC, the compiler for CUDA kernels, is looked for
+  VK_DRIVER_FILES   Vulkan drivers to use in place of those that the system lists
+  NO_COLOR          leaves colours out of help and errors
+  RUST_BACKTRACE    1 adds to the message of a fault of the program where it was found";
+
 /// Simulates cloth.
 #[derive(Debug, Parser)]
-#[command(
-    name = "cloth",
-    version,
-    after_help = "Start with `cloth run drape`, then look into out/drape. `cloth scenes show \
-                  drape > mine.toml` gives you a scene file to change.\n\nExit codes: 0 done, 2 \
-                  wrong arguments, 3 input that cannot be used (scene, mesh, checkpoint, folder, \
-                  memory), 4 the simulation diverged, 1 anything else."
-)]
+#[command(name = "cloth", version, after_help = AFTER_HELP)]
 pub(crate) struct Arguments {
+    /// Print errors alone, and no progress, notes or summary.
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub(crate) quiet: bool,
+    /// Print a line for each frame and each file, and what drivers have to say.
+    #[arg(short, long, global = true)]
+    pub(crate) verbose: bool,
     #[command(subcommand)]
     pub(crate) command: Command,
 }
@@ -51,6 +69,30 @@ pub(crate) enum Command {
     /// Draw a scene, or the frames of a run, through the GPU into a clip.
     #[cfg(feature = "viewer")]
     Render(RenderArguments),
+    /// Show a scene in a window: not in this build, the Cargo feature `viewer` adds it.
+    #[cfg(not(feature = "viewer"))]
+    View(AbsentArguments),
+    /// Draw a scene into a clip: not in this build, the Cargo feature `viewer` adds it.
+    #[cfg(not(feature = "viewer"))]
+    Render(AbsentArguments),
+    /// Print a script that lets a shell complete the commands and options of this program.
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page of this program, or of one of its commands, for `man`.
+    Man {
+        /// The command, such as run.
+        command: Option<String>,
+    },
+}
+
+/// Arguments of a command that this build lacks.
+#[cfg(not(feature = "viewer"))]
+#[derive(Debug, Args)]
+pub(crate) struct AbsentArguments {
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
+    pub(crate) _rest: Vec<std::ffi::OsString>,
 }
 
 #[derive(Debug, Args)]
@@ -84,26 +126,28 @@ pub(crate) struct RunArguments {
     /// Threads of the CPU backend, at most 1024; as many as the machine has if not given.
     #[arg(long, value_parser = thread_count)]
     pub(crate) threads: Option<NonZeroUsize>,
-    /// Output folder; out/NAME of the scene if not given. Files of an earlier run in it are
-    /// replaced, other files are left alone.
+    /// Output folder; out/NAME of the scene if not given, or out/NAME-2 and so on where that has a run.
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+    /// Replace the run in the output folder; files that no run wrote are left alone.
+    #[arg(long, conflicts_with = "resume")]
+    pub(crate) overwrite: bool,
     /// Output formats, separated by commas: obj, ply, vtu, png (one file per frame), gltf, pc2,
     /// mdd, npz, gif, apng (all frames in one file); or none, for the frame store alone, from
-    /// which `cloth convert` makes the others.
-    #[arg(long, value_name = "LIST", default_value = "png,gif")]
-    pub(crate) format: FormatList,
+    /// which `cloth convert` makes the others. png,gif if not given; with --resume those of the run,
+    /// to which this adds.
+    #[arg(long, value_name = "LIST")]
+    pub(crate) format: Option<FormatList>,
     /// Show more than the cloth in obj, vtu and gltf: `colliders`, rigid bodies among them.
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub(crate) with: Vec<Extra>,
-    /// Write every so many frames into the output formats.
-    #[arg(long, value_name = "N", default_value = "1")]
-    pub(crate) frame_stride: NonZeroUsize,
-    /// Size of pictures in pixels; animated ones are scaled down to 800 pixels at most.
-    #[arg(long, value_name = "WxH", default_value = "800x450")]
-    pub(crate) picture_size: PictureSize,
+    /// Write every so many frames into the output formats; 1 if not given.
+    #[arg(long, value_name = "N")]
+    pub(crate) frame_stride: Option<NonZeroUsize>,
+    /// Size of pictures in pixels, 800x450 if not given; animated ones are scaled down to 800 pixels at most.
+    #[arg(long, value_name = "WxH")]
+    pub(crate) picture_size: Option<PictureSize>,
     /// Draw pictures through the GPU where there is one, in the look of `cloth view`.
-    #[cfg(feature = "viewer")]
     #[arg(long)]
     pub(crate) render: bool,
     /// Print the report of each frame to stdout as a line of JSON, and nothing else.
@@ -112,9 +156,12 @@ pub(crate) struct RunArguments {
     /// Write a checkpoint every so many frames, and at the end; 0 for at the end only.
     #[arg(long, value_name = "N", default_value = "30")]
     pub(crate) checkpoint_every: u64,
-    /// Continue from the checkpoint in the output folder.
+    /// Continue from the checkpoint in the output folder; without --out, in the latest one of this scene.
     #[arg(long)]
     pub(crate) resume: bool,
+    /// Continue although the scene changed since the run began: its cloths and colliders must be the same.
+    #[arg(long, requires = "resume")]
+    pub(crate) accept_changes: bool,
     /// Write the scene as FYSL into this file at the end, with where everything was in each frame.
     #[arg(long, value_name = "FILE", conflicts_with = "resume")]
     pub(crate) feedback: Option<PathBuf>,
@@ -170,6 +217,9 @@ pub(crate) struct ConvertArguments {
     /// Size of pictures in pixels.
     #[arg(long, value_name = "WxH", default_value = "800x450")]
     pub(crate) picture_size: PictureSize,
+    /// Further folder in which meshes of the scene of a run may lie; can be given several times.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) mesh_root: Vec<PathBuf>,
 }
 
 /// Most threads that can be asked for. Far more than that is a slip, and systems answer it by ending
@@ -206,6 +256,12 @@ impl Extra {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct FormatList(pub(crate) Vec<FrameFormat>);
 
+impl Default for FormatList {
+    fn default() -> Self {
+        Self(vec![FrameFormat::Png, FrameFormat::Gif])
+    }
+}
+
 impl FromStr for FormatList {
     type Err = String;
 
@@ -229,6 +285,12 @@ impl FromStr for FormatList {
 pub(crate) struct PictureSize {
     pub(crate) width: u32,
     pub(crate) height: u32,
+}
+
+impl Default for PictureSize {
+    fn default() -> Self {
+        Self { width: 800, height: 450 }
+    }
 }
 
 impl FromStr for PictureSize {

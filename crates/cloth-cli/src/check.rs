@@ -8,8 +8,8 @@ use cloth::{
 };
 
 use crate::{
-    arguments::CheckArguments, failure::Failure, passages::passages, scene_source::SceneSource,
-    units::bytes_text,
+    arguments::CheckArguments, failure::Failure, passages::passages, say::Shown,
+    scene_source::SceneSource, units::bytes_text,
 };
 
 /// Particles up to which methods for small models are no slip.
@@ -20,7 +20,8 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     let scene = source.compile(None)?;
     let estimate = source.scene.memory_estimate(&source.options);
     let solver = scene.choice.solver;
-    let mut out = stdout().lock();
+    // Names come from the scene.
+    let mut out = Shown(stdout().lock());
     writeln!(out, "scene        {}", scene.name)?;
     for (cloth, springs) in scene.model.cloths().iter().zip(springs_per_cloth(&scene)) {
         writeln!(

@@ -7,9 +7,14 @@ use std::{
     process::ExitCode,
 };
 
+use crate::signals;
 use cloth::{
-    BackendError, CheckpointError, Error, io::FrameError, io::MeshError, scene::SceneError,
+    BackendError, CheckpointError, Error, PoseLogError, io::FrameError, io::MeshError,
+    scene::SceneError,
 };
+
+/// Exit code for input that cannot be used.
+pub(crate) const EXIT_INPUT: u8 = 3;
 
 /// A command that did not do what was asked. The exit code says whose turn it is.
 #[derive(Debug, thiserror::Error)]
@@ -23,6 +28,9 @@ pub(crate) enum Failure {
     /// Exit code 4: the simulation diverged.
     #[error(transparent)]
     Diverged(Box<dyn StdError + Send + Sync>),
+    /// Exit code 128 and the number of the signal that asked for the end, which is not an error.
+    #[error("ended by signal {0}")]
+    Interrupted(i32),
     /// Exit code 1: anything else.
     #[error(transparent)]
     Other(Box<dyn StdError + Send + Sync>),
@@ -38,6 +46,11 @@ pub(crate) struct WriteError {
     file: PathBuf,
     source: io::Error,
 }
+
+/// Stdout could not be written.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write to stdout ({0}); files that were written before are complete")]
+struct StdoutError(io::Error);
 
 /// A file that could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -70,11 +83,21 @@ impl Failure {
         Self::Other(error.into())
     }
 
+    /// What is asked for is not in this build; a Cargo feature adds it.
+    #[cfg(not(feature = "viewer"))]
+    pub(crate) fn absent(what: &str, feature: &str) -> Self {
+        Self::Usage(format!(
+            "{what} is not in this build; the Cargo feature `{feature}` adds it: `cargo install cloth-cli --features {feature}`, or in a \
+             clone `cargo run --release --features {feature} --`"
+        ))
+    }
+
     pub(crate) fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
             Self::Usage(_) => 2,
-            Self::Input(_) => 3,
+            Self::Input(_) => EXIT_INPUT,
             Self::Diverged(_) => 4,
+            Self::Interrupted(signal) => signals::exit_code(*signal) as u8,
             Self::Other(_) => 1,
         })
     }
@@ -98,8 +121,8 @@ impl Failure {
     pub(crate) fn is_broken_pipe(&self) -> bool {
         match self {
             Self::Other(error) => error
-                .downcast_ref::<io::Error>()
-                .is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe),
+                .downcast_ref::<StdoutError>()
+                .is_some_and(|error| error.0.kind() == io::ErrorKind::BrokenPipe),
             _ => false,
         }
     }
@@ -129,16 +152,19 @@ impl From<WriteError> for Failure {
     }
 }
 
+/// Commands read and write files with errors that name them; what is left is stdout.
 impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Self {
-        Self::other(error)
+        Self::other(StdoutError(error))
     }
 }
 
 impl From<BackendError> for Failure {
     fn from(error: BackendError) -> Self {
         match error {
-            BackendError::Unknown { .. } => Self::Usage(error.to_string()),
+            BackendError::Unknown { .. } | BackendError::Absent { .. } => {
+                Self::Usage(error.to_string())
+            }
             BackendError::Unusable(error) => error.into(),
         }
     }
@@ -170,6 +196,12 @@ impl From<Error> for Failure {
             | Error::Unsupported { .. } => Self::input(error),
             error => Self::other(error),
         }
+    }
+}
+
+impl From<PoseLogError> for Failure {
+    fn from(error: PoseLogError) -> Self {
+        Self::input(error)
     }
 }
 

@@ -26,7 +26,33 @@ fn available() -> u64 {
     // Not the memory that is free in the container: that would count cached files as taken.
     let container =
         system.cgroup_limits().map(|limits| limits.total_memory.saturating_sub(limits.rss));
-    system.available_memory().min(container.unwrap_or(u64::MAX))
+    system.available_memory().min(container.unwrap_or(u64::MAX)).min(address_space())
+}
+
+/// Bytes of address space that a thread takes for its stack, with room for what the C library keeps for it.
+#[cfg(unix)]
+const THREAD_BYTES: u64 = 4 << 20;
+
+/// Address space that is left of a limit such as that of `ulimit -v`, for data, with stacks taken off.
+#[cfg(unix)]
+fn address_space() -> u64 {
+    use nix::sys::resource::{RLIM_INFINITY, Resource, getrlimit};
+
+    let limit = match getrlimit(Resource::RLIMIT_AS) {
+        Ok((limit, _)) if limit != RLIM_INFINITY => limit,
+        _ => return u64::MAX,
+    };
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let size = status.lines().find_map(|line| line.strip_prefix("VmSize:"));
+    let kilobytes = size.and_then(|size| size.split_whitespace().next()?.parse().ok());
+    let used = kilobytes.unwrap_or(0_u64).saturating_mul(1024);
+    let threads = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
+    limit.saturating_sub(used).saturating_sub(THREAD_BYTES * (threads as u64 + 2))
+}
+
+#[cfg(not(unix))]
+const fn address_space() -> u64 {
+    u64::MAX
 }
 
 /// Refuses a scene that needs more memory than there is.

@@ -1,6 +1,9 @@
 //! Scenes by the word that a user gives: the name of a built-in one or a path.
 
-use std::{num::NonZeroUsize, path::Path};
+use std::{
+    num::NonZeroUsize,
+    path::{Path, PathBuf},
+};
 
 use cloth::{
     Precision,
@@ -13,12 +16,18 @@ use crate::{arguments::SceneArguments, failure::Failure, memory, solid_progress:
 pub(crate) struct SceneSource {
     pub(crate) scene: Scene,
     pub(crate) options: CompileOptions,
+    /// The file, unless the scene is a built-in one.
+    pub(crate) path: Option<PathBuf>,
 }
 
 impl SceneSource {
     /// Reads the scene and puts the values of the command line in place of its own.
     pub(crate) fn read(arguments: &SceneArguments) -> Result<Self, Failure> {
-        let mut scene = scene_read(&arguments.scene)?;
+        let path = scene_path(&arguments.scene);
+        let mut scene = match path {
+            Some(path) => Scene::read(path)?,
+            None => Scene::builtin(&arguments.scene)?,
+        };
         if let Some(frames) = arguments.frames {
             scene.simulation.frames = frames;
         }
@@ -35,7 +44,7 @@ impl SceneSource {
             memory_limit: u64::MAX,
             ..CompileOptions::default()
         };
-        Ok(Self { scene, options })
+        Ok(Self { scene, options, path: path.map(Path::to_owned) })
     }
 
     /// Compiles the scene if the memory of this machine is enough for it.
@@ -53,8 +62,8 @@ impl SceneSource {
 /// Extensions of scene files.
 pub(crate) const SCENE_EXTENSIONS: &[&str] = &["toml", "fysl", "xml"];
 
-/// A built-in scene goes before a file of the same name: that one is `./name`.
-fn scene_read(word: &str) -> Result<Scene, Failure> {
+/// The file that a word means, or `None` for a built-in scene. That one goes before a file of the same name: which is `./name`.
+fn scene_path(word: &str) -> Option<&Path> {
     let path = Path::new(word);
     let is_builtin = builtin_scenes().iter().any(|builtin| builtin.name == word);
     let is_path = path.components().count() > 1
@@ -62,5 +71,5 @@ fn scene_read(word: &str) -> Result<Scene, Failure> {
             .extension()
             .is_some_and(|extension| SCENE_EXTENSIONS.iter().any(|e| extension == *e))
         || path.exists();
-    Ok(if is_path && !is_builtin { Scene::read(path)? } else { Scene::builtin(word)? })
+    (is_path && !is_builtin).then_some(path)
 }

@@ -9,6 +9,8 @@ use std::{
 use cloth::scene::CompileProgress;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::say::{self, Level};
+
 /// Time between two lines where there is no terminal, and until the first one.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
@@ -31,7 +33,7 @@ impl SolidProgress {
         if since.elapsed() >= LINE_INTERVAL {
             *last = Some(Instant::now());
             let percent = 100.0 * done as f64 / total.max(1) as f64;
-            eprintln!("distances of solids: {percent:.0} %");
+            say::note(format_args!("distances of solids: {percent:.0} %"));
         }
     }
 
@@ -44,7 +46,7 @@ impl SolidProgress {
 }
 
 fn bar(total: u64) -> Option<ProgressBar> {
-    if !stderr().is_terminal() {
+    if !stderr().is_terminal() || !say::is_at(Level::Normal) {
         return None;
     }
     let style = "{wide_bar} distances of solids {percent} %, {eta} left";

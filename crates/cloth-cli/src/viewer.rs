@@ -1,5 +1,7 @@
 //! `cloth view` and `cloth render`.
 
+use std::io::{Write, stdout};
+
 use cloth::{
     io::{PictureMaker, PictureStyle, vertex_normals},
     scene::CompiledScene,
@@ -13,13 +15,16 @@ use indicatif::ProgressBar;
 use crate::{
     arguments::{RenderArguments, RunArguments, SolverArguments, ViewArguments},
     failure::Failure,
+    foreign::hushed,
+    run_folder::RunSettings,
+    say,
 };
 
 pub(crate) fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     // Before any work.
     ClipFormat::of_path(&arguments.out)?;
     let source = source(&arguments.scene, &arguments.source.solver)?;
-    let gpu = Gpu::headless(arguments.source.adapter.as_deref())?;
+    let gpu = hushed(|| Gpu::headless(arguments.source.adapter.as_deref()))?;
     let size = arguments.picture_size;
     let options = ClipOptions {
         size: [size.width, size.height],
@@ -35,7 +40,10 @@ pub(crate) fn render(arguments: &RenderArguments) -> Result<(), Failure> {
         bar.set_position(done);
     })?;
     bar.finish_and_clear();
-    println!("drawn on {}; look at `{}`", gpu.description(), path.display());
+    if say::is_at(say::Level::Normal) {
+        let mut out = say::Shown(stdout().lock());
+        writeln!(out, "drawn on {}; look at `{}`", gpu.description(), path.display())?;
+    }
     Ok(())
 }
 
@@ -51,23 +59,24 @@ pub(crate) fn view(arguments: &ViewArguments) -> Result<(), Failure> {
         keep: u64::from(arguments.keep) << 20,
         log: arguments.log.clone(),
     };
-    Ok(window_run(options)?)
+    Ok(hushed(|| window_run(options))?)
 }
 
 /// What draws the pictures of `cloth run --render`, if it was asked for and there is an adapter; that
 /// there is none is said.
 pub(crate) fn picture_maker(
     arguments: &RunArguments,
+    settings: &RunSettings,
     scene: &CompiledScene,
     style: &PictureStyle,
 ) -> Result<Option<PictureMaker<'static>>, Failure> {
-    if !arguments.render {
+    if !settings.render {
         return Ok(None);
     }
-    let gpu = match Gpu::headless(arguments.adapter.as_deref()) {
+    let gpu = match hushed(|| Gpu::headless(arguments.adapter.as_deref())) {
         Ok(gpu) => gpu,
         Err(error) => {
-            eprintln!("warning: pictures are drawn on the processor: {error}");
+            say::warning(format_args!("pictures are drawn on the processor: {error}"));
             return Ok(None);
         }
     };

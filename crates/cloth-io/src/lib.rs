@@ -14,7 +14,7 @@ mod frame;
 mod mesh;
 mod picture;
 
-pub use file::{file_open, file_read, file_replace};
+pub use file::{file_open, file_read, file_replace, output_check, parts_abandon, parts_remove};
 pub use frame::{
     ClipWriter, ContainerOptions, ContainerReport, Frame, FrameError, FrameFormat,
     FrameFormatError, FramePipeline, FrameSequenceWriter, FrameSolids, FrameStore, PictureMaker,

@@ -1,6 +1,8 @@
 //! Small scenes that ask for much time or memory. Bounds on time are far above what is needed, so that they hold on
 //! slow machines, and far below what the defects took.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
 use std::{
     fmt::Write,
     time::{Duration, Instant},

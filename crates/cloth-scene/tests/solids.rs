@@ -1,5 +1,7 @@
 //! Solids from mesh files, and when their distances are sampled.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
 use std::{
     fs,
     path::Path,

@@ -33,6 +33,9 @@ const BACKENDS: &[BackendEntry] = &[
     },
 ];
 
+/// The names of all backends that there are; each is that of a Cargo feature, too.
+const NAMES: [&str; 3] = ["cuda", "wgpu", "cpu"];
+
 /// The name that stands for an automatic choice.
 pub const AUTO: &str = "auto";
 
@@ -55,6 +58,18 @@ pub enum BackendError {
     Unknown {
         /// The name asked for.
         name: String,
+        /// All names that [`backend_create`] takes.
+        available: Vec<&'static str>,
+    },
+    /// This build lacks a backend that there is.
+    #[error(
+        "the backend `{name}` is not in this build, which has: {}; the Cargo feature `{name}` adds it (the program: `cargo install \
+         cloth-cli --features {name}`)",
+        available.join(", ")
+    )]
+    Absent {
+        /// The name asked for, which is that of the feature.
+        name: &'static str,
         /// All names that [`backend_create`] takes.
         available: Vec<&'static str>,
     },
@@ -97,6 +112,13 @@ pub fn backends_missing() -> Vec<(&'static str, Error)> {
     all.filter_map(|(name, outcome)| Some((name, outcome.err()?))).collect()
 }
 
+/// The backends that this build lacks; a Cargo feature of the same name adds each.
+#[must_use]
+pub fn backends_absent() -> Vec<&'static str> {
+    let is_there = |name| BACKENDS.iter().any(|entry| entry.name == name);
+    NAMES.into_iter().filter(|name| !is_there(*name)).collect()
+}
+
 fn backends_all() -> Vec<BackendOutcome> {
     let options = BackendOptions::default();
     let outcome = |entry: &BackendEntry| (entry.create)(&options).map(|b| b.info().clone());
@@ -130,10 +152,13 @@ pub fn backend_open(
     options.adapter = adapter.map(str::to_owned).or(options.adapter);
     match BACKENDS.iter().find(|entry| entry.name == known) {
         Some(entry) => Ok((entry.create)(&options)?),
-        None => Err(BackendError::Unknown {
-            name: name.to_owned(),
-            available: BACKENDS.iter().map(|entry| entry.name).collect(),
-        }),
+        None => {
+            let available = BACKENDS.iter().map(|entry| entry.name).collect();
+            Err(match backends_absent().into_iter().find(|absent| *absent == known) {
+                Some(name) => BackendError::Absent { name, available },
+                None => BackendError::Unknown { name: name.to_owned(), available },
+            })
+        }
     }
 }
 
@@ -227,6 +252,20 @@ mod tests {
         let names: Vec<&str> = BACKENDS.iter().map(|entry| entry.name).collect();
         let expected = format!("unknown backend `abacus`; this build has: {}", names.join(", "));
         assert_eq!(error.to_string(), expected);
+    }
+
+    #[test]
+    fn a_backend_that_this_build_lacks_is_answered_with_its_feature() {
+        assert!(BACKENDS.iter().all(|entry| NAMES.contains(&entry.name)));
+        let absent = backends_absent();
+        assert_eq!(absent.len() + BACKENDS.len(), NAMES.len());
+        for name in absent {
+            for asked in [name.to_owned(), format!("{name}:1")] {
+                let Err(error) = backend_create(&asked, None) else { panic!("it is not there") };
+                let expected = format!("the Cargo feature `{name}` adds it");
+                assert!(error.to_string().contains(&expected), "{error}");
+            }
+        }
     }
 
     #[test]

@@ -60,7 +60,7 @@ pub mod architecture {
 
 pub use backends::{
     AUTO, BackendChoice, BackendError, BackendOptions, BackendOutcome, backend_choose,
-    backend_create, backend_open, backends, backends_missing,
+    backend_create, backend_open, backends, backends_absent, backends_missing,
 };
 #[cfg(feature = "scene")]
 pub use checkpoint::{CHECKPOINT_VERSION, Checkpoint, CheckpointError};

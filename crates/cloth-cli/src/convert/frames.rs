@@ -16,6 +16,7 @@ use crate::{
     failure::Failure,
     memory,
     run_folder::RunFolder,
+    say,
 };
 
 use super::{extension, parent_create};
@@ -23,7 +24,7 @@ use super::{extension, parent_create};
 pub(super) fn convert(arguments: &ConvertArguments) -> Result<(), Failure> {
     let format = format(arguments)?;
     let with_colliders = Extra::colliders(&arguments.with, &[format])?;
-    let (scene, options) = RunFolder::scene_read(&arguments.input)?;
+    let (scene, options) = RunFolder::scene_read(&arguments.input, &arguments.mesh_root)?;
     memory::check(&scene, &options)?;
     let compiled = scene.compile(&options)?;
     let folder = RunFolder::new(Some(&arguments.input), &compiled.name);
@@ -46,10 +47,10 @@ pub(super) fn convert(arguments: &ConvertArguments) -> Result<(), Failure> {
     let options = ContainerOptions { frame_stride, style, solids, ..ContainerOptions::default() };
     let report = container_write(format, &arguments.output, &topology, &store, &options)?;
     for warning in report.warnings {
-        eprintln!("warning: {warning}");
+        say::warning(warning);
     }
     for note in report.notes {
-        eprintln!("note: {note}");
+        say::note(note);
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! What a run gives back in the language of its scene.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use cloth::{
     Simulation,
@@ -10,7 +10,19 @@ use cloth::{
     },
 };
 
-use crate::{failure::Failure, run_folder::text_write};
+use crate::{
+    arguments::RunArguments,
+    failure::Failure,
+    run_folder::{is_same_file, text_write},
+};
+
+/// A file that is not to be written over.
+#[derive(Debug, thiserror::Error)]
+#[error("`{}` {problem}; give --feedback another file", file.display())]
+struct Kept {
+    file: PathBuf,
+    problem: &'static str,
+}
 
 /// Collects frames; empty if nobody asked for them.
 pub(super) struct Feedback<'a> {
@@ -20,8 +32,20 @@ pub(super) struct Feedback<'a> {
 }
 
 impl<'a> Feedback<'a> {
-    pub(super) fn new(file: Option<&'a Path>, frame_stride: usize) -> Self {
-        Self { file, frame_stride: frame_stride as u64, feedback: FyslFeedback::default() }
+    /// Feedback into the file that is asked for, which may replace one if that is asked for, too, but never `scene`.
+    pub(super) fn new(arguments: &'a RunArguments, scene: Option<&Path>) -> Result<Self, Failure> {
+        let file = arguments.feedback.as_deref();
+        if let Some(file) = file {
+            let kept = |problem| Failure::input(Kept { file: file.to_owned(), problem });
+            if scene.is_some_and(|scene| is_same_file(file, scene)) {
+                return Err(kept("is the scene itself, which is never written over"));
+            }
+            if file.exists() && !arguments.overwrite {
+                return Err(kept("is there already, and only --overwrite replaces it"));
+            }
+        }
+        let frame_stride = arguments.frame_stride.map_or(1, std::num::NonZeroUsize::get) as u64;
+        Ok(Self { file, frame_stride, feedback: FyslFeedback::default() })
     }
 
     /// Takes the present frame, unless it is passed over; the last one of the scene never is.

@@ -1,7 +1,6 @@
 //! `cloth run`.
 
 mod feedback;
-mod interrupt;
 mod outputs;
 mod progress;
 mod report;
@@ -12,7 +11,7 @@ use std::time::Instant;
 
 use cloth::{
     AUTO, Backend, BackendOptions, Checkpoint, PoseLog, Simulation, StepReport, backend_choose,
-    backend_open, frame_solids, picture_style_moving, topology,
+    backend_open, frame_solids, picture_style, picture_style_moving, topology,
 };
 use cloth::{io::PictureStyle, scene::CompiledScene};
 
@@ -20,61 +19,82 @@ use crate::{
     arguments::{Extra, RunArguments},
     check::stability_warning,
     failure::{Failure, WriteError},
+    foreign::hushed,
     passages::passages,
-    run_folder::RunFolder,
+    run_folder::{RunFolder, RunSettings},
+    say,
     scene_source::SceneSource,
+    signals::Signals,
 };
 
 use feedback::Feedback;
-use interrupt::Interrupt;
-use outputs::Outputs;
+use outputs::{Making, Outputs, store_create, store_resume};
 use progress::Progress;
 use report::ReportWriter;
 use summary::Summary;
 
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
-    let with_colliders = Extra::colliders(&arguments.with, &arguments.format.0)?;
-    let interrupt = Interrupt::install()?;
+    #[cfg(not(feature = "viewer"))]
+    if arguments.render {
+        return Err(Failure::absent("`cloth run --render`", "viewer"));
+    }
+    let signals = Signals::install()?;
     let source = SceneSource::read(&arguments.scene)?;
+    let mut feedback = Feedback::new(arguments, source.path.as_deref())?;
+    let mut folder = folder(arguments, &source)?;
+    let settings = RunSettings::new(arguments, arguments.resume.then_some(&folder))?;
     let (scene, backend) = scene_and_backend(&source, arguments)?;
+    let with_colliders = Extra::colliders(&arguments.with, &settings.formats)?;
     if !scene.choice.reason.is_empty() {
-        eprintln!("solver: {}", scene.choice.reason);
+        say::note(format_args!("solver: {}", scene.choice.reason));
     }
     if let Some(warning) = stability_warning(&scene) {
-        eprintln!("warning: {warning}");
+        say::warning(warning);
     }
-    let folder = RunFolder::new(arguments.out.as_deref(), &scene.name);
     let topology = topology(&scene);
     // Nothing is written before everything is known to be good.
     let mut simulation = simulation(scene, backend.as_ref(), &folder, arguments.resume)?;
     let bodies = simulation.scene().rigids.len();
-    // Where bodies are nothing else tells; other colliders follow from the scene.
-    let poses =
-        (bodies > 0).then(|| PoseLog::new(simulation.frame(), simulation.colliders().to_vec()));
-    if let Some(poses) = poses.as_ref().filter(|_| arguments.resume && folder.poses().exists()) {
-        let colliders = simulation.model().colliders().len();
-        let earlier = PoseLog::read(&folder.poses(), colliders).map_err(Failure::input)?;
-        poses.earlier_set(&earlier);
+    if !arguments.resume && arguments.out.is_none() && !arguments.overwrite {
+        let kept;
+        (folder, kept) = folder.create_free()?;
+        if let Some(kept) = kept {
+            say::note(format_args!(
+                "`{}` has a run, which is kept; this one goes to `{}` (--overwrite replaces the first)",
+                kept.display(),
+                folder.root.display()
+            ));
+        }
     }
-    let style = style(&simulation, poses.clone().unwrap_or_default(), arguments);
+    std::fs::create_dir_all(&folder.root).map_err(WriteError::of(&folder.root))?;
+    folder.outputs_check(&settings.formats)?;
+    // First of all, as it locks out a second run in the same folder.
+    let store = if arguments.resume {
+        store_resume(&folder, &topology, simulation.frame())?
+    } else {
+        store_create(&folder, &topology)?
+    };
+    let poses = (bodies > 0).then(|| poses(&folder, &simulation, arguments.resume)).transpose()?;
+    let style = style(&simulation, poses.as_ref(), &settings);
     #[cfg(feature = "viewer")]
-    let maker = crate::viewer::picture_maker(arguments, simulation.scene(), &style)?;
+    let maker = crate::viewer::picture_maker(arguments, &settings, simulation.scene(), &style)?;
     #[cfg(not(feature = "viewer"))]
     let maker = None;
-    let mut feedback = Feedback::new(arguments.feedback.as_deref(), arguments.frame_stride.get());
-    std::fs::create_dir_all(&folder.root).map_err(WriteError::of(&folder.root))?;
-    let mut outputs = if arguments.resume {
-        let reached = (simulation.frame(), poses.as_ref());
-        Outputs::resume(&folder, &topology, style, maker, arguments, reached)?
+    let (threads, resume) = (arguments.threads, arguments.resume);
+    let solids = with_colliders.then(|| frame_solids(simulation.scene(), poses.clone()));
+    let making = Making { style, maker, threads, resume };
+    let mut outputs = Outputs::new(&folder, &topology, store, making, &settings)?;
+    outputs.poses_set(poses);
+    outputs.solids_set(solids);
+    if arguments.resume {
+        folder.scene_rewrite(&source.scene, &source.options)?;
     } else {
-        Outputs::create(&folder, &topology, style, maker, arguments, bodies)?
-    };
-    if with_colliders {
-        let solids = frame_solids(simulation.scene(), poses.clone());
-        outputs = outputs.with_solids(Some(solids));
+        folder.scene_write(&source.scene, &source.options)?;
     }
-    folder.scene_write(&source.scene, &source.options)?;
+    settings.write(&folder.root)?;
     let mut reports = ReportWriter::open(&folder.report(), simulation.frame(), arguments.json)?;
+    // From here on a signal waits for a checkpoint.
+    signals.finish_work(true);
     if simulation.frame() == 0 {
         let (state, normals) = simulation.state_and_normals()?;
         outputs.write(0, state, normals)?;
@@ -85,12 +105,11 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         Summary::new(simulation.model().particle_count(), passages(simulation.model()));
     let mut progress = Progress::new(simulation.frame(), u64::from(simulation.scene().frames));
     let mut ended = Ok(());
-    while ended.is_ok() && !simulation.is_finished() && !interrupt.is_requested() {
-        ended = frame(&mut simulation, poses.as_ref(), &mut outputs, &mut reports, &mut summary);
+    while ended.is_ok() && !simulation.is_finished() && signals.requested().is_none() {
+        ended = frame(&mut simulation, &mut outputs, &mut reports, &mut summary, &mut progress);
         if ended.is_ok() {
             ended = feedback.add(&mut simulation);
         }
-        progress.frame(simulation.frame(), &summary);
         let every = arguments.checkpoint_every;
         if ended.is_ok() && every > 0 && simulation.frame().is_multiple_of(every) {
             ended = checkpoint_write(&mut simulation, &mut outputs, &folder);
@@ -102,13 +121,17 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     if ended.is_ok() {
         ended = checkpoint_write(&mut simulation, &mut outputs, &folder);
     }
+    // What is made from here on can be made again.
+    signals.finish_work(false);
     let mut lines = summary.lines(start.elapsed());
-    if ended.is_ok() && !simulation.is_finished() {
-        lines.push(format!(
-            "interrupted after frame {} of {}; the same command with --resume continues",
-            simulation.frame(),
-            simulation.scene().frames,
-        ));
+    // Frames before an error are worth having here, too.
+    if let Err(failure) = feedback.write(&source.scene) {
+        ended = ended.and(Err(failure));
+    }
+    if let Some(signal) = signals.requested().filter(|_| ended.is_ok()) {
+        lines.push(interrupted(&simulation, &outputs, arguments));
+        summary::print(&lines, arguments.json)?;
+        return Err(Failure::Interrupted(signal));
     }
     // The frames before an error are worth having; the error itself counts more than another one
     // that follows from it.
@@ -116,12 +139,58 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         Ok(files) => lines.push(files),
         Err(failure) => ended = ended.and(Err(failure)),
     }
-    // Frames before an error are worth having here too.
-    if let Err(failure) = feedback.write(&source.scene) {
-        ended = ended.and(Err(failure));
-    }
     summary::print(&lines, arguments.json)?;
     ended
+}
+
+/// Where the run goes if nothing else is there, or the run that it continues.
+fn folder(arguments: &RunArguments, source: &SceneSource) -> Result<RunFolder, Failure> {
+    let folder = RunFolder::new(arguments.out.as_deref(), &source.scene.name);
+    if arguments.resume {
+        let folder = if arguments.out.is_none() { folder.latest() } else { folder };
+        // Before the work of compiling it.
+        if folder.checkpoint().exists() {
+            let (scene, options) = (&source.scene, &source.options);
+            let accepted = arguments.accept_changes;
+            if let Some(changes) = folder.changes_check(scene, options, accepted)? {
+                say::note(format_args!("goes on with a scene that changed: {changes}"));
+            }
+            say::detail(format_args!("goes on with the run in `{}`", folder.root.display()));
+        }
+        return Ok(folder);
+    }
+    if arguments.out.is_some() && !arguments.overwrite {
+        folder.check_free()?;
+    }
+    if let Some(path) = &source.path {
+        folder.check_apart(path)?;
+    }
+    Ok(folder)
+}
+
+/// What to tell somebody who ended the run.
+fn interrupted(simulation: &Simulation, outputs: &Outputs<'_>, arguments: &RunArguments) -> String {
+    let command = if arguments.overwrite { "--resume in place of --overwrite" } else { "--resume" };
+    let mut line = format!(
+        "interrupted after frame {} of {}; the same command with {command} continues",
+        simulation.frame(),
+        simulation.scene().frames,
+    );
+    let made = outputs.made_at_end();
+    if !made.is_empty() {
+        line = format!("{line}, and makes {made} at its end");
+    }
+    line
+}
+
+/// Where rigid bodies are in each frame, which nothing else tells.
+fn poses(folder: &RunFolder, simulation: &Simulation, resume: bool) -> Result<PoseLog, Failure> {
+    let colliders = simulation.colliders();
+    Ok(if resume {
+        PoseLog::resume(&folder.poses(), colliders, simulation.frame() + 1)?
+    } else {
+        PoseLog::create(&folder.poses(), colliders.len())?
+    })
 }
 
 /// The scene, compiled, and the backend for it.
@@ -136,33 +205,32 @@ fn scene_and_backend(
     };
     if arguments.backend != AUTO {
         // A wrong name is told before a large scene is compiled.
-        let backend = backend_open(&arguments.backend, &options)?;
+        let backend = hushed(|| backend_open(&arguments.backend, &options))?;
+        say::detail(format_args!("backend: {} ({})", backend.info().name, backend.info().device));
         return Ok((source.compile(arguments.threads)?, backend));
     }
     let scene = source.compile(arguments.threads)?;
-    let choice = backend_choose(&scene.model, &scene.config, &options)?;
-    eprintln!("backend: {}", choice.reason);
+    let choice = hushed(|| backend_choose(&scene.model, &scene.config, &options))?;
+    say::note(format_args!("backend: {}", choice.reason));
     Ok((scene, choice.backend))
 }
 
 /// Computes a frame and writes it.
 fn frame(
     simulation: &mut Simulation,
-    poses: Option<&PoseLog>,
     outputs: &mut Outputs<'_>,
     reports: &mut ReportWriter,
     summary: &mut Summary,
+    progress: &mut Progress,
 ) -> Result<(), Failure> {
     simulation.step()?;
-    if let Some(poses) = poses {
-        poses.push(simulation.colliders());
-    }
     let frame = simulation.frame();
     let (state, normals) = simulation.state_and_normals()?;
     outputs.write(frame, state, normals)?;
     let report = StepReport { audit: simulation.audit()?, ..simulation.report().clone() };
     reports.write(frame, &report)?;
     summary.add(frame, &report);
+    progress.frame(frame, summary, &report);
     Ok(())
 }
 
@@ -180,9 +248,12 @@ fn simulation(
     Ok(Simulation::resume(scene, backend, &checkpoint)?)
 }
 
-fn style(simulation: &Simulation, poses: PoseLog, arguments: &RunArguments) -> PictureStyle {
-    let size = arguments.picture_size;
-    let style = picture_style_moving(simulation.scene(), poses);
+fn style(simulation: &Simulation, poses: Option<&PoseLog>, settings: &RunSettings) -> PictureStyle {
+    let size = settings.picture_size;
+    let style = match poses {
+        Some(poses) => picture_style_moving(simulation.scene(), poses.clone()),
+        None => picture_style(simulation.scene()),
+    };
     PictureStyle { width: size.width, height: size.height, ..style }
 }
 

@@ -1,6 +1,6 @@
 //! The frames of a run on their way into files.
 
-use std::{fs::File, io::Write, path::PathBuf};
+use std::{num::NonZeroUsize, path::PathBuf};
 
 use cloth::{
     PoseLog, State,
@@ -8,14 +8,13 @@ use cloth::{
         ContainerOptions, Frame, FrameFormat, FramePipeline, FrameSolids, FrameStore, PictureMaker,
         PictureSequence, PictureStyle, Topology, container_files, container_write,
     },
-    pose_line,
 };
 use tempfile::TempDir;
 
 use crate::{
-    arguments::RunArguments,
     failure::{Failure, WriteError},
-    run_folder::{RunFolder, file_remove},
+    run_folder::{DRAWN_PREFIX, DRAWN_SUFFIX, RunFolder, RunSettings, file_remove},
+    say,
 };
 
 /// Longer side of animated pictures \[pixel\]: larger ones are too slow to load and to show.
@@ -26,7 +25,7 @@ pub(super) struct Outputs<'a> {
     topology: &'a Topology,
     store: FrameStore,
     /// Where rigid bodies are, which nothing else tells.
-    poses: Option<(PathBuf, File)>,
+    poses: Option<PoseLog>,
     /// Writes files of single frames, pictures among them, while the next frames are computed.
     pipeline: FramePipeline,
     /// Formats that are made at the end.
@@ -44,6 +43,17 @@ pub(super) struct Outputs<'a> {
     solids: Option<FrameSolids>,
 }
 
+/// How pictures and files are made.
+pub(super) struct Making<'a> {
+    pub(super) style: PictureStyle,
+    /// What draws pictures in place of the renderer of `cloth::io`.
+    pub(super) maker: Option<PictureMaker<'a>>,
+    /// Threads that draw and write; as many as the machine has if not given.
+    pub(super) threads: Option<NonZeroUsize>,
+    /// Whether the run goes on with an earlier part, whose pictures may have another size or look.
+    pub(super) resume: bool,
+}
+
 /// The frames in the folder end before the checkpoint.
 #[derive(Debug, thiserror::Error)]
 #[error(
@@ -56,74 +66,50 @@ struct StoreShort {
     expected: u64,
 }
 
+/// The store of a run from its start; what an earlier run left in the folder is removed.
+pub(super) fn store_create(folder: &RunFolder, topology: &Topology) -> Result<FrameStore, Failure> {
+    let store = FrameStore::create(&folder.store(), topology)?;
+    folder.leftovers_remove()?;
+    // It would not fit the frames of the new run.
+    file_remove(&folder.checkpoint())?;
+    file_remove(&folder.poses())?;
+    folder.outputs_remove()?;
+    caches_remove(folder, topology)?;
+    Ok(store)
+}
+
+/// The store of a run that goes on after `frame`; what comes after it is removed.
+pub(super) fn store_resume(
+    folder: &RunFolder,
+    topology: &Topology,
+    frame: u64,
+) -> Result<FrameStore, Failure> {
+    let mut store = FrameStore::open(&folder.store(), topology)?;
+    folder.leftovers_remove()?;
+    let expected = frame + 1;
+    let found = store.len();
+    if (found as u64) < expected {
+        return Err(Failure::input(StoreShort { file: folder.store(), found, expected }));
+    }
+    store.truncate(expected as usize)?;
+    folder.frames_remove(expected)?;
+    caches_remove(folder, topology)?;
+    Ok(store)
+}
+
 impl<'a> Outputs<'a> {
-    /// Outputs of a run from its start, the poses of `bodies` rigid bodies among them. Those of an earlier run in the same folder are
-    /// removed.
-    pub(super) fn create(
-        folder: &RunFolder,
-        topology: &'a Topology,
-        style: PictureStyle,
-        maker: Option<PictureMaker<'a>>,
-        arguments: &RunArguments,
-        bodies: usize,
-    ) -> Result<Self, Failure> {
-        // First of all, as it locks out a second run in the same folder.
-        let store = FrameStore::create(&folder.store(), topology)?;
-        // It would not fit the frames of the new run.
-        file_remove(&folder.checkpoint())?;
-        folder.outputs_remove(0)?;
-        caches_remove(folder, topology)?;
-        let path = folder.poses();
-        file_remove(&path)?;
-        let mut outputs = Self::new(folder, topology, store, style, maker, arguments)?;
-        if bodies > 0 {
-            let file = File::create(&path).map_err(WriteError::of(&path))?;
-            outputs.poses = Some((path, file));
-        }
-        Ok(outputs)
-    }
-
-    /// Outputs of a run that goes on after `frame`; what comes after it is removed. `poses` has those of rigid bodies up to
-    /// there, if there are any.
-    pub(super) fn resume(
-        folder: &RunFolder,
-        topology: &'a Topology,
-        style: PictureStyle,
-        maker: Option<PictureMaker<'a>>,
-        arguments: &RunArguments,
-        (frame, poses): (u64, Option<&PoseLog>),
-    ) -> Result<Self, Failure> {
-        let mut store = FrameStore::open(&folder.store(), topology)?;
-        let expected = frame + 1;
-        let found = store.len();
-        if (found as u64) < expected {
-            return Err(Failure::input(StoreShort { file: folder.store(), found, expected }));
-        }
-        store.truncate(expected as usize)?;
-        folder.outputs_remove(expected)?;
-        caches_remove(folder, topology)?;
-        let mut outputs = Self::new(folder, topology, store, style, maker, arguments)?;
-        if let Some(poses) = poses {
-            let path = folder.poses();
-            let lines: String = (0..=frame).map(|k| pose_line(&poses.at(k as usize))).collect();
-            let mut file = File::create(&path).map_err(WriteError::of(&path))?;
-            file.write_all(lines.as_bytes()).map_err(WriteError::of(&path))?;
-            outputs.poses = Some((path, file));
-        }
-        Ok(outputs)
-    }
-
-    fn new(
+    /// All outputs that `settings` ask for.
+    pub(super) fn new(
         folder: &RunFolder,
         topology: &'a Topology,
         store: FrameStore,
-        style: PictureStyle,
-        maker: Option<PictureMaker<'a>>,
-        arguments: &RunArguments,
+        making: Making<'a>,
+        settings: &RunSettings,
     ) -> Result<Self, Failure> {
-        let mut pipeline = FramePipeline::new(topology, arguments.threads)?;
+        let Making { style, maker, threads, resume } = making;
+        let mut pipeline = FramePipeline::new(topology, threads)?;
         let mut sequence_folders = Vec::new();
-        for &format in arguments.format.0.iter().filter(|format| format.is_sequence()) {
+        for &format in settings.formats.iter().filter(|format| format.is_sequence()) {
             let path = folder.sequence(format);
             if format == FrameFormat::Png {
                 let sequence = pictures(folder, path.clone());
@@ -133,12 +119,12 @@ impl<'a> Outputs<'a> {
             }
             sequence_folders.push(path);
         }
-        let formats = arguments.format.0.iter().copied();
+        let formats = settings.formats.iter().copied();
         let containers: Vec<_> = formats.filter(|format| !format.is_sequence()).collect();
         // Animations are made of the pictures of frames if these are there and have the right size;
         // those before a resumed part may have been made with another size or scene.
         let animated = animation_style(&style);
-        let has_pictures = arguments.format.0.contains(&FrameFormat::Png) && !arguments.resume;
+        let has_pictures = settings.formats.contains(&FrameFormat::Png) && !resume;
         let is_same_size = (animated.width, animated.height) == (style.width, style.height);
         let mut drawn = None;
         let mut sequence = None;
@@ -146,13 +132,16 @@ impl<'a> Outputs<'a> {
             if has_pictures && is_same_size {
                 sequence = Some(pictures(folder, folder.sequence(FrameFormat::Png)));
             } else {
-                let root = TempDir::new_in(&folder.root).map_err(WriteError::of(&folder.root))?;
+                let mut builder = tempfile::Builder::new();
+                let root =
+                    builder.prefix(DRAWN_PREFIX).suffix(DRAWN_SUFFIX).tempdir_in(&folder.root);
+                let root = root.map_err(WriteError::of(&folder.root))?;
                 let own = pictures(folder, root.path().to_owned());
                 pipeline.add_pictures(&own, &animated)?;
                 (sequence, drawn) = (Some(own), Some(root));
             }
         }
-        let is_drawing = sequence.is_some() || arguments.format.0.contains(&FrameFormat::Png);
+        let is_drawing = sequence.is_some() || settings.formats.contains(&FrameFormat::Png);
         Ok(Self {
             topology,
             store,
@@ -160,7 +149,7 @@ impl<'a> Outputs<'a> {
             pipeline,
             containers,
             sequence_folders,
-            frame_stride: arguments.frame_stride.get(),
+            frame_stride: settings.frame_stride,
             animation: (animated, sequence),
             _drawn: drawn,
             maker: maker.filter(|_| is_drawing),
@@ -169,12 +158,21 @@ impl<'a> Outputs<'a> {
     }
 
     /// Shows `solids` in the formats that can.
-    pub(super) fn with_solids(mut self, solids: Option<FrameSolids>) -> Self {
+    pub(super) fn solids_set(&mut self, solids: Option<FrameSolids>) {
         if let Some(solids) = &solids {
             self.pipeline.solids_set(solids);
         }
         self.solids = solids;
-        self
+    }
+
+    /// Takes the file that gets the poses of rigid bodies.
+    pub(super) fn poses_set(&mut self, poses: Option<PoseLog>) {
+        self.poses = poses;
+    }
+
+    /// Names of the formats that are made when all frames are there.
+    pub(super) fn made_at_end(&self) -> String {
+        self.containers.iter().map(|format| format.name()).collect::<Vec<_>>().join(", ")
     }
 
     /// Writes a frame into the store and the formats with one file per frame.
@@ -185,9 +183,8 @@ impl<'a> Outputs<'a> {
         normals: &[[f64; 3]],
     ) -> Result<(), Failure> {
         self.store.append(state.time, &state.positions)?;
-        if let Some((path, file)) = &mut self.poses {
-            let line = pose_line(&state.colliders);
-            file.write_all(line.as_bytes()).map_err(WriteError::of(path))?;
+        if let Some(poses) = &self.poses {
+            poses.push(&state.colliders)?;
         }
         if !frame.is_multiple_of(self.frame_stride as u64) {
             return Ok(());
@@ -208,6 +205,7 @@ impl<'a> Outputs<'a> {
     /// power.
     pub(super) fn sync(&mut self) -> Result<(), Failure> {
         self.pipeline.finish()?;
+        self.poses.iter().try_for_each(PoseLog::sync)?;
         Ok(self.store.sync()?)
     }
 
@@ -246,12 +244,15 @@ impl<'a> Outputs<'a> {
             let path = folder.container(format);
             let report = container_write(format, &path, self.topology, &self.store, &options)?;
             for warning in report.warnings {
-                eprintln!("warning: {warning}");
+                say::warning(warning);
             }
             for note in report.notes {
-                eprintln!("note: {note}");
+                say::note(note);
             }
-            files.extend(report.files.iter().map(|path| format!("`{}`", path.display())));
+            for path in report.files {
+                say::detail(format_args!("wrote `{}`", path.display()));
+                files.push(format!("`{}`", path.display()));
+            }
         }
         // What there is of the frames is worth having, with an error too.
         pipeline?;

@@ -1,7 +1,7 @@
 //! What a run did, in a few lines.
 
 use std::{
-    io::{self, Write, stderr, stdout},
+    io::{self, Write, stdout},
     time::Duration,
 };
 
@@ -9,6 +9,7 @@ use cloth::StepReport;
 
 use crate::{
     failure::Failure,
+    say::{self, Level, Shown},
     units::{count_text, number_text},
 };
 
@@ -119,13 +120,12 @@ impl Summary {
 
 /// Prints `lines` to stdout, or to stderr if stdout is for JSON.
 pub(super) fn print(lines: &[String], json: bool) -> Result<(), Failure> {
+    if json || !say::is_at(Level::Normal) {
+        lines.iter().for_each(say::note);
+        return Ok(());
+    }
     let text = lines.join("\n") + "\n";
-    let result = if json {
-        stderr().write_all(text.as_bytes())
-    } else {
-        stdout().write_all(text.as_bytes())
-    };
-    match result {
+    match Shown(stdout()).write_all(text.as_bytes()) {
         // The files are there, whoever reads along.
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         result => Ok(result?),

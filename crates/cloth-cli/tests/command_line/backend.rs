@@ -13,6 +13,7 @@ fn positions(place: &Place, folder: &str) -> Vec<f32> {
 }
 
 #[test]
+#[cfg_attr(not(feature = "wgpu"), ignore = "needs the feature wgpu")]
 fn the_gpu_gives_the_frames_that_the_cpu_gives() {
     let place = Place::with("tiny.toml", TINY);
     for backend in ["cpu", "wgpu"] {
@@ -35,6 +36,7 @@ fn the_gpu_gives_the_frames_that_the_cpu_gives() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "wgpu"), ignore = "needs the feature wgpu")]
 fn an_automatic_choice_says_what_it_took_and_why() {
     let place = Place::with("tiny.toml", TINY);
     let output = place.output(&["run", "tiny.toml", "--format", "none", "--backend", "auto"]);
@@ -45,6 +47,7 @@ fn an_automatic_choice_says_what_it_took_and_why() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "wgpu"), ignore = "needs the feature wgpu")]
 fn what_the_gpu_cannot_do_is_named() {
     let place = Place::with("tiny.toml", TINY);
     let message = place.fails(3, &["run", "tiny.toml", "--backend", "wgpu", "--precision", "f64"]);

@@ -75,6 +75,33 @@ fn a_scene_larger_than_the_memory() {
     refused(&place, &["scene `tiny` with 16000000000000000000 particles", "are missing"]);
 }
 
+/// Whatever is left of the address space, the run succeeds or says what it lacks; it never dies of it.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_limit_on_address_space_is_answered_in_a_sentence() {
+    let patch = TINY
+        .replace("columns = 6, rows = 6", "columns = 400, rows = 400")
+        .replace("frames_per_second = 30", "frames_per_second = 1000")
+        .replace("frames = 3", "frames = 1");
+    let place = Place::with("scene.toml", patch);
+    let program = env!("CARGO_BIN_EXE_cloth");
+    let run = |kilobytes: u32| {
+        let script = format!(
+            "ulimit -v {kilobytes}; exec '{program}' run scene.toml --out o --overwrite --threads 2 --format none"
+        );
+        let mut shell = std::process::Command::new("sh");
+        let output = shell.args(["-c", &script]).current_dir(place.path("")).output().unwrap();
+        let errors = String::from_utf8(output.stderr).unwrap();
+        let code = output.status.code();
+        let told = code == Some(3) && errors.contains("memory") && !errors.contains("panicked");
+        assert!(code == Some(0) || told, "{kilobytes} kB: {:?} {errors}", output.status);
+        (code, errors)
+    };
+    let outcomes: Vec<_> = [120_000, 160_000, 200_000, 250_000, 2_000_000].map(run).into();
+    assert_eq!(outcomes[0].0, Some(3), "{}", outcomes[0].1);
+    assert_eq!(outcomes[4].0, Some(0), "{}", outcomes[4].1);
+}
+
 /// A scene whose mesh is the text of an OBJ file.
 #[track_caller]
 fn mesh_refused(mesh: &str, parts: &[&str]) {
@@ -211,13 +238,169 @@ fn damaged_checkpoints() {
 #[test]
 fn checkpoints_of_other_runs() {
     let place = checkpointed();
-    resume_refused(&place, &["--precision", "f64"], &["checkpoint.bin", "precision f32"]);
+    let accepted = |more: &[&'static str]| [&["--accept-changes"][..], more].concat();
+    let other = accepted(&["--precision", "f64"]);
+    resume_refused(&place, &other, &["checkpoint.bin", "precision f32"]);
     place.write("tiny.toml", TINY.replace("stiffness = 20", "stiffness = 21"));
-    resume_refused(&place, &[], &["checkpoint.bin", "another model"]);
+    resume_refused(&place, &accepted(&[]), &["checkpoint.bin", "another model"]);
     place.write("tiny.toml", TINY.replace("columns = 6", "columns = 7"));
-    resume_refused(&place, &[], &["checkpoint.bin", "36 particles", "the scene has 42"]);
+    resume_refused(&place, &accepted(&[]), &["checkpoint.bin", "36 particles", "the scene has 42"]);
+    place.write("tiny.toml", TINY.replace("sphere.radius = 0.1", "sphere.radius = 0.11"));
+    resume_refused(&place, &accepted(&[]), &["checkpoint.bin", "other colliders"]);
     place.write("tiny.toml", TINY.replace("frames_per_second = 30", "frames_per_second = 25"));
-    resume_refused(&place, &[], &["frames.bin", "30 frames per second", "25"]);
+    resume_refused(&place, &accepted(&[]), &["frames.bin", "30 frames per second", "25"]);
+}
+
+#[test]
+fn a_scene_that_changed_is_not_continued_and_the_change_is_named() {
+    let place = checkpointed();
+    for (from, to, words) in [
+        ("radius = 0.1", "radius = 0.2", "`collider.ball.shape.sphere.radius` was 0.1 and is 0.2"),
+        ("[0, 0, 0.35]", "[0, 0, 0.3]", "`collider.ball.translation` was [0.0, 0.0, 0.35]"),
+        ("time_step = 1e-3", "time_step = 2e-3", "`simulation.time_step` was 0.001 and is 0.002"),
+        ("spacing = 0.05", "spacing = 0.06", "`cloth.patch.geometry.grid.spacing` was 0.05"),
+    ] {
+        assert!(TINY.contains(from), "{from}");
+        place.write("tiny.toml", TINY.replace(from, to));
+        resume_refused(&place, &[], &["the scene changed", words, "--accept-changes"]);
+    }
+    place.write("tiny.toml", TINY);
+    resume_refused(&place, &["--solver", "implicit"], &["`simulation.solver` is new"]);
+    let more = ["--solver", "implicit", "--accept-changes", "--frames", "4"];
+    let run = ["run", "tiny.toml", "--out", "o", "--format", "none", "--resume"];
+    place.succeeds(&[&run[..], &more].concat());
+}
+
+/// A folder from elsewhere that names a mesh outside of it.
+#[test]
+fn the_folder_of_a_run_cannot_have_files_read_outside_of_it() {
+    let place = Place::with("mine/mesh.obj", SQUARE);
+    place.write("mine/scene.toml", MESH);
+    place.succeeds(&["run", "mine/scene.toml", "--out", "o", "--format", "none"]);
+    // It goes on to be complete wherever the mesh is.
+    std::fs::rename(place.path("mine/mesh.obj"), place.path("mine/secret.obj")).unwrap();
+    place.succeeds(&["convert", "o", "o.npz"]);
+    let scene = String::from_utf8(place.read("o/scene.toml")).unwrap();
+    assert!(scene.contains("\"meshes/0/mesh.obj\""), "{scene}");
+    let secret = place.path("mine").display().to_string().replace('\\', "/");
+    place.write("o/meshes.json", format!("{{ \"directory\": \"{secret}\", \"roots\": [\"/\"] }}"));
+    for (file, part) in [
+        ("secret.obj", "secret.obj"),
+        ("../mine/secret.obj", "not a plain path"),
+        (&format!("{secret}/secret.obj"), "mesh root"),
+    ] {
+        place.write("o/scene.toml", scene.replace("meshes/0/mesh.obj", file));
+        let message = place.fails(3, &["convert", "o", "stolen.npz"]);
+        assert!(message.contains(part), "{message}");
+    }
+    place.succeeds(&["convert", "o", "asked.npz", "--mesh-root", "mine"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn outputs_that_are_no_plain_files_are_refused() {
+    use std::os::unix::fs::symlink;
+
+    let run = ["run", "tiny.toml", "--out", "o", "--format", "obj,npz", "--overwrite"];
+    for (name, is_folder) in [
+        ("frames.bin", false),
+        ("checkpoint.bin", false),
+        ("report.jsonl", false),
+        ("scene.toml", false),
+        ("tiny.npz", false),
+        ("obj", true),
+    ] {
+        let place = Place::with("tiny.toml", TINY);
+        place.write("o/notes.txt", "mine");
+        place.write("elsewhere/mine", "mine");
+        let target = if is_folder { "elsewhere" } else { "elsewhere/mine" };
+        symlink(place.path(target), place.path(&format!("o/{name}"))).unwrap();
+        let message = place.fails(3, &run);
+        assert!(message.contains(name) && message.contains("leads out of"), "{message}");
+        assert_eq!(place.read("elsewhere/mine"), b"mine");
+        if !is_folder {
+            std::fs::remove_file(place.path(&format!("o/{name}"))).unwrap();
+            symlink("/dev/null", place.path(&format!("o/{name}"))).unwrap();
+            place.fails(3, &run);
+            std::fs::remove_file(place.path(&format!("o/{name}"))).unwrap();
+            let pipe = place.path(&format!("o/{name}"));
+            assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+            let message = place.fails(3, &run);
+            assert!(message.contains("a pipe"), "{message}");
+        }
+    }
+}
+
+#[test]
+fn feedback_never_replaces_its_own_scene() {
+    let place = Place::with("tiny.toml", TINY);
+    place.succeeds(&["convert", "tiny.toml", "scene.fysl"]);
+    let scene = place.read("scene.fysl");
+    let run = |file: &str| {
+        let message = place.fails(
+            3,
+            &["run", "scene.fysl", "--format", "none", "--overwrite", "--feedback", file],
+        );
+        assert!(message.contains("is the scene itself"), "{message}");
+    };
+    run("scene.fysl");
+    run("./scene.fysl");
+    std::fs::hard_link(place.path("scene.fysl"), place.path("again.fysl")).unwrap();
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("scene.fysl", place.path("link.fysl")).unwrap();
+        run("link.fysl");
+        run("again.fysl");
+    }
+    place.write("mine.fysl", "mine");
+    let message =
+        place.fails(3, &["run", "scene.fysl", "--format", "none", "--feedback", "mine.fysl"]);
+    assert!(message.contains("--overwrite replaces it"), "{message}");
+    assert_eq!((place.read("scene.fysl"), place.read("mine.fysl")), (scene, b"mine".to_vec()));
+    assert!(!place.path("out").exists());
+}
+
+#[test]
+fn keys_with_terminal_escapes_are_shown_escaped() {
+    let place = Place::with("scene.toml", TINY.replace("thickness", "\"\\u001b[31mred\\u0007\""));
+    let output = place.output(&["run", "scene.toml"]);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(!output.stderr.contains(&0x1b) && !output.stderr.contains(&7));
+    let place = Place::with("scene.toml", TINY.replace("\"patch\"", "\"\\u001b]0;title\""));
+    let output = place.output(&["check", "scene.toml"]);
+    assert!(output.status.success());
+    assert!(!output.stdout.contains(&0x1b), "{}", String::from_utf8_lossy(&output.stdout));
+    assert!(String::from_utf8(output.stdout).unwrap().contains("\\u{1b}]0;title"));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_stderr_or_stdout_is_no_panic() {
+    let place = Place::with("tiny.toml", TINY);
+    let full = || std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    for (arguments, code) in [
+        (&["run", "tiny.toml", "--out", "a", "--format", "npz", "-v"][..], 0),
+        (&["run", "missing.toml"], 3),
+        (&["run", "tiny.toml", "--backend", "abacus"], 2),
+        (&["backends"], 0),
+    ] {
+        let status = place.command(arguments).stderr(full()).output().unwrap().status;
+        assert_eq!(status.code(), Some(code), "{arguments:?}");
+    }
+    for arguments in [
+        &["run", "tiny.toml", "--out", "b", "--format", "npz"][..],
+        &["run", "tiny.toml", "--out", "c", "--format", "npz", "--json"],
+        &["scenes"],
+        &["check", "tiny.toml"],
+        &["man"],
+    ] {
+        let output = place.command(arguments).stdout(full()).output().unwrap();
+        let errors = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {errors}");
+        assert!(errors.contains("error: cannot write to stdout"), "{errors}");
+        assert!(!errors.contains("panicked"), "{errors}");
+    }
+    assert!(place.path("b/tiny.npz").exists());
 }
 
 #[test]

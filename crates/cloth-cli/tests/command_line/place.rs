@@ -85,8 +85,6 @@ impl Place {
     pub(crate) fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_cloth"));
         command.current_dir(self.folder.path()).args(arguments);
-        // Without it some Vulkan drivers add messages of their own.
-        command.env("XDG_RUNTIME_DIR", self.folder.path());
         if arguments.first() == Some(&"run") {
             command.args(["--picture-size", "32x18"]);
         }

@@ -4,7 +4,8 @@ use std::{
     fs::File,
     io::{BufRead, BufReader, Read},
     path::Path,
-    process::{Child, Command},
+    process::{Child, Command, Stdio},
+    time::{Duration, Instant},
 };
 
 use crate::place::{Place, TINY};
@@ -185,7 +186,7 @@ fn a_new_run_replaces_an_earlier_one_and_nothing_else() {
     place.succeeds(&["run", "tiny.toml", "--out", "o", "--format", "obj,pc2", "--frames", "5"]);
     place.write("o/notes.txt", "mine");
     place.write("o/obj/mine.obj", "mine");
-    place.succeeds(&["run", "tiny.toml", "--out", "o", "--format", "obj"]);
+    place.succeeds(&["run", "tiny.toml", "--out", "o", "--format", "obj", "--overwrite"]);
     assert!(!place.path("o/tiny.pc2").exists() && !place.path("o/tiny_mesh.obj").exists());
     assert!(!place.path("o/obj/tiny_000004.obj").exists());
     assert_eq!(store_frames(&place.read("o/frames.bin")), 4);
@@ -207,7 +208,7 @@ fn a_run_with_bodies_keeps_where_they_were() {
     let text = String::from_utf8(place.read("o/poses.txt")).unwrap();
     let frames: Vec<Vec<f64>> = text
         .lines()
-        .map(|line| line.split(' ').map(|word| word.parse().unwrap()).collect())
+        .map(|line| line.split_whitespace().map(|word| word.parse().unwrap()).collect())
         .collect();
     assert_eq!(frames.len(), 3);
     assert!(
@@ -216,7 +217,7 @@ fn a_run_with_bodies_keeps_where_they_were() {
     );
     let height = |frame: usize| frames[frame][frames[frame].len() - 5];
     assert!(height(2) < height(1) && height(1) < height(0), "the ball falls: {text}");
-    place.succeeds(&["run", "tiny.toml", "--out", "o", "--format", "obj"]);
+    place.succeeds(&["run", "tiny.toml", "--out", "o", "--format", "obj", "--overwrite"]);
     assert!(!place.path("o/poses.txt").exists());
 }
 
@@ -248,7 +249,7 @@ fn two_runs_do_not_share_a_folder() {
     let mut child =
         place.start(&["run", "tiny.toml", "--out", "o", "--frames", "1000000", "--json"]);
     first_line(&mut child);
-    let message = place.fails(3, &["run", "tiny.toml", "--out", "o"]);
+    let message = place.fails(3, &["run", "tiny.toml", "--out", "o", "--overwrite"]);
     child.kill().unwrap();
     child.wait().unwrap();
     assert!(message.contains("is being written by another run"), "{message}");
@@ -265,8 +266,170 @@ fn first_line(child: &mut Child) -> BufReader<std::process::ChildStdout> {
 
 #[cfg(unix)]
 fn interrupt(child: &Child) {
-    let status = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    signal(child, "-INT");
+}
+
+#[cfg(unix)]
+fn signal(child: &Child, name: &str) {
+    let status = Command::new("kill").args([name, &child.id().to_string()]).status().unwrap();
     assert!(status.success());
+}
+
+#[cfg(unix)]
+#[test]
+fn every_signal_ends_with_its_code_after_a_checkpoint() {
+    for (name, code) in [("-TERM", 143), ("-HUP", 129), ("-INT", 130)] {
+        let place = Place::with("tiny.toml", TINY);
+        let run = ["run", "tiny.toml", "--out", "o", "--format", "none", "--json"];
+        let run = [&run[..], &["--frames", "1000000", "--checkpoint-every", "0"]].concat();
+        let mut child = place.start(&run);
+        let mut stdout = first_line(&mut child);
+        signal(&child, name);
+        stdout.read_to_string(&mut String::new()).unwrap();
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(code), "{name}");
+        assert!(place.path("o/checkpoint.bin").exists(), "{name}");
+    }
+}
+
+/// `nohup` has SIGHUP ignored before the program starts.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_signal_that_is_ignored_stays_ignored() {
+    let place = Place::with("tiny.toml", TINY);
+    let program = env!("CARGO_BIN_EXE_cloth");
+    let script = format!(
+        "trap '' HUP; exec '{program}' run tiny.toml --out o --format none --json --frames 1000000"
+    );
+    let mut command = Command::new("sh");
+    command.args(["-c", &script]).current_dir(place.path("")).stdout(Stdio::piped());
+    let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
+    let mut stdout = first_line(&mut child);
+    signal(&child, "-HUP");
+    let mut line = String::new();
+    for _ in 0..20 {
+        line.clear();
+        stdout.read_line(&mut line).unwrap();
+        assert!(line.starts_with('{'), "it goes on");
+    }
+    signal(&child, "-TERM");
+    stdout.read_to_string(&mut String::new()).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(143));
+}
+
+/// Clips of many large pictures take far longer than this test.
+#[cfg(unix)]
+#[test]
+fn a_signal_is_heard_while_clips_are_made() {
+    let place = Place::with("tiny.toml", TINY);
+    place.succeeds(&["run", "tiny.toml", "--out", "o", "--format", "none", "--frames", "300"]);
+    let mut command = place.command(&["convert", "o", "o.gif", "--picture-size", "2560x1440"]);
+    let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
+    while !has_part(&place.path("")) {
+        std::thread::sleep(Duration::from_millis(5));
+        assert!(child.try_wait().unwrap().is_none(), "ended by itself");
+    }
+    let start = Instant::now();
+    interrupt(&child);
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(start.elapsed() < Duration::from_secs(1), "{:?}", start.elapsed());
+    assert!(!has_part(&place.path("")) && !place.path("o.gif").exists());
+}
+
+/// Whether a file in the folder is half written.
+#[cfg(unix)]
+fn has_part(folder: &Path) -> bool {
+    let mut entries = std::fs::read_dir(folder).unwrap();
+    entries.any(|entry| entry.unwrap().file_name().to_string_lossy().ends_with(".part"))
+}
+
+#[test]
+fn the_next_run_removes_what_a_dead_one_left_half_written() {
+    let place = Place::with("tiny.toml", TINY);
+    let run = ["run", "tiny.toml", "--out", "o", "--format", "obj"];
+    place.succeeds(&[&run[..], &["--frames", "2"]].concat());
+    let parts = ["o/.cloth-a1b2.part", "o/obj/.cloth-c3d4.part", "o/.cloth-e5f6.drawn/1.png"];
+    for part in parts {
+        place.write(part, "half");
+    }
+    place.write("o/.mine.part", "mine");
+    place.succeeds(&[&run[..], &["--resume"]].concat());
+    assert!(!parts.iter().any(|part| place.path(part).exists()));
+    assert!(!place.path("o/.cloth-e5f6.drawn").exists() && place.path("o/.mine.part").exists());
+}
+
+#[test]
+fn an_earlier_run_is_kept_and_the_new_one_goes_to_a_new_folder() {
+    let place = Place::with("tiny.toml", TINY);
+    let run = ["run", "tiny.toml", "--format", "npz"];
+    place.succeeds(&run);
+    let first = ["frames.bin", "tiny.npz"].map(|name| place.read(&format!("out/tiny/{name}")));
+    let longer = [&run[..], &["--frames", "5"]].concat();
+    let output = place.output(&longer);
+    assert!(output.status.success());
+    let errors = String::from_utf8(output.stderr).unwrap();
+    let expected = "`out/tiny` has a run, which is kept; this one goes to `out/tiny-2`";
+    assert!(errors.replace('\\', "/").contains(expected), "{errors}");
+    assert_eq!(store_frames(&place.read("out/tiny-2/frames.bin")), 6);
+    let kept = ["frames.bin", "tiny.npz"].map(|name| place.read(&format!("out/tiny/{name}")));
+    assert!(first == kept);
+    // Without a folder it is the latest run that goes on.
+    place.succeeds(&[&run[..], &["--frames", "7", "--resume"]].concat());
+    assert_eq!(store_frames(&place.read("out/tiny-2/frames.bin")), 8);
+    assert!(!place.path("out/tiny-3").exists());
+    place.succeeds(&[&longer[..], &["--overwrite"]].concat());
+    assert_eq!(store_frames(&place.read("out/tiny/frames.bin")), 6);
+    let message = place.fails(3, &["run", "tiny.toml", "--format", "npz", "--out", "out/tiny-2"]);
+    assert!(message.contains("--resume") && message.contains("--overwrite"), "{message}");
+    assert_eq!(store_frames(&place.read("out/tiny-2/frames.bin")), 8);
+}
+
+#[test]
+fn a_run_that_diverges_leaves_the_earlier_one_alone() {
+    let place = Place::with("tiny.toml", TINY);
+    place.succeeds(&["run", "tiny.toml", "--format", "obj"]);
+    let frames = place.read("out/tiny/frames.bin");
+    place.write("tiny.toml", TINY.replace("time_step = 1e-3", "time_step = 1.6e-2"));
+    place.fails(4, &["run", "tiny.toml", "--format", "obj", "--frames", "500"]);
+    assert!(place.read("out/tiny/frames.bin") == frames);
+    assert!(place.path("out/tiny/obj/tiny_000003.obj").exists());
+    assert!(place.path("out/tiny-2/frames.bin").exists());
+}
+
+#[test]
+fn a_resumed_run_keeps_the_formats_of_the_run() {
+    let place = Place::with("tiny.toml", TINY);
+    place.succeeds(&["run", "tiny.toml", "--out", "o", "--format", "obj,npz,gif"]);
+    let command = |more: &[&str]| {
+        let run = ["run", "tiny.toml", "--out", "o", "--resume"];
+        let mut command = Command::new(env!("CARGO_BIN_EXE_cloth"));
+        command.current_dir(place.path("")).args([&run[..], more].concat());
+        assert!(command.status().unwrap().success());
+    };
+    // The picture size is that of the run, too.
+    command(&["--frames", "5"]);
+    assert!(place.path("o/obj/tiny_000005.obj").exists());
+    assert_eq!(gif_frames(&place.path("o/tiny.gif")), 6);
+    // Width and height stand behind the signature of the file.
+    assert_eq!(place.read("o/tiny.gif")[6..10], [32, 0, 18, 0]);
+    command(&["--frames", "6", "--format", "pc2"]);
+    for name in ["o/obj/tiny_000006.obj", "o/tiny.npz", "o/tiny.pc2", "o/obj/tiny_000001.obj"] {
+        assert!(place.path(name).exists(), "{name}");
+    }
+    assert_eq!(gif_frames(&place.path("o/tiny.gif")), 7);
+}
+
+#[test]
+fn quiet_says_nothing_and_verbose_has_a_line_for_each_frame() {
+    let place = Place::with("tiny.toml", TINY);
+    let output = place.output(&["run", "tiny.toml", "--out", "a", "--format", "npz", "-q"]);
+    assert!(output.status.success() && output.stdout.is_empty() && output.stderr.is_empty());
+    let output = place.output(&["-v", "run", "tiny.toml", "--out", "b", "--format", "npz"]);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(errors.lines().filter(|line| line.starts_with("frame ")).count(), 3, "{errors}");
+    assert!(errors.contains("tiny.npz"), "{errors}");
+    let output = place.output(&["run", "missing.toml", "-q"]);
+    assert!(String::from_utf8(output.stderr).unwrap().starts_with("error: "));
 }
 
 #[cfg(unix)]
@@ -282,12 +445,13 @@ fn an_interrupt_ends_the_frame_and_can_be_resumed() {
     stdout.read_to_string(&mut rest).unwrap();
     let output = child.wait_with_output().unwrap();
     let messages = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{messages}");
-    assert!(messages.contains("the same command with --resume continues"), "{messages}");
+    assert_eq!(output.status.code(), Some(130), "{messages}");
+    let expected = "the same command with --resume continues, and makes npz at its end";
+    assert!(messages.contains(expected), "{messages}");
 
     let frames = store_frames(&place.read("o/frames.bin"));
     assert_eq!(rest.lines().count() + 1, frames - 1);
-    assert!(place.path("o/tiny.npz").exists());
+    assert!(!place.path("o/tiny.npz").exists());
     let end = (frames + 1).to_string();
     place.succeeds(&[&run[..], &["--frames", &end, "--resume"]].concat());
     assert_eq!(store_frames(&place.read("o/frames.bin")), frames + 2);

@@ -222,6 +222,7 @@ fn mp4_frames(path: &Path) -> u32 {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs the feature viewer")]
 fn keys_drive_the_simulation() {
     let mut session = Session::open(None, &["--paused"]);
     let start = session.wait("a paused start", |line| line["paused"] == true);
@@ -264,6 +265,7 @@ fn keys_drive_the_simulation() {
 
 /// Without a window manager a window stays as large as it is: what is asked of it is seen, not what becomes of it.
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs the feature viewer")]
 fn the_whole_screen_is_asked_for_and_given_back() {
     let mut session = Session::open(None, &["--paused"]);
     session.wait("a window", |line| line["fullscreen"] == false);
@@ -274,6 +276,7 @@ fn the_whole_screen_is_asked_for_and_given_back() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs the feature viewer")]
 fn numbers_of_the_panel_are_dragged() {
     let mut session = Session::open(None, &[]);
     let start = session.wait("it runs", |line| frame(line) > 2 && line["time_step"].is_f64());
@@ -315,6 +318,7 @@ fn numbers_of_the_panel_are_dragged() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs the feature viewer")]
 fn a_changed_scene_is_saved_and_no_file_is_replaced_unasked() {
     let mut session = Session::open(None, &["--paused"]);
     // The first pictures of a window find its layout.
@@ -351,6 +355,7 @@ fn a_changed_scene_is_saved_and_no_file_is_replaced_unasked() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs the feature viewer")]
 fn kept_frames_are_scrubbed_while_the_simulation_stays_where_it_is() {
     let mut session = Session::open(None, &[]);
     session.wait("some frames", |line| frame(line) > 20);
@@ -373,6 +378,7 @@ fn kept_frames_are_scrubbed_while_the_simulation_stays_where_it_is() {
 
 /// Whatever is said, widgets stay where they are; and an error is red.
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs the feature viewer")]
 fn messages_move_nothing_and_errors_look_like_errors() {
     let mut session = Session::open(None, &["--paused"]);
     session.wait("all widgets", |line| line["widgets"]["frame"].is_array());
@@ -414,6 +420,7 @@ fn messages_move_nothing_and_errors_look_like_errors() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs the feature viewer")]
 fn the_picture_shows_what_the_keys_do() {
     let mut session = Session::open(None, &["--paused"]);
     let plain = session.screenshot();
@@ -449,6 +456,7 @@ fn the_picture_shows_what_the_keys_do() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs the feature viewer")]
 fn the_pointer_pulls_pins_and_turns() {
     let mut session = Session::open(None, &[]);
     session.wait("it runs", |line| frame(line) > 2);
@@ -488,6 +496,7 @@ fn the_pointer_pulls_pins_and_turns() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs the feature viewer")]
 fn frames_of_a_run_are_shown() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("sheet.toml");
@@ -534,6 +543,7 @@ fn frames_of_a_run_are_shown() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs the feature viewer")]
 fn another_scene_is_opened_by_its_name() {
     let mut session = Session::open(None, &["--paused"]);
     let open = |session: &mut Session, word: &str| {
@@ -553,6 +563,7 @@ fn another_scene_is_opened_by_its_name() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs the feature viewer")]
 fn what_is_dropped_is_opened() {
     let mut session = Session::open(Some("flag"), &["--paused"]);
     assert_eq!(session.last().unwrap()["scene"], "flag");
@@ -562,6 +573,7 @@ fn what_is_dropped_is_opened() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs the feature viewer")]
 fn what_cannot_be_shown_is_said_without_a_window() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("bad.toml"), "name = 3").unwrap();
@@ -588,6 +600,7 @@ fn what_cannot_be_shown_is_said_without_a_window() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs the feature viewer")]
 fn no_display_is_said_in_one_line() {
     let output = Command::new(env!("CARGO_BIN_EXE_cloth"))
         .args(["view", "drape"])
@@ -605,6 +618,7 @@ fn no_display_is_said_in_one_line() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs the feature viewer")]
 fn no_adapter_is_said_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_cloth"))
@@ -621,6 +635,7 @@ fn no_adapter_is_said_in_one_line() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs the feature viewer")]
 fn clips_are_rendered_without_a_window() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("sheet.toml"), SCENE).unwrap();
@@ -658,6 +673,7 @@ fn clips_are_rendered_without_a_window() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs the feature viewer")]
 fn a_run_is_drawn_through_the_gpu() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("sheet.toml"), SCENE).unwrap();

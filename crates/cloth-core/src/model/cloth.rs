@@ -109,6 +109,6 @@ mod tests {
         let mesh = TriangleMesh { positions: vec![[0.0; 3]], ..TriangleMesh::default() };
         let cloth = Cloth::mesh("nothing", mesh, &MaterialPreset::DENIM);
         let error = ModelBuilder::new().cloth(cloth).build().unwrap_err();
-        assert!(matches!(error, ModelError::VertexIsolated { vertex: 0, .. }), "{error}");
+        assert!(matches!(error, ModelError::MeshEmpty { triangles: 0, .. }), "{error}");
     }
 }

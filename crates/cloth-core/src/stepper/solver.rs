@@ -4,9 +4,8 @@ use std::{collections::BTreeMap, sync::Arc, time::Instant};
 
 use crate::{
     ColliderImpulse, ConstraintStatistics, ContactStatistics, Control, DeferredOutcome, Divergence,
-    DivergenceCause, DivergenceOrigin, Error, Frame, Kernels, Measures, Model,
-    PinAction, PinControl, PinWrite, Pose, Result, Solver, SolverReport, State, StepReport,
-    error::positive,
+    DivergenceCause, DivergenceOrigin, Error, Frame, Kernels, Measures, Model, PinAction,
+    PinControl, PinWrite, Pose, Result, Solver, SolverReport, State, StepReport, error::positive,
 };
 
 use super::{

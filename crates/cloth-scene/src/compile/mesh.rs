@@ -59,7 +59,10 @@ pub(super) fn resolve(directory: &Path, file: &str, options: &CompileOptions) ->
             std::iter::once(beside.clone()).chain(elsewhere).find(|p| p.exists()).unwrap_or(beside),
         );
     }
-    let below_root =
-        options.mesh_roots.iter().any(|root| path.strip_prefix(root).is_ok_and(is_below));
+    // A root may be given from the current folder.
+    let root_is_above = |root: &Path| path.strip_prefix(root).is_ok_and(is_below);
+    let below_root = options.mesh_roots.iter().any(|root| {
+        root_is_above(root) || std::path::absolute(root).is_ok_and(|root| root_is_above(&root))
+    });
     (below_root || options.mesh_anywhere).then(|| directory.join(path))
 }

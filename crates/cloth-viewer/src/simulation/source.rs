@@ -113,26 +113,10 @@ impl Source {
         if !store.is_file() {
             return Err(fail("it has no `frames.bin`".into()));
         }
-        let mut scene = Scene::read(&folder.join("scene.toml"))?;
-        // Where the meshes of the scene are, which the scene file in the folder cannot say.
-        let text = std::fs::read_to_string(folder.join("meshes.json"))
-            .map_err(|error| fail(format!("`meshes.json` cannot be read: {error}")))?;
-        let meshes: Meshes = serde_json::from_str(&text)
-            .map_err(|error| fail(format!("`meshes.json` is damaged: {error}")))?;
-        scene.origin.directory = meshes.directory;
+        // Its meshes are in the folder, too: nothing outside of it is read.
+        let scene = Scene::read(&folder.join("scene.toml"))?;
         // It was run before, so it is not too large.
-        let options = CompileOptions {
-            mesh_roots: meshes.roots,
-            memory_limit: u64::MAX,
-            ..CompileOptions::default()
-        };
+        let options = CompileOptions { memory_limit: u64::MAX, ..CompileOptions::default() };
         Ok(Self::Run { scene: Box::new(scene), options, store })
     }
-}
-
-/// `meshes.json` in the folder of a run.
-#[derive(serde::Deserialize)]
-struct Meshes {
-    directory: PathBuf,
-    roots: Vec<PathBuf>,
 }
