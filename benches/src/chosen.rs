@@ -14,12 +14,14 @@ pub struct ChosenBackend {
     pub is_emulated: bool,
 }
 
-/// All backends of this machine, or those of them that the variable `CLOTH_BACKENDS` names, separated by commas.
+/// All backends of this machine but the reference, or those that the variable `CLOTH_BACKENDS` names, separated by commas.
 #[must_use]
 pub fn chosen_backends() -> Vec<ChosenBackend> {
     let chosen = env::var("CLOTH_BACKENDS").ok();
-    let is_chosen =
-        |name: &str| chosen.as_deref().is_none_or(|names| names.split(',').any(|n| n == name));
+    let is_chosen = |name: &str| match &chosen {
+        Some(names) => names.split(',').any(|chosen| chosen == name),
+        None => name != "reference",
+    };
     let backends = cloth::backends().into_iter().filter(|info| is_chosen(info.name));
     backends
         .filter_map(|info| {

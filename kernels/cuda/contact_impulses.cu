@@ -17,37 +17,11 @@ extern "C" __global__ void contact_impulses(const __grid_constant__ Solver s, re
     Motion motion = present_motion(s);
     real4 own = motion.x[i];
     real4 rate = motion.v[i];
-    vec3 xi = xyz(own), vi = xyz(rate);
-    vec3 velocity = {0, 0, 0}, position = {0, 0, 0};
+    Moved moved = {xyz(own), xyz(rate)};
     uint crowd = s.crowd[i];
-    if (crowd > 0 && s.status->non_finite_step > step) {
-        real rebound = (real)1 + s.contact_restitution;
-        partners_visit(s, motion, i, xi, false, [&](uint j, const Pair& pair) {
-            real total = own.w + motion.x[j].w;
-            if (!(pair.length_squared > LENGTH_SQUARED_MIN) || total == 0) return;
-            real length = root(pair.length_squared);
-            real inverse = (real)1 / length;
-            vec3 n = pair.difference * inverse;
-            vec3 relative = vi - xyz(motion.v[j]);
-            real share = own.w / total / (real)max(crowd, s.crowd[j]);
-            real approach = dot(relative, n);
-            real overlap = recovery * (s.contact_distance - length);
-            vec3 tangential = relative - approach * n;
-            real speed = root(dot(tangential, tangential));
-            real lost = s.contact_friction * (rebound * absolute(approach)) / maximum(speed, LENGTH_MIN);
-            lost = minimum(lost, (real)1);
-            if (approach < 0) {
-                real along = rebound * approach;
-                velocity = velocity - share * (along * n + lost * tangential);
-            }
-            real push = share * overlap;
-            position = position + push * n;
-        });
-        xi = xi + position;
-        vi = vi + velocity;
-    }
-    s.position[1 - s.present][i] = with_w(xi, own.w);
-    s.velocity[1 - s.present][i] = with_w(vi, rate.w);
+    if (crowd > 0 && s.status->non_finite_step > step) impulses_apply(s, motion, i, own.w, crowd, s.crowd, recovery, moved);
+    s.position[1 - s.present][i] = with_w(moved.position, own.w);
+    s.velocity[1 - s.present][i] = with_w(moved.velocity, rate.w);
 }
 
 // Sets the count of contacts back, and those of the meetings of a frame; if wanted, that of the pairs that are looked at, and of builds.

@@ -1,4 +1,5 @@
-// The composite stage: a whole frame in one launch, or one pass of a substep.
+// The composite stage where one pass makes a substep: a whole frame in one launch. `explicit_substep_stages.cu` is for models in which
+// stages follow the pass.
 //
 // All blocks are resident; each owns a run of particles, or of tiles of a regular patch, which it holds in shared
 // memory with their surroundings. Without contact a block waits for those whose particles it reads, and for no
@@ -300,21 +301,4 @@ extern "C" __global__ void __launch_bounds__(256, BLOCKS_PER_SM) explicit_frame(
         next_v = (real4*)motion.v;
         motion = {x, v};
     }
-}
-
-// One pass: all forces and integration, without colliders. For substeps in which other stages follow.
-extern "C" __global__ void __launch_bounds__(256) explicit_pass(const __grid_constant__ Solver s, uint number) {
-    uint i = blockIdx.x * blockDim.x + threadIdx.x;
-    if (i >= s.count) return;
-    const SubstepData& substep = s.substeps[number];
-    Motion motion = present_motion(s);
-    real4 own = motion.x[i];
-    real4 rate = motion.v[i];
-    Moved moved = {xyz(own), xyz(rate)};
-    if (!(s.status->non_finite_step < substep.step)) {
-        uint contacts = 0;
-        uint found = PENALTY ? s.candidate_counts[i] : 0;
-        moved = particle_advance<PENALTY, EXTRAS, false>(s, nullptr, nullptr, motion, substep, nullptr, motion.x, motion.v, i, i, own, rate, nullptr, found, contacts);
-    }
-    particle_store(s, s.position[1 - s.present], s.velocity[1 - s.present], substep, i, moved, own.w, rate.w);
 }

@@ -34,7 +34,7 @@ extern "C" __global__ void implicit_assemble(const __grid_constant__ Solver s, c
         vec3 jacobian_on = {0, 0, 0}, jacobian_off = {0, 0, 0};
         uint end = s.triangle_rows[i + 1];
         for (uint at = s.triangle_rows[i]; at < end; at++) {
-            air_jacobian_add(s, motion, s.triangles[s.triangle_entries[at]], s.substeps[0].wind, jacobian_on, jacobian_off);
+            air_jacobian_add(s, motion, s.triangles[at], s.substeps[0].wind, jacobian_on, jacobian_off);
         }
         on = on + length * jacobian_on;
         off = length * jacobian_off;

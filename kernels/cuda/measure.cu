@@ -1,11 +1,49 @@
-// NUMERICS section 10, `measure`: sums over blocks of 512 particles, within a block in the order of
-// particles, packets of 16 where the CPU has them; the host adds the blocks in order.
+// NUMERICS section 10, `measure`: sums over blocks of 512 particles, within a block over those that have the same place in packets of 16,
+// then over these places; the host adds the blocks in order.
 
 #define BLOCK 512
 #define LANES 16
 // Numbers of a block: strain_max, strain_particle, strain_sum, ends, elastic, force 3, magnitude, momentum 3,
 // kinetic, potential, penetration, non-finite particle or -1.
 #define FIGURES 16
+#define NO_ROW 0xffffffffu
+
+// The sums over a block of `count` rows of numbers into `out`, of row `quarter` a fourth. Sixteen threads of a warp take a row.
+template <typename Number>
+__device__ __forceinline__ void rows_sum(const Number* rows, uint count, uint quarter, double* out) {
+    uint row = threadIdx.x / 32, lane = threadIdx.x & 31;
+    if (row >= count) return;
+    double sum = 0, scale = row == quarter ? 0.25 : 1;
+    if (lane < LANES) {
+#pragma unroll 8
+        for (uint packet = 0; packet < BLOCK / LANES; packet++) sum += scale * (double)rows[row * BLOCK + packet * LANES + lane];
+    }
+    double total = 0;
+    for (uint k = 0; k < LANES; k++) total += __shfl_sync(0xffffffffu, sum, k);
+    if (lane == 0) out[row] = total;
+}
+
+// The largest of a warp's values that are above -1, and the first place that it is at.
+__device__ __forceinline__ void warp_largest(double& value, uint& place) {
+    if (!(value > -1)) value = -1;
+    for (uint width = 16; width > 0; width /= 2) {
+        double other = __shfl_xor_sync(0xffffffffu, value, width);
+        uint there = __shfl_xor_sync(0xffffffffu, place, width);
+        if (other > value || other == value && there < place) {
+            value = other;
+            place = there;
+        }
+    }
+}
+
+// The same of a block, whose warps have put theirs side by side; in the first warp.
+__device__ __forceinline__ void block_largest(const double* values, const uint* places, double& value, uint& place) {
+    if (threadIdx.x >= 32) return;
+    uint warp = threadIdx.x % (BLOCK / 32);
+    value = values[warp];
+    place = places[warp];
+    warp_largest(value, place);
+}
 
 extern "C" __global__ void __launch_bounds__(512) measure(const __grid_constant__ Solver s, double ax, double ay, double az, uint collider_first) {
     __shared__ double values[5 * BLOCK];
@@ -15,7 +53,6 @@ extern "C" __global__ void __launch_bounds__(512) measure(const __grid_constant_
     bool exists = i < s.count;
     Motion motion = present_motion(s);
     double* out = s.partials + (size_t)blockIdx.x * FIGURES;
-    uint used = min(s.count - blockIdx.x * BLOCK, (uint)BLOCK);
     real4 x = {0, 0, 0, 0}, v = {0, 0, 0, 0};
     if (exists) {
         x = motion.x[i];
@@ -44,28 +81,22 @@ extern "C" __global__ void __launch_bounds__(512) measure(const __grid_constant_
     numbers[t] = strain_sum;
     numbers[BLOCK + t] = ends;
     numbers[2 * BLOCK + t] = elastic;
-    numbers[3 * BLOCK + t] = strain_max;
+    __shared__ double largest[BLOCK / 32];
+    __shared__ uint places[BLOCK / 32];
+    double value = exists ? (double)strain_max : -1;
+    uint place = t;
+    warp_largest(value, place);
+    if ((t & 31) == 0) {
+        largest[t / 32] = value;
+        places[t / 32] = place;
+    }
     __syncthreads();
-    if (t < 2) {
-        double sum = 0;
-        for (uint k = 0; k < used; k++) sum += (double)numbers[t * BLOCK + k];
-        out[2 + t] = sum;
-    } else if (t == 32) {
-        double sum = 0;
-        for (uint k = 0; k < used; k++) sum += 0.25 * (double)numbers[2 * BLOCK + k];
-        out[4] = sum;
-    } else if (t == 64) {
-        double largest = -1;
-        uint where = 0;
-        for (uint k = 0; k < used; k++) {
-            double value = (double)numbers[3 * BLOCK + k];
-            if (value > largest) {
-                largest = value;
-                where = blockIdx.x * BLOCK + k;
-            }
-        }
-        out[0] = largest;
-        out[1] = (double)where;
+    // Both ends of a spring count twice its energy.
+    rows_sum(numbers, 3, 2, out + 2);
+    block_largest(largest, places, value, place);
+    if (t == 0) {
+        out[0] = value;
+        out[1] = (double)(value > -1 ? blockIdx.x * BLOCK + place : 0);
     }
     __syncthreads();
     numbers[t] = force.x;
@@ -73,11 +104,7 @@ extern "C" __global__ void __launch_bounds__(512) measure(const __grid_constant_
     numbers[2 * BLOCK + t] = force.z;
     numbers[3 * BLOCK + t] = magnitude;
     __syncthreads();
-    if ((t & 31) == 0 && t / 32 < 4) {
-        double sum = 0;
-        for (uint k = 0; k < used; k++) sum += (double)numbers[t / 32 * BLOCK + k];
-        out[5 + t / 32] = sum;
-    }
+    rows_sum(numbers, 4, NO_ROW, out + 5);
     __syncthreads();
     double mass = v.w;
     double m[3] = {mass * (double)v.x, mass * (double)v.y, mass * (double)v.z};
@@ -91,17 +118,7 @@ extern "C" __global__ void __launch_bounds__(512) measure(const __grid_constant_
     values[3 * BLOCK + t] = kinetic;
     values[4 * BLOCK + t] = potential;
     __syncthreads();
-    if ((t & 31) == 0 && t / 32 < 5) {
-        double sum = 0;
-        uint packets = (used + LANES - 1) / LANES;
-        for (uint packet = 0; packet < packets; packet++) {
-            double part = 0;
-            for (uint lane = 0; lane < LANES; lane++) part += values[t / 32 * BLOCK + packet * LANES + lane];
-            sum += part;
-        }
-        out[9 + t / 32] = sum;
-    }
-    __syncthreads();
+    rows_sum(values, 5, NO_ROW, out + 9);
     real deepest = 0;
     if (exists && x.w > 0) {
         real offset = s.offsets[i];
@@ -111,16 +128,21 @@ extern "C" __global__ void __launch_bounds__(512) measure(const __grid_constant_
         }
     }
     bool finite = is_finite(xyz(x)) && is_finite(xyz(v));
-    values[t] = deepest;
-    values[BLOCK + t] = exists && !finite ? 1 : 0;
+    value = deepest;
+    place = t;
+    warp_largest(value, place);
+    __shared__ uint broken;
+    if (t == 0) broken = BLOCK;
     __syncthreads();
+    if ((t & 31) == 0) {
+        largest[t / 32] = value;
+        places[t / 32] = place;
+    }
+    if (exists && !finite) atomicMin(&broken, t);
+    __syncthreads();
+    block_largest(largest, places, value, place);
     if (t == 0) {
-        double largest = 0, broken = -1;
-        for (uint k = 0; k < used; k++) {
-            largest = values[k] > largest ? values[k] : largest;
-            if (broken < 0 && values[BLOCK + k] != 0) broken = (double)(blockIdx.x * BLOCK + k);
-        }
-        out[14] = largest;
-        out[15] = broken;
+        out[14] = value > 0 ? value : 0;
+        out[15] = broken < BLOCK ? (double)(blockIdx.x * BLOCK + broken) : -1;
     }
 }

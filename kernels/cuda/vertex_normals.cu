@@ -7,7 +7,7 @@ extern "C" __global__ void vertex_normals(const __grid_constant__ Solver s, real
     vec3 sum = {0, 0, 0};
     uint end = s.triangle_rows[i + 1];
     for (uint at = s.triangle_rows[i]; at < end; at++) {
-        uint4 corners = s.triangles[s.triangle_entries[at]];
+        uint4 corners = s.triangles[at];
         vec3 a = xyz(x[corners.x]);
         sum = sum + cross(xyz(x[corners.y]) - a, xyz(x[corners.z]) - a);
     }

@@ -56,6 +56,7 @@ modules! {
     "explicit_substep_flat" [],
     "explicit_substep_mesh" [],
     "explicit_substep_patch" [],
+    "explicit_substep_stages" ["penalty", "impulses", "limits", "extras", "packed", "wide"],
     "explicit_substep_tiles" [],
     "field_forces" [],
     "implicit_assemble" [],
@@ -87,7 +88,7 @@ macro_rules! shared {
 }
 
 shared! {
-    "ptx" "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "sync" "meeting" "build"
+    "ptx" "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "limit" "sync" "meeting" "build"
     "substep" "frame" "stencil" "packet" "tile" "flat" "pairs" "strip" "tile_list" "around" "area" "area_expected" "sketch" "area_view" "area_search"
     "far_search" "area_sum" "area_sum_few" "area_sum_many"
     "linear" "sum" "solve" "resident" "patch" "constraint"
@@ -192,7 +193,9 @@ impl CudaModule {
                 || has("wide") && has("resident")
                 || has("grid") && !has("table")
                 || has("stencil") && !has("grid")
-                || has("packed") && has("table"))
+                || has("packed") && has("table")
+                || has("penalty") && has("impulses")
+                || self.name == "explicit_substep_stages" && !has("impulses") && !has("limits"))
         };
         (0..1_u32 << all.len()).map(chosen).filter(is_used).collect()
     }

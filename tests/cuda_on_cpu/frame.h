@@ -104,6 +104,34 @@ static void tiles_describe(Solver& s, uint tiles) {
     s.tile_rough = device<uint2>(tiles);
 }
 
+// What `scene.rs` writes of the strain limit.
+static void limits_describe(Solver& s, Input& input, uint blocks) {
+    s.limit_sweeps = input.integer();
+    if (s.limit_sweeps == 0) return;
+    s.limit_colours = input.integer();
+    uint length = 0;
+    auto list = [&] {
+        length = input.integer();
+        uint* words = device<uint>(length);
+        for (uint k = 0; k < length; k++) words[k] = input.integer();
+        return words;
+    };
+    s.longest = (const real*)list();
+    s.limit_regions = (const LimitRegion*)list();
+    s.limit_region_count = length / 4;
+    for (uint k = 0; k < s.limit_region_count; k++) s.limit_particles_max = max(s.limit_particles_max, s.limit_regions[k].particles);
+    for (uint k = 0; k < s.limit_region_count; k++) s.limit_owned_max = max(s.limit_owned_max, s.limit_regions[k].owned);
+    s.limit_particles = list();
+    s.limit_rows = list();
+    // Blocks keep the springs of their regions, as the backend lets them, if each has one at most.
+    for (uint k = 0; k < s.limit_region_count && s.limit_region_count <= blocks; k++) {
+        const uint* rows = s.limit_rows + k * (s.limit_colours + 1);
+        s.limit_springs_near = max(s.limit_springs_near, rows[s.limit_colours] - rows[0]);
+    }
+    s.limit_springs = (const uint2*)list();
+    s.limited_springs = (const uint4*)list();
+}
+
 static Solver solver;
 static uint substep_count;
 
@@ -143,7 +171,14 @@ int main(int, char** arguments) {
     s.contact_distance = input.number();
     s.contact_stiffness = input.number();
     s.contact_damping = input.number();
-    s.contact = s.contact_distance > 0 ? CONTACT_PENALTY : 0;
+    float recovery = input.number();
+    bool impulses = input.integer() != 0;
+    if (impulses) {
+        s.contact_restitution = s.contact_stiffness;
+        s.contact_friction = s.contact_damping;
+    }
+    s.contact = s.contact_distance > 0 ? impulses ? CONTACT_IMPULSE : CONTACT_PENALTY : 0;
+    limits_describe(s, input, blocks);
     s.list_margin = 2 * s.contact_distance;
     s.list_horizon = 12 * time_step;
     s.cells_per_metre = 2;
@@ -158,11 +193,20 @@ int main(int, char** arguments) {
     }
     input.numbers((float*)s.position[0], 4 * s.count);
     input.numbers((float*)s.velocity[0], 4 * s.count);
+#ifdef FRAME_OF_STAGES
+    s.start_position = device<real4>(s.count);
+    real4* rest = device<real4>(s.count);
+    input.numbers((float*)rest, 4 * s.count);
+    s.rest = rest;
+    uint motions = 1 + (impulses ? 1 : 0) + (s.limit_sweeps == 0 ? 0 : s.limit_region_count > 0 ? s.limit_sweeps : 1);
+#else
+    uint motions = 1;
+#endif
     s.packets = device<uint4>(4 * (size_t)s.count + 6 * s.group_count + 2 * blocks);
     dependencies_describe(s, blocks);
     s.status = device<Status>(1);
     s.status->non_finite_step = ~0ull;
-#ifdef FRAME_OF_MESH
+#if defined(FRAME_OF_MESH) || defined(FRAME_OF_STAGES)
     s.chunk = ((s.count + blocks - 1) / blocks + 31) / 32 * 32;
 #else
     s.chunk = (tiles + blocks - 1) / blocks;
@@ -175,6 +219,7 @@ int main(int, char** arguments) {
             substeps[number].step = tick;
             substeps[number].tick = ++tick;
             substeps[number].length = time_step;
+            substeps[number].recovery = recovery;
         }
         s.substeps = substeps;
         s.status->contacts = s.status->meetings[0] = s.status->meetings[1] = 0;
@@ -184,7 +229,7 @@ int main(int, char** arguments) {
         std::vector<real4> before(s.position[first], s.position[first] + s.count);
         launch([] { explicit_frame(solver, substep_count); }, blocks, threads, seed);
         s.epoch += frame;
-        s.present ^= frame & 1;
+        s.present ^= frame * motions & 1;
         if (sides == 3) {
             if (memcmp(before.data(), s.position[first], s.count * sizeof(real4)) != 0) return 4;
             std::swap(s.position[first], s.position[2]);

@@ -2,18 +2,19 @@
 //! machine without a GPU. Threads take turns in orders drawn by lot, so that a missing barrier shows.
 #![cfg(target_os = "linux")]
 
+mod compiler;
 mod program;
 mod scene;
 
 use harness::{backends::cpu, bits::first_difference, checks::PatchFrames};
-use program::{Form, Program};
+use program::{Form, Program, Share};
 
 const fn form(module: &'static str, options: &'static [&'static str], threads: u32) -> Form {
-    Form { module, options, is_mesh: false, threads }
+    Form { module, options, share: Share::Tiles, threads }
 }
 
 const fn mesh(module: &'static str, options: &'static [&'static str], threads: u32) -> Form {
-    Form { module, options, is_mesh: true, threads }
+    Form { module, options, share: Share::Particles, threads }
 }
 
 /// Sides of a patch of several tiles along both, the last ones not full; and one that is small enough for a block for each tile.
@@ -148,6 +149,71 @@ fn small_patches_with_contact() {
         check_edited(&form, SMALL, true, &[TILES], |text| replaced(&text, most, least));
     }
     check_edited(&form, SMALL, true, &[TILES], |text| all_replaced(text, &SPREAD));
+}
+
+/// Threads of a block, fewer than on a device.
+const STAGES_THREADS: u32 = 64;
+
+/// The form for models in which stages follow the pass, its text changed by `edit`, and the CPU: the final states and contacts.
+fn stages(
+    patch: &PatchFrames,
+    options: &'static [&'static str],
+    region: Option<usize>,
+    edit: impl Fn(String) -> String,
+) -> bool {
+    let share = Share::Stages(region);
+    let form = Form { module: "explicit_substep_stages", options, share, threads: STAGES_THREADS };
+    let program = Program::of(&form, |text| {
+        edit(replaced(&text, "#define THREADS 512", &format!("#define THREADS {STAGES_THREADS}")))
+    });
+    let expected = patch.run(&cpu(2)).expect("the CPU simulates the patch");
+    [3, 4].into_iter().all(|blocks| {
+        let (state, contacts) = program.run(patch, blocks, blocks - 3);
+        assert_eq!(contacts > 0, patch.contact || patch.impulses, "{contacts} contacts");
+        first_difference(&expected, &state).is_none()
+    })
+}
+
+#[test]
+fn substeps_of_several_stages() {
+    let plain = PatchFrames::explicit(LARGE);
+    let impulses = PatchFrames { impulses: true, ..plain.clone() };
+    let penalty = PatchFrames { contact: true, ..plain.clone() };
+    let limited = |sweeps, patch: &PatchFrames| PatchFrames { sweeps, ..patch.clone() };
+    let same = |text| text;
+    assert!(stages(&impulses, &["impulses", "packed", "wide"], None, same));
+    let crowded = |text: String| replaced(&text, "PARTNERS_KEPT 24", "PARTNERS_KEPT 1");
+    assert!(stages(&impulses, &["impulses"], None, crowded));
+    // Of 3010 particles: in the last, blocks have one region each.
+    for (sweeps, region) in [(1, Some(64)), (2, None), (2, Some(1024))] {
+        assert!(stages(&limited(sweeps, &plain), &["limits"], region, same), "{sweeps} {region:?}");
+        assert!(stages(&limited(sweeps, &impulses), &["impulses", "limits"], region, same));
+    }
+    assert!(stages(&limited(1, &penalty), &["penalty", "limits", "packed"], Some(64), same));
+}
+
+/// Barriers that are not there, a sweep that is not done, crowds that are not counted.
+#[test]
+fn faults_of_several_stages_are_found() {
+    let patch = PatchFrames { impulses: true, sweeps: 2, ..PatchFrames::explicit(LARGE) };
+    for (right, wrong) in [
+        (
+            "real share = w / total / (real)max(crowd, crowds[j]);",
+            "real share = w / total / (real)crowd;",
+        ),
+        (
+            "if (k < region.owned) v[k] = part.motion.v[particles[k]];",
+            "if (k < region.owned) v[k] = {0, 0, 0, part.motion.v[particles[k]].w};",
+        ),
+        ("sweep <= s.limit_sweeps; sweep++", "sweep <= s.limit_sweeps; sweep += 2"),
+        (
+            "if (i < region.owned) v[i] = limit_velocity",
+            "if (i + 1 < region.owned) v[i] = limit_velocity",
+        ),
+    ] {
+        let edit = |text: String| replaced(&text, right, wrong);
+        assert!(!stages(&patch, &["impulses", "limits"], Some(64), edit), "`{wrong}` is not found");
+    }
 }
 
 /// Orders in which threads take turns that are tried until a fault is found.

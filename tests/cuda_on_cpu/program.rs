@@ -1,16 +1,12 @@
 //! A kernel of a frame as a program of this machine.
 
-use std::{
-    env, fs,
-    path::{Path, PathBuf},
-    process::Command,
-};
+use std::{fs, path::PathBuf, process::Command};
 
 use cloth_core::State;
 use cloth_kernels::CudaModule;
 use harness::checks::PatchFrames;
 
-use crate::scene;
+use crate::{compiler, scene};
 
 /// Modules whose frames can leave the state that they begin with as it is.
 const KEEPING: [&str; 2] = ["explicit_substep_contact", "explicit_substep_flat"];
@@ -18,12 +14,23 @@ const KEEPING: [&str; 2] = ["explicit_substep_contact", "explicit_substep_flat"]
 /// Shared parts that the runtime has in its own way, and those of linear systems, which the kernels of frames do without.
 const NOT_HERE: [&str; 7] = ["ptx", "linear", "sum", "solve", "resident", "patch", "constraint"];
 
+/// What blocks of a form share out.
+#[derive(Clone, Copy)]
+pub(crate) enum Share {
+    /// Tiles of the patch.
+    Tiles,
+    /// Runs of particles.
+    Particles,
+    /// The same; stages follow the pass. Regions of the strain limit have so many particles, or there are none.
+    Stages(Option<usize>),
+}
+
 /// A form of the frame kernel.
 pub(crate) struct Form {
     pub(crate) module: &'static str,
     pub(crate) options: &'static [&'static str],
-    /// Whether blocks have runs of particles, not of tiles.
-    pub(crate) is_mesh: bool,
+    /// What blocks have.
+    pub(crate) share: Share,
     pub(crate) threads: u32,
 }
 
@@ -31,7 +38,7 @@ pub(crate) struct Form {
 pub(crate) struct Program {
     path: PathBuf,
     threads: u32,
-    folder: tempfile::TempDir,
+    region: Option<usize>,
 }
 
 impl Program {
@@ -43,42 +50,26 @@ impl Program {
             .expect("the module has these options")
             // The runtime has it.
             .replace("extern __shared__ __align__(16) unsigned char frame_memory[];", "");
-        let folder = tempfile::tempdir().expect("there is room for temporary files");
-        let mesh = if form.is_mesh { "#define FRAME_OF_MESH\n" } else { "" };
+        let mesh = match form.share {
+            Share::Tiles => "",
+            Share::Particles => "#define FRAME_OF_MESH\n",
+            Share::Stages(_) => "#define FRAME_OF_STAGES\n",
+        };
         let keeps = if KEEPING.contains(&form.module) { "#define FRAME_KEEPS_FIRST\n" } else { "" };
-        let text = format!(
-            "#include \"runtime.h\"\n{}\n{mesh}{keeps}#include \"frame.h\"\n",
-            edit(kernel)
-        );
-        let source = folder.path().join("kernel.cpp");
-        fs::write(&source, text).expect("the source can be written");
-        let path = folder.path().join("kernel");
-        let compiler = env::var_os("CXX").unwrap_or_else(|| "c++".into());
-        let headers = Path::new(env!("CARGO_MANIFEST_DIR")).join("cuda_on_cpu");
-        let mut command = Command::new(&compiler);
-        // Arithmetic as it is written, as in the reproducible mode of the device.
-        command.args(["-std=c++20", "-O1", "-ffp-contract=off", "-w", "-pthread", "-I"]);
-        let output = command.arg(headers).arg(&source).arg("-o").arg(&path).output();
-        let output = output.unwrap_or_else(|error| {
-            panic!(
-                "no C++ compiler {}: {error}; run: sudo apt-get install --yes g++",
-                compiler.display()
-            )
-        });
-        let log = String::from_utf8_lossy(&output.stderr);
-        assert!(
-            output.status.success(),
-            "{} {:?} does not compile:\n{log}",
-            form.module,
-            form.options
-        );
-        Self { path, threads: form.threads, folder }
+        let (kernel, frame) = (edit(kernel), include_str!("frame.h"));
+        let text = format!("#include \"runtime.h\"\n{kernel}\n{mesh}{keeps}{frame}\n");
+        let region = match form.share {
+            Share::Stages(region) => region,
+            Share::Tiles | Share::Particles => None,
+        };
+        Self { path: compiler::program(&text), threads: form.threads, region }
     }
 
     /// The state at the end of all frames, and contacts in the last substeps of all.
     pub(crate) fn run(&self, patch: &PatchFrames, blocks: u32, seed: u32) -> (State, u64) {
-        let [input, output] = ["input", "output"].map(|name| self.folder.path().join(name));
-        fs::write(&input, bytemuck::cast_slice(&scene::words(patch)))
+        let folder = tempfile::tempdir().expect("there is room for temporary files");
+        let [input, output] = ["input", "output"].map(|name| folder.path().join(name));
+        fs::write(&input, bytemuck::cast_slice(&scene::words(patch, self.region)))
             .expect("the input can be written");
         let mut command = Command::new(&self.path);
         command.args([&input, &output]);

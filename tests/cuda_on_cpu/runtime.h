@@ -3,6 +3,7 @@
 // late as they may, show what is right by chance alone.
 
 #include <sched.h>
+#include <setjmp.h>
 #include <ucontext.h>
 
 #include <algorithm>
@@ -54,9 +55,11 @@ struct Copy {
 
 struct Fiber {
     static constexpr size_t STACK = 256 << 10;
-    ucontext_t context;
+    // Where it begins, and where it goes on once it has: the way back to a context asks the system each time, a jump does not.
+    ucontext_t beginning;
+    jmp_buf place;
     std::unique_ptr<char[]> stack;
-    bool is_done = false;
+    bool has_begun = false, is_done = false;
     // Operations of its warp so far.
     unsigned operations = 0;
     std::vector<Copy> copies;
@@ -71,7 +74,7 @@ struct Warp {
 struct Block {
     std::vector<Fiber> fibers;
     std::vector<Warp> warps;
-    ucontext_t outside;
+    jmp_buf outside;
     // At each barrier.
     unsigned arrived[16] = {}, generation[16] = {};
     // Whether fibers take turns in an order drawn by lot, and copies come late.
@@ -79,6 +82,16 @@ struct Block {
     std::mt19937 lot;
 
     Fiber& present() { return fibers[threadIdx.x]; }
+
+    // Goes on with a fiber and does not come back.
+    [[noreturn]] void enter(unsigned number) {
+        Fiber& fiber = fibers[number];
+        threadIdx.x = number;
+        if (fiber.has_begun) _longjmp(fiber.place, 1);
+        fiber.has_begun = true;
+        setcontext(&fiber.beginning);
+        abort();
+    }
 
     // Another fiber that is not done; this one if there is none.
     unsigned other() {
@@ -98,9 +111,7 @@ static thread_local Block* block;
 static void yield_to_other() {
     unsigned self = threadIdx.x, next = block->other();
     if (next == self) return;
-    threadIdx.x = next;
-    swapcontext(&block->fibers[self].context, &block->fibers[next].context);
-    threadIdx.x = self;
+    if (_setjmp(block->fibers[self].place) == 0) block->enter(next);
 }
 
 // The same, and another block as well: in loops that wait for one.
@@ -322,9 +333,8 @@ static void fiber_run() {
     kernel();
     block->present().is_done = true;
     unsigned next = block->other();
-    if (block->fibers[next].is_done) setcontext(&block->outside);
-    threadIdx.x = next;
-    setcontext(&block->fibers[next].context);
+    if (block->fibers[next].is_done) _longjmp(block->outside, 1);
+    block->enter(next);
 }
 
 static void block_run(unsigned number, unsigned blocks, unsigned threads, unsigned seed) {
@@ -340,14 +350,14 @@ static void block_run(unsigned number, unsigned blocks, unsigned threads, unsign
     blockDim.x = threads;
     gridDim.x = blocks;
     for (Fiber& fiber : own.fibers) {
-        fiber.stack = std::make_unique<char[]>(Fiber::STACK);
-        getcontext(&fiber.context);
-        fiber.context.uc_stack.ss_sp = fiber.stack.get();
-        fiber.context.uc_stack.ss_size = Fiber::STACK;
-        makecontext(&fiber.context, fiber_run, 0);
+        // Without touching it: most of it stays unused.
+        fiber.stack.reset(new char[Fiber::STACK]);
+        getcontext(&fiber.beginning);
+        fiber.beginning.uc_stack.ss_sp = fiber.stack.get();
+        fiber.beginning.uc_stack.ss_size = Fiber::STACK;
+        makecontext(&fiber.beginning, fiber_run, 0);
     }
-    threadIdx.x = 0;
-    swapcontext(&own.outside, &own.fibers[0].context);
+    if (_setjmp(own.outside) == 0) own.enter(0);
 }
 
 // A cooperative launch. With a seed of 0 threads run one after the other as far as they can.

@@ -1,13 +1,15 @@
 //! What the program reads: 32-bit words, whole numbers and single precision numbers, in the order of `frame.h`.
 
-use cloth_core::{ColliderShape, ContactResponse, Model, State};
+use cloth_core::{
+    ColliderShape, ColourRegions, ContactResponse, Model, SelfContact, SpringColouring, State,
+};
 use harness::checks::PatchFrames;
 
 /// Rows and columns to the later of 12 neighbours, as in `shared/stencil.cuh`.
 const STENCIL: [[i64; 2]; 6] = [[0, 1], [0, 2], [1, -1], [1, 0], [1, 1], [2, 0]];
 
-/// The words of a patch from its start on.
-pub(crate) fn words(patch: &PatchFrames) -> Vec<u32> {
+/// The words of a patch from its start on; regions of the strain limit have so many particles, or there are none.
+pub(crate) fn words(patch: &PatchFrames, region: Option<usize>) -> Vec<u32> {
     let model = patch.model().expect("the patch is a model");
     let state = patch.start(&model);
     let mut words = vec![patch.columns, patch.rows, patch.frames.len() as u32];
@@ -26,9 +28,14 @@ pub(crate) fn words(patch: &PatchFrames) -> Vec<u32> {
     push(&[radius, ball.friction]);
     let contact = model.self_contact().map_or([0.0; 3], |contact| match contact.response {
         ContactResponse::Penalty { stiffness, damping } => [contact.distance, stiffness, damping],
-        ContactResponse::Impulse { .. } => panic!("contact is by penalties"),
+        ContactResponse::Impulse { restitution, friction } => {
+            [contact.distance, restitution, friction]
+        }
     });
     push(&contact);
+    push(&[SelfContact::recovery(patch.time_step())]);
+    words.push(u32::from(patch.impulses));
+    words.extend(limits(patch, &model, region));
     let particles = state.positions.iter().zip(&state.held).zip(model.masses());
     words.extend(particles.flat_map(|((x, &held), &mass)| {
         let [x, y, z] = x.map(|a| a as f32);
@@ -38,6 +45,44 @@ pub(crate) fn words(patch: &PatchFrames) -> Vec<u32> {
     words.extend(
         particles.flat_map(|(v, &mass)| [v[0], v[1], v[2], mass].map(|a| (a as f32).to_bits())),
     );
+    let rest = model.positions().iter();
+    words.extend(rest.flat_map(|&[x, y, z]| [x, y, z, 0.0].map(|a| (a as f32).to_bits())));
+    words
+}
+
+/// The strain limit: sweeps and colours; for each kind the largest length; regions; then lists that begin with their lengths: the regions, their
+/// particles, rows, springs of regions, and springs by colour.
+fn limits(patch: &PatchFrames, model: &Model, region: Option<usize>) -> Vec<u32> {
+    let Some(limit) = patch.strain_limit() else { return vec![0] };
+    let springs = model.springs();
+    let count = model.particle_count();
+    let colouring = SpringColouring::greedy(springs, count, &limit.classes);
+    let regions = region.map_or_else(ColourRegions::default, |size| {
+        let order = model.particle_groups(32);
+        ColourRegions::new(&colouring, &order, size, count, count).expect("few colours")
+    });
+    let mut words = vec![limit.sweeps, colouring.len() as u32];
+    let mut list = |entries: Vec<u32>| {
+        words.push(entries.len() as u32);
+        words.extend(entries);
+    };
+    let longest = |length: f64| (limit.ratio as f32 * length as f32).to_bits();
+    list(springs.kinds().iter().map(|kind| longest(kind.rest_length)).collect());
+    let headers = regions.regions.iter();
+    list(headers.flat_map(|r| [r.first_particle, r.owned, r.particles, 0]).collect());
+    list(regions.particles.clone());
+    let colours = || (0..colouring.len()).map(|colour| colouring.colour(colour));
+    let ends = colours().scan(0, |end, springs| {
+        *end += springs.len() as u32;
+        Some(*end)
+    });
+    list(if region.is_some() {
+        regions.rows.clone()
+    } else {
+        [0].into_iter().chain(ends).collect()
+    });
+    list(regions.springs.iter().flat_map(|&[i, j, kind]| [i | (j << 16), kind]).collect());
+    list(colours().flatten().flat_map(|&[i, j, kind]| [i, j, kind, 0]).collect());
     words
 }
 

@@ -6,7 +6,7 @@ use cloth_backend_cuda::CudaOptions;
 use cloth_core::{ContactResponse, ImplicitSettings, Integrator, LinearMethod, Precision, Stencil};
 use harness::{
     Verdict,
-    backends::{Candidate, candidates, cpu, cuda},
+    backends::{Candidate, SharedCuda, candidates, cpu, cuda},
     checks::{self, PatchFrames, Scenario, same_bits},
     models::{Contact, Deformation, Description, Piece, description},
     stages::PROCEDURAL_COUNT,
@@ -23,6 +23,9 @@ fn pairs() -> Vec<[&'static Candidate; 2]> {
             candidate.label.starts_with(name) && candidate.precision == precision
         })
     };
+    if SharedCuda::new().is_none() {
+        return Vec::new();
+    }
     [Precision::F32, Precision::F64]
         .into_iter()
         .filter_map(|precision| Some([named("cpu", precision)?, named("cuda", precision)?]))
@@ -99,7 +102,14 @@ fn a_solve_that_is_not_resident_gives_the_bits_of_the_cpu() {
         settings.linear.method = method;
         let integrator = Integrator::Implicit(settings);
         // Two frames: the upper layer has landed on the lower one then.
-        let scenario = Scenario { side: 230, response, precision, substeps: 12, integrator };
+        let scenario = Scenario {
+            side: 230,
+            response,
+            precision,
+            substeps: 12,
+            integrator,
+            strain_limit: true,
+        };
         assert_eq!(same_bits(&[&cpu(2), &gpu], &scenario), Ok(()));
     }
 }
@@ -125,8 +135,18 @@ fn a_thousand_substeps_with_contact_end_in_the_bits_of_the_cpu() {
                 (Integrator::Explicit, 1002),
                 (Integrator::Implicit(ImplicitSettings::default()), 60),
             ] {
-                let scenario = Scenario { side: 40, response, precision, substeps, integrator };
-                assert_eq!(same_bits(&[&*CPU, &gpu], &scenario), Ok(()));
+                for strain_limit in [false, true] {
+                    let integrator = integrator.clone();
+                    let scenario = Scenario {
+                        side: 40,
+                        response,
+                        precision,
+                        substeps,
+                        integrator,
+                        strain_limit,
+                    };
+                    assert_eq!(same_bits(&[&*CPU, &gpu], &scenario), Ok(()));
+                }
             }
         }
     }
@@ -138,9 +158,11 @@ fn frames_of_a_patch_give_the_bits_of_the_cpu() {
     let cpu = cpu(2);
     // A patch of one tile, of some with and without surroundings all around, of more than there are multiprocessors.
     for sides in [[19, 5], [101, 37], [130, 30], [230, 190]] {
-        for contact in [false, true] {
+        for (contact, surroundings) in [(false, false), (true, false), (false, true), (true, true)]
+        {
             for precision in [Precision::F32, Precision::F64] {
-                let patch = PatchFrames { contact, precision, ..PatchFrames::explicit(sides) };
+                let explicit = PatchFrames::explicit(sides);
+                let patch = PatchFrames { contact, surroundings, precision, ..explicit };
                 assert_eq!(checks::patch_frames([&cpu, &gpu], &patch), Ok(()));
             }
         }
@@ -178,16 +200,33 @@ fn implicit_steps_of_a_large_patch_give_the_bits_of_the_cpu() {
         for is_full in [false, true] {
             // The sides are no multiples of those of a tile.
             let patch = PatchFrames {
-                columns: 371,
-                rows: 359,
                 stencil: Stencil::Neighbours24,
                 contact: is_full,
                 collider: is_full,
                 integrator: Integrator::Implicit(settings),
-                precision: Precision::F32,
                 frames: &[1, 2],
+                surroundings: is_full,
+                ..PatchFrames::explicit([371, 359])
             };
             assert_eq!(checks::patch_frames([&cpu, &gpu], &patch), Ok(()));
         }
     }
+}
+
+/// Frames in which other stages follow the pass: impulses, sweeps of the strain limit, both.
+#[test]
+fn frames_of_several_stages_give_the_bits_of_the_cpu() {
+    let Some(gpu) = cuda(CudaOptions::default()) else { return };
+    let cpu = cpu(2);
+    for (impulses, sweeps) in [(true, 0), (false, 1), (false, 3), (true, 2)] {
+        for sides in [[70, 43], [371, 359]] {
+            for precision in [Precision::F32, Precision::F64] {
+                let patch =
+                    PatchFrames { impulses, sweeps, precision, ..PatchFrames::explicit(sides) };
+                assert_eq!(checks::patch_frames([&cpu, &gpu], &patch), Ok(()));
+            }
+        }
+    }
+    let patch = PatchFrames { contact: true, sweeps: 2, ..PatchFrames::explicit([70, 43]) };
+    assert_eq!(checks::patch_frames([&cpu, &gpu], &patch), Ok(()));
 }

@@ -2,7 +2,7 @@
 //! hours.
 
 use cloth_backend_cuda::CudaOptions;
-use cloth_core::{ImplicitSettings, Integrator, LinearMethod, Precision, Stencil};
+use cloth_core::{ImplicitSettings, Integrator, LinearMethod, Stencil};
 use harness::{
     backends::{cpu, cuda},
     checks::{self, PatchFrames},
@@ -58,14 +58,11 @@ fn implicit_patches() {
         settings.linear.method = LinearMethod::ConjugateGradient;
         settings.linear.iterations_max = 3;
         let patch = PatchFrames {
-            columns: sides[0],
-            rows: sides[1],
             stencil,
-            contact: false,
             collider: false,
             integrator: Integrator::Implicit(settings),
-            precision: Precision::F32,
             frames: &[1],
+            ..PatchFrames::explicit(sides)
         };
         check(CudaOptions::default(), &patch);
     }

@@ -23,7 +23,14 @@ fn penetration_momentum_energy_and_strain_stay_within_bounds() {
                 if implicit && !candidate.offers(Feature::Implicit) {
                     continue;
                 }
-                let scenario = Scenario { side: 24, response, precision, substeps, integrator };
+                let scenario = Scenario {
+                    side: 24,
+                    response,
+                    precision,
+                    substeps,
+                    integrator,
+                    strain_limit: true,
+                };
                 if let Err(failure) = invariants(candidate, &scenario) {
                     panic!("{scenario:?}: {failure}");
                 }

@@ -6,6 +6,7 @@ mod cuda_sanitized;
 mod implicit_stages;
 mod invariants;
 mod negative_control;
+mod reference;
 mod reproducibility;
 mod stages;
 mod trajectory;

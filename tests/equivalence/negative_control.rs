@@ -299,6 +299,7 @@ fn runs_that_differ_are_found() {
         precision: Precision::F32,
         substeps: 120,
         integrator: Integrator::Explicit,
+        strain_limit: true,
     };
     let real = cpu(1);
     assert_eq!(checks::same_bits(&[&real, &real], &scenario), Ok(()));

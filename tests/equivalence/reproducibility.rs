@@ -12,10 +12,10 @@ use harness::{
 const IMPULSE: ContactResponse = ContactResponse::Impulse { restitution: 0.1, friction: 0.3 };
 const PENALTY: ContactResponse = ContactResponse::Penalty { stiffness: 30.0, damping: 0.01 };
 
-/// Linearised steps with each linear solver, and Newton's method, all from the answer of the substep
-/// before.
-fn integrators() -> Vec<(Integrator, u32)> {
-    let mut all = vec![(Integrator::Explicit, 300)];
+/// Explicit steps with and without a limit of strain, which not every fused form has; linearised steps with each linear solver, and
+/// Newton's method, all from the answer of the substep before.
+fn integrators() -> Vec<(Integrator, u32, bool)> {
+    let mut all = vec![(Integrator::Explicit, 300, false), (Integrator::Explicit, 300, true)];
     for &method in LINEAR_METHODS {
         let mut settings = ImplicitSettings::default();
         settings.linear.method = method;
@@ -24,7 +24,7 @@ fn integrators() -> Vec<(Integrator, u32)> {
         if method == LinearMethod::ConjugateGradient {
             settings.newton = NewtonSettings { iterations_max: 2, ..NewtonSettings::default() };
         }
-        all.push((Integrator::Implicit(settings), 24));
+        all.push((Integrator::Implicit(settings), 24, true));
     }
     all
 }
@@ -33,12 +33,13 @@ fn scenarios(side: u32) -> impl Iterator<Item = Scenario> {
     let precisions = [Precision::F32, Precision::F64];
     precisions.into_iter().flat_map(move |precision| {
         [IMPULSE, PENALTY].into_iter().flat_map(move |response| {
-            integrators().into_iter().map(move |(integrator, substeps)| Scenario {
+            integrators().into_iter().map(move |(integrator, substeps, strain_limit)| Scenario {
                 side,
                 response,
                 precision,
                 substeps,
                 integrator,
+                strain_limit,
             })
         })
     })

@@ -7,10 +7,11 @@ use std::{
 
 use cloth_backend_cpu::CpuBackend;
 use cloth_backend_cuda::{CudaBackend, CudaOptions};
+use cloth_backend_reference::ReferenceBackend;
 use cloth_backend_wgpu::{WgpuBackend, wgpu};
 use cloth_core::{
-    Backend, BackendInfo, Kernels, LinearMethod, LinearSettings, MatrixForm, Model, Precision,
-    Preconditioner, Result, Solver, SolverConfig, State,
+    Backend, BackendInfo, Error, Kernels, LinearMethod, LinearSettings, MatrixForm, Model,
+    Precision, Preconditioner, Result, Solver, SolverConfig, State,
 };
 
 use crate::{
@@ -169,24 +170,27 @@ pub fn cpu(threads: usize) -> CpuBackend {
     }
 }
 
-/// The first NVIDIA GPU, or `None`, said once, on a machine without one. With `CLOTH_REQUIRE_CUDA=1` that is
-/// a failure.
+/// The first NVIDIA GPU, or `None`, said for each test that asks for it, on a machine without one. With `CLOTH_REQUIRE_CUDA=1`
+/// that is a failure.
 ///
 /// # Panics
 /// If it is required and cannot be had.
 #[must_use]
 pub fn cuda(options: CudaOptions) -> Option<CudaBackend> {
-    match CudaBackend::new(options) {
-        Ok(backend) => Some(backend),
-        Err(error) if std::env::var_os("CLOTH_REQUIRE_CUDA").is_some_and(|value| value == "1") => {
-            panic!("the CUDA backend cannot be tested: {error}")
-        }
-        Err(error) => {
-            static SAID: std::sync::Once = std::sync::Once::new();
-            SAID.call_once(|| println!("not run here: cuda: {error}"));
-            None
-        }
-    }
+    CudaBackend::new(options).map_err(|error| cuda_missing(&error)).ok()
+}
+
+/// Says that the test of this thread has no CUDA.
+///
+/// # Panics
+/// If it is required.
+fn cuda_missing(error: &Error) {
+    let is_required = std::env::var_os("CLOTH_REQUIRE_CUDA").is_some_and(|value| value == "1");
+    assert!(!is_required, "the CUDA backend cannot be tested: {error}");
+    // Threads of tests have their names.
+    let thread = std::thread::current();
+    let test = thread.name().map_or_else(String::new, |name| format!(", {name}"));
+    println!("not run here: cuda{test}: {error}");
 }
 
 /// The GPU of this machine, or the driver that computes on the processor: one device for all tests of
@@ -260,8 +264,9 @@ impl SharedCuda {
     /// As [`cuda`] with the default options.
     #[must_use]
     pub fn new() -> Option<Self> {
-        static CUDA: LazyLock<Option<CudaBackend>> = LazyLock::new(|| cuda(CudaOptions::default()));
-        CUDA.as_ref().map(Self)
+        static CUDA: LazyLock<Result<CudaBackend>> =
+            LazyLock::new(|| CudaBackend::new(CudaOptions::default()));
+        CUDA.as_ref().map_err(cuda_missing).ok().map(Self)
     }
 }
 
@@ -291,10 +296,19 @@ pub fn is_left_out(name: &str) -> bool {
     std::env::var("CLOTH_LEAVE_OUT").is_ok_and(|names| names.split(',').any(|entry| entry == name))
 }
 
-/// The reference that trajectories are compared with: the CPU backend in double precision.
+/// The reference backend, which trajectories and frames are compared with.
 #[must_use]
 pub fn reference() -> &'static Candidate {
-    &candidates()[0]
+    static REFERENCE: LazyLock<Candidate> = LazyLock::new(reference_candidate);
+    &REFERENCE
+}
+
+/// A candidate for the reference backend. Its stages are those that the checks use: what is to be seen of it are whole runs.
+fn reference_candidate() -> Candidate {
+    Candidate {
+        missing: &[Feature::IncompleteCholesky, Feature::DenseInverse],
+        ..Candidate::new("reference", Box::new(ReferenceBackend::new()), Precision::F64)
+    }
 }
 
 /// The candidates that offer a feature; a line for each of the others.
@@ -310,6 +324,7 @@ pub fn candidates() -> &'static [Candidate] {
         let mut candidates = vec![
             Candidate::new("cpu", Box::new(cpu(2)), Precision::F64),
             Candidate::new("cpu", Box::new(cpu(2)), Precision::F32),
+            reference_candidate(),
         ];
         for precision in [Precision::F64, Precision::F32] {
             let backend = SharedCuda::new();

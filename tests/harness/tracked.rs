@@ -6,7 +6,9 @@
 //! familiar eps times the sum of |contributions|. A computation written on these numbers yields its
 //! result in double precision and a bound for what any precision may make of it.
 
-use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
+
+use cloth_backend_reference::{Number, Vector};
 
 /// A number with a bound of its error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -29,10 +31,25 @@ impl Tracked {
     pub const fn rounded(value: f64) -> Self {
         Self { value, error: value.abs() }
     }
+}
 
-    /// Square root of a number that is not negative.
-    #[must_use]
-    pub fn sqrt(self) -> Self {
+impl Number for Tracked {
+    const ZERO: Self = Self::exact(0.0);
+    const ONE: Self = Self::exact(1.0);
+
+    fn exact(value: f64) -> Self {
+        Self::exact(value)
+    }
+
+    fn rounded(value: f64) -> Self {
+        Self::rounded(value)
+    }
+
+    fn value(self) -> f64 {
+        self.value
+    }
+
+    fn sqrt(self) -> Self {
         let value = self.value.sqrt();
         if self.error == 0.0 {
             return Self::rounded(value);
@@ -40,37 +57,46 @@ impl Tracked {
         Self { value, error: self.error / (2.0 * value) + value }
     }
 
-    /// The sum in double precision of two numbers that were computed with this `epsilon`.
-    #[must_use]
-    pub fn plus_in_double(self, other: Self, epsilon: f64) -> Self {
+    fn abs(self) -> Self {
+        Self { value: self.value.abs(), error: self.error }
+    }
+
+    /// Either can turn out to be the larger one, so that the larger error counts.
+    fn max(self, other: Self) -> Self {
+        Self { value: self.value.max(other.value), error: self.error.max(other.error) }
+    }
+
+    fn min(self, other: Self) -> Self {
+        Self { value: self.value.min(other.value), error: self.error.max(other.error) }
+    }
+
+    /// The error of a length is at most the length of the error, which, unlike the error of
+    /// the square root, stays bounded for a vector that is zero but for rounding.
+    fn length(vector: [Self; 3]) -> Self {
+        let norm = |part: fn(Self) -> f64| vector.map(part).map(|c| c * c).iter().sum::<f64>();
+        let value = norm(|component| component.value).sqrt();
+        // Squares, their sum and the root: two operations on the squares are one on the root.
+        Self { value, error: norm(|component| component.error).sqrt() + 3.0 * value }
+    }
+
+    fn plus_in_double(self, other: Self, epsilon: f64) -> Self {
         let value = self.value + other.value;
         let rounding = value.abs() * (f64::EPSILON / epsilon);
         Self { value, error: self.error + other.error + rounding }
     }
 
-    /// Absolute value.
-    #[must_use]
-    pub const fn abs(self) -> Self {
-        Self { value: self.value.abs(), error: self.error }
-    }
-
-    /// The larger one. Either can turn out to be it, so that the larger error counts.
-    #[must_use]
-    pub const fn max(self, other: Self) -> Self {
-        Self { value: self.value.max(other.value), error: self.error.max(other.error) }
-    }
-
-    /// The smaller one; see [`Self::max`].
-    #[must_use]
-    pub const fn min(self, other: Self) -> Self {
-        Self { value: self.value.min(other.value), error: self.error.max(other.error) }
-    }
-
-    /// Whether rounding with this `epsilon` can decide which of two numbers is smaller.
-    #[must_use]
-    pub fn is_close(self, other: Self, epsilon: f64) -> bool {
+    fn is_close(self, other: Self, epsilon: f64) -> bool {
         let margin = crate::backends::SAFETY * epsilon * (self.error + other.error);
         (self.value - other.value).abs() <= margin
+    }
+
+    fn as_function_of(self, argument: Self, slope: f64) -> Self {
+        Self { error: self.error + slope.abs() * argument.error, ..self }
+    }
+
+    fn or_by_rounding(self, other: Self, epsilon: f64) -> Self {
+        let between = (self.value - other.value).abs() / epsilon;
+        Self { error: self.error.max(other.error) + between, ..self }
     }
 }
 
@@ -126,101 +152,7 @@ impl AddAssign for Tracked {
 }
 
 /// Three of them.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TrackedVector(pub [Tracked; 3]);
-
-impl TrackedVector {
-    /// Zero.
-    pub const ZERO: Self = Self([Tracked::exact(0.0); 3]);
-
-    /// See [`Tracked::exact`].
-    #[must_use]
-    pub fn exact(vector: [f64; 3]) -> Self {
-        Self(vector.map(Tracked::exact))
-    }
-
-    /// See [`Tracked::rounded`].
-    #[must_use]
-    pub fn rounded(vector: [f64; 3]) -> Self {
-        Self(vector.map(Tracked::rounded))
-    }
-
-    /// The vector without the errors.
-    #[must_use]
-    pub fn values(self) -> [f64; 3] {
-        self.0.map(|component| component.value)
-    }
-
-    /// Scalar product, summed from left to right.
-    #[must_use]
-    pub fn dot(self, other: Self) -> Tracked {
-        let [x, y, z] = self.each(other, Mul::mul).0;
-        x + y + z
-    }
-
-    /// Vector product.
-    #[must_use]
-    pub fn cross(self, other: Self) -> Self {
-        let ([a, b, c], [x, y, z]) = (self.0, other.0);
-        Self([b * z - c * y, c * x - a * z, a * y - b * x])
-    }
-
-    /// Length. The error of a length is at most the length of the error, which, unlike the error of
-    /// the square root, stays bounded for a vector that is zero but for rounding.
-    #[must_use]
-    pub fn length(self) -> Tracked {
-        let norm = |part: fn(Tracked) -> f64| self.0.map(part).map(|c| c * c).iter().sum::<f64>();
-        let value = norm(|component| component.value).sqrt();
-        // Squares, their sum and the root: two operations on the squares are one on the root.
-        Tracked { value, error: norm(|component| component.error).sqrt() + 3.0 * value }
-    }
-
-    /// Every component times `factor`.
-    #[must_use]
-    pub fn scaled(self, factor: Tracked) -> Self {
-        Self(self.0.map(|component| component * factor))
-    }
-
-    /// Every component divided by `divisor`.
-    #[must_use]
-    pub fn divided(self, divisor: Tracked) -> Self {
-        Self(self.0.map(|component| component / divisor))
-    }
-
-    /// `operation` component by component.
-    #[must_use]
-    pub fn each(self, other: Self, operation: impl Fn(Tracked, Tracked) -> Tracked) -> Self {
-        Self(std::array::from_fn(|k| operation(self.0[k], other.0[k])))
-    }
-}
-
-impl Add for TrackedVector {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        self.each(other, Add::add)
-    }
-}
-
-impl Sub for TrackedVector {
-    type Output = Self;
-
-    fn sub(self, other: Self) -> Self {
-        self.each(other, Sub::sub)
-    }
-}
-
-impl AddAssign for TrackedVector {
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-impl SubAssign for TrackedVector {
-    fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
-    }
-}
+pub type TrackedVector = Vector<Tracked>;
 
 #[cfg(test)]
 mod tests {

@@ -40,7 +40,7 @@ fn residual(model: &Model, start: &State, velocities: &[f64], h: f64) -> Vec<f64
         state.positions[i] = std::array::from_fn(|k| start.positions[i][k] + h * v[k]);
     }
     let mut forces = vec![TrackedVector::ZERO; state.len()];
-    spring_forces(model, &Particles::new(model, &state), &mut forces, f64::EPSILON);
+    spring_forces(model, &Particles::new(model, &state, f64::EPSILON), &mut forces);
     let gravity = DVec3::from(model.gravity());
     let of = |i: usize| {
         let mass = model.masses()[i];

@@ -44,7 +44,8 @@ fn internal_forces_have_no_sum_and_no_torque() {
         let mut forces = Vec::new();
         kernels.forces_read(&mut forces).unwrap();
         let mut bounds = vec![TrackedVector::ZERO; forces.len()];
-        spring_forces(&model, &Particles::new(&model, &state), &mut bounds, candidate.epsilon());
+        let particles = Particles::new(&model, &state, candidate.epsilon());
+        spring_forces(&model, &particles, &mut bounds);
         let [mut force, mut torque] = [DVec3::ZERO; 2];
         let [mut force_bound, mut torque_bound] = [0.0; 2];
         for ((f, bound), &x) in forces.iter().zip(&bounds).zip(&state.positions) {

@@ -116,6 +116,57 @@ fn every_backend_reports_what_is_not_finite_in_large_steps() {
     }
 }
 
+/// Not by fields alone: whatever number of a scene is out of all proportion, all backends end where the CPU does, or none.
+#[test]
+fn every_backend_ends_where_the_cpu_ends() {
+    let plain = patch("");
+    let busy = BUSY.map(patch);
+    let air = "[wind]\nvelocity = [3, 0, 1]\ndensity = 1.2\n";
+    let ball =
+        "[[collider]]\nname = \"ball\"\nshape.sphere.radius = 0.05\ntranslation = [0, 0, -0.02]\n";
+    let (windy, near) = (patch(air), patch(ball));
+    let stiff = |k: &str| format!("preset = \"jersey\", stretch.stiffness = {k}");
+    let damped = |d: &str| format!("preset = \"jersey\", stretch.damping = {d}");
+    let moving = |v: &str| format!("pins = [\"left\"]\nvelocity = [{v}, 0, 0]");
+    let mut diverged = 0;
+    let mut went_on = 0;
+    for text in [&plain, &busy[0], &busy[1], &windy, &near] {
+        let mut changed = Vec::new();
+        for number in ["1e3", "1e6", "1e12", "1e19", "1e30", "3e38"] {
+            changed.push(text.replace("preset = \"jersey\"", &stiff(number)));
+            changed.push(text.replace("preset = \"jersey\"", &damped(number)));
+            changed.push(text.replace("pins = [\"left\"]", &moving(number)));
+            let gravity = format!("gravity = [0, 0, -{number}]\nsimulation");
+            changed.push(text.replacen("simulation", &gravity, 1));
+            changed.push(
+                text.replace("velocity = [3, 0, 1]", &format!("velocity = [{number}, 0, 1]")),
+            );
+        }
+        for text in &changed {
+            let mut candidates = in_single();
+            let cpu = candidates.next().unwrap();
+            assert!(cpu.label.starts_with("cpu"));
+            let Ok(scene) = cloth::scene::Scene::from_toml(text, "changed.toml") else {
+                panic!("{text}")
+            };
+            if scene.compile(&cloth::scene::CompileOptions::default()).is_err() {
+                continue;
+            }
+            let expected = divergence(cpu, text).is_some();
+            if expected {
+                diverged += 1
+            } else {
+                went_on += 1
+            }
+            for candidate in candidates {
+                let found = divergence(candidate, text).is_some();
+                assert_eq!(found, expected, "{}: {text}", candidate.label);
+            }
+        }
+    }
+    assert!(diverged > 50 && went_on > 10, "{diverged} diverged, {went_on} went on");
+}
+
 #[test]
 fn a_divergence_that_a_field_made_says_so() {
     let strong = patch(&field("1e7 * m * vec3(0, 0, x.x)"));

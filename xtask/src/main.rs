@@ -1,4 +1,4 @@
-//! Tasks of the repository: `cargo xtask test`, `cargo xtask kernels`, `cargo xtask bench`,
+//! Tasks of the repository: `cargo xtask test`, `cargo xtask fuzz`, `cargo xtask kernels`, `cargo xtask bench`,
 //! `cargo xtask dist`, `cargo xtask package`, `cargo xtask ci`.
 
 mod artifacts;
@@ -6,6 +6,7 @@ mod bench;
 mod command;
 mod compiler;
 mod dist;
+mod fuzz;
 mod kernels;
 mod package;
 mod packages;
@@ -30,7 +31,9 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Task {
     /// Run every check that a change must pass: format, lints, documentation, tests, a smoke run.
-    Test,
+    Test(test::TestArguments),
+    /// Search inputs that make the program panic, hang or take too much memory; findings are kept in `tests/fuzz/regressions`.
+    Fuzz(fuzz::FuzzArguments),
     /// Check that every GPU kernel, with every set of its options, is valid. Needs no GPU.
     Kernels,
     /// Measure every backend of this machine, check its results, and write one page about it.
@@ -40,12 +43,13 @@ enum Task {
     /// Check that every crate can be packaged, and how many crates a game takes with the facade.
     Package,
     /// What continuous integration runs: the same as `test`.
-    Ci,
+    Ci(test::TestArguments),
 }
 
 fn main() -> ExitCode {
     let success = match Arguments::parse().task {
-        Task::Test | Task::Ci => test::run(),
+        Task::Test(arguments) | Task::Ci(arguments) => test::run(&arguments),
+        Task::Fuzz(arguments) => fuzz::run(&arguments),
         Task::Kernels => kernels::run(),
         Task::Package => package::run(),
         Task::Dist => dist::run(),

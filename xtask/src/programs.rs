@@ -74,11 +74,16 @@ struct Outcome {
 }
 
 /// Runs all test programs, as many at a time as there are processors but at most two: a program uses several
-/// threads by itself, and waits at times. Their tests are added to `counts`.
+/// threads by itself, and waits at times. Their tests are added to `counts`. What runs beside them is waited for by `beside`, before
+/// those that must be alone; its outcome comes second.
 ///
 /// # Errors
 /// The names of those that failed.
-pub(crate) fn run(mut programs: Vec<Artifact>, counts: &mut Counts) -> Result<(), String> {
+pub(crate) fn run<T>(
+    mut programs: Vec<Artifact>,
+    counts: &mut Counts,
+    beside: impl FnOnce() -> T,
+) -> (Result<(), String>, T) {
     // Unit tests are short: they fill what is left at the end.
     programs.sort_by_key(|program| program.kind != "test");
     let alone = programs.extract_if(.., |program| ALONE.contains(&program.name.as_str()));
@@ -97,6 +102,7 @@ pub(crate) fn run(mut programs: Vec<Artifact>, counts: &mut Counts) -> Result<()
             });
         }
     });
+    let beside = beside();
     let alone: Vec<_> = alone.iter().map(run_one).collect();
     let mut failed = Vec::new();
     for outcome in
@@ -107,7 +113,9 @@ pub(crate) fn run(mut programs: Vec<Artifact>, counts: &mut Counts) -> Result<()
         }
         counts.add(outcome.counts);
     }
-    if failed.is_empty() { Ok(()) } else { Err(format!("failed: {}", failed.join(", "))) }
+    let outcome =
+        if failed.is_empty() { Ok(()) } else { Err(format!("failed: {}", failed.join(", "))) };
+    (outcome, beside)
 }
 
 /// Runs the examples in the documentation, which only cargo can.
@@ -184,7 +192,9 @@ mod tests {
             package: std::env::temp_dir(),
         };
         let programs = ["true", "false", "no-such-program"].map(program).to_vec();
-        let reason = run(programs, &mut Counts::default()).unwrap_err();
+        let (outcome, beside) = run(programs, &mut Counts::default(), || "waited for");
+        assert_eq!(beside, "waited for");
+        let reason = outcome.unwrap_err();
         assert!(reason.contains("/false (test)"), "{reason}");
         assert!(reason.contains("/no-such-program (test)"), "{reason}");
         assert!(!reason.contains("/true (test)"), "{reason}");

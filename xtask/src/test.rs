@@ -2,10 +2,14 @@
 
 use std::{env, fs, process::Command, time::Instant};
 
+use clap::Args;
+
 use crate::{
     artifacts::{self, Artifact},
     command::{self, cargo},
-    compiler, kernels, package, programs,
+    compiler,
+    fuzz::Beside,
+    kernels, package, programs,
     programs::Counts,
     screen,
     summary::{StepOutcome, Summary},
@@ -15,7 +19,7 @@ use crate::{
 /// A check by name.
 type Step = (&'static str, fn(&mut Built) -> Result<(), String>);
 
-const STEPS: [Step; 12] = [
+const STEPS: [Step; 13] = [
     ("format", |_| format()),
     ("vulkan driver", |_| vulkan::ensure()),
     ("virtual screen", |_| screen::ensure()),
@@ -27,26 +31,37 @@ const STEPS: [Step; 12] = [
     ("build", Built::build),
     ("kernels", |built| kernels::check(&built.program("example", "kernels")?.path)),
     ("tests", Built::tests),
+    ("fuzzing", Built::fuzzed),
     ("smoke run", |built| smoke_run(built.program("bin", "cloth")?)),
 ];
 
 /// What the program can have: tests are of all of it.
-const FEATURES: &str = "cloth-cli/cuda,cloth-cli/viewer";
+pub(crate) const FEATURES: &str = "cloth-cli/cuda,cloth-cli/viewer";
 
 /// What the program is built with elsewhere, beside all of it; the features of the others are among these.
-const COMBINATIONS: [&str; 4] = ["", "cpu", "wgpu", "cuda"];
+const COMBINATIONS: [&str; 5] = ["", "cpu", "reference", "wgpu", "cuda"];
+
+#[derive(Args)]
+pub(crate) struct TestArguments {
+    /// How long inputs that nobody would write are tried beside the tests [s].
+    #[arg(long, default_value_t = 300)]
+    fuzz_seconds: u64,
+}
 
 /// What the checks that run something share: all is built once, as features of packages differ if they are built one by one.
 #[derive(Default)]
 struct Built {
     programs: Vec<Artifact>,
     counts: Counts,
+    fuzz_seconds: u64,
+    /// The outcome of fuzzing, once the tests are done beside which it runs.
+    fuzzed: Option<Result<(), String>>,
 }
 
 /// Runs all checks and prints the summary; whether all succeeded.
-pub(crate) fn run() -> bool {
+pub(crate) fn run(arguments: &TestArguments) -> bool {
     let mut summary = Summary::default();
-    let mut built = Built::default();
+    let mut built = Built { fuzz_seconds: arguments.fuzz_seconds, ..Built::default() };
     for (name, step) in STEPS {
         println!("== {name}");
         let start = Instant::now();
@@ -100,9 +115,20 @@ impl Built {
     /// Unit tests, the test package, and the examples in the documentation.
     fn tests(&mut self) -> Result<(), String> {
         let tests = self.programs.iter().filter(|program| program.is_test).cloned().collect();
-        let ran = programs::run(tests, &mut self.counts);
+        let fuzz = self.program("bin", "cloth-fuzz");
+        let fuzz = fuzz.and_then(|program| Beside::start(&program.path, self.fuzz_seconds));
+        let (ran, fuzzed) =
+            programs::run(tests, &mut self.counts, || fuzz.and_then(Beside::finish));
+        self.fuzzed = Some(fuzzed);
         let documented = programs::documented(&mut self.counts);
         ran.and(documented)
+    }
+}
+
+impl Built {
+    /// What became of the fuzzing beside the tests.
+    fn fuzzed(&mut self) -> Result<(), String> {
+        self.fuzzed.take().unwrap_or_else(|| Err("the tests were not run".into()))
     }
 }
 

@@ -24,21 +24,80 @@ pub(crate) struct Measure<'a, T> {
     pub(crate) acceleration: [f64; 3],
 }
 
-/// Sums over one block.
-#[derive(Clone, Copy, Debug, Default)]
+/// What is summed up.
+#[derive(Clone, Copy, Debug)]
+struct Sums<T> {
+    strain: T,
+    spring_ends: T,
+    kinetic: T,
+    elastic: T,
+    potential: T,
+    momentum: [T; 3],
+    force: [T; 3],
+    force_magnitude: T,
+}
+
+/// Over the particles that have the same place in their packets, so that the loop over a packet is vector code.
+type LaneSums = Sums<[f64; LANES]>;
+
+impl<T: Copy> Sums<T> {
+    const fn all(value: T) -> Self {
+        Self {
+            strain: value,
+            spring_ends: value,
+            kinetic: value,
+            elastic: value,
+            potential: value,
+            momentum: [value; 3],
+            force: [value; 3],
+            force_magnitude: value,
+        }
+    }
+
+    fn map<U>(self, of: impl Fn(T) -> U) -> Sums<U> {
+        Sums {
+            strain: of(self.strain),
+            spring_ends: of(self.spring_ends),
+            kinetic: of(self.kinetic),
+            elastic: of(self.elastic),
+            potential: of(self.potential),
+            momentum: self.momentum.map(&of),
+            force: self.force.map(&of),
+            force_magnitude: of(self.force_magnitude),
+        }
+    }
+}
+
+impl Sums<f64> {
+    fn add(&mut self, other: &Self) {
+        self.strain += other.strain;
+        self.spring_ends += other.spring_ends;
+        self.kinetic += other.kinetic;
+        self.elastic += other.elastic;
+        self.potential += other.potential;
+        for axis in 0..3 {
+            self.momentum[axis] += other.momentum[axis];
+            self.force[axis] += other.force[axis];
+        }
+        self.force_magnitude += other.force_magnitude;
+    }
+}
+
+/// Figures of one block, or of several.
+#[derive(Clone, Copy, Debug)]
 struct Partial {
     non_finite: Option<u32>,
     strain_max: f64,
     strain_particle: u32,
-    strain_sum: f64,
-    spring_ends: f64,
     penetration: f64,
-    kinetic: f64,
-    elastic: f64,
-    potential: f64,
-    momentum: [f64; 3],
-    force: [f64; 3],
-    force_magnitude: f64,
+    sums: Sums<f64>,
+}
+
+impl Default for Partial {
+    fn default() -> Self {
+        let sums = Sums::all(0.0);
+        Self { non_finite: None, strain_max: -1.0, strain_particle: 0, penetration: 0.0, sums }
+    }
 }
 
 impl<T: Real> Measure<'_, T> {
@@ -48,39 +107,40 @@ impl<T: Real> Measure<'_, T> {
             .into_par_iter()
             .map(|block| arch.dispatch(BlockTask { measure: self, block }))
             .collect();
-        let total = partials
-            .into_iter()
-            .fold(Partial { strain_max: -1.0, ..Partial::default() }, Partial::merge);
+        let total = partials.into_iter().fold(Partial::default(), Partial::merge);
+        let sums = total.sums;
         let length = |vector: [f64; 3]| vector.iter().map(|c| c * c).sum::<f64>().sqrt();
         Measures {
             non_finite_particle: total.non_finite,
             non_finite_step: None,
             // Still where it began: no strain was measured.
             strain_max: if total.strain_max > -1.0 { total.strain_max } else { 0.0 },
-            strain_mean: total.strain_sum / total.spring_ends.max(1.0),
+            strain_mean: sums.strain / sums.spring_ends.max(1.0),
             strain_particle: total.strain_particle,
             penetration_max: total.penetration,
-            energy_kinetic: total.kinetic,
-            energy_elastic: total.elastic,
-            energy_potential: total.potential,
-            momentum: total.momentum,
-            momentum_drift: length(total.force) / total.force_magnitude.max(f64::MIN_POSITIVE),
+            energy_kinetic: sums.kinetic,
+            energy_elastic: sums.elastic,
+            energy_potential: sums.potential,
+            momentum: sums.momentum,
+            momentum_drift: length(sums.force) / sums.force_magnitude.max(f64::MIN_POSITIVE),
         }
     }
 
     #[inline(always)]
     fn block(&self, block: usize) -> Partial {
-        let mut partial = Partial { strain_max: -1.0, ..Partial::default() };
+        let mut partial = Partial::default();
+        let mut sums = LaneSums::all([0.0; LANES]);
         let end = ((block + 1) * BLOCK).min(self.model.particle_count());
         for first in (block * BLOCK..end).step_by(LANES) {
-            self.springs(first, &mut partial);
-            self.particles(first, LANES.min(end - first), &mut partial);
+            self.springs(first, &mut partial, &mut sums);
+            self.particles(first, LANES.min(end - first), &mut partial, &mut sums);
         }
+        partial.sums = sums.map(|lanes| lanes.into_iter().fold(0.0, |sum, lane| sum + lane));
         partial
     }
 
     #[inline(always)]
-    fn springs(&self, first: usize, partial: &mut Partial) {
+    fn springs(&self, first: usize, partial: &mut Partial, sums: &mut LaneSums) {
         let mut sum = SpringSum {
             motion: (self.motion.position(first), self.motion.velocity(first)),
             strain_max: [-T::ONE; LANES],
@@ -96,20 +156,22 @@ impl<T: Real> Measure<'_, T> {
                 partial.strain_max = sum.strain_max[lane].to_f64();
                 partial.strain_particle = (first + lane) as u32;
             }
-            partial.strain_sum += sum.strain_sum[lane].to_f64();
+        }
+        for lane in 0..LANES {
+            sums.strain[lane] += sum.strain_sum[lane].to_f64();
             // Both ends of a spring count twice its energy.
-            partial.elastic += 0.25 * sum.elastic[lane].to_f64();
-            partial.force_magnitude += sum.magnitude[lane].to_f64();
-            partial.spring_ends += sum.ends[lane].to_f64();
+            sums.elastic[lane] += 0.25 * sum.elastic[lane].to_f64();
+            sums.force_magnitude[lane] += sum.magnitude[lane].to_f64();
+            sums.spring_ends[lane] += sum.ends[lane].to_f64();
             for axis in 0..3 {
-                partial.force[axis] += sum.force[axis][lane].to_f64();
+                sums.force[axis][lane] += sum.force[axis][lane].to_f64();
             }
         }
     }
 
     /// Figures of the particles of a packet, `used` of them.
     #[inline(always)]
-    fn particles(&self, first: usize, used: usize, partial: &mut Partial) {
+    fn particles(&self, first: usize, used: usize, partial: &mut Partial, sums: &mut LaneSums) {
         let position = self.motion.position(first);
         let velocity = self.motion.velocity(first);
         let mass = lanes(&self.masses.mass, first);
@@ -118,21 +180,21 @@ impl<T: Real> Measure<'_, T> {
         let mut potential = [0.0; LANES];
         for axis in 0..3 {
             let acceleration = self.acceleration[axis];
-            let mut momentum = [0.0; LANES];
             for lane in 0..LANES {
                 let (x, v) = (position[axis][lane], velocity[axis][lane]);
                 // Zero for every finite number, NaN for all others.
                 checked[lane] += (x + v) * T::ZERO;
                 // Lanes without a particle have no mass.
                 let [mass, x, v] = [mass[lane].to_f64(), x.to_f64(), v.to_f64()];
-                momentum[lane] = mass * v;
+                sums.momentum[axis][lane] += mass * v;
                 kinetic[lane] += 0.5 * (mass * v * v);
                 potential[lane] -= mass * (acceleration * x);
             }
-            partial.momentum[axis] += momentum.iter().sum::<f64>();
         }
-        partial.kinetic += kinetic.iter().sum::<f64>();
-        partial.potential += potential.iter().sum::<f64>();
+        for lane in 0..LANES {
+            sums.kinetic[lane] += kinetic[lane];
+            sums.potential[lane] += potential[lane];
+        }
         for lane in 0..used {
             if checked[lane] != T::ZERO {
                 partial.non_finite = partial.non_finite.or(Some((first + lane) as u32));
@@ -210,17 +272,8 @@ impl Partial {
             self.strain_max = other.strain_max;
             self.strain_particle = other.strain_particle;
         }
-        self.strain_sum += other.strain_sum;
-        self.spring_ends += other.spring_ends;
         self.penetration = self.penetration.max(other.penetration);
-        self.kinetic += other.kinetic;
-        self.elastic += other.elastic;
-        self.potential += other.potential;
-        for axis in 0..3 {
-            self.momentum[axis] += other.momentum[axis];
-            self.force[axis] += other.force[axis];
-        }
-        self.force_magnitude += other.force_magnitude;
+        self.sums.add(&other.sums);
         self
     }
 }

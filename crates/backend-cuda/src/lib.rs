@@ -2,8 +2,8 @@
 //!
 //! Each stage of NUMERICS is a CUDA C++ kernel of its name in the package `cloth-kernels`, compiled for the
 //! device when it is first used and kept on disk. The state stays in device memory. A frame of the explicit
-//! integrator is one launch, in which blocks wait for their neighbours between substeps, unless contact by
-//! impulses or strain limiting come between the parts of a substep.
+//! integrator is one launch, in which blocks wait for their neighbours between substeps, or for all others where cloth
+//! touches cloth; `forms.rs` is the table of its forms.
 //!
 //! Unless [`CudaOptions::fast`] is set, arithmetic is that of the CPU backend, operation for operation, each
 //! rounded once: in the same precision both give the same bits.
@@ -15,6 +15,8 @@ mod compile;
 mod contact;
 mod device;
 mod fault;
+mod forms;
+mod frame_prepare;
 mod kernels;
 pub mod ladder;
 mod layout;
@@ -30,15 +32,17 @@ mod timing;
 use std::sync::Arc;
 
 use cloth_core::{
-    Backend, BackendInfo, Error, Kernels, Model, Precision, Result, Solver, SolverConfig,
-    stepper::SteppedSolver,
+    Backend, BackendInfo, Error, FormChoice, Integrator, Kernels, Model, ModelFeatures, Precision,
+    Result, Solver, SolverConfig, stepper::SteppedSolver,
 };
 
 pub use compile::kernels_compile;
 
 use device::Device;
 use fault::BACKEND;
+use forms::FrameForm;
 use kernels::CudaKernels;
+use tables::SpringTables;
 
 /// A GPU.
 pub struct CudaBackend {
@@ -141,6 +145,23 @@ impl Backend for CudaBackend {
             Precision::F32 => Box::new(self.kernels::<f32>(model, config)?),
             Precision::F64 => Box::new(self.kernels::<f64>(model, config)?),
         })
+    }
+
+    fn forms(&self, model: &Model, config: &SolverConfig) -> Vec<FormChoice> {
+        if config.integrator != Integrator::Explicit {
+            return Vec::new();
+        }
+        let device = (self.device.multiprocessors as usize, self.device.shared_max);
+        let patches = self.options.patches;
+        let sizes = match config.precision {
+            Precision::F32 => {
+                frame_prepare::sizes(model, &SpringTables::<f32>::new(model, patches), device)
+            }
+            Precision::F64 => {
+                frame_prepare::sizes(model, &SpringTables::<f64>::new(model, patches), device)
+            }
+        };
+        vec![FrameForm::choice(ModelFeatures::new(model, config).set(), &sizes)]
     }
 }
 

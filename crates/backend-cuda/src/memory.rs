@@ -2,13 +2,14 @@
 
 use std::{collections::HashMap, sync::Arc};
 
-use cloth_core::{BlockDependencies, ColliderShape, DistanceGrid, Model, Result, SolverConfig};
+use cloth_core::{ColliderShape, DistanceGrid, Model, Result, SolverConfig};
 use cloth_kernels::CudaModule;
 
 use crate::{
     compile::Target,
-    contact::{ContactMemory, GROUP},
+    contact::ContactMemory,
     device::{Device, Kernel},
+    forms::FrameForm,
     kernels::ImpulseMemory,
     layout::{
         ColliderData, ControlForceData, CudaReal, GridData, PinData, Real4, SolverData, Status,
@@ -17,46 +18,15 @@ use crate::{
     procedural,
     queue::{Buffer, Launch, Queue, THREADS},
     solver_form::SolverForm,
-    tables::{Patch, SpringTables, StrainTables, TriangleTables},
+    tables::{SpringTables, StrainTables, TriangleTables},
 };
 
 /// Particles of a block of sums, as on the CPU.
 pub(crate) const BLOCK: usize = 512;
 /// Figures of a block, as `measure.cu` writes them.
 pub(crate) const FIGURES: usize = 16;
-/// Particles of a tile and around it, as in `explicit_substep.cu`.
-const TILE_ENTRIES: usize = 37 * 12;
-/// Numbers of the springs of a tile, as in `stencil.cuh`.
-const STENCIL_FORCES: usize = 53 * 37 * 3;
-/// Threads of a block of `explicit_substep_tiles.cu` and `explicit_substep_flat.cu`, and forces that it keeps, as in
-/// `shared/pairs.cuh`.
-const PAIR_THREADS: u32 = 128;
-const PAIR_FORCES: usize = 5 * 11 * 35;
-/// Threads of a block of `explicit_substep_contact.cu`, groups of its tile, particles that it has in shared memory, those that are
-/// compared, pairs, and partners that it has room for, as in `shared/area.cuh` and `shared/area_view.cuh`.
-const CONTACT_THREADS: u32 = 512;
-const CONTACT_GROUPS: usize = 8;
-const CONTACT_ENTRIES: usize = 48 * 16 + CONTACT_GROUPS * 64;
-const CONTACT_MEMBERS: usize = CONTACT_GROUPS * 16 * GROUP;
-const CONTACT_PAIRS: usize = CONTACT_MEMBERS / 2;
-const CONTACT_PARTNERS: usize = (15 + 16) * 256;
-/// Particles that it can name, and bytes of shared memory that it has beside those that depend on the model, at most.
-const CONTACT_PARTICLES_MAX: usize = 1 << 16;
-const CONTACT_STATIC: usize = 8704;
-const _: () = assert!(
-    contact_shared_bytes::<f32>(800) + CONTACT_STATIC <= 163 << 10,
-    "a block of compute capability 8.0 has no room for the common workload of 160 x 160 any more",
-);
-/// Tiles for each multiprocessor from which on these modules are faster.
-const TILES_MIN: usize = 4;
-/// Tiles of a patch with contact whose list of groups blocks build by comparing their runs, at most: with longer runs they have more in
-/// common than that saves. And blocks, `LIST_RUNS` of `shared/tile_list.cuh`.
-const TILES_MAX: usize = 1 << 16;
-const RUNS_MAX: usize = 1024;
-/// Threads of a block of `explicit_substep_mesh.cu`.
-const MESH_THREADS: u32 = 640;
-/// Bytes of shared memory that the table of springs may take in the frame kernel.
-const TABLE_MAX: usize = 20 << 10;
+/// Substeps that are done in one launch at most.
+const SUBSTEPS_MAX: usize = 1024;
 
 /// A distance grid and its samples on the device.
 fn grid_upload<T: CudaReal>(
@@ -95,8 +65,7 @@ pub(crate) struct Memory<T> {
     pub(crate) status: Buffer<Status>,
     pub(crate) partials: Buffer<f64>,
     pub(crate) contact: Option<ContactMemory<T>>,
-    pub(crate) triangles: Option<[Buffer<u32>; 2]>,
-    pub(crate) corners: Option<Buffer<[u32; 4]>>,
+    pub(crate) triangles: Option<(Buffer<u32>, Buffer<[u32; 4]>)>,
     pub(crate) springs: SpringTables<T>,
     pub(crate) colours: Vec<u32>,
     /// For each collider the address of its distance grid, 0 for another shape.
@@ -104,29 +73,22 @@ pub(crate) struct Memory<T> {
     pub(crate) impulses: Option<ImpulseMemory>,
     /// The part of kernels that adds the forces of procedural fields, if there are any.
     procedural: Option<String>,
-    /// Module and launch of the frame kernel.
-    pub(crate) frame_module: &'static str,
+    /// Form and launch of the frame kernel.
+    pub(crate) frame_form: FrameForm,
     pub(crate) frame: Launch,
     pub(crate) options: Vec<&'static str>,
+    /// Substeps that one launch of it may do.
+    pub(crate) substeps_max: usize,
+    /// How often it writes to the other motion in a substep.
+    pub(crate) motions: u32,
     /// Held by `data` through their addresses.
-    _tables: Vec<Box<dyn std::any::Any + Send>>,
-    progress: Buffer<u64>,
-    packets: Buffer<[u32; 4]>,
+    pub(crate) tables: Vec<Box<dyn std::any::Any + Send>>,
+    pub(crate) progress: Buffer<u64>,
+    pub(crate) packets: Buffer<[u32; 4]>,
     kernels: HashMap<(&'static str, &'static str, Option<&'static str>), Kernel>,
     /// How the linear system is solved at present.
     pub(crate) solver: SolverForm,
     fast: bool,
-}
-
-/// Bytes of shared memory of a block of `explicit_substep_contact.cu` for a patch of so many groups.
-const fn contact_shared_bytes<T>(groups: usize) -> usize {
-    let particles = 2 * CONTACT_ENTRIES + CONTACT_PAIRS;
-    let names = CONTACT_MEMBERS + CONTACT_PARTNERS;
-    let lists = CONTACT_GROUPS * groups * size_of::<u16>();
-    particles * size_of::<Real4<T>>()
-        + names * size_of::<u32>()
-        + lists
-        + STENCIL_FORCES * size_of::<T>()
 }
 
 impl<T: CudaReal> Memory<T> {
@@ -220,15 +182,16 @@ impl<T: CudaReal> Memory<T> {
             start: None,
             contact: None,
             triangles: None,
-            corners: None,
-            colours: strain.colours,
+            colours: strain.colours.clone(),
             grids,
             impulses,
             procedural: procedural::part::<T>(model),
-            frame_module: "explicit_substep",
+            frame_form: FrameForm::Pass,
             frame: Launch::over(1),
             options: Vec::new(),
-            _tables: tables,
+            substeps_max: SUBSTEPS_MAX,
+            motions: 1,
+            tables,
             kernels: HashMap::new(),
             solver: SolverForm::General,
             fast,
@@ -246,7 +209,7 @@ impl<T: CudaReal> Memory<T> {
         if model.air().is_some() {
             memory.triangles_prepare(model)?;
         }
-        let patch = memory.frame_prepare(model)?;
+        let patch = memory.frame_prepare(model, config, &strain)?;
         if let Some(contact) = model.self_contact() {
             let contact_memory = ContactMemory::new(&memory.queue, model, contact, patch)?;
             contact_memory.describe(&mut memory.data, contact.distance, config.time_step);
@@ -263,132 +226,11 @@ impl<T: CudaReal> Memory<T> {
         }
         let tables = TriangleTables::new(model);
         let rows = Buffer::of(&self.queue, &tables.rows)?;
-        let entries = Buffer::of(&self.queue, &tables.entries)?;
-        let corners = Buffer::of(&self.queue, &tables.triangles)?;
+        let triangles = Buffer::of(&self.queue, &tables.triangles)?;
         self.data.triangle_rows = rows.address();
-        self.data.triangle_entries = entries.address();
-        self.data.triangles = corners.address();
-        self.triangles = Some([rows, entries]);
-        self.corners = Some(corners);
+        self.data.triangles = triangles.address();
+        self.triangles = Some((rows, triangles));
         Ok(())
-    }
-
-    /// Chooses the variant and the size of the frame kernel. Gives the patch whose tiles it works on, if it does.
-    fn frame_prepare(&mut self, model: &Model) -> Result<Option<Patch>> {
-        let n = model.particle_count();
-        let entry = if T::DOUBLE { 32 } else { 16 };
-        let headers = self.springs.headers.len().next_multiple_of(2) * 8;
-        let table = self.springs.entries.len() * entry + headers;
-        let in_shared = self.springs.is_regular && table <= TABLE_MAX;
-        let patch = if in_shared { Patch::of(model) } else { None };
-        let mut options = Vec::new();
-        if model.self_contact().is_some_and(|contact| !contact.excludes_neighbours()) {
-            options.push("penalty");
-        }
-        let has_impulses = self.impulses.is_some();
-        if model.air().is_some() || self.springs.can_buckle || has_impulses {
-            options.push("extras");
-        }
-        if in_shared {
-            options.push("table");
-        } else if !self.springs.packed.is_empty() {
-            options.push("packed");
-        }
-        if patch.is_some() {
-            options.push("grid");
-        }
-        let has_penalty = options.contains(&"penalty");
-        // In double precision the forces of a tile do not fit beside it.
-        let stencil = patch.filter(|_| !T::DOUBLE).and_then(|patch| patch.stencil(model));
-        let tile = TILE_ENTRIES * 8 * size_of::<T>();
-        // As in `explicit_substep.cu`.
-        let tiles = if T::DOUBLE || has_penalty { 1 } else { 2 };
-        let mut shared = match patch {
-            Some(_) if stencil.is_some() => tiles * tile + STENCIL_FORCES * size_of::<T>(),
-            Some(_) => tiles * tile + table,
-            None if in_shared => table,
-            None => 0,
-        };
-        if let Some(kinds) = stencil {
-            options.push("stencil");
-            self.data.stencil = kinds.map(|kind| {
-                let [rest_length, stiffness, damping, _] = self.springs.kinds[kind as usize];
-                [rest_length, stiffness, damping]
-            });
-        }
-        let multiprocessors = self.queue.device.multiprocessors as usize;
-        // What is handed out to blocks: tiles of a patch, or particles.
-        let (items, unit) = patch.map_or((n, THREADS as usize), |patch| (patch.tiles(), 1));
-        let is_small = items <= multiprocessors * unit;
-        if is_small {
-            options.push("wide");
-        }
-        let has_extras = options.contains(&"extras");
-        let is_plain = !has_penalty && !has_extras;
-        let mut threads = THREADS;
-        let tiles_max = if has_penalty { TILES_MAX } else { usize::MAX };
-        let has_runs = stencil.is_some()
-            && !has_extras
-            && (TILES_MIN * multiprocessors..=tiles_max).contains(&items);
-        let groups = items * CONTACT_GROUPS;
-        let contact_shared = contact_shared_bytes::<T>(groups);
-        let has_contact_tiles = is_small
-            && has_penalty
-            && !has_extras
-            && stencil.is_some()
-            && n < CONTACT_PARTICLES_MAX
-            && contact_shared + CONTACT_STATIC <= self.queue.device.shared_max;
-        if has_contact_tiles {
-            self.frame_module = "explicit_substep_contact";
-            self.packets = Buffer::zeros(&self.queue, 4 * n + 6 * groups + 2 * items)?;
-            self.data.packets = self.packets.address();
-            threads = CONTACT_THREADS;
-            shared = contact_shared;
-        } else if is_small && is_plain && stencil.is_some() {
-            self.frame_module = "explicit_substep_patch";
-            self.packets = Buffer::zeros(&self.queue, 4 * n)?;
-            self.data.packets = self.packets.address();
-        } else if has_runs {
-            self.frame_module =
-                if has_penalty { "explicit_substep_flat" } else { "explicit_substep_tiles" };
-            threads = PAIR_THREADS;
-            shared = tile + 3 * PAIR_FORCES * size_of::<T>();
-        } else if !is_small && is_plain && !T::DOUBLE && options.contains(&"packed") {
-            self.frame_module = "explicit_substep_mesh";
-            threads = MESH_THREADS;
-        }
-        self.options = options;
-        let kernel = self.kernel(self.frame_module, "explicit_frame")?;
-        let resident = self.queue.device.resident_blocks(kernel, threads, shared)? as usize;
-        let blocks = if is_small { resident.min(multiprocessors) } else { resident };
-        let mut chunk = items.div_ceil(blocks);
-        if let Some(patch) = patch {
-            self.data.columns = patch.columns as u32;
-            self.data.rows = patch.rows as u32;
-        } else {
-            chunk = chunk.next_multiple_of(32);
-        }
-        let blocks = if has_runs { blocks.min(items).min(RUNS_MAX) } else { items.div_ceil(chunk) };
-        self.data.chunk = chunk as u32;
-        self.frame = Launch { blocks: blocks as u32, threads, shared, cooperative: true };
-        let dependencies =
-            BlockDependencies::new(&model.interactions(), blocks, |particle| match patch {
-                // Block b has the tiles from b items / blocks on.
-                Some(patch) if has_runs => {
-                    ((patch.tile_in_strips(particle) + 1) * blocks - 1) / items
-                }
-                Some(patch) => patch.tile_of(particle) / chunk,
-                None => particle / chunk,
-            });
-        let rows = Buffer::of(&self.queue, &dependencies.rows)?;
-        let others = Buffer::of(&self.queue, &dependencies.blocks)?;
-        self.progress = Buffer::zeros(&self.queue, blocks)?;
-        self.data.dependency_rows = rows.address();
-        self.data.dependencies = others.address();
-        self.data.progress = self.progress.address();
-        self._tables.push(Box::new(rows));
-        self._tables.push(Box::new(others));
-        Ok(patch)
     }
 
     /// The launch of the kernel that finds contacts alone: as many warps as there are groups, if they fit.
@@ -410,7 +252,7 @@ impl<T: CudaReal> Memory<T> {
             return Err(cloth_core::Error::KernelCompile { kernel: module, log });
         };
         let options: &[_] = match module {
-            "explicit_substep" => &self.options,
+            "explicit_substep" | "explicit_substep_stages" => &self.options,
             _ => solver.as_slice(),
         };
         let has_procedural =
@@ -460,17 +302,6 @@ impl<T: CudaReal> Memory<T> {
             *buffer = Buffer::zeros(queue, entries.len().next_power_of_two())?;
         }
         buffer.write(queue, 0, entries)
-    }
-
-    /// Whether the module of whole frames can leave the state that a frame begins with as it is.
-    pub(crate) fn frame_keeps_first(&self) -> bool {
-        ["explicit_substep_contact", "explicit_substep_flat"].contains(&self.frame_module)
-    }
-
-    /// Whether the module of whole frames counts the pairs that each frame looks at; others have lists whose pairs were counted when they
-    /// were built.
-    pub(crate) fn frame_counts_candidates(&self) -> bool {
-        self.frame_module == "explicit_substep_contact"
     }
 
     /// After a launch that left motion `first` as it is: that is the saved one now, and what was saved has the state that stood in

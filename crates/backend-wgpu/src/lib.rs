@@ -23,6 +23,7 @@ mod device;
 mod dispatch;
 mod fault;
 mod figures;
+mod forms;
 mod kernels;
 mod layout;
 mod linear;
@@ -37,8 +38,8 @@ mod tables;
 use std::sync::Arc;
 
 use cloth_core::{
-    Backend, BackendInfo, Error, Kernels, Model, Precision, Result, Solver, SolverConfig,
-    stepper::SteppedSolver,
+    Backend, BackendInfo, Error, FormChoice, Kernels, Model, Precision, Result, Solver,
+    SolverConfig, stepper::SteppedSolver,
 };
 
 pub use adapter::{AdapterDescription, adapters, adapters_async};
@@ -216,6 +217,10 @@ impl Backend for WgpuBackend {
 
     fn create_kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Kernels>> {
         Ok(Box::new(self.kernels(model, config)?))
+    }
+
+    fn forms(&self, model: &Model, config: &SolverConfig) -> Vec<FormChoice> {
+        forms::choices(model, config)
     }
 }
 

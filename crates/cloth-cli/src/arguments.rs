@@ -57,6 +57,8 @@ pub(crate) enum Command {
     Run(RunArguments),
     /// List the built-in scenes, or show one.
     Scenes(ScenesArguments),
+    /// List the fabrics that were measured, compare some, or show one with its source.
+    Fabrics(FabricsArguments),
     /// List what can compute on this machine.
     Backends,
     /// Check a scene without running it: size, memory, stability.
@@ -179,6 +181,13 @@ pub(crate) struct ScenesArguments {
     /// Print the reference of scene files in TOML, as Markdown.
     #[arg(long, conflicts_with = "json")]
     pub(crate) reference: bool,
+    /// Run all of them on the processor, and write pictures and a page `index.html` of what they show into this
+    /// folder, which must be new or empty. It takes about a minute.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["json", "schema", "reference"])]
+    pub(crate) gallery: Option<PathBuf>,
+    /// Take this scene alone into the gallery; can be given several times.
+    #[arg(long, value_name = "NAME", requires = "gallery")]
+    pub(crate) scene: Vec<String>,
     #[command(subcommand)]
     pub(crate) command: Option<ScenesCommand>,
 }
@@ -192,10 +201,48 @@ pub(crate) enum ScenesCommand {
     },
 }
 
+/// What a laboratory sheet looks like.
+const SHEET_HELP: &str = "\
+A laboratory sheet has the names and units of the instruments; all but W and one rigidity can be left out:
+
+  W = 16.3      # weight [mg/cm^2]
+  T = 0.41      # thickness [mm]
+  G = 0.8       # shear stiffness [gf/(cm degree)]
+  2HG = 1.2     # hysteresis in shear [gf/cm]
+  coupling = 0  # biaxial coupling [N/m]
+  [warp]        # and the same for [weft]
+  LT = 0.62     # linearity
+  WT = 9.5      # tensile work [gf cm/cm^2]
+  EMT = 6.1     # strain at 500 gf/cm [%]
+  RT = 65       # tensile resilience [%]
+  B = 0.09      # bending rigidity [gf cm^2/cm]
+  2HB = 0.04    # hysteresis in bending [gf cm/cm]
+  [bias]        # strips cut at 45 degrees
+  B = 0.08
+
+In place of B: overhang = 42 [mm], the length that hangs down by 41.5 degrees (ASTM D1388, option A). In place of LT: curve = \"warp.csv\",
+lines of strain and force per width [N/m] that stretches the strip at a kept width.";
+
+#[derive(Debug, Args)]
+#[command(after_help = SHEET_HELP)]
+pub(crate) struct FabricsArguments {
+    /// Names of fabrics: one to see all that is known of it, several to compare them.
+    pub(crate) names: Vec<String>,
+    /// A laboratory sheet (TOML), fitted and shown beside them; can be given several times.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) sheet: Vec<PathBuf>,
+    /// Print JSON, all numbers in SI units.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct CheckArguments {
     #[command(flatten)]
     pub(crate) scene: SceneArguments,
+    /// Backend whose forms of kernels for this scene are named, with what rules out faster ones.
+    #[arg(long)]
+    pub(crate) backend: Option<String>,
 }
 
 #[derive(Debug, Args)]

@@ -3,13 +3,14 @@
 use std::io::{Write, stdout};
 
 use cloth::{
-    ContactResponse, Integrator, LinearMethod, SemiImplicitSolve, SpringClass, TimeStepControl,
+    BackendOptions, ContactResponse, Integrator, LinearMethod, SemiImplicitSolve, SpringClass,
+    TimeStepControl, backend_open,
     scene::{CompiledScene, SceneSolver},
 };
 
 use crate::{
-    arguments::CheckArguments, failure::Failure, passages::passages, say::Shown,
-    scene_source::SceneSource, units::bytes_text,
+    arguments::CheckArguments, failure::Failure, foreign::hushed, memory::needed,
+    passages::passages, say::Shown, scene_source::SceneSource, units::bytes_text,
 };
 
 /// Particles up to which methods for small models are no slip.
@@ -18,7 +19,7 @@ const SMALL_PARTICLES: usize = 4000;
 pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     let source = SceneSource::read(&arguments.scene)?;
     let scene = source.compile(None)?;
-    let estimate = source.scene.memory_estimate(&source.options);
+    let estimate = needed(&source.scene, &source.options);
     let solver = scene.choice.solver;
     // Names come from the scene.
     let mut out = Shown(stdout().lock());
@@ -62,8 +63,28 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     for cloth in 0..scene.model.cloths().len() {
         writeln!(out, "damping      {}", damping_text(&scene, cloth))?;
     }
+    if let Some(name) = &arguments.backend {
+        forms(&mut out, name, &scene)?;
+    }
     for warning in warnings(&scene) {
         writeln!(out, "warning: {warning}")?;
+    }
+    Ok(())
+}
+
+/// The form of each kernel of a backend that has several, and what rules out the faster ones.
+fn forms(out: &mut impl Write, name: &str, scene: &CompiledScene) -> Result<(), Failure> {
+    let backend = hushed(|| backend_open(name, &BackendOptions::default()))?;
+    let choices = backend.forms(&scene.model, &scene.config);
+    writeln!(out, "backend      {} ({})", backend.info().name, backend.info().device)?;
+    if choices.is_empty() {
+        writeln!(out, "form         the same for every model")?;
+    }
+    for choice in choices {
+        writeln!(out, "form         {}: {}", choice.phase, choice.form)?;
+        for (form, why) in choice.ruled_out {
+            writeln!(out, "             not \"{form}\": {why}")?;
+        }
     }
     Ok(())
 }

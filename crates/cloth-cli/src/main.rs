@@ -4,6 +4,7 @@ mod arguments;
 mod backends;
 mod check;
 mod convert;
+mod fabrics;
 mod failure;
 mod fault;
 mod foreign;
@@ -60,6 +61,7 @@ fn command(command: &Command) -> Result<(), Failure> {
     match command {
         Command::Run(arguments) => run::run(arguments),
         Command::Scenes(arguments) => scenes::scenes(arguments),
+        Command::Fabrics(arguments) => fabrics::fabrics(arguments),
         Command::Backends => backends::backends(),
         Command::Check(arguments) => check::check(arguments),
         Command::Convert(arguments) => {

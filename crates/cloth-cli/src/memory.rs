@@ -18,6 +18,15 @@ struct MemoryError {
     available: u64,
 }
 
+/// What the program itself takes \[byte\]: its code as far as it runs, stacks, buffers of files.
+const PROGRAM_BYTES: u64 = 12 << 20;
+
+/// Memory that a run of a scene takes at its peak.
+pub(crate) fn needed(scene: &Scene, options: &CompileOptions) -> MemoryEstimate {
+    let estimate = scene.memory_estimate(options);
+    MemoryEstimate { bytes: estimate.bytes.saturating_add(PROGRAM_BYTES), ..estimate }
+}
+
 /// Memory that this process can take \[byte\], within the limit of a container if there is one; all
 /// the memory in the world where the system does not tell.
 fn available() -> u64 {
@@ -61,7 +70,7 @@ pub(crate) fn check(scene: &Scene, options: &CompileOptions) -> Result<(), Failu
 }
 
 fn check_with(scene: &Scene, options: &CompileOptions, available: u64) -> Result<(), Failure> {
-    let estimate = scene.memory_estimate(options);
+    let estimate = needed(scene, options);
     if estimate.bytes <= available {
         return Ok(());
     }
@@ -81,7 +90,7 @@ mod tests {
     fn the_limit_is_the_estimate() {
         let scene = Scene::builtin("drape").unwrap();
         let options = CompileOptions::default();
-        let estimate = scene.memory_estimate(&options);
+        let estimate = needed(&scene, &options);
         assert!(check_with(&scene, &options, estimate.bytes).is_ok());
         let error = check_with(&scene, &options, estimate.bytes - 1024).unwrap_err();
         assert!(error.to_string().contains("1.00 KiB are missing"), "{error}");

@@ -1,5 +1,7 @@
 //! `cloth scenes`.
 
+mod gallery;
+
 use std::io::{Write, stdout};
 
 use cloth::scene::{CompileOptions, Scene, builtin_scenes, scene_reference, scene_schema};
@@ -20,6 +22,9 @@ struct SceneRow {
 }
 
 pub(crate) fn scenes(arguments: &ScenesArguments) -> Result<(), Failure> {
+    if let Some(folder) = &arguments.gallery {
+        return gallery::gallery(folder, &arguments.scene);
+    }
     let mut out = stdout().lock();
     if let Some(ScenesCommand::Show { name }) = &arguments.command {
         // For the error with the most similar name.

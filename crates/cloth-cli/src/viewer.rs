@@ -7,8 +7,8 @@ use cloth::{
     scene::CompiledScene,
 };
 use cloth_viewer::{
-    ClipFormat, ClipOptions, FramePainter, Gpu, Source, ViewerError, WindowOptions, clip_render,
-    window_run,
+    ClipFormat, ClipOptions, FramePainter, Gpu, Listener, Severity, Source, ViewerError,
+    WindowOptions, clip_render, window_run,
 };
 use indicatif::ProgressBar;
 
@@ -34,13 +34,14 @@ pub(crate) fn render(arguments: &RenderArguments) -> Result<(), Failure> {
         stride: arguments.frame_stride.get(),
         still: arguments.still,
     };
-    let bar = ProgressBar::new(0);
+    let is_shown = say::is_at(say::Level::Normal);
+    let bar = if is_shown { ProgressBar::new(0) } else { ProgressBar::hidden() };
     let path = clip_render(&gpu, source, &arguments.out, &options, |done, all| {
         bar.set_length(all);
         bar.set_position(done);
     })?;
     bar.finish_and_clear();
-    if say::is_at(say::Level::Normal) {
+    if is_shown {
         let mut out = say::Shown(stdout().lock());
         writeln!(out, "drawn on {}; look at `{}`", gpu.description(), path.display())?;
     }
@@ -58,6 +59,10 @@ pub(crate) fn view(arguments: &ViewArguments) -> Result<(), Failure> {
         folder: arguments.out.clone(),
         keep: u64::from(arguments.keep) << 20,
         log: arguments.log.clone(),
+        listener: Listener::new(|message| match message.severity {
+            Severity::Error => say::error(&message.text),
+            Severity::Info => say::detail(&message.text),
+        }),
     };
     Ok(hushed(|| window_run(options))?)
 }

@@ -24,6 +24,23 @@ pub trait Backend: Send + Sync {
     /// # Errors
     /// As for [`Self::create_solver`].
     fn create_kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Kernels>>;
+
+    /// Which of its forms of each kernel with several this backend takes for a model, and why not a faster one.
+    fn forms(&self, model: &Model, config: &SolverConfig) -> Vec<FormChoice> {
+        let _ = (model, config);
+        Vec::new()
+    }
+}
+
+/// The form of a kernel that serves a model.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FormChoice {
+    /// What is computed: the name of a stage.
+    pub phase: &'static str,
+    /// The form, in words.
+    pub form: &'static str,
+    /// The faster forms, each with the first thing that rules it out.
+    pub ruled_out: Vec<(&'static str, String)>,
 }
 
 /// What a backend is.

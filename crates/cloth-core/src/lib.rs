@@ -17,6 +17,7 @@ mod config;
 mod control;
 mod divergence;
 mod error;
+pub mod fabric;
 mod field;
 /// Which integrator suits what.
 pub mod integrators {
@@ -31,7 +32,7 @@ mod state;
 pub mod stepper;
 
 pub use audit::Audit;
-pub use backend::{Backend, BackendInfo, Frame, Solver};
+pub use backend::{Backend, BackendInfo, FormChoice, Frame, Solver};
 pub use config::{
     AdaptiveSettings, ImplicitSettings, Integrator, LinearMethod, LinearSettings, MatrixForm,
     NewtonSettings, Precision, Preconditioner, SemiImplicitSettings, SemiImplicitSolve,
@@ -52,11 +53,12 @@ pub use kernels::{
 pub use mesh::{TextureMap, TriangleMesh, VertexAttribute, VertexGroup};
 pub use model::{
     Aerodynamics, Air, BUCKLING_COEFFICIENTS, BendModel, BlockDependencies, Buckling, Cloth,
-    ClothRange, Collider, ColliderShape, Colouring, ContactResponse, DistanceGrid, Field, Geometry,
-    GridPatch, GridSets, Gust, InteractionKind, InteractionList, Interactions, Mass, Material,
-    MaterialPreset, Model, ModelBuilder, NONE, Neighbours, NetworkSpring, PieceBlocks, Pose,
-    SelfContact, Spring, SpringClass, SpringCoefficients, SpringColouring, SpringKind,
-    SpringNetwork, SpringRows, Springs, Stencil, WingedEdge, WingedEdges,
+    ClothRange, Collider, ColliderShape, ColourRegion, ColourRegions, Colouring, ContactFeature,
+    ContactResponse, DistanceGrid, Feature, FeatureSet, Field, Geometry, GridPatch, GridSets, Gust,
+    InteractionKind, InteractionList, Interactions, Mass, Material, MaterialPreset, Model,
+    ModelBuilder, ModelFeatures, ModelShape, NONE, Neighbours, NetworkSpring, PieceBlocks, Pose,
+    RegularPatch, SelfContact, Spring, SpringClass, SpringCoefficients, SpringColouring,
+    SpringKind, SpringNetwork, SpringRows, Springs, Stencil, WingedEdge, WingedEdges,
 };
 pub use real::Real;
 pub use report::{Measures, SolverReport, StageTime, StepReport, TimeStepChange, TimeStepReason};

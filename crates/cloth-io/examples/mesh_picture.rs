@@ -41,6 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         texture: None,
         cloths,
         shapes: &[floor],
+        dust: &[],
     };
     let image = Picture::render(&scene, &Camera::fit(&bounds, style.aspect()), &style)?;
     image.save(picture)?;

@@ -1,7 +1,7 @@
 //! Input files that are files, and output files that are either complete or absent, and never in the place of what is no file.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File, Permissions};
+use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{self, BufWriter, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -23,9 +23,18 @@ static PARTS: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 ///
 /// [`io::ErrorKind::InvalidInput`] for what is not a regular file, and those of the operating system.
 pub fn file_open(path: &Path) -> io::Result<File> {
+    file_open_with(path, OpenOptions::new().read(true))
+}
+
+/// Like [`file_open`], for more than reading: a file that is there, as `options` have it.
+///
+/// # Errors
+///
+/// As [`file_open`].
+pub fn file_open_with(path: &Path, options: &OpenOptions) -> io::Result<File> {
     // Asked before it is opened, as opening a pipe waits for its writer, and again for what was put in its place.
     regular(path.metadata()?.is_file())?;
-    let file = File::open(path)?;
+    let file = options.open(path)?;
     regular(file.metadata()?.is_file())?;
     Ok(file)
 }

@@ -14,7 +14,9 @@ mod frame;
 mod mesh;
 mod picture;
 
-pub use file::{file_open, file_read, file_replace, output_check, parts_abandon, parts_remove};
+pub use file::{
+    file_open, file_open_with, file_read, file_replace, output_check, parts_abandon, parts_remove,
+};
 pub use frame::{
     ClipWriter, ContainerOptions, ContainerReport, Frame, FrameError, FrameFormat,
     FrameFormatError, FramePipeline, FrameSequenceWriter, FrameSolids, FrameStore, PictureMaker,
@@ -26,6 +28,7 @@ pub use mesh::{
     mesh_read_obj, mesh_read_ply, mesh_write, mesh_write_gltf, mesh_write_obj, mesh_write_ply,
 };
 pub use picture::{
-    Bounds, Camera, PICTURE_SIDE_LIMIT, Picture, PictureCloth, PictureError, PictureRenderer,
-    PictureScene, PictureShape, PictureShapes, PictureStyle, picture_palette,
+    Bounds, Camera, PICTURE_SIDE_LIMIT, Picture, PictureCloth, PictureDust, PictureError,
+    PictureGrain, PictureRenderer, PictureScene, PictureShape, PictureShapes, PictureStyle,
+    picture_palette,
 };

@@ -251,3 +251,24 @@ fn inconsistent_topologies_are_refused() {
 fn the_topology_hash_does_not_change() {
     assert_eq!(topology().hash(), 0xd182_943b_2385_40d7);
 }
+
+#[cfg(unix)]
+#[test]
+fn pipes_and_devices_are_no_stores() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let device = folder.path().join("zero");
+    std::os::unix::fs::symlink("/dev/zero", &device).unwrap();
+    for path in [&pipe, &device] {
+        for opened in
+            [FrameStore::open(path, &topology()), FrameStore::open_read_only(path, &topology())]
+        {
+            let error = opened.unwrap_err();
+            assert!(matches!(error, FrameError::Read { .. }), "{error}");
+            assert!(error.to_string().contains("not a regular file"), "{error}");
+        }
+        let error = FrameStore::create(path, &topology()).unwrap_err();
+        assert!(matches!(error, FrameError::Write { .. }), "{error}");
+    }
+}

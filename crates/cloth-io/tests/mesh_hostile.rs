@@ -88,6 +88,17 @@ fn primitives_that_share_their_vertices_read_them_once() {
     assert_eq!((mesh.positions.len(), mesh.triangles.len()), (900, 400 * 300));
 }
 
+/// Triangles that many primitives make of the same bytes take memory that the size of the file does not announce.
+#[test]
+fn primitives_that_share_too_many_corners_are_refused_before_memory_is_taken() {
+    let shared = vec![r#"{"attributes":{"POSITION":0},"mode":4}"#; 4000].join(",");
+    let text = embedded(1, 3000).replace(r#"{"attributes":{"POSITION":0}}"#, &shared);
+    assert!(text.len() < 1 << 20);
+    let read = within(60, || mesh_read_gltf("shared.gltf", text.as_bytes(), None));
+    let Err(MeshError::TooLarge { declared, what, .. }) = &read else { panic!("it is read") };
+    assert_eq!((*declared, *what), (4000 * 9000, "corners"));
+}
+
 #[test]
 fn of_an_external_buffer_only_what_its_views_show_is_read() {
     let folder = tempfile::tempdir().unwrap();

@@ -31,7 +31,8 @@ const TRIANGLES: [[u32; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
 
 fn render(positions: &[[f64; 3]], shapes: &[PictureShape]) -> Result<RgbImage, PictureError> {
     let cloths = vec![PictureCloth { triangles: 0..2, color: [200, 20, 20] }];
-    let scene = PictureScene { positions, triangles: &TRIANGLES, texture: None, cloths, shapes };
+    let scene =
+        PictureScene { positions, triangles: &TRIANGLES, texture: None, cloths, shapes, dust: &[] };
     Picture::render(&scene, &camera(), &style())
 }
 
@@ -101,6 +102,7 @@ fn the_floor_keeps_its_tiles_while_the_cloth_moves() {
             texture: None,
             cloths,
             shapes,
+            dust: &[],
         };
         Picture::render(&scene, &camera, &style()).unwrap()
     };
@@ -152,6 +154,7 @@ fn scenes_far_from_the_origin_look_the_same() {
         texture: None,
         cloths,
         shapes: &[],
+        dust: &[],
     };
     let far = Picture::render(&scene, &camera, &style()).unwrap();
     let different = near.pixels().zip(far.pixels()).filter(|(a, b)| a != b).count();
@@ -195,6 +198,7 @@ fn impossible_pictures_are_refused() {
         texture: None,
         cloths: Vec::new(),
         shapes: &[],
+        dust: &[],
     };
     let sized = |width| PictureStyle { width, ..style() };
     for width in [0, 10_000_000] {
@@ -242,6 +246,7 @@ proptest! {
             texture: None,
             cloths,
             shapes: &shapes,
+            dust: &[],
         };
         let small = PictureStyle { width: 24, height: 16, ..PictureStyle::default() };
         if let Ok(image) = Picture::render(&scene, &camera, &small) {

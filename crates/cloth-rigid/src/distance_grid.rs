@@ -128,7 +128,8 @@ impl DistanceGridPlan {
         let border = margin.clamp(0.0, MARGIN_MAX * longest) + 2.0 * spacing;
         let origin: [f64; 3] = low.map(|value| value - border);
         let size: [u32; 3] = std::array::from_fn(|axis| {
-            ((high[axis] + border - origin[axis]) / spacing).ceil() as u32 + 1
+            let cells = ((high[axis] + border - origin[axis]) / spacing).ceil();
+            (cells as u32).saturating_add(1)
         });
         let lattice = Lattice { origin, spacing, size };
         let plan = Self { name: name.into(), sets, triangles, rate, lattice };
@@ -204,7 +205,7 @@ struct Lattice {
 
 impl Lattice {
     fn count(self) -> usize {
-        self.size.iter().map(|&side| side as usize).product()
+        self.size.iter().fold(1, |count: usize, &side| count.saturating_mul(side as usize))
     }
 
     /// Samples one mesh, row by row: rows depend on nothing but the mesh, so that their order does not matter.

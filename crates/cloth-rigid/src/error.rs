@@ -85,6 +85,18 @@ pub enum RigidError {
         /// Whether it must be above zero.
         positive: bool,
     },
+    /// A body or collider that is larger, or farther away, than rigid bodies are computed with.
+    #[error(
+        "{name:?} reaches {value:.3e} m from the origin or its own: rigid bodies are computed up to {limit:.0e} m; is a unit wrong?"
+    )]
+    TooLarge {
+        /// The body or collider.
+        name: String,
+        /// The coordinate.
+        value: f64,
+        /// The largest that is possible.
+        limit: f64,
+    },
     /// A body that starts faster than the solver lets it be.
     #[error(
         "{what} of {name:?} is {value}: the rigid solver moves bodies with at most {limit:.0} (m/s or rad/s); use less"

@@ -66,6 +66,25 @@ pub(crate) fn pose(pose: &Pose) -> RapierPose {
     RapierPose::from_parts(vector(pose.translation), Rotation::from_xyzw(x, y, z, w))
 }
 
+/// Largest coordinate \[m\] of a body or collider that rigid bodies meet: parry looks for contact with squares and cubes of these, and its
+/// searches do not end where they overflow.
+const REACH_MAX: f64 = 1e6;
+
+/// The collider, if its shape and place are such that contact with it can be computed.
+pub(crate) fn within_reach(
+    name: &str,
+    collider: ColliderBuilder,
+    pose: &Pose,
+) -> Result<ColliderBuilder, RigidError> {
+    let bounds = collider.shape.compute_local_aabb();
+    let corners = [bounds.mins, bounds.maxs].map(|corner| [corner.x, corner.y, corner.z]);
+    let coordinates = corners.into_iter().flatten().chain(pose.translation);
+    match coordinates.map(f64::abs).find(|value| value.is_nan() || *value > REACH_MAX) {
+        Some(value) => Err(RigidError::TooLarge { name: name.to_owned(), value, limit: REACH_MAX }),
+        None => Ok(collider),
+    }
+}
+
 impl RigidBody {
     /// Checks the numbers.
     pub(crate) fn validate(&self) -> Result<(), RigidError> {
@@ -149,11 +168,11 @@ pub(crate) fn solid(
 ) -> Result<ColliderBuilder, RigidError> {
     let vertices: Vec<_> = mesh.positions.iter().copied().map(vector).collect();
     let error = |problem: &str| RigidError::Shape { name: name.into(), problem: problem.into() };
+    // The library gives up on points that are all but flat, or far apart, by a panic.
     if is_convex(&mesh.positions, triangles) {
-        return ColliderBuilder::convex_hull(&vertices)
-            .ok_or_else(|| error("it has no convex hull"));
+        let hull = std::panic::catch_unwind(|| ColliderBuilder::convex_hull(&vertices));
+        return hull.ok().flatten().ok_or_else(|| error("it has no convex hull"));
     }
-    // The library gives up on parts that are all but flat by a panic.
     let parts = std::panic::catch_unwind(|| {
         let division = VHACD::decompose(&VHACDParameters::default(), &vertices, triangles, true);
         let hulls = division.compute_exact_convex_hulls(&vertices, triangles).into_iter();

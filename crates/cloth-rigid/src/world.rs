@@ -10,7 +10,7 @@ use rapier3d_f64::utils::AngularInertiaOps;
 use crate::{
     RigidBody, RigidError, RigidJoint, RigidMotion,
     mesh::vector,
-    shape::{pose, solid},
+    shape::{pose, solid, within_reach},
     snapshot,
 };
 
@@ -57,6 +57,7 @@ impl RigidWorld {
                 .ccd_enabled(true)
                 // Cloth can push a body at any time.
                 .can_sleep(false);
+            let collider = within_reach(&body.name, collider, &body.pose)?;
             let collider = collider.friction(body.friction).restitution(body.restitution);
             let (handle, _) = world.insert(builder, collider);
             let inserted = &mut world.bodies[handle];
@@ -85,6 +86,11 @@ impl RigidWorld {
                 ColliderShape::Grid(grid) => {
                     solid(&collider.name, &grid.surface, &grid.surface.triangles)?
                 }
+            };
+            // A half space has no end.
+            let shape = match collider.shape {
+                ColliderShape::Plane => shape,
+                _ => within_reach(&collider.name, shape, &collider.pose)?,
             };
             let shape = shape.friction(collider.friction).restitution(collider.restitution);
             let builder = RigidBodyBuilder::kinematic_position_based().pose(pose(&collider.pose));

@@ -505,3 +505,27 @@ fn speed_limits_of_the_rigid_solver_are_said() {
     world.advance(0.1, &[]);
     assert_eq!(world.at_speed_limit(), 1);
 }
+
+/// A box with a half extent of 1e159 m made parry panic in the first step.
+#[test]
+fn bodies_and_colliders_beyond_all_reach_are_refused() {
+    let half_extents = [1.8e159, 0.5, 0.5];
+    let large = brick(RigidShape::Box { half_extents }, [0.0; 3], [0.0; 3]);
+    let far = brick(RigidShape::Sphere { radius: 0.5 }, [1e300, 0.0, 0.0], [0.0; 3]);
+    let near = brick(RigidShape::Sphere { radius: 0.5 }, [0.0, 0.0, 1.0], [0.0; 3]);
+    for body in [large, far] {
+        let error = RigidWorld::new(&[body], &[], [0.0, 0.0, -9.81]).err();
+        assert!(matches!(error, Some(RigidError::TooLarge { .. })), "{error:?}");
+    }
+    let mut wall = Collider {
+        name: "wall".into(),
+        shape: ColliderShape::Box { half_extents: [1.0, 1e9, 1.0] },
+        pose: Pose::IDENTITY,
+        friction: 0.3,
+        restitution: 0.0,
+    };
+    let error = RigidWorld::new(std::slice::from_ref(&near), &[wall.clone()], [0.0; 3]).err();
+    assert!(matches!(error, Some(RigidError::TooLarge { .. })), "{error:?}");
+    wall.shape = ColliderShape::Plane;
+    assert!(RigidWorld::new(&[near], &[wall], [0.0; 3]).is_ok(), "a half space has no end");
+}

@@ -10,6 +10,7 @@
 mod builtin;
 mod compile;
 mod error;
+mod fabrics;
 mod format;
 mod scene;
 mod schema;
@@ -28,15 +29,16 @@ pub use compile::{
     CompileOptions, CompileProgress, CompiledCloth, CompiledScene, MemoryEstimate, SolverChoice,
 };
 pub use error::{SceneError, ScenePlace, SceneUnknown};
+pub use fabrics::{FabricSource, MeasuredFabric, SheetError, fabric_sheet_read, measured_fabrics};
 pub use scene::{
     Scene, SceneAction, SceneAdaptive, SceneAerodynamics, SceneAnimation, SceneBend, SceneBounds,
-    SceneCloth, SceneCollider, SceneColour, SceneContact, SceneContactResponse, SceneEvent,
-    SceneField, SceneGeometry, SceneGrid, SceneGust, SceneImplicit, SceneJoint, SceneKeyframe,
-    SceneMass, SceneMaterial, SceneMesh, SceneNetwork, SceneOrigin, ScenePin, ScenePinAttribute,
-    ScenePrecision, ScenePrototype, SceneRigid, SceneRigidJoint, SceneRigidJointKind,
-    SceneRigidShape, SceneRotation, SceneSemiImplicit, SceneShape, SceneSimulation, SceneSolidMesh,
-    SceneSolver, SceneSpring, SceneSpringClass, SceneStencil, SceneStrainLimit, SceneTriangles,
-    SceneView, SceneWind,
+    SceneCloth, SceneCollider, SceneColour, SceneContact, SceneContactResponse, SceneDust,
+    SceneEvent, SceneField, SceneGeometry, SceneGrid, SceneGust, SceneImplicit, SceneJoint,
+    SceneKeyframe, SceneMass, SceneMaterial, SceneMesh, SceneNetwork, SceneOrigin, ScenePin,
+    ScenePinAttribute, ScenePrecision, ScenePrototype, SceneRigid, SceneRigidJoint,
+    SceneRigidJointKind, SceneRigidShape, SceneRotation, SceneSemiImplicit, SceneShape,
+    SceneSimulation, SceneSolidMesh, SceneSolver, SceneSpring, SceneSpringClass, SceneStencil,
+    SceneStrainLimit, SceneTriangles, SceneView, SceneWind,
 };
 pub use schema::{scene_reference, scene_schema};
 pub use timeline::Timeline;

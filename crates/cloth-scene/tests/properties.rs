@@ -68,6 +68,7 @@ action = "release"
 eye = [1.0, 2.0, 3.0]
 target = [0.0, 0.5, 0.0]
 field_of_view = 35.0
+dust = { count = 10, min = [0.0, 0.0, 0.0], max = [1.0, 1.0, 0.5], lifetime = 2.0 }
 "##;
     let mut all = vec![full.to_owned()];
     let toml = builtin_scenes().iter().filter(|scene| scene.extension == "toml");

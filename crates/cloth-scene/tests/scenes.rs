@@ -75,6 +75,20 @@ fn settings_of_a_solver_reach_the_engine() {
 }
 
 #[test]
+fn every_builtin_scene_says_at_its_end_what_to_see() {
+    for builtin in builtin_scenes() {
+        assert!(builtin.text.contains(" What to see: "), "{}", builtin.name);
+        let sight = builtin.sight();
+        assert!(sight.len() > 80 && sight.ends_with('.'), "{}: {sight}", builtin.name);
+        assert!(
+            !sight.contains("What to see") && !sight.contains("  "),
+            "{}: {sight}",
+            builtin.name
+        );
+    }
+}
+
+#[test]
 fn every_builtin_scene_survives_a_round_trip() {
     for builtin in builtin_scenes() {
         let scene = Scene::builtin(builtin.name).unwrap();
@@ -160,7 +174,7 @@ fn a_scene_beyond_its_memory_is_refused_before_it_is_built() {
         bench_scene(BenchKind::Hang, 100, true).memory_estimate(&CompileOptions::default());
     assert_eq!(estimate.particles, 10_000);
     let per_particle = estimate.bytes / estimate.particles;
-    assert!((270..=330).contains(&per_particle), "{per_particle} bytes");
+    assert!((480..=540).contains(&per_particle), "{per_particle} bytes");
 }
 
 #[test]
@@ -180,15 +194,15 @@ fn the_memory_of_a_solver_is_in_the_estimate() {
     let semi_implicit = estimate(&|scene| {
         scene.simulation.solver = Some(SceneSolver::SemiImplicit);
     });
-    // Bytes per particle as the benchmark of memory measures them, at the peak.
+    // Bytes per particle at the peak of the program, without its own; the last two at 250 x 250 particles.
     for (found, measured) in [
-        (estimate(&|_| {}), 239.0),
-        (implicit(|_| {}), 562.0),
-        (implicit(|implicit| implicit.matrix = MatrixForm::Assembled), 870.0),
-        (implicit(|implicit| implicit.preconditioner = Preconditioner::IncompleteCholesky), 1643.0),
-        (semi_implicit, 2955.0),
+        (estimate(&|_| {}), 451.0),
+        (implicit(|_| {}), 669.0),
+        (implicit(|implicit| implicit.matrix = MatrixForm::Assembled), 968.0),
+        (implicit(|implicit| implicit.preconditioner = Preconditioner::IncompleteCholesky), 1659.0),
+        (semi_implicit, 3389.0),
     ] {
         let ratio = found as f64 / measured;
-        assert!((0.8..1.3).contains(&ratio), "{found} bytes, measured {measured}");
+        assert!((0.9..1.1).contains(&ratio), "{found} bytes, measured {measured}");
     }
 }

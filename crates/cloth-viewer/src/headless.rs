@@ -11,6 +11,7 @@ use image::RgbImage;
 use crate::{
     ClipFormat, ClothMesh, Engine, FrameBuffers, FrameContents, Gpu, OrbitCamera, Overlays,
     Playback, RenderTarget, Renderer, Snapshot, Source, ViewerError, clip::Clip,
+    renderer::dust_lines,
 };
 
 /// What to draw, and how.
@@ -210,8 +211,11 @@ impl FramePainter {
         normals: &[[f64; 3]],
     ) -> Result<RgbImage, ViewerError> {
         self.buffers.upload(self.renderer.gpu(), positions, normals);
-        let contents =
-            FrameContents { shapes: self.style.shapes.at(time), ..FrameContents::default() };
+        let contents = FrameContents {
+            shapes: self.style.shapes.at(time),
+            lines: dust_lines(&self.style.dust.at(time)).collect(),
+            ..FrameContents::default()
+        };
         let camera = camera(&self.style);
         self.renderer.render(&self.target, &camera, &mut self.mesh, &self.buffers, &contents);
         self.target.read(self.renderer.gpu())

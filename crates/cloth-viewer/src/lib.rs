@@ -17,8 +17,8 @@ pub use renderer::{
     RenderTarget, Renderer,
 };
 pub use simulation::{
-    ClothSettings, Command, Engine, FrameFiles, GrabView, KeptView, Message, Playback, Settings,
-    SettingsChange, Severity, Shown, SimulationThread, Snapshot, Source, Subject, SurfaceSettings,
-    corner_particles, scene_save,
+    ClothSettings, Command, Engine, FrameFiles, GrabView, KeptView, Listener, Message, Playback,
+    Settings, SettingsChange, Severity, Shown, SimulationThread, Snapshot, Source, Subject,
+    SurfaceSettings, corner_particles, scene_save,
 };
 pub use window::{WindowOptions, window_run};

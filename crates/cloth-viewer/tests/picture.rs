@@ -83,6 +83,7 @@ fn the_cloth_is_where_the_software_renderer_sees_it() {
                 color: style.cloth_colors[0],
             }],
             shapes: &style.shapes.at(0.4),
+            dust: &[],
         },
         &Camera {
             eye: camera.eye(),
@@ -164,6 +165,29 @@ fn the_cloth_throws_a_shadow_on_the_floor() {
     let is_grey = |p: [u8; 3]| p.iter().max().unwrap() - p.iter().min().unwrap() < 30;
     let dark = share(&with, |p| is_grey(p) && luminance(p) < 140.0);
     assert!((0.005..0.3).contains(&dark), "{dark}");
+}
+
+/// What has no triangles is seen, too.
+#[test]
+fn a_rope_is_a_line() {
+    let gpu = Gpu::headless(None).unwrap();
+    let text = r##"
+        name = "rope"
+        view = { eye = [0.5, -2, 1], target = [0.5, 0, 0.9] }
+        [[cloth]]
+        name = "rope"
+        colour = "#d01010"
+        material = { preset = "jersey", mass.per_particle = 0.01 }
+        [cloth.geometry.network]
+        width = 3
+        positions = [[0, 0, 1], [0.5, 0, 1], [1, 0, 1]]
+        prototype = [{ class = "stretch", stiffness = 100, length = 0.5 }]
+    "##;
+    let scene = Scene::from_toml(text, "rope.toml").unwrap();
+    let source = Source::Scene(Box::new(scene), Default::default());
+    let mut studio = Studio::new(&gpu, source, &options("cpu", Overlays::default())).unwrap();
+    let red = share(&studio.picture().unwrap(), |[r, g, b]| r > 120 && g < 90 && b < 90);
+    assert!((0.001..0.05).contains(&red), "{red}");
 }
 
 #[test]

@@ -31,10 +31,18 @@ const BACKENDS: &[BackendEntry] = &[
         name: "cpu",
         create: |options| Ok(Box::new(cloth_backend_cpu::CpuBackend::new(options.threads)?)),
     },
+    #[cfg(feature = "reference")]
+    BackendEntry {
+        name: REFERENCE,
+        create: |_| Ok(Box::new(cloth_backend_reference::ReferenceBackend::new())),
+    },
 ];
 
+/// The backend to read and to compare with, which an automatic choice never takes.
+const REFERENCE: &str = "reference";
+
 /// The names of all backends that there are; each is that of a Cargo feature, too.
-const NAMES: [&str; 3] = ["cuda", "wgpu", "cpu"];
+const NAMES: [&str; 4] = ["cuda", "wgpu", "cpu", REFERENCE];
 
 /// The name that stands for an automatic choice.
 pub const AUTO: &str = "auto";
@@ -177,7 +185,7 @@ pub fn backend_choose(
 ) -> Result<BackendChoice, BackendError> {
     let mut passed_over = Vec::new();
     let mut last = None;
-    for entry in BACKENDS {
+    for entry in BACKENDS.iter().filter(|entry| entry.name != REFERENCE) {
         match try_entry(entry, model, config, options) {
             Ok(Ok(backend)) => {
                 let mut reason = format!("{} ({})", entry.name, backend.info().device);

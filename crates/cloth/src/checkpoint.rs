@@ -9,13 +9,12 @@
 //! place of r, and 13 x f64 for each, from which they cannot go on.
 
 use std::{
-    fs::File,
     io::{self, BufReader, Read, Seek, Write},
     path::{Path, PathBuf},
 };
 
 use cloth_core::{Model, ModelError, Pose, Precision, State};
-use cloth_io::file_replace;
+use cloth_io::{file_open, file_replace};
 
 const MAGIC: &[u8; 8] = b"CLOTHCKP";
 /// Size of the header by version, from 1.
@@ -25,6 +24,14 @@ const PARTICLE_SIZE: u64 = 24 + 24 + 1;
 const COLLIDER_SIZE: u64 = 56;
 /// Size of a body in version 3.
 const BODY_SIZE: u64 = 104;
+
+/// Frames and substeps of the longest run: counters beyond it are damage, and would overflow.
+const PROGRESS_MAX: u64 = 1 << 53;
+
+/// What rigid bodies may take of a checkpoint: so much \[byte\], and more for each collider, many times what a body and its contacts do.
+/// A file that asks for more is none of a run, however long it is.
+const RIGID_BASE: u64 = 1 << 24;
+const RIGID_COLLIDER: u64 = 1 << 18;
 
 /// Version of the checkpoint format that this build writes. It reads this one and all before.
 pub const CHECKPOINT_VERSION: u32 = 4;
@@ -128,12 +135,25 @@ pub enum CheckpointError {
     Count {
         /// The file.
         file: PathBuf,
-        /// `particles` or `colliders`.
+        /// `particles`, `colliders`, or `bytes of rigid bodies`.
         what: &'static str,
         /// How many the file has.
         found: u64,
         /// How many the model has.
         expected: u64,
+    },
+    /// The run is longer than any can be.
+    #[error(
+        "checkpoint `{}` was written after {found} {what}, which no run has; start again without it",
+        file.display()
+    )]
+    Progress {
+        /// The file.
+        file: PathBuf,
+        /// `frames` or `substeps`.
+        what: &'static str,
+        /// How many the file has.
+        found: u64,
     },
     /// The model is another one of the same size.
     #[error(
@@ -240,11 +260,13 @@ impl Checkpoint {
     pub fn read(path: &Path, model: &Model, precision: Precision) -> Result<Self, CheckpointError> {
         let file = || path.to_owned();
         let read_error = |source| CheckpointError::Read { file: file(), source };
-        let opened = File::open(path).map_err(read_error)?;
+        let opened = file_open(path).map_err(read_error)?;
         let size = opened.metadata().map_err(read_error)?.len();
         let mut reader = BufReader::with_capacity(1 << 18, opened);
 
         let header = Header::read(path, &mut reader, size)?;
+        // Before all of the file is read, which can be as long as it likes.
+        header.check_counts(path, model)?;
         reader.rewind().map_err(read_error)?;
         let [found, expected] = checksums(&mut reader, size).map_err(read_error)?;
         if found != expected {
@@ -254,8 +276,10 @@ impl Checkpoint {
 
         reader.seek(io::SeekFrom::Start(header.size)).map_err(read_error)?;
         let state = header.state(&mut reader).map_err(read_error)?;
-        let mut rigid = vec![0; header.rigid as usize];
-        reader.read_exact(&mut rigid).map_err(read_error)?;
+        let mut rigid = Vec::new();
+        let room = rigid.try_reserve_exact(header.rigid as usize);
+        room.map_err(|_| read_error(io::ErrorKind::OutOfMemory.into()))?;
+        reader.take(header.rigid).read_to_end(&mut rigid).map_err(read_error)?;
         state.validate(model).map_err(|source| CheckpointError::State { file: file(), source })?;
         let Header { fingerprint, collider_fingerprint, frame, .. } = header;
         Ok(Self { fingerprint, collider_fingerprint, precision, frame, state, rigid })
@@ -348,13 +372,8 @@ impl Header {
         if size == expected { Ok(header) } else { Err(truncated(expected)) }
     }
 
-    /// Checks that the state belongs to `model`.
-    fn check(
-        &self,
-        path: &Path,
-        model: &Model,
-        precision: Precision,
-    ) -> Result<(), CheckpointError> {
+    /// Checks that the state has the size of one of `model`, and the run a length that it can have.
+    fn check_counts(&self, path: &Path, model: &Model) -> Result<(), CheckpointError> {
         let file = || path.to_owned();
         for (what, found, expected) in [
             ("particles", self.particles, model.particle_count() as u64),
@@ -364,6 +383,28 @@ impl Header {
                 return Err(CheckpointError::Count { file: file(), what, found, expected });
             }
         }
+        for (what, found) in [("frames", self.frame), ("substeps", self.step)] {
+            if found > PROGRESS_MAX {
+                return Err(CheckpointError::Progress { file: file(), what, found });
+            }
+        }
+        let most = RIGID_BASE.saturating_add(self.colliders.saturating_mul(RIGID_COLLIDER));
+        if self.rigid > most {
+            let what = "bytes of rigid bodies";
+            let (found, expected) = (self.rigid, most);
+            return Err(CheckpointError::Count { file: file(), what, found, expected });
+        }
+        Ok(())
+    }
+
+    /// Checks that the state belongs to `model`.
+    fn check(
+        &self,
+        path: &Path,
+        model: &Model,
+        precision: Precision,
+    ) -> Result<(), CheckpointError> {
+        let file = || path.to_owned();
         let expected = model.fingerprint();
         if self.fingerprint != expected {
             let found = self.fingerprint;

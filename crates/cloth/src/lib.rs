@@ -36,13 +36,15 @@
 //!
 //! # Features
 //!
-//! One for each backend: `cpu` (default), `cuda`, `wgpu`. `scene` (default) brings scene files, [`Simulation`], checkpoints,
+//! One for each backend: `cpu` and `reference` (default), `cuda`, `wgpu`. `scene` (default) brings scene files, [`Simulation`], checkpoints,
 //! and with them `io` (meshes, frames, pictures) and `rigid` (rigid bodies). Without it there is the engine alone, which
 //! [`ModelSimulation`] drives: what a game needs.
 
 mod backends;
 #[cfg(feature = "scene")]
 mod checkpoint;
+#[cfg(feature = "scene")]
+mod dust;
 mod model_simulation;
 #[cfg(feature = "scene")]
 mod output;
@@ -67,6 +69,9 @@ pub use checkpoint::{CHECKPOINT_VERSION, Checkpoint, CheckpointError};
 /// NVIDIA backend: its options, and the historical ladder.
 #[cfg(feature = "cuda")]
 pub use cloth_backend_cuda as cuda;
+/// The plain loops that all backends are held against.
+#[cfg(feature = "reference")]
+pub use cloth_backend_reference as reference;
 /// GPU backend: adapters, and solvers that lend their buffers to a renderer.
 #[cfg(feature = "wgpu")]
 pub use cloth_backend_wgpu as wgpu;
@@ -82,7 +87,9 @@ pub use cloth_rigid as rigid;
 pub use cloth_scene as scene;
 pub use model_simulation::ModelSimulation;
 #[cfg(feature = "scene")]
-pub use output::{frame_solids, picture_shapes, picture_style, picture_style_moving, topology};
+pub use output::{
+    cloth_lines, frame_solids, picture_shapes, picture_style, picture_style_moving, topology,
+};
 #[cfg(feature = "scene")]
 pub use pose_log::{PoseLog, PoseLogError, pose_line};
 #[cfg(feature = "scene")]

@@ -8,7 +8,7 @@ use cloth_io::{
 };
 use cloth_scene::{CompiledScene, SceneView};
 
-use crate::PoseLog;
+use crate::{PoseLog, dust::picture_dust};
 
 /// The connectivity of all cloths of `scene`, their textures and the frame rate.
 #[must_use]
@@ -38,8 +38,10 @@ pub fn topology(scene: &CompiledScene) -> Topology {
     }
 }
 
-/// What a rope or a net looks like: its stretch springs, or all its springs if it has none of these.
-fn cloth_lines(model: &Model, cloth: &ClothRange) -> Vec<[u32; 2]> {
+/// What a rope or a net looks like: its stretch springs, or all its springs if it has none of these, as pairs of
+/// particles of `model`.
+#[must_use]
+pub fn cloth_lines(model: &Model, cloth: &ClothRange) -> Vec<[u32; 2]> {
     let springs = model.springs();
     let all = |class: Option<SpringClass>| -> Vec<[u32; 2]> {
         let particles = cloth.particles.clone();
@@ -80,7 +82,7 @@ fn texture(scene: &CompiledScene) -> Option<TextureMap> {
     any.then_some(merged)
 }
 
-/// How pictures of `scene` look: its camera, the colours of its cloths, its colliders as they move.
+/// How pictures of `scene` look: its camera, the colours of its cloths, its colliders as they move, its dust.
 /// A scene without a camera is seen whole, as it is at the start and with room to fall, so that
 /// every picture of a run, resumed or not, has the same view.
 #[must_use]
@@ -91,6 +93,7 @@ pub fn picture_style(scene: &CompiledScene) -> PictureStyle {
     });
     style.cloth_colors = colours.collect();
     style.shapes = shapes(scene);
+    style.dust = picture_dust(scene);
     style.camera = Some(match &scene.view {
         Some(view) => camera(view),
         None => Camera::fit(&bounds(&scene.model, &style.shapes), style.aspect()),
@@ -175,20 +178,19 @@ fn shapes(scene: &CompiledScene) -> PictureShapes {
 
 /// Where the timeline has the colliders at a time \[s\].
 fn timeline_poses(scene: &CompiledScene) -> impl Fn(f64) -> Vec<Pose> + Send + Sync + 'static {
-    let mut poses: Vec<Pose> = scene.model.colliders().iter().map(|c| c.pose).collect();
-    let mut frames = vec![poses.clone()];
-    if !scene.timeline.is_empty() {
-        for frame in 0..u64::from(scene.frames) {
-            for control in scene.timeline.control(frame).colliders {
+    let start: Vec<Pose> = scene.model.colliders().iter().map(|c| c.pose).collect();
+    let timeline = scene.timeline.clone();
+    let (rate, frames) = (scene.frames_per_second, u64::from(scene.frames));
+    move |time| {
+        let mut poses = start.clone();
+        // Nothing is kept of other frames: a scene may ask for any number of them.
+        let frame = ((time * rate).round() as u64).min(frames);
+        if frame > 0 {
+            for control in timeline.colliders(frame) {
                 poses[control.collider as usize] = control.pose;
             }
-            frames.push(poses.clone());
         }
-    }
-    let rate = scene.frames_per_second;
-    move |time| {
-        let frame = ((time * rate).round() as usize).min(frames.len() - 1);
-        frames[frame].clone()
+        poses
     }
 }
 
@@ -241,6 +243,17 @@ mod tests {
             assert!(style.camera.is_some(), "{}", builtin.name);
             assert_eq!(style.shapes.at(0.0).len(), scene.model.colliders().len());
         }
+    }
+
+    /// Nothing of the frames is kept: the poses of so many would take terabytes.
+    #[test]
+    fn a_scene_of_any_length_has_pictures() {
+        let text = MOVING.replace("frames = 4", "frames = 4294967295");
+        let scene = Scene::from_toml(&text, "long.toml").unwrap();
+        let scene = scene.compile(&CompileOptions::default()).unwrap();
+        let shapes = picture_style(&scene).shapes;
+        let center = [4.0, 0.0, -2.0];
+        assert_eq!(shapes.at(1e9), [PictureShape::Sphere { center, radius: 0.5 }]);
     }
 
     const MOVING: &str = r#"

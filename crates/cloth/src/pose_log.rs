@@ -12,6 +12,7 @@ use std::{
 };
 
 use cloth_core::Pose;
+use cloth_io::{file_open_with, output_check};
 
 /// Characters of a number: the longest is `-2.2250738585072014e-308`. One more parts it from the next.
 const NUMBER_WIDTH: usize = 24;
@@ -40,7 +41,8 @@ impl PoseLog {
     /// [`PoseLogError`] if the file cannot be written.
     pub fn create(path: &Path, colliders: usize) -> Result<Self, PoseLogError> {
         let mut options = OpenOptions::new();
-        let file = options.read(true).write(true).create(true).truncate(true).open(path);
+        options.read(true).write(true).create(true).truncate(true);
+        let file = output_check(path).and_then(|_| options.open(path));
         let file = file.map_err(|error| PoseLogError::new(path, &error))?;
         Ok(Self::of(path, file, colliders, 0, Vec::new()))
     }
@@ -80,7 +82,8 @@ impl PoseLog {
 
     fn open(path: &Path, colliders: usize, write: bool) -> Result<Self, PoseLogError> {
         let problem = |error: io::Error| PoseLogError::new(path, &error);
-        let mut file = OpenOptions::new().read(true).write(write).open(path).map_err(problem)?;
+        let mut file =
+            file_open_with(path, OpenOptions::new().read(true).write(write)).map_err(problem)?;
         let size = file.metadata().map_err(problem)?.len();
         let mut line = vec![0; line_size(colliders)];
         let frames = size / line.len() as u64;
@@ -91,8 +94,9 @@ impl PoseLog {
                 .ok_or_else(|| wrong_line(path, number, colliders))?;
         }
         // What follows the last line is the beginning of another one, or the file is something else.
+        let rest = size % line.len() as u64;
         line.clear();
-        file.read_to_end(&mut line).map_err(problem)?;
+        Read::by_ref(&mut file).take(rest).read_to_end(&mut line).map_err(problem)?;
         if line.contains(&b'\n') {
             return Err(wrong_line(path, frames + 1, colliders));
         }
@@ -279,6 +283,23 @@ mod tests {
             fs::write(&file, text).unwrap();
             let error = PoseLog::read(&file, 2).unwrap_err().to_string();
             assert!(error.contains(problem) && error.contains("poses.txt"), "{error}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn pipes_and_devices_are_no_pose_logs() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let device = folder.path().join("zero");
+        std::os::unix::fs::symlink("/dev/zero", &device).unwrap();
+        for path in [&pipe, &device] {
+            for log in [PoseLog::read(path, 2), PoseLog::resume(path, &poses(1), 3)] {
+                let error = log.unwrap_err().to_string();
+                assert!(error.contains("not a regular file"), "{error}");
+            }
+            assert!(PoseLog::create(path, 2).is_err());
         }
     }
 

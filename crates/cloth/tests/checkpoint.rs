@@ -391,3 +391,59 @@ fn another_precision_is_refused() {
     assert!(matches!(error, CheckpointError::Precision { .. }), "{error}");
     assert!(error.to_string().contains("continue with precision f32"), "{error}");
 }
+
+#[test]
+fn a_run_that_is_longer_than_any_is_refused() {
+    let written = Written::new();
+    for (place, words) in [(24, "frames"), (32, "substeps")] {
+        let error = written.error(|bytes| {
+            bytes[place..place + 8].copy_from_slice(&(u64::MAX - 1).to_le_bytes());
+            reseal(bytes);
+        });
+        let CheckpointError::Progress { what, found, .. } = error else { panic!("{error}") };
+        assert_eq!((what, found), (words, u64::MAX - 1));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn pipes_and_devices_are_no_checkpoints() {
+    let folder = TempDir::new().unwrap();
+    let scene = scene(Precision::F32, |text| text);
+    let pipe = folder.path().join("pipe");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let device = folder.path().join("zero");
+    std::os::unix::fs::symlink("/dev/zero", &device).unwrap();
+    for path in [&pipe, &device] {
+        let error = read_error(path, &scene);
+        assert!(matches!(error, CheckpointError::Read { .. }), "{error}");
+        assert!(error.to_string().contains("not a regular file"), "{error}");
+    }
+}
+
+/// A file without blocks on the disk, as long as its header says: neither its memory is taken nor its checksum waited for.
+#[cfg(unix)]
+#[test]
+fn a_checkpoint_longer_than_any_is_refused_before_it_is_read() {
+    let written = Written::new();
+    let mut bytes = std::fs::read(written.path()).unwrap();
+    let size = bytes.len() as u64;
+    let path = written.folder.path().join("long");
+    let refused = |bytes: &[u8], more: u64| {
+        std::fs::write(&path, bytes).unwrap();
+        std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(size + more).unwrap();
+        let start = std::time::Instant::now();
+        let error = read_error(&path, &written.scene);
+        assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
+        let CheckpointError::Count { what, .. } = error else { panic!("{error}") };
+        what
+    };
+    let particles = u64::from_le_bytes(bytes[48..56].try_into().unwrap());
+    let more = 1_u64 << 30;
+    let mut longer = bytes.clone();
+    longer[48..56].copy_from_slice(&(particles + more).to_le_bytes());
+    assert_eq!(refused(&longer, 49 * more), "particles");
+    let more = 1_u64 << 40;
+    bytes[72..80].copy_from_slice(&more.to_le_bytes());
+    assert_eq!(refused(&bytes, more), "bytes of rigid bodies");
+}

@@ -49,8 +49,10 @@ __device__ __forceinline__ vec3 air_share(const Solver& s, const Motion& motion,
 __device__ __forceinline__ vec3 air_force(const Solver& s, const Motion& motion, uint particle, const real* wind) {
     vec3 sum = {0, 0, 0};
     uint end = s.triangle_rows[particle + 1];
+    // So that the corners of the next are on their way.
+#pragma unroll 2
     for (uint at = s.triangle_rows[particle]; at < end; at++) {
-        sum = sum + air_share(s, motion, s.triangles[s.triangle_entries[at]], wind);
+        sum = sum + air_share(s, motion, s.triangles[at], wind);
     }
     return sum;
 }

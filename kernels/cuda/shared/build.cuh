@@ -91,7 +91,7 @@ template <typename Meet>
 __device__ __forceinline__ void list_build(const Solver& s, const Motion& motion, uint side, uint tick, Meet meet) {
     __shared__ uint found[32];
     uint lane = threadIdx.x & 31, warp = threadIdx.x / 32;
-    uint first = (blockIdx.x * blockDim.x + threadIdx.x) / 32;
+    uint first = warp_number();
     uint warps = gridDim.x * blockDim.x / 32;
     bool few = s.group_count <= GROUPS_FEW;
     for (uint group = first; group < s.group_count; group += warps) {

@@ -67,3 +67,35 @@ __device__ __noinline__ bool penalty_force(const Solver& s, Motion motion, uint 
     contacts = count;
     return count > 0;
 }
+
+// What the impulses of all its partners do to a particle with inverse mass `w` and `crowd` partners; the other ones have `crowds`.
+__device__ __forceinline__ void impulses_apply(
+    const Solver& s, const Motion& motion, uint i, real w, uint crowd, const uint* crowds, real recovery, Moved& moved
+) {
+    vec3 xi = moved.position, vi = moved.velocity;
+    vec3 velocity = {0, 0, 0}, position = {0, 0, 0};
+    real rebound = (real)1 + s.contact_restitution;
+    partners_visit(s, motion, i, xi, false, [&](uint j, const Pair& pair) {
+        real total = w + motion.x[j].w;
+        if (!(pair.length_squared > LENGTH_SQUARED_MIN) || total == 0) return;
+        real length = root(pair.length_squared);
+        real inverse = (real)1 / length;
+        vec3 n = pair.difference * inverse;
+        vec3 relative = vi - xyz(motion.v[j]);
+        real share = w / total / (real)max(crowd, crowds[j]);
+        real approach = dot(relative, n);
+        real overlap = recovery * (s.contact_distance - length);
+        vec3 tangential = relative - approach * n;
+        real speed = root(dot(tangential, tangential));
+        real lost = s.contact_friction * (rebound * absolute(approach)) / maximum(speed, LENGTH_MIN);
+        lost = minimum(lost, (real)1);
+        if (approach < 0) {
+            real along = rebound * approach;
+            velocity = velocity - share * (along * n + lost * tangential);
+        }
+        real push = share * overlap;
+        position = position + push * n;
+    });
+    moved.position = xi + position;
+    moved.velocity = vi + velocity;
+}

@@ -103,12 +103,16 @@ __device__ __forceinline__ bool group_store(const Solver& s, uint side, uint gro
     return !exists || box_holds(region, x);
 }
 
+// The number of the warp among those of all blocks: neighbours are in different blocks, so that no multiprocessor has more groups than
+// others.
+__device__ __forceinline__ uint warp_number() { return threadIdx.x / 32 * gridDim.x + blockIdx.x; }
+
 // The same for all groups, by the particles of `x`; all warps take part. Says whether all are within their regions.
 __device__ __forceinline__ bool groups_store(const Solver& s, uint side, const real4* x) {
     uint lane = threadIdx.x & 31;
     uint warps = gridDim.x * blockDim.x / 32;
     bool holds = true;
-    for (uint group = (blockIdx.x * blockDim.x + threadIdx.x) / 32; group < s.group_count; group += warps) {
+    for (uint group = warp_number(); group < s.group_count; group += warps) {
         uint i = s.group_members[group * GROUP + lane];
         bool exists = i != NONE;
         vec3 at = exists ? xyz(x[i]) : make_vec3(0, 0, 0);

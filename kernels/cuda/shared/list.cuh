@@ -146,16 +146,67 @@ __device__ __noinline__ uint candidate_add(const Solver& s, uint i, uint j, uint
     return found + 1;
 }
 
+// Partners that a thread keeps by itself while it looks for them.
+#define PARTNERS_KEPT 24
+
+// Puts a number among `count` ascending ones, as far as there is room.
+__device__ __forceinline__ void number_add(uint* numbers, uint count, uint number) {
+    if (count >= PARTNERS_KEPT) return;
+    uint k = count;
+    while (k > 0 && numbers[k - 1] > number) {
+        numbers[k] = numbers[k - 1];
+        k--;
+    }
+    numbers[k] = number;
+}
+
+// Writes the row of particle i from `count` ascending partners, less those that are left out. Gives how many the row has.
+__device__ __forceinline__ uint row_write(const Solver& s, uint i, const uint* partners, uint count) {
+    SpringRow row = spring_row(s, i);
+    bool by_rest = (s.contact & CONTACT_IMPULSE) != 0;
+    vec3 rest = by_rest ? xyz(s.rest[i]) : make_vec3(0, 0, 0);
+    uint found = 0, place = 0;
+    uint joined = row.count > 0 ? i + spring_entry(s, row, 0).x : NONE;
+    for (uint k = 0; k < count; k++) {
+        uint j = partners[k];
+        // Both are ascending.
+        while (joined < j) {
+            place++;
+            joined = place < row.count ? i + spring_entry(s, row, place).x : NONE;
+        }
+        if (joined == j) continue;
+        if (by_rest) {
+            vec3 apart = rest - xyz(s.rest[j]);
+            if (dot(apart, apart) < s.contact_distance * s.contact_distance) continue;
+        }
+        if (found < s.candidate_capacity) s.candidates[(size_t)found * s.count + i] = j;
+        found++;
+    }
+    return found;
+}
+
 // Fills the row of the particle of each lane of a group. Gives how many partners the row has.
 template <typename Groups> __device__ __forceinline__ uint group_contacts(const Solver& s, const Groups& groups, uint group, uint lane, real4* stage) {
     uint i = number_unpack(groups.position(group, lane).w);
     uint found = 0;
+    uint kept[PARTNERS_KEPT];
     GroupView view = GroupView::of(s, groups, group, lane);
     uint listed = list_count(s, group);
     NearGroups near = NearGroups::of(groups, view.box, lane, lane < listed, list_entry(s, group, lane, 0, listed));
     group_contacts_visit(s, groups, group, lane, view, near, listed, stage, [&](uint, uint, const real4& other) {
-        found = candidate_add(s, i, number_unpack(other.w), found);
+        number_add(kept, found, number_unpack(other.w));
+        found++;
     });
+    if (__any_sync(ALL_LANES, found > PARTNERS_KEPT)) {
+        // Once more, into rows in memory.
+        found = 0;
+        near = NearGroups::of(groups, view.box, lane, lane < listed, list_entry(s, group, lane, 0, listed));
+        group_contacts_visit(s, groups, group, lane, view, near, listed, stage, [&](uint, uint, const real4& other) {
+            found = candidate_add(s, i, number_unpack(other.w), found);
+        });
+    } else if (found > 0) {
+        found = row_write(s, i, kept, found);
+    }
     if (found > s.candidate_capacity) atomicMax(&s.status->overflow, found);
     if (i != NONE) s.candidate_counts[i] = min(found, s.candidate_capacity);
     return found;
@@ -165,7 +216,7 @@ template <typename Groups> __device__ __forceinline__ uint group_contacts(const 
 __device__ __forceinline__ void contacts_find(const Solver& s, uint side, real4* stage) {
     uint lane = threadIdx.x & 31;
     uint warps = gridDim.x * blockDim.x / 32;
-    for (uint group = (blockIdx.x * blockDim.x + threadIdx.x) / 32; group < s.group_count; group += warps) {
+    for (uint group = warp_number(); group < s.group_count; group += warps) {
         group_contacts(s, GroupsStored{s, side}, group, lane, stage);
     }
 }

@@ -10,7 +10,8 @@ struct SubstepData {
     real wind[3];
     // Simulated time at its start [s].
     real time;
-    real padding;
+    // Share of an overlap that impulses take back.
+    real recovery;
 };
 
 // A solid as signed distances, NUMERICS section 7.
@@ -85,6 +86,15 @@ struct Status {
     uint again;
 };
 
+// A part of the particles whose springs are shortened together: where its particles begin in the list, how many of them are its
+// own, which come first, and how many there are with those that these depend on.
+struct LimitRegion {
+    uint first_particle;
+    uint owned;
+    uint particles;
+    uint padding;
+};
+
 struct Solver {
     // Position [m] and inverse mass [1/kg], 0 while held; velocity [m/s] and mass [kg]: two that take turns, and one that stands in for
     // the first state of a frame where that is to stay as it is, or null.
@@ -107,9 +117,8 @@ struct Solver {
     const Buckling* spring_buckling;
     // Half the thickness of the cloth at each particle [m].
     const real* offsets;
+    // For each particle its triangles in ascending order, with corners and cloth.
     const uint* triangle_rows;
-    const uint* triangle_entries;
-    // Corners and cloth.
     const uint4* triangles;
     const real* air;
     const Collider* colliders;
@@ -143,8 +152,15 @@ struct Solver {
     uint* tile_marks;
     uint* tile_list;
     uint2* tile_rough;
+    // Springs that are limited, colour by colour, with the largest length of each kind. Regions in each of which a block shortens all
+    // springs that its own particles depend on: their particles, where the springs of each colour begin, two places of 16
+    // bits among the particles and the kind for each spring. Without regions rows are those of `limited_springs`.
     const uint4* limited_springs;
     const real* longest;
+    const LimitRegion* limit_regions;
+    const uint* limit_particles;
+    const uint* limit_rows;
+    const uint2* limit_springs;
     double* partials;
     // Number 6 c + q of component q of what collider c did to each particle, impulse and moment; null if nobody
     // asks.
@@ -173,6 +189,13 @@ struct Solver {
     // Particles along both sides if the model is one regular patch, 0 if not.
     uint columns;
     uint rows;
+    uint limit_region_count;
+    uint limit_colours;
+    uint limit_sweeps;
+    // Particles of a region at most, and its own; springs of a region at most, if each block has one region and keeps them, or 0.
+    uint limit_particles_max;
+    uint limit_owned_max;
+    uint limit_springs_near;
     ulong epoch;
 
     real acceleration[3];

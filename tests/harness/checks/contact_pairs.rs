@@ -24,8 +24,8 @@ fn compare_pairs(
     found: &[[u32; 2]],
     when: &str,
 ) -> Verdict {
-    let particles = Particles::new(model, state);
-    let expected = stages::contact_pairs(model, &particles, candidate.epsilon());
+    let mut particles = Particles::new(model, state, candidate.epsilon());
+    let expected = stages::contact_pairs(model, &mut particles);
     ensure(found.is_sorted_by(|a, b| a < b), || format!("{when}: pairs are not ascending"))?;
     let is_certain = |pair: &&[u32; 2]| !expected.uncertain.contains(pair);
     for pair in expected.pairs.iter().filter(is_certain) {
@@ -167,13 +167,12 @@ pub fn contact_candidates_reused(
 ) -> Verdict {
     let case = description.case(candidate);
     let mut kernels = case.kernels(candidate)?;
-    let epsilon = candidate.epsilon();
     let mut state = State::default();
     for number in 0..substeps {
         let when = format!("after substep {number}");
         kernels.explicit_substep(&case.plan.substeps[number % case.plan.substeps.len()])?;
         kernels.state_read(&mut state)?;
-        let mut particles = Particles::new(&case.model, &state);
+        let mut particles = Particles::new(&case.model, &state, candidate.epsilon());
         if kernels.contact_is_penalty() {
             kernels.field_forces()?;
             let mut fields = Vec::new();
@@ -181,14 +180,14 @@ pub fn contact_candidates_reused(
             kernels.contact_candidates()?;
             kernels.contact_forces()?;
             let mut expected: Vec<_> = fields.into_iter().map(TrackedVector::exact).collect();
-            stages::contact_forces(&case.model, &mut particles, &mut expected, epsilon);
+            stages::contact_forces(&case.model, &mut particles, &mut expected);
             let mut found = Vec::new();
             kernels.forces_read(&mut found)?;
             compare(candidate, "contact force", &expected, &found, &particles.uncertain)?;
         } else {
             kernels.contact_candidates()?;
             kernels.contact_impulses(&case.substep())?;
-            stages::contact_impulses(&case.model, &mut particles, case.substep().length, epsilon);
+            stages::contact_impulses(&case.model, &mut particles, case.substep().length);
             super::motion::compare_state(candidate, &particles, &mut *kernels)?;
             kernels.state_read(&mut state)?;
         }

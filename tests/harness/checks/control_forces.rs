@@ -76,8 +76,7 @@ pub fn control_forces_trajectory(
         let given = &case.state.positions;
         stages::control_forces(&case.model, &mut expected, &forces, given, substep);
         let (model, config, plan) = (&case.model, &case.config, &case.plan);
-        let epsilon = candidate.epsilon();
-        stages::explicit_substep(model, config, &mut expected, plan, substep, epsilon);
+        stages::explicit_substep(model, config, &mut expected, plan, substep);
     }
     super::motion::compare_state(candidate, &expected, &mut *kernels)
 }

@@ -54,7 +54,7 @@ pub fn spring_forces(candidate: &Candidate, description: &Description) -> Verdic
     let mut expected: Vec<_> =
         forces(&mut *kernels)?.into_iter().map(TrackedVector::exact).collect();
     kernels.spring_forces()?;
-    stages::spring_forces(&case.model, &case.particles(), &mut expected, candidate.epsilon());
+    stages::spring_forces(&case.model, &case.particles(), &mut expected);
     compare(candidate, "spring force", &expected, &forces(&mut *kernels)?, &[])
 }
 
@@ -88,7 +88,7 @@ pub fn contact_forces(candidate: &Candidate, description: &Description) -> Verdi
     kernels.contact_candidates()?;
     kernels.contact_forces()?;
     let mut particles = case.particles();
-    stages::contact_forces(&case.model, &mut particles, &mut expected, candidate.epsilon());
+    stages::contact_forces(&case.model, &mut particles, &mut expected);
     let found = forces(&mut *kernels)?;
     compare(candidate, "contact force", &expected, &found, &particles.uncertain)
 }

@@ -7,6 +7,7 @@ mod bits_of_stages;
 mod contact_pairs;
 mod control_forces;
 mod forces;
+mod frames;
 mod fused;
 mod implicit;
 mod invariants;
@@ -27,6 +28,7 @@ pub use control_forces::{control_forces, control_forces_frames, control_forces_t
 pub use forces::{
     aerodynamic_forces, contact_forces, field_forces, procedural_forces, spring_forces,
 };
+pub use frames::{frames, patch_frames_near, scenario_frames};
 pub use fused::explicit_substep;
 pub use implicit::{
     collider_constraints, conjugate_gradient, constraint_filter, constraint_impulses,

@@ -52,12 +52,7 @@ pub fn contact_impulses(candidate: &Candidate, description: &Description) -> Ver
     kernels.contact_candidates()?;
     kernels.contact_impulses(&case.substep())?;
     let mut expected = case.particles();
-    stages::contact_impulses(
-        &case.model,
-        &mut expected,
-        case.substep().length,
-        candidate.epsilon(),
-    );
+    stages::contact_impulses(&case.model, &mut expected, case.substep().length);
     compare_state(candidate, &expected, &mut *kernels)
 }
 
@@ -72,22 +67,22 @@ pub fn strain_limit(candidate: &Candidate, description: &Description) -> Verdict
         // From the state of the candidate, so that each colour is judged alone.
         let mut state = State::default();
         kernels.state_read(&mut state)?;
-        let mut expected = Particles::new(&case.model, &state);
-        strain_limit_expected(&case, &mut expected, colour, candidate.epsilon());
+        let mut expected = Particles::new(&case.model, &state, candidate.epsilon());
+        strain_limit_expected(&case, &mut expected, colour);
         kernels.strain_limit(&case.substep(), colour)?;
         compare_state(candidate, &expected, &mut *kernels)?;
     }
     Ok(())
 }
 
-fn strain_limit_expected(case: &Case, expected: &mut Particles, colour: usize, epsilon: f64) {
+fn strain_limit_expected(case: &Case, expected: &mut Particles, colour: usize) {
     let Some(limit) = &case.config.strain_limit else { return };
     let model = &case.model;
     let colouring =
         SpringColouring::greedy(model.springs(), model.particle_count(), &limit.classes);
     let springs = colouring.colour(colour);
     let time_step = case.substep().length;
-    stages::strain_limit(model, expected, springs, limit.ratio, time_step, epsilon);
+    stages::strain_limit(model, expected, springs, limit.ratio, time_step);
 }
 
 /// `collider_response` against NUMERICS §7.
@@ -102,7 +97,7 @@ pub fn collider_response(candidate: &Candidate, description: &Description) -> Ve
     let mut expected = case.particles();
     let stayed = expected.positions.clone();
     let start = Some((&stayed[..], case.substep().length));
-    stages::collider_response(&case.model, &mut expected, colliders, start, candidate.epsilon());
+    stages::collider_response(&case.model, &mut expected, colliders, start);
     compare_state(candidate, &expected, &mut *kernels)
 }
 
@@ -123,13 +118,7 @@ pub fn collider_impulses(candidate: &Candidate, description: &Description) -> Ve
     let mut particles = case.particles();
     let stayed = particles.positions.clone();
     let start = Some((&stayed[..], case.substep().length));
-    let expected = stages::collider_response(
-        &case.model,
-        &mut particles,
-        colliders,
-        start,
-        candidate.epsilon(),
-    );
+    let expected = stages::collider_response(&case.model, &mut particles, colliders, start);
     if !particles.uncertain.contains(&true) {
         let parts = |part: usize| expected.iter().map(|sums| sums[part]).collect::<Vec<_>>();
         let linear: Vec<_> = found.iter().map(|sum| sum.linear).collect();

@@ -18,7 +18,7 @@ pub fn vertex_normals(candidate: &Candidate, description: &Description) -> Verdi
     let mut found = Vec::new();
     case.kernels(candidate)?.vertex_normals(&mut found)?;
     let mut particles = case.particles();
-    let expected = stages::vertex_normals(&case.model, &mut particles, candidate.epsilon());
+    let expected = stages::vertex_normals(&case.model, &mut particles);
     compare(candidate, "normal", &expected, &found, &particles.uncertain)
 }
 
@@ -32,7 +32,7 @@ pub fn measure(candidate: &Candidate, description: &Description) -> Verdict {
     ensure(found.non_finite_particle.is_none(), || "finite, but not found so".into())?;
     let last = case.plan.substeps.len() - 1;
     let colliders = case.plan.colliders_at(last);
-    let expected = stages::measure(&case.model, &case.particles(), colliders, candidate.epsilon());
+    let expected = stages::measure(&case.model, &case.particles(), colliders);
     let close = |what: &str, expected: Tracked, found: f64| {
         let bound = candidate.tolerance(expected);
         ensure((expected.value - found).abs() <= bound, || {

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Backend, Collider, ColliderShape, ContactResponse, Frame, GridPatch, Integrator, Model,
-    ModelBuilder, Pose, Precision, SelfContact, SolverConfig, State, Stencil,
+    Air, Backend, Collider, ColliderControl, ColliderShape, ContactResponse, Control, Field,
+    FieldProgram, Frame, GridPatch, Integrator, Model, ModelBuilder, Pose, Precision, SelfContact,
+    SolverConfig, State, Stencil, StrainLimit,
 };
 
 use crate::{
@@ -30,6 +31,10 @@ pub struct PatchFrames {
     pub stencil: Stencil,
     /// Whether it is in contact with itself, by penalties.
     pub contact: bool,
+    /// Whether it is by impulses instead.
+    pub impulses: bool,
+    /// Sweeps of the strain limit, which is tight enough to have work; 0 for none.
+    pub sweeps: u32,
     /// Whether the ball is there.
     pub collider: bool,
     /// How the state is advanced.
@@ -38,6 +43,8 @@ pub struct PatchFrames {
     pub precision: Precision,
     /// Substeps of each frame.
     pub frames: &'static [u32],
+    /// Whether there is more around it: air with wind, a uniform field, drag, an expression, and colliders that move.
+    pub surroundings: bool,
 }
 
 impl PatchFrames {
@@ -50,10 +57,13 @@ impl PatchFrames {
             rows,
             stencil: Stencil::Neighbours12,
             contact: false,
+            impulses: false,
+            sweeps: 0,
             collider: true,
             integrator: Integrator::Explicit,
             precision: Precision::F32,
             frames: &[1, 2, 17, 6],
+            surroundings: false,
         }
     }
 
@@ -90,7 +100,44 @@ impl PatchFrames {
             let response = ContactResponse::Penalty { stiffness: 30.0, damping: 0.01 };
             builder = builder.self_contact(SelfContact { distance: 0.9 * SPACING, response });
         }
+        if self.impulses {
+            let response = ContactResponse::Impulse { restitution: 0.2, friction: 0.3 };
+            builder = builder.self_contact(SelfContact { distance: 0.9 * SPACING, response });
+        }
+        if self.surroundings {
+            let field = FieldProgram::compile("m * vec3(sin(20 * x.y + t), 0, -0.2 * v.z)");
+            let program = field.unwrap_or_else(|error| panic!("{error}"));
+            builder = builder
+                .field(Field::Uniform { acceleration: [0.5, 0.0, 1.0] })
+                .field(Field::Drag { rate: [0.3, 0.2, 0.1] })
+                .field(Field::Procedural { program: Arc::new(program) })
+                .air(Air::with_wind([2.0, 1.0, 0.5]));
+        }
         Ok(Arc::new(builder.build()?))
+    }
+
+    /// The strain limit, if there is one.
+    #[must_use]
+    pub fn strain_limit(&self) -> Option<StrainLimit> {
+        let sweeps = self.sweeps;
+        (sweeps > 0).then(|| StrainLimit { ratio: 1.005, sweeps, ..StrainLimit::default() })
+    }
+
+    /// What is to happen in a frame.
+    fn control(&self, model: &Model, frame: usize) -> Control {
+        if !self.surroundings {
+            return Control::default();
+        }
+        let moved = |(number, collider): (u32, &Collider)| {
+            let mut pose = collider.pose;
+            pose.translation[2] += 2e-3 * (frame + 1) as f64;
+            ColliderControl { collider: number, pose }
+        };
+        Control {
+            colliders: (0..).zip(model.colliders()).map(moved).collect(),
+            wind_velocity: Some([2.0, frame as f64, 0.5]),
+            ..Control::default()
+        }
     }
 
     /// Length of a substep \[s\].
@@ -120,20 +167,31 @@ impl PatchFrames {
     /// Those of the backend.
     pub fn run(&self, backend: &dyn Backend) -> cloth_core::Result<State> {
         let model = self.model()?;
-        let mut state = self.start(&model);
+        self.run_from(backend, &self.start(&model))
+    }
+
+    /// The same from any state.
+    ///
+    /// # Errors
+    /// Those of the backend.
+    pub fn run_from(&self, backend: &dyn Backend, start: &State) -> cloth_core::Result<State> {
+        let model = self.model()?;
         let time_step = self.time_step();
         let config = SolverConfig {
             precision: self.precision,
             time_step,
             integrator: self.integrator.clone(),
+            strain_limit: self.strain_limit(),
             strain_bound: 1e3,
             ..SolverConfig::default()
         };
-        let mut solver = backend.create_solver(model, &config)?;
-        solver.upload(&state)?;
-        for &substeps in self.frames {
+        let mut solver = backend.create_solver(model.clone(), &config)?;
+        solver.upload(start)?;
+        for (frame, &substeps) in self.frames.iter().enumerate() {
+            solver.set_control(&self.control(&model, frame))?;
             solver.advance(Frame { duration: f64::from(substeps) * time_step })?;
         }
+        let mut state = State::default();
         solver.download(&mut state)?;
         Ok(state)
     }

@@ -25,6 +25,8 @@ pub struct Scenario {
     pub substeps: u32,
     /// How the state is advanced.
     pub integrator: Integrator,
+    /// Whether springs are limited: without it the explicit integrator can fuse its stages.
+    pub strain_limit: bool,
 }
 
 /// Substeps of a frame.
@@ -74,7 +76,7 @@ impl Scenario {
     }
 
     pub(super) fn solver(&self, backend: &dyn Backend) -> cloth_core::Result<Box<dyn Solver>> {
-        let limit = Some(StrainLimit::default());
+        let limit = self.strain_limit.then(StrainLimit::default);
         let config = SolverConfig {
             precision: self.precision,
             time_step: self.time_step(),
@@ -102,8 +104,13 @@ impl Scenario {
 
     /// The last state of a run from the start.
     pub(super) fn run(&self, backend: &dyn Backend) -> Result<State, Failure> {
+        self.run_from(backend, &Self::start(&self.model()))
+    }
+
+    /// The last state of a run from any state.
+    pub(super) fn run_from(&self, backend: &dyn Backend, start: &State) -> Result<State, Failure> {
         let mut solver = self.solver(backend)?;
-        solver.upload(&Self::start(&self.model()))?;
+        solver.upload(start)?;
         let contacts = self.advance(&mut *solver, self.substeps)?;
         // Without much contact the scenario would prove little.
         ensure(contacts >= u64::from(self.side), || format!("only {contacts} contacts"))?;

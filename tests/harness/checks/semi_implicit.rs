@@ -50,9 +50,10 @@ impl Solved {
         Ok(solution.into_iter().map(TrackedVector::exact).collect())
     }
 
-    fn surplus(&self, solution: &[TrackedVector], piece: &[usize]) -> Surplus {
-        let Case { model, state, .. } = &self.case;
-        angular_surplus(model, state, &self.forces, solution, self.substep.length, piece)
+    fn surplus(&self, solution: &[TrackedVector], piece: &[u32]) -> Surplus<Tracked> {
+        let (model, length) = (&self.case.model, self.substep.length);
+        let positions = self.case.particles().positions;
+        angular_surplus(model, &positions, &self.forces, solution, length, piece)
     }
 }
 
@@ -107,9 +108,10 @@ pub fn torque_correct(candidate: &Candidate, description: &Description) -> Verdi
     let after = solved.solution()?;
     let label = &candidate.label;
     for piece in pieces(&solved.case.model) {
-        let is_held = piece.iter().any(|&i| solved.case.state.held[i] != 0);
+        let is_held = piece.iter().any(|&i| solved.case.state.held[i as usize] != 0);
+        let particles = || piece.iter().map(|&i| i as usize);
         if is_held || piece.len() == 1 {
-            let same = piece.iter().all(|&i| before[i].values() == after[i].values());
+            let same = particles().all(|i| before[i].values() == after[i].values());
             ensure(same, || format!("{label}: the piece of particle {} changes", piece[0]))?;
             continue;
         }
@@ -128,8 +130,8 @@ pub fn torque_correct(candidate: &Candidate, description: &Description) -> Verdi
                 format!("{label}: momentum changes by {:e}, bound {bound:e}", linear.value)
             })?;
         }
-        for &i in &piece {
-            let arm = TrackedVector::exact(solved.case.state.positions[i]) - old.centre;
+        for i in particles() {
+            let arm = old.arm(TrackedVector::exact(solved.case.state.positions[i]));
             let radial = (after[i] - before[i]).dot(arm);
             let rounding = radial.error + arm.length().value * after[i].length().value;
             let bound = candidate.tolerance(Tracked { error: rounding, ..radial });

@@ -13,18 +13,10 @@ pub fn trajectory(candidate: &Candidate, description: &Description, substeps: us
     let case = description.case(candidate);
     let mut kernels = case.kernels(candidate)?;
     let mut expected = case.particles();
-    let epsilon = candidate.epsilon();
     for number in 0..substeps {
         let substep = &case.plan.substeps[number % case.plan.substeps.len()];
         kernels.explicit_substep(substep)?;
-        stages::explicit_substep(
-            &case.model,
-            &case.config,
-            &mut expected,
-            &case.plan,
-            substep,
-            epsilon,
-        );
+        stages::explicit_substep(&case.model, &case.config, &mut expected, &case.plan, substep);
     }
     super::motion::compare_state(candidate, &expected, &mut *kernels)
 }

@@ -24,6 +24,8 @@ pub struct Case {
     pub state: State,
     /// The frame.
     pub plan: FramePlan,
+    /// That of the candidate.
+    pub epsilon: f64,
 }
 
 /// Longest substep of a generated case \[s\].
@@ -105,7 +107,8 @@ impl Description {
             ..SolverConfig::default()
         };
         let plan = plan(&model, &state, time_step, &mut random);
-        Case { model: Arc::new(model), config, state: candidate.rounded(&state), plan }
+        let state = candidate.rounded(&state);
+        Case { model: Arc::new(model), config, state, plan, epsilon: candidate.epsilon() }
     }
 }
 
@@ -142,7 +145,7 @@ impl Case {
     /// The particles for the plain loops.
     #[must_use]
     pub fn particles(&self) -> Particles {
-        Particles::new(&self.model, &self.state)
+        Particles::new(&self.model, &self.state, self.epsilon)
     }
 
     /// A substep from the middle of the frame, so that its index matters.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use cloth_backend_reference::{Particles, Vector, contact_forces, contact_impulses};
 use cloth_core::{
     ColliderImpulse, ContactStatistics, ForceControl, ImplicitSettings, Kernels, Measures, Model,
     PinWrite, Result, SolverConfig, SolverReport, StageTime, State,
@@ -9,10 +10,6 @@ use cloth_core::{
 };
 
 use super::{Defect, Stage};
-use crate::{
-    stages::{self, Particles},
-    tracked::TrackedVector,
-};
 
 /// Kernels with a defect. The inner kernels have no way to change their forces, so that a wrong
 /// force is kept here and added when forces are read or integrated.
@@ -125,12 +122,11 @@ impl PerturbedKernels {
         pairs.truncate(1);
         let state = self.state()?;
         let model = self.inner.model().clone();
-        let mut particles = Particles::new(&model, &state);
-        let mut forces = vec![TrackedVector::ZERO; state.len()];
-        stages::contact_forces_of(&model, &mut particles, &pairs, &mut forces, f64::EPSILON);
+        let mut particles = Particles::new(&model, &state, f64::EPSILON);
+        let mut forces = vec![Vector::<f64>::ZERO; state.len()];
+        contact_forces(&model, &mut particles, &pairs, &mut forces);
         for (extra, force) in self.extra_forces.iter_mut().zip(&forces) {
-            let force = force.values();
-            *extra = std::array::from_fn(|k| extra[k] - force[k]);
+            *extra = std::array::from_fn(|k| extra[k] - force.0[k]);
         }
         Ok(())
     }
@@ -141,16 +137,11 @@ impl PerturbedKernels {
         self.inner.contact_pairs(&mut pairs)?;
         let model = self.inner.model().clone();
         let mut state = self.state()?;
-        let mut particles = Particles::new(&model, &state);
-        stages::contact_impulses_of(
-            &model,
-            &mut particles,
-            pairs.get(1..).unwrap_or_default(),
-            substep.length,
-            f64::EPSILON,
-        );
-        state.positions = particles.positions.iter().map(|x| x.values()).collect();
-        state.velocities = particles.velocities.iter().map(|v| v.values()).collect();
+        let mut particles = Particles::<f64>::new(&model, &state, f64::EPSILON);
+        let pairs = pairs.get(1..).unwrap_or_default();
+        contact_impulses(&model, &mut particles, pairs, substep.length);
+        state.positions = particles.positions.iter().map(|x| x.0).collect();
+        state.velocities = particles.velocities.iter().map(|v| v.0).collect();
         self.inner.state_write(&state)
     }
 }

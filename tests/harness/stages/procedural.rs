@@ -1,5 +1,6 @@
 //! NUMERICS §3: force fields given as expressions, each beside the same formula by hand.
 
+use cloth_backend_reference::{Number, Vector};
 use cloth_core::{Field, Model, stepper::Substep};
 
 use super::{ONE, Particles};
@@ -22,8 +23,8 @@ const FORMULAS: &[(&str, Formula)] = &[
     ("-m * x", |at| at.position.scaled(-at.mass)),
     ("let r = length(vec3(x.x, x.y, 0)); cross(vec3(0, 0, 3 * m), x) / (1 + r)", |at| {
         let [x, y, _] = at.position.0;
-        let radius = TrackedVector([x, y, Tracked::exact(0.0)]).length();
-        let axis = TrackedVector([0.0, 0.0, 3.0].map(Tracked::exact)).scaled(at.mass);
+        let radius = Vector([x, y, Tracked::exact(0.0)]).length();
+        let axis = Vector([0.0, 0.0, 3.0].map(Tracked::exact)).scaled(at.mass);
         axis.cross(at.position).divided(ONE + radius)
     }),
     ("0.02 * vec3(sin(10 * x.x + t), cos(x.y), exp(-dot(v, v)))", |at| {
@@ -35,7 +36,7 @@ const FORMULAS: &[(&str, Formula)] = &[
         ];
         let argument = -at.velocity.dot(at.velocity);
         let bell = function(argument, f64::exp, argument.value.exp(), 3.0 * argument.value.exp());
-        TrackedVector([sine, cosine, bell]).scaled(Tracked::rounded(0.02))
+        Vector([sine, cosine, bell]).scaled(Tracked::rounded(0.02))
     }),
     ("select(id < 15 and not (id == 3), m * log(1 + abs(x.z)) * v, dt * v.x ^ 3 * x)", |at| {
         if at.particle < 15 && at.particle != 3 {
@@ -51,13 +52,13 @@ const FORMULAS: &[(&str, Formula)] = &[
     }),
     ("m * vec3(noise(4 * x), noise(x + vec3(17.25, 0, t)), (x.y ^ 2 + 0.5) ^ 0.7)", |at| {
         let four = at.position.scaled(Tracked::exact(4.0));
-        let shift = TrackedVector([Tracked::exact(17.25), Tracked::exact(0.0), at.time]);
+        let shift = Vector([Tracked::exact(17.25), Tracked::exact(0.0), at.time]);
         let base = at.position.0[1] * at.position.0[1] + Tracked::rounded(0.5);
         let power = base.value.powf(0.7);
         let slope = 0.7 * power / base.value;
         let own = (6.0 + 2.0 * base.value.ln().abs()) * power;
         let power = function(base, |a| a.powf(0.7), slope, own);
-        TrackedVector([noise(four), noise(at.position + shift), power]).scaled(at.mass)
+        Vector([noise(four), noise(at.position + shift), power]).scaled(at.mass)
     }),
 ];
 

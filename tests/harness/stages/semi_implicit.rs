@@ -1,8 +1,8 @@
-//! NUMERICS §6: the constant system, and what the correction of the torque is to take back.
+//! NUMERICS §6: the constant system, and the pieces of cloth.
 
-use cloth_core::{Model, State};
+use cloth_core::Model;
 
-use super::{Particles, ZERO};
+use super::Particles;
 use crate::tracked::{Tracked, TrackedVector};
 
 /// W y - b for a solution y, zero but for rounding; zero too for held particles, which have no row.
@@ -42,7 +42,7 @@ pub fn semi_implicit_residual(
 
 /// Particles that springs join, each piece ascending; those alone are pieces of one.
 #[must_use]
-pub fn pieces(model: &Model) -> Vec<Vec<usize>> {
+pub fn pieces(model: &Model) -> Vec<Vec<u32>> {
     let mut label: Vec<usize> = (0..model.particle_count()).collect();
     // Labels sink along springs until none can: slow and plain.
     let mut sinks = true;
@@ -57,55 +57,8 @@ pub fn pieces(model: &Model) -> Vec<Vec<usize>> {
     }
     let mut pieces = vec![Vec::new(); label.len()];
     for (particle, &label) in label.iter().enumerate() {
-        pieces[label].push(particle);
+        pieces[label].push(particle as u32);
     }
     pieces.retain(|piece| !piece.is_empty());
     pieces
-}
-
-/// What a solution has beyond h times the forces, in a piece.
-#[derive(Clone, Copy, Debug)]
-pub struct Surplus {
-    /// Linear momentum.
-    pub linear: TrackedVector,
-    /// Angular momentum about the centre of mass.
-    pub angular: TrackedVector,
-    /// The centre of mass.
-    pub centre: TrackedVector,
-}
-
-/// Sums (m y - h f) and (x - c) x (m y - h f) over a piece.
-#[must_use]
-pub fn angular_surplus(
-    model: &Model,
-    state: &State,
-    forces: &[TrackedVector],
-    solution: &[TrackedVector],
-    length: f64,
-    piece: &[usize],
-) -> Surplus {
-    let length = Tracked::rounded(length);
-    let mut mass_sum = ZERO;
-    let mut centre = TrackedVector::ZERO;
-    // From the first particle on, as far from the origin the sum would lose digits.
-    let origin = TrackedVector::exact(state.positions[piece[0]]);
-    let offset = |i: usize| TrackedVector::exact(state.positions[i]) - origin;
-    for &i in piece {
-        let mass = Tracked::rounded(model.masses()[i]);
-        mass_sum += mass;
-        centre += offset(i).scaled(mass);
-    }
-    let centre = centre.divided(mass_sum);
-    let mut surplus = Surplus {
-        linear: TrackedVector::ZERO,
-        angular: TrackedVector::ZERO,
-        centre: origin + centre,
-    };
-    for &i in piece {
-        let mass = Tracked::rounded(model.masses()[i]);
-        let momentum = solution[i].scaled(mass) - forces[i].scaled(length);
-        surplus.linear += momentum;
-        surplus.angular += (offset(i) - centre).cross(momentum);
-    }
-    surplus
 }

@@ -54,7 +54,7 @@ fn stiffness_may_be_raised_by_a_million() {
 }
 
 /// A stiff cloth that nothing holds falls like a stone: filtering does not touch the mean. Forces of
-/// the size k eps L are lost in rounding, against the weight m g.
+/// the size k eps L are lost in rounding, against the weight m g: of two or three springs at a particle, in the worst order.
 #[test]
 fn a_stiff_cloth_falls_like_a_stone() {
     let (mass, stiffness, spacing) = (1e-4, 1e4, 0.02);
@@ -67,7 +67,7 @@ fn a_stiff_cloth_falls_like_a_stone() {
     for candidate in candidates_with(Feature::SemiImplicit) {
         let mut solver = solver_of(candidate, &model, 0.02, SEMI_IMPLICIT);
         let end = advance(&mut *solver, 25, 0.02);
-        let tolerance = candidate.epsilon() * stiffness * spacing / (mass * GRAVITY);
+        let tolerance = 2.0 * candidate.epsilon() * stiffness * spacing / (mass * GRAVITY);
         for velocity in &end.velocities {
             let error = (velocity[2] / (-0.5 * GRAVITY) - 1.0).abs();
             assert!(error < tolerance, "{}: {error:e} of {tolerance:e}", candidate.label);

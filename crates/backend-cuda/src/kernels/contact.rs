@@ -4,6 +4,7 @@ use cloth_core::{ContactStatistics, Result};
 
 use super::CudaKernels;
 use crate::{
+    forms::FrameForm,
     layout::{CudaReal, Status},
     queue::{Launch, argument},
 };
@@ -72,11 +73,13 @@ impl<T: CudaReal> CudaKernels<T> {
 
     /// Sets the counts back for a frame that comes next, where they are not yet.
     pub(super) fn frame_counts_begin(&mut self) -> Result<()> {
-        if self.memory.contact.is_none() {
+        let form = self.memory.frame_form;
+        // Blocks meet where stages follow the pass, and where there is contact.
+        if self.memory.contact.is_none() && form != FrameForm::Stages {
             return Ok(());
         }
         if self.counts != Counts::Clear {
-            self.counts_clear(self.memory.frame_counts_candidates(), false)?;
+            self.counts_clear(form.counts_candidates(), false)?;
         }
         self.counts = Counts::OfFrame;
         Ok(())
@@ -110,7 +113,7 @@ impl<T: CudaReal> CudaKernels<T> {
         self.status_book(&status);
         if self.counts == Counts::OfFrame {
             // Now, so that the frame that comes next need not wait for it.
-            self.counts_clear(self.memory.frame_counts_candidates(), true)?;
+            self.counts_clear(self.memory.frame_form.counts_candidates(), true)?;
             self.counts = Counts::Clear;
         } else {
             self.counts_clear(false, true)?;

@@ -8,12 +8,13 @@ use cloth_core::{
 use super::{CudaKernels, control_forces::Kick};
 use crate::{
     chain::{Chain, Link},
+    forms::FrameForm,
     layout::{ColliderData, CudaReal, SubstepData},
     memory::Memory,
     queue::{Buffer, Launch, argument},
 };
 
-/// Substeps that are done in one launch at most.
+/// Substeps that are collected at most.
 const BATCH_MAX: usize = 1024;
 
 /// What is to be done, and what may have to be done again.
@@ -43,7 +44,6 @@ struct OpenFrame<T> {
 #[derive(Clone, Copy)]
 struct QueuedSubstep<T> {
     data: SubstepData<T>,
-    length: f64,
     /// What comes before it.
     kick: Option<Kick<T>>,
 }
@@ -122,7 +122,7 @@ impl<T: CudaReal> CudaKernels<T> {
         self.tick += 1;
         let data = self.substep_data(substep, self.tick);
         let kick = self.frames.kick.take();
-        self.frames.pending.push(QueuedSubstep { data, length: substep.length, kick });
+        self.frames.pending.push(QueuedSubstep { data, kick });
         if self.frames.pending.len() == BATCH_MAX { self.frame_start() } else { Ok(()) }
     }
 
@@ -137,9 +137,8 @@ impl<T: CudaReal> CudaKernels<T> {
                 Some(open) => open.substeps.extend(&substeps),
                 None => {
                     self.saved_prepare()?;
-                    self.frames.keeps_first = self.has_whole_frames()
-                        && self.memory.frame_keeps_first()
-                        && substeps[0].kick.is_none();
+                    self.frames.keeps_first =
+                        self.memory.frame_form.keeps_first() && substeps[0].kick.is_none();
                     if !self.frames.keeps_first {
                         self.state_save()?;
                     }
@@ -212,30 +211,16 @@ impl<T: CudaReal> CudaKernels<T> {
         Ok(())
     }
 
-    /// Whether nothing comes between substeps or the parts of one.
-    fn has_whole_frames(&self) -> bool {
-        let impulses = self.memory.contact.as_ref().is_some_and(|contact| !contact.is_penalty());
-        !impulses && self.memory.colours.len() <= 1
-    }
-
-    /// All substeps, in one launch if nothing comes between them or between the parts of one.
+    /// All substeps, in one launch if nothing comes between them.
     fn substeps_run(&mut self, substeps: &[QueuedSubstep<T>]) -> Result<()> {
         let data: Vec<SubstepData<T>> = substeps.iter().map(|substep| substep.data).collect();
         Memory::<T>::grow_write(&self.memory.queue, &mut self.memory.substeps, &data)?;
         self.memory.data.substeps = self.memory.substeps.address();
-        if !self.has_whole_frames() {
-            for (number, QueuedSubstep { data, length, kick }) in substeps.iter().enumerate() {
-                if let Some(kick) = kick {
-                    self.kick_run(kick)?;
-                }
-                let last = number + 1 == substeps.len();
-                self.substep_in_parts((number as u32, last), data, *length)?;
-            }
-            return Ok(());
-        }
+        let most = self.memory.substeps_max;
         // Each run begins with a kick, or with the first substep.
         let mut next = self.memory.data.substeps;
-        for run in substeps.chunk_by(|_, next| next.kick.is_none()) {
+        let runs = substeps.chunk_by(|_, next| next.kick.is_none());
+        for run in runs.flat_map(|run| run.chunks(most)) {
             self.memory.data.substeps = next;
             next += (run.len() * size_of::<SubstepData<T>>()) as u64;
             if let Some(kick) = &run[0].kick {
@@ -255,9 +240,13 @@ impl<T: CudaReal> CudaKernels<T> {
             self.memory.data.position[2] = position.address();
             self.memory.data.velocity[2] = velocity.address();
         }
+        if self.memory.frame_form == FrameForm::Stages && self.model.has_passable_colliders() {
+            self.start_prepare()?;
+        }
         self.frame_submit(count)?;
+        self.memory.data.start_position = 0;
         self.memory.data.epoch += u64::from(count);
-        self.memory.data.present ^= count & 1;
+        self.memory.data.present ^= (count * self.memory.motions) & 1;
         if let (true, Some(saved)) = (keeps, &mut self.frames.saved) {
             self.memory.motion_exchange(first, saved);
         }
@@ -266,7 +255,7 @@ impl<T: CudaReal> CudaKernels<T> {
 
     /// Submits the kernel of so many substeps and the events around it.
     fn frame_submit(&mut self, count: u32) -> Result<()> {
-        let (module, launch) = (self.memory.frame_module, self.memory.frame);
+        let (module, launch) = (self.memory.frame_form.module(), self.memory.frame);
         let kernel = self.memory.kernel(module, "explicit_frame")?;
         let span = self.timing.span(&self.memory.queue, "explicit_substep")?;
         let data = self.memory.data;
@@ -280,65 +269,24 @@ impl<T: CudaReal> CudaKernels<T> {
         unsafe { self.frames.chain.submit(&self.memory.queue, &mut links) }
     }
 
-    /// One substep as a fused pass and the stages that come after it.
-    fn substep_in_parts(
-        &mut self,
-        (number, last): (u32, bool),
-        data: &SubstepData<T>,
-        length: f64,
-    ) -> Result<()> {
-        let launch = Launch::over(self.count());
-        let is_penalty = self.memory.contact.as_ref().is_some_and(|contact| contact.is_penalty());
-        if is_penalty {
-            self.stage("contact_candidates", |kernels| kernels.contacts_start(data.tick))?;
-            if last {
-                self.contacts_count()?;
-            }
-        }
-        if self.model.has_passable_colliders() {
-            self.start_copy()?;
-        }
-        self.stage("explicit_substep", |kernels| {
-            let name = ("explicit_substep", "explicit_pass");
-            kernels.start(name, launch, &[argument(&number)])
-        })?;
-        self.memory.swap();
-        if self.memory.contact.is_some() && !is_penalty {
-            self.stage("contact_candidates", |kernels| kernels.contacts_start(data.tick))?;
-            self.stage("contact_impulses", |kernels| kernels.impulses(length, data.step))?;
-        }
-        let sweeps = self.config.strain_limit.as_ref().map_or(0, |limit| limit.sweeps);
-        self.stage("strain_limit", |kernels| {
-            for _ in 0..sweeps {
-                for colour in 0..kernels.memory.colours.len() - 1 {
-                    kernels.colour_limit(length, data.step, colour)?;
-                }
-            }
-            Ok(())
-        })?;
-        if !self.model.colliders().is_empty() {
-            let launch = Launch::over(self.count());
-            let name = ("collider_response", "collider_response");
-            self.stage("collider_response", |kernels| {
-                kernels.start(name, launch, &[argument(&number)])
-            })?;
-            self.memory.data.start_position = 0;
-        }
+    /// Makes room for where particles are at the start of a substep, for colliders.
+    fn start_prepare(&mut self) -> Result<()> {
+        let (queue, n) = (&self.memory.queue, self.model.particle_count());
+        let start = match self.memory.start.take() {
+            Some(start) => start,
+            None => Buffer::zeros(queue, n)?,
+        };
+        self.memory.data.start_position = start.address();
+        self.memory.start = Some(start);
         Ok(())
     }
 
     /// Notes where particles are, for colliders.
     pub(super) fn start_copy(&mut self) -> Result<()> {
-        let (queue, n) = (&self.memory.queue, self.model.particle_count());
-        if self.memory.start.is_none() {
-            self.memory.start = Some(Buffer::zeros(queue, n)?);
-        }
         let present = self.memory.data.present as usize;
-        if let Some(start) = &mut self.memory.start {
-            start.copy_from(queue, &self.memory.position[present])?;
-            self.memory.data.start_position = start.address();
-        }
-        Ok(())
+        self.start_prepare()?;
+        let (queue, from) = (&self.memory.queue, &self.memory.position[present]);
+        self.memory.start.as_mut().map_or(Ok(()), |start| start.copy_from(queue, from))
     }
 
     /// Shortens the springs of a colour.

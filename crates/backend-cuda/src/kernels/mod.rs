@@ -137,7 +137,7 @@ impl<T: CudaReal> CudaKernels<T> {
             length: T::from_f64(substep.length),
             wind: substep.wind_velocity.map(T::from_f64),
             time: T::from_f64(substep.time),
-            padding: T::ZERO,
+            recovery: Self::recovery(substep.length),
         }
     }
 }

@@ -1,8 +1,6 @@
-//! Whether a model is one regular patch, whose springs join particles at most two apart along both sides.
+//! A regular patch in tiles.
 
-use std::collections::BTreeSet;
-
-use cloth_core::{Model, NONE};
+use cloth_core::{Model, NONE, RegularPatch};
 
 use super::SpringTables;
 
@@ -13,10 +11,7 @@ const GROUP_SIDES: [usize; 2] = [8, 4];
 /// How far springs may reach.
 const HALO: i64 = 2;
 
-/// Rows and columns to the later of 12 neighbours, as in `stencil.cuh`.
-const STENCIL: [[i64; 2]; 6] = [[0, 1], [0, 2], [1, -1], [1, 0], [1, 1], [2, 0]];
-
-/// The same for the later of 24 neighbours, in the order of their offsets, as in `shared/patch.cuh`.
+/// Rows and columns to the later of 24 neighbours, in the order of their offsets, as in `shared/patch.cuh`.
 const NEIGHBOURS: [[i64; 2]; 12] = [
     [0, 1],
     [0, 2],
@@ -42,57 +37,13 @@ pub(crate) struct Patch {
 impl Patch {
     /// The patch that a model is, if it is one.
     pub(crate) fn of(model: &Model) -> Option<Self> {
-        let n = model.particle_count();
-        let springs = model.springs();
-        let offsets: BTreeSet<u32> =
-            springs.iter().map(|spring| spring.particles[1] - spring.particles[0]).collect();
-        let beyond = i64::from(*offsets.iter().find(|&&offset| i64::from(offset) > HALO)?);
-        let columns = (beyond - HALO..=beyond + HALO)
-            .filter(|columns| *columns > 2 * HALO && n as i64 % columns == 0)
-            .find(|&columns| springs.iter().all(|spring| is_near(spring.particles, columns)))?;
-        Some(Self { columns: columns as usize, rows: n / columns as usize })
+        let RegularPatch { columns, rows } = RegularPatch::of(model)?;
+        Some(Self { columns, rows })
     }
 
-    /// The kinds of the springs to the later of 12 neighbours, if every particle has those that are within the patch, those
-    /// in one direction are of one kind, and none buckles.
+    /// The kinds of the springs to the later of 12 neighbours, as [`RegularPatch::stencil`] has them.
     pub(crate) fn stencil(&self, model: &Model) -> Option<[u32; 6]> {
-        // The sum of the forces that a particle starts from must not be a negative zero, which tells the negative of a
-        // zero from a zero.
-        let acceleration = model.uniform_acceleration();
-        if acceleration.iter().any(|&a| a == 0.0 && a.is_sign_negative()) {
-            return None;
-        }
-        // All are given the thickness of the first.
-        let mut thicknesses = model.cloths().iter().map(|cloth| cloth.thickness);
-        let first = thicknesses.next();
-        if thicknesses.any(|thickness| Some(thickness) != first) {
-            return None;
-        }
-        let springs = model.springs();
-        let mut kinds = [None; 6];
-        let mut counts = [0; 6];
-        for spring in springs.iter() {
-            let [a, b] = spring.particles.map(|particle| {
-                [particle as usize / self.columns, particle as usize % self.columns]
-                    .map(|place| place as i64)
-            });
-            let slot = STENCIL.iter().position(|&offset| offset == [b[0] - a[0], b[1] - a[1]])?;
-            if *kinds[slot].get_or_insert(spring.kind) != spring.kind {
-                return None;
-            }
-            counts[slot] += 1;
-        }
-        let mut found = [0; 6];
-        for (slot, [rows, columns]) in STENCIL.into_iter().enumerate() {
-            let [rows, columns] = [(self.rows, rows), (self.columns, columns)]
-                .map(|(side, offset)| side.saturating_sub(offset.unsigned_abs() as usize));
-            found[slot] = kinds[slot]?;
-            let buckles = springs.kinds()[found[slot] as usize].buckling().is_some();
-            if counts[slot] != rows * columns || buckles {
-                return None;
-            }
-        }
-        Some(found)
+        RegularPatch { columns: self.columns, rows: self.rows }.stencil(model)
     }
 
     /// The kinds of the springs to the later of 24 neighbours, in the order of the slots, if every particle has those that are
@@ -194,12 +145,6 @@ impl Patch {
     }
 }
 
-/// Whether two particles are near each other along both sides.
-fn is_near(particles: [u32; 2], columns: i64) -> bool {
-    let [a, b] = particles.map(i64::from);
-    (a % columns - b % columns).abs() <= HALO && (a / columns - b / columns).abs() <= HALO
-}
-
 #[cfg(test)]
 mod tests {
     use cloth_core::{Cloth, Geometry, GridPatch, MaterialPreset, ModelBuilder, Stencil};
@@ -219,36 +164,6 @@ mod tests {
             });
         }
         builder.build().unwrap()
-    }
-
-    #[test]
-    fn a_patch_is_recognised_by_its_springs() {
-        for stencil in [Stencil::Neighbours12, Stencil::Neighbours24] {
-            for [columns, rows] in [[40, 30], [7, 19], [33, 8]] {
-                let found = Patch::of(&model(&[[columns, rows]], stencil));
-                let expected = Patch { columns: columns as usize, rows: rows as usize };
-                assert_eq!(found, Some(expected));
-            }
-        }
-        assert_eq!(Patch::of(&model(&[[40, 30], [17, 20]], Stencil::Neighbours12)), None);
-    }
-
-    #[test]
-    fn a_patch_of_one_kind_of_cloth_has_a_stencil() {
-        let find = |patches: &[[u32; 2]], stencil| {
-            let model = model(patches, stencil);
-            (Patch::of(&model).and_then(|patch| patch.stencil(&model)), model)
-        };
-        for [columns, rows] in [[40, 30], [7, 19], [33, 8]] {
-            let (found, model) = find(&[[columns, rows]], Stencil::Neighbours12);
-            let lengths = found.unwrap().map(|kind| {
-                (model.springs().kinds()[kind as usize].rest_length / 0.02).powi(2).round() as u32
-            });
-            assert_eq!(lengths, [1, 4, 2, 1, 2, 4]);
-            assert_eq!(find(&[[columns, rows]], Stencil::Neighbours24).0, None);
-        }
-        // The last row of one cloth is not joined to the first of the next.
-        assert_eq!(find(&[[40, 30], [40, 20]], Stencil::Neighbours12).0, None);
     }
 
     #[test]

@@ -1,8 +1,11 @@
 //! The springs that are strain limited, by colours.
 
-use cloth_core::{Model, SpringColouring, StrainLimit};
+use cloth_core::{ColourRegions, Model, SpringColouring, StrainLimit};
 
 use crate::layout::CudaReal;
+
+/// Particles of a region, at least.
+const REGION_MIN: usize = 32;
 
 /// The tables of `strain_limit.cu`.
 #[derive(Debug)]
@@ -13,14 +16,23 @@ pub(crate) struct StrainTables<T> {
     pub(crate) colours: Vec<u32>,
     /// Largest length of each kind \[m\].
     pub(crate) longest: Vec<T>,
+    pub(crate) sweeps: u32,
+    colouring: SpringColouring,
 }
 
 impl<T: CudaReal> StrainTables<T> {
     pub(crate) fn new(model: &Model, limit: Option<&StrainLimit>) -> Self {
-        let mut tables = Self { springs: Vec::new(), colours: vec![0], longest: Vec::new() };
+        let mut tables = Self {
+            springs: Vec::new(),
+            colours: vec![0],
+            longest: Vec::new(),
+            sweeps: 0,
+            colouring: SpringColouring::default(),
+        };
         let Some(limit) = limit else { return tables };
         let springs = model.springs();
         let colouring = SpringColouring::greedy(springs, model.particle_count(), &limit.classes);
+        tables.sweeps = limit.sweeps;
         for colour in 0..colouring.len() {
             let entries = colouring.colour(colour).iter().map(|&[i, j, kind]| [i, j, kind, 0]);
             tables.springs.extend(entries);
@@ -30,6 +42,20 @@ impl<T: CudaReal> StrainTables<T> {
             T::from_f64(limit.ratio) * T::from_f64(kind.rest_length)
         };
         tables.longest = springs.kinds().iter().map(longest).collect();
+        tables.colouring = colouring;
         tables
+    }
+
+    /// Regions of so many particles that blocks sweep over one at a time, or of fewer if these depend on more than `most`; none if they always do.
+    pub(crate) fn regions(&self, model: &Model, size: usize, most: usize) -> ColourRegions {
+        let count = model.particle_count();
+        let sizes = std::iter::successors(Some(size), |&size| {
+            (size > REGION_MIN).then(|| (size / 2).next_multiple_of(REGION_MIN))
+        });
+        let made = sizes.map(|size| {
+            let order = model.particle_groups(size);
+            ColourRegions::new(&self.colouring, &order, size, most, count)
+        });
+        made.flatten().next().unwrap_or_default()
     }
 }

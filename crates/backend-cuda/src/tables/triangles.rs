@@ -7,9 +7,7 @@ use cloth_core::Model;
 pub(crate) struct TriangleTables {
     /// Where the triangles of each particle start, length n + 1.
     pub(crate) rows: Vec<u32>,
-    /// The triangles of each particle, ascending.
-    pub(crate) entries: Vec<u32>,
-    /// Corners and cloth.
+    /// The triangles of each particle, ascending: corners and cloth. Who gathers from them reads one after the other.
     pub(crate) triangles: Vec<[u32; 4]>,
 }
 
@@ -23,19 +21,17 @@ impl TriangleTables {
             rows[i + 1] += rows[i];
         }
         let mut next = rows.clone();
-        let mut entries = vec![0; 3 * model.triangles().len()];
-        let mut triangles = Vec::with_capacity(model.triangles().len());
+        let mut triangles = vec![[0; 4]; 3 * model.triangles().len()];
         for (number, cloth) in model.cloths().iter().enumerate() {
             for t in cloth.triangles.clone() {
                 let [a, b, c] = model.triangles()[t as usize];
-                triangles.push([a, b, c, number as u32]);
                 for vertex in [a, b, c] {
                     let slot = &mut next[vertex as usize];
-                    entries[*slot as usize] = t;
+                    triangles[*slot as usize] = [a, b, c, number as u32];
                     *slot += 1;
                 }
             }
         }
-        Self { rows, entries, triangles }
+        Self { rows, triangles }
     }
 }

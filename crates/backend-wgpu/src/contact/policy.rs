@@ -48,7 +48,7 @@ const MARGIN: f64 = 2.0;
 /// another form, and have longer regions and fewer opportunities to build the list. Measured on an H200: with 800 groups
 /// regions for 48 substeps and an opportunity every 32 take 8 % less than 32 and 16, which took 12 to 16 % less than 20 and
 /// 8; with 32,768, regions for 48 substeps doubled the time of a frame.
-const GROUPS_WIDE: u32 = 1024;
+pub(crate) const GROUPS_WIDE: u32 = 1024;
 
 /// How long a list is made for.
 #[derive(Clone, Copy, Debug)]

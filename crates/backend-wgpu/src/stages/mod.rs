@@ -28,7 +28,7 @@ use crate::{
     dispatch::{Groups, MEASURE_BLOCK, WORKGROUP, groups, solve_blocks},
     fault::BACKEND,
     figures::Figures,
-    layout,
+    forms, layout,
     linear::{SolvePolicy, linear_check},
     procedural,
     readback::Readback,
@@ -64,6 +64,8 @@ pub(crate) struct Stages {
     control_forces: control_forces::InEffect,
     /// Whether one kernel does the composite stage; false on a device that cannot bind enough buffers.
     is_fused: bool,
+    /// Whether the model has nothing that the form of the fused substep for few groups does not take.
+    takes_wide: bool,
     /// Whether two kernels do all of an implicit substep but its iterations.
     is_step_fused: bool,
     has_force: bool,
@@ -179,6 +181,7 @@ impl Stages {
             held: vec![false; model.particle_count()],
             control_forces: control_forces::InEffect::default(),
             is_fused: true,
+            takes_wide: forms::takes(forms::SUBSTEP_WIDE, &model, config),
             is_step_fused: false,
             has_force: false,
             has_start: false,
@@ -329,7 +332,9 @@ impl Stages {
 
     /// Whether the fused substep is in the form for few groups.
     fn is_wide(&self) -> bool {
-        self.is_penalty() && self.contact.as_ref().is_some_and(ContactPolicy::is_wide)
+        self.is_penalty()
+            && self.takes_wide
+            && self.contact.as_ref().is_some_and(ContactPolicy::is_wide)
     }
 
     fn kernel(&mut self, name: &'static str) -> Result<Arc<Kernel>> {

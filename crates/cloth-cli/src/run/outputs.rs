@@ -251,7 +251,11 @@ impl<'a> Outputs<'a> {
             }
             for path in report.files {
                 say::detail(format_args!("wrote `{}`", path.display()));
-                files.push(format!("`{}`", path.display()));
+                let file = format!("`{}`", path.display());
+                // Caches of several formats share their meshes.
+                if !files.contains(&file) {
+                    files.push(file);
+                }
             }
         }
         // What there is of the frames is worth having, with an error too.

@@ -2,12 +2,15 @@
 
 use std::{
     collections::BTreeMap,
-    fs::{self, File, OpenOptions},
+    fs::{File, OpenOptions},
     io::{self, Write, stdout},
     path::{Path, PathBuf},
 };
 
-use cloth::{Measures, SolverReport, StepReport, TimeStepChange, TimeStepReason, io::file_replace};
+use cloth::{
+    Measures, SolverReport, StepReport, TimeStepChange, TimeStepReason,
+    io::{file_read, file_replace},
+};
 use serde::Serialize;
 
 use crate::failure::{Failure, ReadError, WriteError};
@@ -176,7 +179,7 @@ impl ReportWriter {
 
 /// Cuts the file after its first `count` lines; a missing file has none.
 fn lines_keep(path: &Path, count: u64) -> Result<(), Failure> {
-    let text = match fs::read(path) {
+    let text = match file_read(path, u64::MAX) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
         result => result.map_err(ReadError::of(path))?,
     };
@@ -188,6 +191,8 @@ fn lines_keep(path: &Path, count: u64) -> Result<(), Failure> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

@@ -5,7 +5,7 @@ use std::{fs, path::Path};
 use cloth::scene::{CompileOptions, Scene};
 use toml::{Table, Value};
 
-use super::{RunFolder, meshes};
+use super::{RunFolder, meshes, text_read};
 use crate::failure::{Failure, ReadError};
 
 /// The one thing that a run may do longer or shorter than it began.
@@ -36,7 +36,7 @@ impl RunFolder {
         accepted: bool,
     ) -> Result<Option<String>, Failure> {
         let path = self.scene();
-        let before = fs::read_to_string(&path).map_err(ReadError::of(&path))?;
+        let before = text_read(&path).map_err(ReadError::of(&path))?;
         let (now, _) = meshes::rewritten(scene, options)?;
         // A folder of a version that named meshes where they were is not told apart from a change of their names.
         let Some(changes) = changes(&before, &now).map_err(|problem| {

@@ -7,11 +7,14 @@ use std::{
     path::{Component, Path, PathBuf},
 };
 
-use cloth::scene::{CompileOptions, Scene};
+use cloth::{
+    io::file_read,
+    scene::{CompileOptions, Scene},
+};
 use percent_encoding::percent_decode_str;
 use toml::{Table, Value};
 
-use super::text_write;
+use super::{text_read, text_write};
 use crate::failure::{Failure, ReadError, WriteError};
 
 /// Folder of the meshes.
@@ -112,7 +115,7 @@ pub(super) fn copy(files: &[Copy], root: &Path) -> Result<(), Failure> {
 
 /// Removes the meshes of an earlier run, which its scene names.
 pub(super) fn remove(root: &Path) -> Result<(), WriteError> {
-    let Ok(text) = fs::read_to_string(root.join("scene.toml")) else { return Ok(()) };
+    let Ok(text) = text_read(&root.join("scene.toml")) else { return Ok(()) };
     let Ok(mut table) = text.parse::<Table>() else { return Ok(()) };
     let mut folders = BTreeSet::new();
     for (_, value) in &mut table {
@@ -137,7 +140,7 @@ pub(super) fn remove(root: &Path) -> Result<(), WriteError> {
 /// Files beside a glTF mesh with its numbers, by their relative paths; those of other meshes are in one file.
 fn buffers(mesh: &Path) -> Vec<PathBuf> {
     let is_gltf = mesh.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gltf"));
-    let text = if is_gltf { fs::read(mesh).unwrap_or_default() } else { Vec::new() };
+    let text = if is_gltf { file_read(mesh, u64::MAX).unwrap_or_default() } else { Vec::new() };
     let Ok(json) = serde_json::from_slice::<serde_json::Value>(&text) else { return Vec::new() };
     let buffers = json["buffers"].as_array().into_iter().flatten();
     let names = buffers.filter_map(|buffer| {

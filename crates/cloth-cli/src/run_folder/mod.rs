@@ -12,7 +12,7 @@ use std::{
 };
 
 use cloth::{
-    io::{FrameFormat, file_replace, output_check, parts_remove},
+    io::{FrameFormat, file_read, file_replace, output_check, parts_remove},
     scene::{CompileOptions, Scene},
 };
 
@@ -224,6 +224,14 @@ pub(crate) fn file_remove(path: &Path) -> Result<(), WriteError> {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(WriteError::of(path)(error)),
         _ => Ok(()),
     }
+}
+
+/// The text of a file in the folder of a run; nothing is read of what is no file, or longer than any scene.
+fn text_read(path: &Path) -> io::Result<String> {
+    /// Bytes.
+    const MOST: u64 = 1 << 28;
+    let bytes = file_read(path, MOST)?;
+    String::from_utf8(bytes).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
 }
 
 /// Writes `text` into a file that is complete or as it was.

@@ -1,11 +1,11 @@
 //! How a run writes what it computes, kept for the run that continues it.
 
-use std::{fs, io, num::NonZeroUsize, path::Path};
+use std::{io, num::NonZeroUsize, path::Path};
 
 use cloth::io::FrameFormat;
 use serde::{Deserialize, Serialize};
 
-use super::{FolderError, RunFolder, text_write};
+use super::{FolderError, RunFolder, text_read, text_write};
 use crate::{
     arguments::{FormatList, PictureSize, RunArguments},
     failure::{Failure, ReadError},
@@ -67,7 +67,7 @@ impl RunSettings {
     /// What the run in `folder` had, if it says so.
     fn read(folder: &RunFolder) -> Result<Option<Self>, Failure> {
         let path = folder.root.join(FILE);
-        let text = match fs::read_to_string(&path) {
+        let text = match text_read(&path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             text => text.map_err(ReadError::of(&path))?,
         };
@@ -105,6 +105,8 @@ impl RunSettings {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

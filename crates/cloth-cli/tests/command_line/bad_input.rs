@@ -102,6 +102,41 @@ fn a_limit_on_address_space_is_answered_in_a_sentence() {
     assert_eq!(outcomes[4].0, Some(0), "{}", outcomes[4].1);
 }
 
+/// The peak of the resident memory of a run is what `check` names, whatever solves the scene.
+#[cfg(target_os = "linux")]
+#[test]
+fn memory_that_is_named_is_the_memory_taken() {
+    let contact =
+        "[contact]\ndistance = 0.04\nresponse.penalty = { stiffness = 10, damping = 0.01 }\n";
+    for (solver, contact) in [("explicit", ""), ("explicit", contact), ("implicit", "")] {
+        let scene = TINY
+            .replace("columns = 6, rows = 6", "columns = 450, rows = 450")
+            .replace("frames_per_second = 30", "frames_per_second = 1000")
+            .replace("time_step = 1e-3", &format!("time_step = 5e-4\nsolver = \"{solver}\""))
+            .replace("frames = 3", "frames = 2");
+        let place = Place::with("scene.toml", scene + contact);
+        let said = place.succeeds(&["check", "scene.toml"]);
+        let named = said.lines().find_map(|line| line.strip_prefix("memory       about ")).unwrap();
+        let named: f64 = named.strip_suffix(" MiB").unwrap().parse().unwrap();
+        let run = ["run", "scene.toml", "--backend", "cpu", "--format", "none", "--out", "o", "-q"];
+        let mut child = place.start(&run);
+        let mut peak = 0.0_f64;
+        // The high-water mark only grows: the last one that is seen is that of the run, but for its end.
+        while child.try_wait().unwrap().is_none() {
+            let status = std::fs::read_to_string(format!("/proc/{}/status", child.id()));
+            let mark = status.unwrap_or_default();
+            let mark = mark.lines().find_map(|line| {
+                line.strip_prefix("VmHWM:")?.split_whitespace().next()?.parse::<f64>().ok()
+            });
+            peak = peak.max(mark.unwrap_or(0.0) / 1024.0);
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+        assert!(child.wait().unwrap().success());
+        let ratio = peak / named;
+        assert!((0.85..1.15).contains(&ratio), "{solver} {contact}: {peak:.0} of {named} MiB");
+    }
+}
+
 /// A scene whose mesh is the text of an OBJ file.
 #[track_caller]
 fn mesh_refused(mesh: &str, parts: &[&str]) {
@@ -233,6 +268,35 @@ fn damaged_checkpoints() {
     resume_refused(&place, &[], &["cannot read checkpoint", mend]);
     place.write("o/checkpoint.bin", &good);
     place.succeeds(&["run", "tiny.toml", "--out", "o", "--format", "none", "--resume"]);
+}
+
+/// A pipe in the place of a file of the run is no reason to wait for ever, and a device none to read without end.
+#[cfg(unix)]
+#[test]
+fn what_a_run_reads_back_must_be_a_regular_file() {
+    for file in ["checkpoint.bin", "frames.bin", "scene.toml", "run.json", "report.jsonl"] {
+        for is_pipe in [true, false] {
+            let place = checkpointed();
+            let path = place.path("o").join(file);
+            std::fs::remove_file(&path).unwrap();
+            if is_pipe {
+                let made = std::process::Command::new("mkfifo").arg(&path).status();
+                assert!(made.unwrap().success());
+            } else {
+                std::os::unix::fs::symlink("/dev/zero", &path).unwrap();
+            }
+            let run = ["run", "tiny.toml", "--out", "o", "--format", "none", "--resume"];
+            let message = place.fails(3, &run);
+            assert!(message.contains(file), "{message}");
+        }
+    }
+    // Converting reads them, too.
+    let place = checkpointed();
+    let path = place.path("o/frames.bin");
+    std::fs::remove_file(&path).unwrap();
+    assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+    let message = place.fails(3, &["convert", "o", "o.npz"]);
+    assert!(message.contains("not a regular file"), "{message}");
 }
 
 #[test]

@@ -8,5 +8,6 @@ mod commands;
 mod fysl;
 mod honesty;
 mod place;
+mod rope;
 mod run;
 mod solvers;

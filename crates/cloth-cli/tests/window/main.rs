@@ -85,7 +85,11 @@ impl Session {
             .args(arguments)
             .current_dir(folder.path())
             .env("DISPLAY", &display)
+            // Drivers complain where there is none.
+            .env_remove("XDG_RUNTIME_DIR")
+            .env_remove("NODEVICE_SELECT")
             .env_remove("WAYLAND_DISPLAY")
+            .stderr(fs::File::create(folder.path().join("stderr")).unwrap())
             .spawn()
             .unwrap();
         let mut session = Self { screen, display, program, window: String::new(), folder };
@@ -131,12 +135,11 @@ impl Session {
     }
 
     /// Goes to a place of the picture: 0 to 1 from left to right and from top to bottom.
-    fn pointer_to(&self, x: f64, y: f64) {
+    fn pointer_to(&mut self, x: f64, y: f64) {
         let line = self.last().unwrap();
         let edge = |k: usize| line["picture"][k].as_f64().unwrap();
         let place = [edge(0) + x * (edge(2) - edge(0)), edge(1) + y * (edge(3) - edge(1))];
-        let [x, y] = place.map(|p| format!("{}", p.round()));
-        self.xdotool(&["mousemove", "--window", &self.window, &x, &y]);
+        self.go(place);
     }
 
     /// Presses the mouse on a widget of the panel, at this share of its width, and drags it to the right \[pixel\].
@@ -144,29 +147,39 @@ impl Session {
         let line = self.wait(name, |line| line["widgets"][name].is_array());
         let edge = |k: usize| line["widgets"][name][k].as_f64().unwrap();
         let place = [edge(0) + share * (edge(2) - edge(0)), 0.5 * (edge(1) + edge(3))];
-        let go = |x: f64| {
-            let [x, y] = [x, place[1]].map(|p| format!("{}", p.round()));
-            self.xdotool(&["mousemove", "--window", &self.window, &x, &y]);
-            std::thread::sleep(Duration::from_millis(120));
+        self.go(place);
+        self.press("1", true);
+        for part in 1..=6 {
+            self.go([place[0] + right * f64::from(part) / 6.0, place[1]]);
+        }
+        self.press("1", false);
+    }
+
+    /// Moves the pointer, and waits until the window has seen it there: a window that is slow must not find a whole drag
+    /// in one picture.
+    fn go(&mut self, place: [f64; 2]) {
+        let place = place.map(f64::round);
+        let [x, y] = place.map(|p| p.to_string());
+        self.xdotool(&["mousemove", "--window", &self.window, &x, &y]);
+        let is_near = |line: &Value, k: usize| {
+            line["pointer"][k].as_f64().is_some_and(|found| (found - place[k]).abs() < 1.5)
         };
-        go(place[0]);
-        self.xdotool(&["mousedown", "1"]);
-        std::thread::sleep(Duration::from_millis(120));
-        (1..=6).for_each(|part| go(place[0] + right * f64::from(part) / 6.0));
-        self.xdotool(&["mouseup", "1"]);
+        self.wait("the pointer", |line| is_near(line, 0) && is_near(line, 1));
+    }
+
+    /// Presses a button of the mouse or lets it go, and waits until the window has seen it.
+    fn press(&mut self, button: &str, down: bool) {
+        self.xdotool(&[if down { "mousedown" } else { "mouseup" }, button]);
+        self.wait("the button of the mouse", |line| line["pressed"] == down);
     }
 
     /// Clicks on a widget of the panel or a window.
     fn click(&mut self, name: &str) {
         let line = self.wait(name, |line| line["widgets"][name].is_array());
         let edge = |k: usize| line["widgets"][name][k].as_f64().unwrap();
-        let [x, y] = [0.5 * (edge(0) + edge(2)), 0.5 * (edge(1) + edge(3))]
-            .map(|place| format!("{}", place.round()));
-        self.xdotool(&["mousemove", "--window", &self.window, &x, &y]);
-        std::thread::sleep(Duration::from_millis(60));
-        self.xdotool(&["mousedown", "1"]);
-        std::thread::sleep(Duration::from_millis(60));
-        self.xdotool(&["mouseup", "1"]);
+        self.go([0.5 * (edge(0) + edge(2)), 0.5 * (edge(1) + edge(3))]);
+        self.press("1", true);
+        self.press("1", false);
     }
 
     fn screenshot(&mut self) -> image::RgbImage {
@@ -376,6 +389,30 @@ fn kept_frames_are_scrubbed_while_the_simulation_stays_where_it_is() {
     });
 }
 
+/// What the window says is said on stderr, too, as loud as is asked for.
+#[test]
+#[cfg_attr(not(feature = "viewer"), ignore = "needs the feature viewer")]
+fn messages_are_said_on_stderr_as_loud_as_is_asked_for() {
+    for (level, info) in [("--quiet", false), ("--verbose", true)] {
+        let mut session = Session::open(None, &["--paused", level]);
+        session.key("s");
+        session.wait("a screenshot", |line| {
+            line["message"].as_str().is_some_and(|message| message.starts_with("screenshot"))
+        });
+        session.key("o");
+        session.wait("a line to type in", |line| line["typing"] == true);
+        session.xdotool(&["type", "nowhere"]);
+        session.key("Return");
+        session.wait("a refusal", |line| line["error"] == true);
+        let said = fs::read_to_string(session.folder.path().join("stderr")).unwrap();
+        let has = |start: &str| said.lines().any(|line| line.starts_with(start));
+        assert!(has("error: ") && said.contains("nowhere"), "{level}: {said}");
+        assert_eq!(has("screenshot "), info, "{level}: {said}");
+        // Nothing else has a word there, unless it was asked for.
+        assert!(info || said.lines().all(|line| line.starts_with("error: scene")), "{said}");
+    }
+}
+
 /// Whatever is said, widgets stay where they are; and an error is red.
 #[test]
 #[cfg_attr(not(feature = "viewer"), ignore = "needs the feature viewer")]
@@ -462,10 +499,9 @@ fn the_pointer_pulls_pins_and_turns() {
     session.wait("it runs", |line| frame(line) > 2);
     // The sheet is in the middle.
     session.pointer_to(0.5, 0.5);
-    session.xdotool(&["mousedown", "1"]);
+    session.press("1", true);
     for step in 1..=6 {
         session.pointer_to(0.5 + 0.01 * f64::from(step), 0.5);
-        std::thread::sleep(Duration::from_millis(40));
     }
     let pulled = session.wait("it is pulled towards the pointer", |line| {
         let place = |k: usize| -> Option<[f64; 3]> {
@@ -477,21 +513,23 @@ fn the_pointer_pulls_pins_and_turns() {
         target[0] > 0.1 && at[0] > 0.5 * target[0]
     });
     assert!(pulled["grabbed"][0].is_u64());
-    session.xdotool(&["mouseup", "1"]);
+    session.press("1", false);
     session.wait("it is let go", |line| line["grabbed"].is_null());
 
     session.pointer_to(0.5, 0.5);
-    session.xdotool(&["keydown", "ctrl", "click", "1", "keyup", "ctrl"]);
+    session.xdotool(&["keydown", "ctrl"]);
+    session.press("1", true);
+    session.press("1", false);
+    session.xdotool(&["keyup", "ctrl"]);
     session.wait("one more is held", |line| held(line) == 3);
 
     let eye = session.last().unwrap()["eye"].clone();
     session.pointer_to(0.2, 0.8);
-    session.xdotool(&["mousedown", "3"]);
+    session.press("3", true);
     for step in 1..=5 {
         session.pointer_to(0.2 + 0.03 * f64::from(step), 0.8);
-        std::thread::sleep(Duration::from_millis(40));
     }
-    session.xdotool(&["mouseup", "3"]);
+    session.press("3", false);
     session.wait("the camera turned", |line| line["eye"] != eye);
 }
 

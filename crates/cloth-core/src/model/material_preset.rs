@@ -26,10 +26,6 @@ pub struct MaterialPreset {
     pub thickness: f64,
 }
 
-/// Ratio of the spring damping to the critical damping of one particle on one spring. Measured
-/// values of this kind are not published; a twentieth lets a patch ring for a few periods.
-const DAMPING_RATIO: f64 = 0.05;
-
 impl MaterialPreset {
     /// A T-shirt.
     pub const JERSEY: Self = Self {
@@ -110,10 +106,8 @@ impl MaterialPreset {
     #[must_use]
     pub fn material(&self, spacing: f64) -> Material {
         let particle_mass = self.mass_per_area * spacing * spacing;
-        let coefficients = |stiffness: f64| SpringCoefficients {
-            stiffness,
-            damping: DAMPING_RATIO * 2.0 * (stiffness * particle_mass).sqrt(),
-        };
+        let coefficients =
+            |stiffness| SpringCoefficients::with_usual_damping(stiffness, particle_mass);
         Material {
             mass: Mass::PerArea(self.mass_per_area),
             stretch: coefficients(0.5 * (self.tensile[0] + self.tensile[1])),

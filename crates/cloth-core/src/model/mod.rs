@@ -8,6 +8,7 @@ mod collider;
 mod contact;
 mod distance_grid;
 mod environment;
+mod features;
 mod fingerprint;
 mod geometry;
 mod groups;
@@ -16,6 +17,7 @@ mod material;
 mod material_preset;
 mod piece_blocks;
 mod range;
+mod regular_patch;
 mod springs;
 mod stability;
 mod strain;
@@ -30,14 +32,16 @@ pub use collider::{Collider, ColliderShape, Pose};
 pub use contact::{ContactResponse, SelfContact};
 pub use distance_grid::{DistanceGrid, GridSets};
 pub use environment::{Air, Field, Gust};
+pub use features::{ContactFeature, Feature, FeatureSet, ModelFeatures, ModelShape};
 pub use geometry::{Geometry, GridPatch, NetworkSpring, SpringNetwork, Stencil};
 pub use interactions::{
-    BlockDependencies, Colouring, InteractionKind, InteractionList, Interactions, Neighbours,
-    SpringColouring,
+    BlockDependencies, ColourRegion, ColourRegions, Colouring, InteractionKind, InteractionList,
+    Interactions, Neighbours, SpringColouring,
 };
 pub use material::{Aerodynamics, BendModel, Mass, Material, SpringCoefficients};
 pub use material_preset::MaterialPreset;
 pub use piece_blocks::PieceBlocks;
+pub use regular_patch::RegularPatch;
 pub use springs::{Spring, SpringClass, SpringKind, SpringRows, Springs};
 pub use winged_edge::{NONE, WingedEdge, WingedEdges};
 

@@ -35,17 +35,37 @@ impl WingedEdges {
     /// # Errors
     /// The [`ModelError`] of the first defect found, with its index; `cloth` is the name used in it.
     pub fn build(mesh: &TriangleMesh, cloth: &str) -> Result<Self, ModelError> {
-        triangles_check(mesh, cloth)?;
+        triangles_check(mesh.positions.len(), &mesh.triangles, cloth, |triangle| {
+            is_degenerate(triangle.map(|vertex| mesh.positions[vertex as usize]))
+        })?;
+        Self::join(&mesh.triangles, cloth)
+    }
+
+    /// The same where it does not matter how the triangles lie in space, as for a cloth whose rest shape is a pattern: their area
+    /// is not looked at.
+    ///
+    /// # Errors
+    /// As [`Self::build`].
+    pub fn of_triangles(
+        vertices: usize,
+        triangles: &[[u32; 3]],
+        cloth: &str,
+    ) -> Result<Self, ModelError> {
+        triangles_check(vertices, triangles, cloth, |_| false)?;
+        Self::join(triangles, cloth)
+    }
+
+    fn join(triangles: &[[u32; 3]], cloth: &str) -> Result<Self, ModelError> {
         // One entry for each side of each triangle: the edge, then the triangle and its corner.
-        let mut sides: Vec<([u32; 2], u32, u8)> = Vec::with_capacity(3 * mesh.triangles.len());
-        for (t, triangle) in mesh.triangles.iter().enumerate() {
+        let mut sides: Vec<([u32; 2], u32, u8)> = Vec::with_capacity(3 * triangles.len());
+        for (t, triangle) in triangles.iter().enumerate() {
             for corner in 0..3 {
                 let [a, b] = [triangle[corner], triangle[(corner + 1) % 3]];
                 sides.push(([a.min(b), a.max(b)], t as u32, corner as u8));
             }
         }
         sides.sort_unstable();
-        let mut triangle_edges = vec![[NONE; 3]; mesh.triangles.len()];
+        let mut triangle_edges = vec![[NONE; 3]; triangles.len()];
         let mut edges = Vec::with_capacity(sides.len() / 2);
         for group in sides.chunk_by(|a, b| a.0 == b.0) {
             let edge_vertices = group[0].0;
@@ -59,7 +79,7 @@ impl WingedEdges {
             let mut edge =
                 WingedEdge { vertices: edge_vertices, triangles: [NONE; 2], opposite: [NONE; 2] };
             for &(_, t, corner) in group {
-                let triangle = mesh.triangles[t as usize];
+                let triangle = triangles[t as usize];
                 let corner = corner as usize;
                 let way = usize::from(triangle[corner] != edge_vertices[0]);
                 if edge.triangles[way] != NONE {
@@ -93,19 +113,19 @@ impl WingedEdges {
     }
 }
 
-fn triangles_check(mesh: &TriangleMesh, cloth: &str) -> Result<(), ModelError> {
-    let vertices = mesh.positions.len();
+fn triangles_check(
+    vertices: usize,
+    triangles: &[[u32; 3]],
+    cloth: &str,
+    is_degenerate: impl Fn([u32; 3]) -> bool,
+) -> Result<(), ModelError> {
     let cloth = || cloth.to_owned();
-    if vertices == 0 || mesh.triangles.is_empty() {
-        return Err(ModelError::MeshEmpty {
-            cloth: cloth(),
-            vertices,
-            triangles: mesh.triangles.len(),
-        });
+    if vertices == 0 || triangles.is_empty() {
+        return Err(ModelError::MeshEmpty { cloth: cloth(), vertices, triangles: triangles.len() });
     }
     let mut used = vec![false; vertices];
-    let mut keys: Vec<([u32; 3], u32)> = Vec::with_capacity(mesh.triangles.len());
-    for (t, &triangle) in mesh.triangles.iter().enumerate() {
+    let mut keys: Vec<([u32; 3], u32)> = Vec::with_capacity(triangles.len());
+    for (t, &triangle) in triangles.iter().enumerate() {
         for vertex in triangle {
             let Some(used) = used.get_mut(vertex as usize) else {
                 return Err(ModelError::TriangleOutOfRange {
@@ -126,7 +146,7 @@ fn triangles_check(mesh: &TriangleMesh, cloth: &str) -> Result<(), ModelError> {
                 vertex: pair[0],
             });
         }
-        if is_degenerate(triangle.map(|vertex| mesh.positions[vertex as usize])) {
+        if is_degenerate(triangle) {
             return Err(ModelError::TriangleDegenerate { cloth: cloth(), triangle: t });
         }
         keys.push((key, t as u32));

@@ -95,6 +95,7 @@ impl PictureAnimation {
             texture: mesh.texture.as_deref(),
             cloths: mesh.cloths.iter().map(cloth).collect(),
             shapes: &self.style.shapes.at(time),
+            dust: &self.style.dust.at(time),
         };
         self.renderer.render(&scene)
     }

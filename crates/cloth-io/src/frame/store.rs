@@ -14,6 +14,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::record::{RecordLayout, StoredFrame};
 use super::{Frame, FrameError, Topology};
+use crate::file::{file_open_with, output_check};
 
 const MAGIC: &[u8; 8] = b"CLOTHFRM";
 const VERSION: u32 = 2;
@@ -42,6 +43,7 @@ impl FrameStore {
     /// [`FrameError::Topology`].
     pub fn create(path: &Path, topology: &Topology) -> Result<Self, FrameError> {
         topology.check()?;
+        output_check(path).map_err(FrameError::write(path))?;
         let mut file = OpenOptions::new()
             .read(true)
             .write(true)
@@ -88,8 +90,8 @@ impl FrameStore {
     fn open_with(path: &Path, topology: &Topology, append: bool) -> Result<Self, FrameError> {
         topology.check()?;
         let read_error = |source| FrameError::Read { file: path.to_owned(), source };
-        let mut file =
-            OpenOptions::new().read(true).write(append).open(path).map_err(read_error)?;
+        let mut file = file_open_with(path, OpenOptions::new().read(true).write(append))
+            .map_err(read_error)?;
         if append {
             lock(path, &file)?;
         }

@@ -35,7 +35,9 @@ pub fn mesh_read_gltf(
 ) -> Result<TriangleMesh, MeshError> {
     let gltf = document(file, bytes)?;
     let nodes = mesh_nodes(file, &gltf.document)?;
-    copies_check(file, &nodes)?;
+    let held =
+        gltf.buffers().fold(0, |sum: u64, buffer| sum.saturating_add(buffer.length() as u64));
+    copies_check(file, &nodes, held)?;
     let meshes = nodes.iter().filter_map(|(node, _)| node.mesh());
     let buffers = gltf_buffers(file, &gltf, meshes, folder)?;
     let mut reader = GltfReader {
@@ -121,8 +123,9 @@ fn mesh_nodes<'a>(file: &str, document: &'a Document) -> Result<Vec<(Node<'a>, D
 /// kilobytes can place one mesh any number of times.
 const COPIES_MAX: u64 = 1 << 20;
 
-/// Counts what the nodes ask for, before memory is taken for it.
-fn copies_check(file: &str, nodes: &[(Node<'_>, DMat4)]) -> Result<(), MeshError> {
+/// Counts what the nodes ask for, before memory is taken for it. The buffers hold `held` bytes: what exceeds
+/// one corner or vertex a byte is read more than once, by primitives or accessors that share bytes, and so is a copy.
+fn copies_check(file: &str, nodes: &[(Node<'_>, DMat4)], held: u64) -> Result<(), MeshError> {
     let mut sizes: HashMap<usize, [u64; 2]> = HashMap::new();
     let mut copies = [0_u64; 2];
     let mut whole = [0_u64; 2];
@@ -136,7 +139,7 @@ fn copies_check(file: &str, nodes: &[(Node<'_>, DMat4)]) -> Result<(), MeshError
     }
     let whats = [["vertices", "vertices in copies"], ["corners", "corners in copies"]];
     for (i, [of_all, of_copies]) in whats.into_iter().enumerate() {
-        let most = [MESH_COUNT_MAX, 3 * MESH_COUNT_MAX][i];
+        let most = [MESH_COUNT_MAX, 3 * MESH_COUNT_MAX][i].min(held.saturating_add(COPIES_MAX));
         for (what, count, limit) in
             [(of_copies, copies[i], COPIES_MAX), (of_all, whole[i].saturating_add(copies[i]), most)]
         {

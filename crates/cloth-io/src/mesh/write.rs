@@ -55,8 +55,12 @@ pub fn mesh_write_obj(path: &Path, mesh: &TriangleMesh) -> Result<(), MeshError>
 ///
 /// Those of [`mesh_write`], but for the extension.
 pub fn mesh_write_ply(path: &Path, mesh: &TriangleMesh) -> Result<(), MeshError> {
-    // The header parts names by spaces, and some names have a meaning of their own.
-    let is_plain = |name: &str| is_attribute(name) && !name.contains(|c: char| c <= ' ');
+    // Names in the header are identifiers, and some have a meaning of their own.
+    let is_plain = |name: &str| {
+        let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        let begins = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
+        is_attribute(name) && begins && name.chars().all(is_part)
+    };
     let attributes = mesh.attributes.iter().filter(|attribute| is_plain(&attribute.name));
     let columns: Vec<_> =
         attributes.map(|attribute| Column::Float(&attribute.name, &attribute.values)).collect();
@@ -156,7 +160,7 @@ fn check(file: &str, mesh: &TriangleMesh) -> Result<(), MeshError> {
             problem: "the texture map has another number of triangles than the mesh".to_owned(),
         });
     }
-    let not_finite = |coordinate: &[f64; 2]| coordinate.iter().any(|x| !x.is_finite());
+    let not_finite = |coordinate: &[f64; 2]| coordinate.iter().any(|&x| !(x as f32).is_finite());
     if let Some(coordinate) = coordinates.iter().position(not_finite) {
         return Err(MeshError::TextureCoordinate { file: file(), coordinate });
     }

@@ -2,10 +2,11 @@
 //!
 //! A picture is made in three steps: render depth from the light (`shadow`) and from parts of the sky
 //! (`sky`), find what is visible at four samples of every pixel (`raster`), and compute the colour of
-//! it (`shade`). What does not change from one picture of a clip to the next is made once: the floor
+//! it (`shade`), veiled by the dust before it (`dust`). What does not change from one picture of a clip to the next is made once: the floor
 //! as the camera sees it, and solids that stand still with their depths.
 
 mod camera;
+mod dust;
 mod error;
 mod floor;
 mod geometry;
@@ -26,6 +27,7 @@ use cloth_core::TextureMap;
 use image::RgbImage;
 
 pub use camera::{Bounds, Camera};
+pub use dust::{PictureDust, PictureGrain};
 pub use error::PictureError;
 pub use renderer::PictureRenderer;
 pub use shape::{PictureShape, PictureShapes};
@@ -48,6 +50,8 @@ pub struct PictureScene<'a> {
     pub cloths: Vec<PictureCloth>,
     /// Colliders and the floor.
     pub shapes: &'a [PictureShape],
+    /// Dust in the air.
+    pub dust: &'a [PictureGrain],
 }
 
 /// One cloth of a [`PictureScene`].

@@ -8,6 +8,7 @@ use image::RgbImage;
 use rayon::prelude::*;
 
 use super::camera::View;
+use super::dust::Dust;
 use super::floor::Floor;
 use super::geometry::{Cloths, Mesh, Plane, Stage, linear, planes, solids};
 use super::raster::{BAND, Band, Screen};
@@ -90,6 +91,7 @@ impl PictureRenderer {
             || Sky::new(&lights.sky, meshes, &floor.planes, &stage),
             || Screen::new(meshes, view),
         );
+        let dust = Dust::new(scene.dust, view);
         let shader = Shader {
             view,
             screen: &screen,
@@ -98,6 +100,7 @@ impl PictureRenderer {
             cloths: &cloths,
             key: &lights.key,
             sky: &sky,
+            dust: &dust,
             background: self.background,
             bytes: &self.bytes,
         };
@@ -105,12 +108,12 @@ impl PictureRenderer {
         let row_size = 3 * view.width as usize;
         let bands = image.par_chunks_mut(BAND * row_size).enumerate();
         bands.for_each_init(
-            || Band::new(view),
-            |band, (number, pixels)| {
+            || (Band::new(view), Vec::new()),
+            |(band, clear), (number, pixels)| {
                 let rows = pixels.len() / row_size;
                 band.fill(&screen, &floor, view, number, rows);
                 for (row, pixels) in pixels.chunks_exact_mut(row_size).enumerate() {
-                    shader.row(band, number * BAND + row, row, pixels);
+                    shader.row(band, [number, row], pixels, clear);
                 }
             },
         );
@@ -204,8 +207,14 @@ mod tests {
         let positions = [[-0.5, -0.5, height], [0.5, -0.5, height], [0.0, 0.5, height]];
         let cloths = vec![PictureCloth { triangles: 0..1, color: [200, 20, 20] }];
         let triangles = &[[0, 1, 2]];
-        let scene =
-            PictureScene { positions: &positions, triangles, texture: None, cloths, shapes };
+        let scene = PictureScene {
+            positions: &positions,
+            triangles,
+            texture: None,
+            cloths,
+            shapes,
+            dust: &[],
+        };
         renderer.render(&scene).unwrap()
     }
 

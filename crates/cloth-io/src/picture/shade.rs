@@ -3,9 +3,10 @@
 use glam::{Vec2, Vec3};
 
 use super::camera::View;
+use super::dust::Dust;
 use super::floor::Floor;
 use super::geometry::{Cloths, Mesh};
-use super::raster::{Band, SAMPLES, Screen, Seen};
+use super::raster::{BAND, Band, SAMPLES, Screen, Seen};
 use super::shadow::ShadowMap;
 use super::sky::Sky;
 use super::tone::{EncodeTable, tone};
@@ -32,6 +33,7 @@ pub(super) struct Shader<'a> {
     pub(super) cloths: &'a Cloths,
     pub(super) key: &'a ShadowMap,
     pub(super) sky: &'a Sky,
+    pub(super) dust: &'a Dust,
     /// Background at the upper and the lower edge in linear light.
     pub(super) background: [Vec3; 2],
     pub(super) bytes: &'a EncodeTable,
@@ -62,15 +64,25 @@ struct Hit {
 }
 
 impl Shader<'_> {
-    /// Shades a row of the picture, which is row `row_in_band` of `band`.
-    pub(super) fn row(&self, band: &Band, row: usize, row_in_band: usize, pixels: &mut [u8]) {
+    /// Shades a row of the picture, the one with this number in `band`, which has a number too. `clear` is room
+    /// for how much of each pixel is seen through dust.
+    pub(super) fn row(
+        &self,
+        band: &Band,
+        [band_number, row_in_band]: [usize; 2],
+        pixels: &mut [u8],
+        clear: &mut Vec<f32>,
+    ) {
+        let row = band_number * BAND + row_in_band;
+        self.dust.veil(clear, band, [band_number, row_in_band], self.view.width);
         let background = self.background(row);
         let background_bytes = self.bytes.encode(background);
         for (column, pixel) in pixels.chunks_exact_mut(3).enumerate() {
             let samples = band.pixel(column, row_in_band);
             let first = samples[0].0;
             let is_same = samples.iter().all(|sample| sample.0 == first);
-            if is_same && self.screen.seen(first) == Seen::Nothing {
+            let clear = clear.get(column).copied().unwrap_or(1.0);
+            if clear == 1.0 && is_same && self.screen.seen(first) == Seen::Nothing {
                 pixel.copy_from_slice(&background_bytes);
                 continue;
             }
@@ -80,6 +92,7 @@ impl Shader<'_> {
             } else {
                 self.mean(&samples, [column, row], background)
             };
+            let color = self.dust.color.lerp(color, clear);
             pixel.copy_from_slice(&self.bytes.encode(color));
         }
     }

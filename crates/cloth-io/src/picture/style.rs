@@ -1,6 +1,6 @@
 //! How the pictures of a run look.
 
-use super::{Camera, PictureShapes};
+use super::{Camera, PictureDust, PictureShapes};
 
 /// Size, view and colours of pictures.
 #[derive(Clone, Debug)]
@@ -15,6 +15,8 @@ pub struct PictureStyle {
     pub cloth_colors: Vec<[u8; 3]>,
     /// Colliders and floor in the pictures.
     pub shapes: PictureShapes,
+    /// Dust in the air of the pictures.
+    pub dust: PictureDust,
     /// Background as sRGB, at the upper and the lower edge.
     pub background: [[u8; 3]; 2],
 }
@@ -27,6 +29,7 @@ impl Default for PictureStyle {
             camera: None,
             cloth_colors: Vec::new(),
             shapes: PictureShapes::default(),
+            dust: PictureDust::default(),
             background: [[186, 200, 214], [238, 240, 242]],
         }
     }

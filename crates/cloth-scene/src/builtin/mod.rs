@@ -19,6 +19,28 @@ pub struct BuiltinScene {
     pub extension: &'static str,
 }
 
+impl BuiltinScene {
+    /// What one should see when it runs: the comment at the end of its text, as one paragraph.
+    #[must_use]
+    pub fn sight(&self) -> String {
+        let comment = if self.extension == "fysl" {
+            let end = self.text.rsplit_once("<!--").map_or("", |(_, end)| end);
+            end.split("-->").next().unwrap_or_default().to_owned()
+        } else {
+            let lines: Vec<_> = self
+                .text
+                .trim_end()
+                .lines()
+                .rev()
+                .map_while(|line| line.strip_prefix('#'))
+                .collect();
+            lines.into_iter().rev().collect::<Vec<_>>().join(" ")
+        };
+        let text = comment.split_whitespace().collect::<Vec<_>>().join(" ");
+        text.strip_prefix("What to see: ").unwrap_or(&text).to_owned()
+    }
+}
+
 const BUILTIN: &[BuiltinScene] = &[
     BuiltinScene {
         name: "flag",

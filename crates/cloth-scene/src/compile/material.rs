@@ -21,26 +21,32 @@ pub(super) fn compile(
         let problem = format!("has no `{name}`: give it, or a `preset`");
         check.error(key, &problem)
     };
+    let mass = scene
+        .mass
+        .map(|mass| match mass {
+            SceneMass::PerArea(value) => Mass::PerArea(value),
+            SceneMass::PerParticle(value) => Mass::PerParticle(value),
+        })
+        .or(preset.map(|preset| preset.mass))
+        .ok_or_else(|| missing("mass.per_area"))?;
     let spring = |name: &str, given: Option<SceneSpring>, base: Option<SpringCoefficients>| {
         let given = given.unwrap_or_default();
         let stiffness = given
             .stiffness
             .or(base.map(|base| base.stiffness))
             .ok_or_else(|| missing(&format!("{name}.stiffness")))?;
-        let damping = given.damping.or(base.map(|base| base.damping)).unwrap_or_default();
-        Ok(SpringCoefficients { stiffness, damping })
+        let damping = given.damping.or(base.map(|base| base.damping));
+        let mass = match mass {
+            Mass::PerArea(value) => value * spacing * spacing,
+            Mass::PerParticle(value) => value,
+        };
+        let usual = || SpringCoefficients::with_usual_damping(stiffness, mass).damping;
+        Ok(SpringCoefficients { stiffness, damping: damping.unwrap_or_else(usual) })
     };
     let air = preset.map_or_else(Aerodynamics::default, |preset| preset.aerodynamics);
     let given_air = scene.aerodynamics.unwrap_or_default();
     Ok(Material {
-        mass: scene
-            .mass
-            .map(|mass| match mass {
-                SceneMass::PerArea(value) => Mass::PerArea(value),
-                SceneMass::PerParticle(value) => Mass::PerParticle(value),
-            })
-            .or(preset.map(|preset| preset.mass))
-            .ok_or_else(|| missing("mass.per_area"))?,
+        mass,
         stretch: spring("stretch", scene.stretch, preset.map(|preset| preset.stretch))?,
         shear: spring("shear", scene.shear, preset.map(|preset| preset.shear))?,
         bend: spring(

@@ -7,7 +7,7 @@ use crate::{
 
 use super::{CompileOptions, memory_solver, mesh, mesh_vertices::vertex_count, solid};
 
-/// Estimate of the memory for model and solver together.
+/// Estimate of the memory for model, solver and the frame that is written, at the peak.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MemoryEstimate {
     /// Particles of all cloths; for meshes in glTF files, a guess from the size of the file.
@@ -20,26 +20,26 @@ pub struct MemoryEstimate {
 /// where stages cannot work in place.
 const SOLVER_NUMBERS: u64 = 15;
 
-/// Bytes for each spring: column and kind, in the rows of both its particles.
-const SPRING_BYTES: u64 = 16;
+/// Bytes for each spring: column and kind.
+const SPRING_BYTES: u64 = 8;
 
-/// Bytes for each particle of the contact search: cell, order, and a list of some twenty
-/// candidates.
-const CONTACT_BYTES: u64 = 16 + 20 * 4;
+/// Bytes for each particle of the contact search: cell, order, and lists of what is near.
+const CONTACT_BYTES: u64 = 56;
 
-/// Bytes for each particle beside these. What a grid needs was measured, at the peak and in single
-/// precision with contact, as 270 to 300 bytes in all.
-const OTHER_BYTES: u64 = 48;
+/// Bytes for each particle beside these: the model, its state and its triangles in double precision, and what the choice of a
+/// time step takes while the scene is compiled. This and all other figures here and in `memory_solver` were fitted to the peak of the
+/// resident memory of `cloth run --format none` with patches of 125 x 125 to 1000 x 1000 particles, both stencils and precisions.
+const OTHER_BYTES: u64 = 344;
 
 /// Further bytes for each particle of a mesh: the file, its polygons and the edges while springs
-/// are made of them. Measured like that of a grid: 690 bytes in all.
-const MESH_BYTES: u64 = 400;
+/// are made of them.
+const MESH_BYTES: u64 = 270;
 
 /// Springs for each vertex of a mesh: three edges and the three bend springs across them.
 const MESH_SPRINGS: u64 = 6;
 
 impl Scene {
-    /// Estimates the memory that the model and a solver on the CPU need at their peak.
+    /// Estimates the memory that the model and a solver on the CPU need at their peak, without that of the program itself.
     ///
     /// Vertices are taken from the header of a PLY file and counted in an OBJ file, which is
     /// scanned for them; for glTF they are guessed from the size of the file, without its external

@@ -1,7 +1,6 @@
 //! How much memory the linear systems of the large-step solvers need.
 //!
-//! What the counts below rest on was measured with patches of 256 x 256 particles, 12 and 24 neighbours,
-//! in single precision: `cargo bench -p cloth-benches --bench integrators -- memory`.
+//! `memory` says how the counts below were measured.
 
 use cloth_core::{LinearMethod, MatrixForm, Preconditioner, SemiImplicitSolve};
 
@@ -9,20 +8,23 @@ use crate::{SceneSimulation, SceneSolver};
 
 /// Numbers of a linear system for each particle: the vectors, two kinds of diagonal blocks,
 /// constraints, the state kept.
-const SYSTEM_NUMBERS: u64 = 52;
+const SYSTEM_NUMBERS: u64 = 42;
 
 /// Numbers for each spring: direction, factor, and where they are.
-const FACTOR_NUMBERS: u64 = 5;
+const FACTOR_NUMBERS: u64 = 2;
 
 /// Numbers for each spring of the matrix as blocks.
-const BLOCK_NUMBERS: u64 = 13;
+const BLOCK_NUMBERS: u64 = 12;
 
 /// Numbers for each spring of the incomplete factorisation, its blocks included.
-const INCOMPLETE_NUMBERS: u64 = 50;
+const INCOMPLETE_NUMBERS: u64 = 40;
 
-/// Entries of a sparse factor for each particle, in units of the binary logarithm of the number of
-/// particles: so the fill of a grid grows with nested dissection (George 1973).
-const FILL: u64 = 44;
+/// Entries of the sparse factor of the constant matrix, in thirds, for each particle and for each spring, in units of the binary
+/// logarithm of the number of particles: so the fill of a grid grows with nested dissection (George 1973).
+const FILL: [u64; 2] = [39, 1];
+
+/// The same of the direct solver, in halves, whose entries are blocks.
+const BLOCK_FILL: [u64; 2] = [16, 1];
 
 /// Bytes beside the numbers and springs that all solvers have.
 pub(super) fn bytes(
@@ -35,7 +37,11 @@ pub(super) fn bytes(
         let of_springs = springs.saturating_mul(per_spring);
         particles.saturating_mul(per_particle).saturating_add(of_springs).saturating_mul(number)
     };
-    let fill = particles.saturating_mul(FILL * u64::from(particles.max(2).ilog2()));
+    let growth = (particles.max(2) as f64).log2();
+    let fill = |[particle, spring]: [u64; 2], parts: f64| {
+        let entries = particles.saturating_mul(particle) + springs.saturating_mul(spring);
+        (entries as f64 * growth / parts) as u64
+    };
     let system = numbers(SYSTEM_NUMBERS, FACTOR_NUMBERS);
     // The model is not there yet that would choose a solver: the implicit one needs more.
     match simulation.solver_given().unwrap_or(SceneSolver::Implicit) {
@@ -51,17 +57,19 @@ pub(super) fn bytes(
             let method = match implicit.linear {
                 LinearMethod::ConjugateGradient if incomplete => numbers(0, INCOMPLETE_NUMBERS),
                 // Blocks of 3 x 3 in double precision.
-                LinearMethod::Direct => fill.saturating_mul(9 * 8),
+                LinearMethod::Direct => fill(BLOCK_FILL, 2.0).saturating_mul(9 * 8),
                 _ => 0,
             };
             system.saturating_add(blocks).saturating_add(method)
         }
         SceneSolver::SemiImplicit => {
-            let factor = match simulation.semi_implicit.solve {
+            // It is computed in double precision, and kept in that of the solver.
+            let factor = fill(FILL, 3.0);
+            let kept = match simulation.semi_implicit.solve {
                 SemiImplicitSolve::DenseInverse => particles.saturating_mul(particles),
-                _ => fill,
+                _ => factor,
             };
-            factor.saturating_mul(number)
+            kept.saturating_mul(number).saturating_add(factor.saturating_mul(8))
         }
     }
 }

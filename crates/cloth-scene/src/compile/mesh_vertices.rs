@@ -1,10 +1,11 @@
 //! How many vertices a mesh file holds, found without reading the mesh.
 
 use std::{
-    fs::File,
     io::{self, BufRead, BufReader, Read},
     path::Path,
 };
+
+use cloth_io::file_open;
 
 /// Longer headers are no headers.
 const PLY_HEADER_MAX: u64 = 1 << 20;
@@ -28,8 +29,8 @@ pub(super) fn vertex_count(path: &Path) -> io::Result<u64> {
     match extension.as_deref().and_then(|extension| extension.to_str()) {
         // A header can promise anything; the file has at least a byte for each vertex. The reader
         // of meshes has the better message for a false promise.
-        Some("ply") => Ok(ply_vertices(File::open(path)?)?.min(metadata.len())),
-        Some("obj") => obj_vertices(BufReader::with_capacity(SCAN_BYTES, File::open(path)?)),
+        Some("ply") => Ok(ply_vertices(file_open(path)?)?.min(metadata.len())),
+        Some("obj") => obj_vertices(BufReader::with_capacity(SCAN_BYTES, file_open(path)?)),
         _ => Ok(metadata.len() / GLTF_VERTEX_BYTES),
     }
 }

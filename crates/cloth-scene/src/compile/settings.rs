@@ -8,7 +8,7 @@ use cloth_core::{
 };
 
 use crate::{
-    Scene, SceneContactResponse, SceneError, SceneField, ScenePrecision, SceneSolver,
+    Scene, SceneContactResponse, SceneDust, SceneError, SceneField, ScenePrecision, SceneSolver,
     SceneSpringClass, SceneView, SolverChoice,
 };
 
@@ -138,6 +138,15 @@ pub(super) fn view_check(view: &SceneView, check: &Check<'_>) -> Result<(), Scen
     }
     if view.eye == view.target {
         return Err(check.error("view.target", "is where the eye is: move one of them"));
+    }
+    if let Some(dust) = &view.dust {
+        check.count("view.dust.count", dust.count, SceneDust::COUNT_LIMIT)?;
+        check.finite("view.dust.min", &dust.min)?;
+        check.finite("view.dust.max", &dust.max)?;
+        check.positive("view.dust.lifetime", dust.lifetime)?;
+        if dust.lifetime > SceneDust::LIFETIME_LIMIT {
+            return Err(check.error("view.dust.lifetime", "must be at most 60 s"));
+        }
     }
     Ok(())
 }

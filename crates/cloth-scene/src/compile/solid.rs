@@ -21,7 +21,7 @@ const MARGIN: f64 = 0.02;
 /// quarter of it on both ends, and gradients need some more.
 pub(super) fn bytes(cells: Option<u32>) -> u64 {
     let side = 3 * u64::from(cells.unwrap_or(CELLS)) / 2 + 5;
-    4 * side.saturating_pow(3)
+    side.saturating_pow(3).saturating_mul(4)
 }
 
 /// The solids whose distances are to be sampled, in the order of their colliders.

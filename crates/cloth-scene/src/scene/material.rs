@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 /// A material. What is not given comes from the preset; without a preset, mass, thickness and the
-/// stiffness of every class of springs must be given, dampings are zero and the coefficients of
-/// the air are those of a flat plate.
+/// stiffness of every class of springs must be given, dampings are a twentieth of the critical ones and the
+/// coefficients of the air are those of a flat plate.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -53,7 +53,7 @@ pub struct SceneSpring {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub stiffness: Option<f64>,
-    /// Damping along the spring \[N s/m\].
+    /// Damping along the spring \[N s/m\]; if neither this nor a preset is given, a twentieth of the critical damping of a particle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(range(min = 0.0)))]
     pub damping: Option<f64>,
@@ -68,7 +68,7 @@ pub struct SceneBend {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub stiffness: Option<f64>,
-    /// Damping along the spring \[N s/m\].
+    /// Damping along the spring \[N s/m\]; if neither this nor a preset is given, a twentieth of the critical damping of a particle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(range(min = 0.0)))]
     pub damping: Option<f64>,

@@ -39,7 +39,7 @@ pub use simulation::{ScenePrecision, SceneSimulation, SceneSpringClass, SceneStr
 pub use solid_mesh::SceneSolidMesh;
 pub use solver::{SceneAdaptive, SceneImplicit, SceneSemiImplicit, SceneSolver};
 pub use triangles::SceneTriangles;
-pub use view::SceneView;
+pub use view::{SceneDust, SceneView};
 
 /// All that a scene file says.
 ///

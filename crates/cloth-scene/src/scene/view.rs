@@ -15,6 +15,34 @@ pub struct SceneView {
     #[serde(default = "field_of_view_default")]
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 180.0)))]
     pub field_of_view: f64,
+    /// Dust that shows how the air moves; none if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dust: Option<SceneDust>,
+}
+
+/// Dust in pictures. Its grains go with the air of the fields with an expression: at the velocity at which these
+/// exert no force. They have no weight and act on nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct SceneDust {
+    /// Number of grains, dimensionless.
+    #[cfg_attr(test, schemars(range(min = 1, max = 100_000)))]
+    pub count: u32,
+    /// Corner of the box in which grains begin \[m\].
+    pub min: [f64; 3],
+    /// The corner opposite to it \[m\].
+    pub max: [f64; 3],
+    /// Time after which a grain begins anew \[s\].
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 60.0)))]
+    pub lifetime: f64,
+}
+
+impl SceneDust {
+    /// Most grains.
+    pub(crate) const COUNT_LIMIT: u32 = 100_000;
+    /// Longest lifetime \[s\].
+    pub(crate) const LIFETIME_LIMIT: f64 = 60.0;
 }
 
 const fn field_of_view_default() -> f64 {

@@ -51,6 +51,16 @@ impl Timeline {
     }
 }
 
+impl Timeline {
+    /// Where the colliders that ever move are after `frames` frames.
+    pub fn colliders(&self, frames: u64) -> impl Iterator<Item = ColliderControl> {
+        let time = frames as f64 / self.frames_per_second;
+        let tracks = self.colliders.iter();
+        tracks
+            .map(move |track| ColliderControl { collider: track.collider, pose: track.pose(time) })
+    }
+}
+
 /// The time that a frame covers.
 pub(crate) struct FrameSpan {
     /// Start \[s\].

@@ -2,10 +2,14 @@
 
 use std::{collections::HashSet, sync::Arc};
 
-use cloth::{Model, SpringClass, io::PictureStyle, wgpu::wgpu};
+use cloth::{Model, SpringClass, cloth_lines, io::PictureStyle, wgpu::wgpu};
 use glam::DVec3;
 
-use super::{FrameBuffers, Overlays, overlay::colour_linear, pipelines::Pipelines};
+use super::{
+    FrameBuffers, Overlays,
+    overlay::{colour_bytes, colour_linear},
+    pipelines::Pipelines,
+};
 use crate::Gpu;
 
 /// A sphere around all that moves and all that throws shadows.
@@ -38,6 +42,8 @@ pub struct ClothMesh {
     strains: wgpu::Buffer,
     /// Offsets, columns and rest lengths of the springs of each particle.
     spring_rows: Option<[wgpu::Buffer; 3]>,
+    /// Cloths without triangles.
+    strands: Option<Lines>,
     wires: Option<Lines>,
     springs: [Option<Lines>; 3],
 }
@@ -52,11 +58,17 @@ impl ClothMesh {
     #[must_use]
     pub fn new(gpu: &Gpu, model: &Arc<Model>, style: &PictureStyle) -> Self {
         let mut colours = vec![[0_u8; 4]; model.particle_count()];
+        let mut strands = Vec::new();
         for (number, cloth) in model.cloths().iter().enumerate() {
             let srgb = style.cloth_colors.get(number).copied();
             let srgb = srgb.unwrap_or_else(|| cloth::io::picture_palette(number));
             colours[cloth.particles.start as usize..cloth.particles.end as usize]
                 .fill(colour_linear(srgb));
+            if cloth.triangles.is_empty() {
+                let colour = colour_bytes(srgb);
+                let ends = cloth_lines(model, cloth).into_iter().flatten();
+                strands.extend(ends.map(|particle| LineEnd { particle, colour }));
+            }
         }
         let storage = wgpu::BufferUsages::STORAGE;
         Self {
@@ -66,6 +78,7 @@ impl ClothMesh {
             colours: gpu.buffer("colours", &colours, storage),
             strains: gpu.empty_buffer("strains", 4 * model.particle_count() as u64, storage),
             spring_rows: None,
+            strands: (!strands.is_empty()).then(|| Lines::new(gpu, &strands)),
             wires: None,
             springs: [const { None }; 3],
         }
@@ -157,7 +170,8 @@ impl ClothMesh {
 
     pub(super) fn draw_lines(&self, pass: &mut wgpu::RenderPass<'_>, overlays: Overlays) {
         let springs = self.springs.iter().zip(overlays.springs);
-        let shown = springs.chain([(&self.wires, overlays.wires)]).filter(|(_, shown)| *shown);
+        let others = [(&self.strands, overlays.surface), (&self.wires, overlays.wires)];
+        let shown = springs.chain(others).filter(|(_, shown)| *shown);
         for lines in shown.filter_map(|(lines, _)| lines.as_ref()) {
             pass.set_vertex_buffer(0, lines.ends.slice(..));
             pass.draw(0..lines.count, 0..1);

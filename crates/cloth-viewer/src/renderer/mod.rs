@@ -19,8 +19,8 @@ use cloth::{io::PictureShape, wgpu::wgpu};
 pub use cloth_mesh::ClothMesh;
 pub use frame_buffers::FrameBuffers;
 pub use orbit::{OrbitCamera, Ray};
-pub(crate) use overlay::colour_bytes;
 pub use overlay::{Disc, LineEnd, Overlays, PlaceLine};
+pub(crate) use overlay::{colour_bytes, dust_lines};
 pub use target::RenderTarget;
 
 use crate::Gpu;
@@ -52,7 +52,7 @@ pub struct FrameContents {
     pub shapes: Vec<PictureShape>,
     /// Discs: pins, contacts, the particle that is grabbed.
     pub discs: Vec<Disc>,
-    /// Lines in space: bins, the spring of the pointer.
+    /// Lines in space: bins, dust, the spring of the pointer.
     pub lines: Vec<PlaceLine>,
     /// Which overlays to draw.
     pub overlays: Overlays,

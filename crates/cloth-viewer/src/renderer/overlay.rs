@@ -1,6 +1,9 @@
 //! What is drawn on top of the cloth: discs and lines.
 
-use cloth::wgpu::wgpu;
+use cloth::{
+    io::{PictureDust, PictureGrain},
+    wgpu::wgpu,
+};
 
 use super::FrameContents;
 use crate::Gpu;
@@ -81,6 +84,19 @@ pub enum LineEnd {
     Place([f64; 3]),
     /// At a particle, wherever that is.
     Particle(u32),
+}
+
+/// The streaks of dust.
+pub(crate) fn dust_lines(grains: &[PictureGrain]) -> impl Iterator<Item = PlaceLine> + '_ {
+    let is_seen = |grain: &&PictureGrain| {
+        grain.opacity > 0.0 && grain.from.iter().chain(&grain.to).all(|x| x.is_finite())
+    };
+    grains.iter().filter(is_seen).map(|grain| {
+        let [red, green, blue] = PictureDust::COLOUR;
+        let opacity = (255.0 * grain.opacity).round() as u8;
+        let ends = [grain.from, grain.to].map(LineEnd::Place);
+        PlaceLine { ends, colour: [red, green, blue, opacity] }
+    })
 }
 
 /// End of a line in space.

@@ -371,6 +371,7 @@ impl Engine {
             time: self.time,
             buffers,
             shapes,
+            dust: self.style.dust.at(self.time),
             held: held_particles(&self.held),
             contacts: found,
             bins,

@@ -6,7 +6,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use cloth::{TriangleMesh, io::mesh_read};
+use cloth::{
+    TriangleMesh,
+    io::{file_open, mesh_read},
+};
 
 use crate::ViewerError;
 
@@ -94,7 +97,7 @@ impl FrameFiles {
             let problem = format!("the mesh that it moves is missing, `{}`", mesh.display());
             return Err(ViewerError::Source { path: path.to_owned(), problem });
         }
-        let read = File::open(path).and_then(|mut file| layout(&mut file));
+        let read = file_open(path).and_then(|mut file| layout(&mut file));
         let layout = read
             .map_err(|error| fail(path, error))?
             .ok_or_else(|| fail(path, "it is damaged, or no point cache"))?;
@@ -159,7 +162,7 @@ impl CacheLayout {
     fn frame(&self, path: &Path, index: usize) -> io::Result<Vec<[f64; 3]>> {
         let size = 12 * self.points;
         let mut bytes = vec![0; size];
-        let mut file = File::open(path)?;
+        let mut file = file_open(path)?;
         file.seek(SeekFrom::Start(self.header + (index * size) as u64))?;
         file.read_exact(&mut bytes)?;
         let value = |bytes: &[u8]| {

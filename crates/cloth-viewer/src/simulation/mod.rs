@@ -22,7 +22,7 @@ mod thread;
 pub use engine::Engine;
 pub use frame_files::FrameFiles;
 pub use kept::KeptView;
-pub use message::{Message, Severity};
+pub use message::{Listener, Message, Severity};
 pub use pins::corner_particles;
 pub use playback::Playback;
 pub use save::scene_save;

@@ -211,6 +211,7 @@ impl Playback {
             time,
             buffers,
             shapes: self.style.shapes.at(time),
+            dust: self.style.dust.at(time),
             held: Vec::new(),
             contacts,
             bins,

@@ -2,11 +2,14 @@
 
 use std::{sync::Arc, time::Duration};
 
-use cloth::{Model, StepReport, io::PictureShape};
+use cloth::{
+    Model, StepReport,
+    io::{PictureGrain, PictureShape},
+};
 
 use crate::{
     FrameBuffers, FrameContents, Gpu, LineEnd, Overlays,
-    renderer::{Disc, PlaceLine, colour_bytes},
+    renderer::{Disc, PlaceLine, colour_bytes, dust_lines},
 };
 
 use super::KeptView;
@@ -22,6 +25,8 @@ pub struct Snapshot {
     pub buffers: Arc<FrameBuffers>,
     /// Colliders at that time.
     pub shapes: Vec<PictureShape>,
+    /// Dust in the air.
+    pub dust: Vec<PictureGrain>,
     /// Particles that are held.
     pub held: Vec<u32>,
     /// Particles in contact, if they were asked for.
@@ -76,6 +81,7 @@ impl Snapshot {
             discs.extend(self.held.iter().map(|&p| Disc::at_particle(p, colour, 5.0)));
         }
         let mut lines = if overlays.bins { self.bins.clone() } else { Vec::new() };
+        lines.extend(dust_lines(&self.dust));
         if let Some(grab) = self.grab {
             let colour = colour_bytes(GRABBED);
             discs.push(Disc::at_particle(grab.particle, colour, 6.0));

@@ -163,7 +163,7 @@ impl ViewerApp {
             panel: PanelState::default(),
             save: SaveWindow::default(),
             writers: Vec::new(),
-            messages: Messages::default(),
+            messages: Messages::new(options.listener),
             message_seen: 0,
             notices: channel(),
             backend: options.backend,
@@ -544,6 +544,8 @@ impl ViewerApp {
                     settings: self.shown.settings.as_ref(),
                     widgets: &widgets,
                     typing,
+                    pointer: context.input(|input| input.pointer.latest_pos()),
+                    pressed: context.input(|input| input.pointer.any_down()),
                     help: self.help,
                     recording: self.recording.is_some(),
                     picture: self.picture,
@@ -623,7 +625,7 @@ impl eframe::App for ViewerApp {
         let recording = self.recording.take().map(Recording::end);
         for writer in self.writers.drain(..).chain(recording) {
             if writer.join().is_err() {
-                eprintln!("error: a recording ended unexpectedly");
+                self.messages.error(&"a recording ended unexpectedly");
             }
         }
     }

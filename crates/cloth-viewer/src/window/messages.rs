@@ -7,7 +7,7 @@ use eframe::egui::{
 };
 
 use super::places;
-use crate::{Message, Severity};
+use crate::{Listener, Message, Severity};
 
 /// Messages that can be read again.
 const LENGTH: usize = 100;
@@ -25,14 +25,21 @@ pub(super) struct Messages {
     is_shown: bool,
     /// Whether all are shown.
     is_open: bool,
+    listener: Listener,
 }
 
 impl Messages {
+    /// No messages yet; `listener` is told each.
+    pub(super) fn new(listener: Listener) -> Self {
+        Self { listener, ..Self::default() }
+    }
+
     pub(super) fn say(&mut self, message: Message) {
         // What goes wrong in every picture is said once.
         if self.shown() == Some(&message) {
             return;
         }
+        self.listener.tell(&message);
         self.all.push_back(message);
         self.is_shown = true;
         if self.all.len() > LENGTH {
@@ -120,7 +127,10 @@ mod tests {
     #[test]
     fn an_error_has_a_colour_of_its_own_until_it_is_put_away() {
         let panel = Color32::from_gray(27);
-        let mut messages = Messages::default();
+        let heard = std::sync::Arc::new(std::sync::Mutex::new(Vec::new()));
+        let hearing = heard.clone();
+        let listener = Listener::new(move |message| hearing.lock().unwrap().push(message.clone()));
+        let mut messages = Messages::new(listener);
         assert_eq!((messages.shown(), messages.fill(panel)), (None, panel));
         messages.error(&"broken");
         assert_eq!(messages.fill(panel), ERROR_FILL);
@@ -132,6 +142,8 @@ mod tests {
         // The same again is seen again.
         messages.error(&"broken");
         assert_eq!(messages.shown().unwrap().text, "broken");
+        let heard: Vec<String> = heard.lock().unwrap().iter().map(|m| m.text.clone()).collect();
+        assert_eq!(heard, ["broken", "saved", "broken", "broken"]);
         (0..1000).for_each(|number| messages.info(number.to_string()));
         assert_eq!(messages.all.len(), LENGTH);
     }

@@ -21,7 +21,7 @@ use std::path::PathBuf;
 
 use cloth::{AUTO, backend_create};
 
-use crate::{Source, ViewerError};
+use crate::{Listener, Source, ViewerError};
 
 /// What a window is opened with.
 #[derive(Clone, Debug)]
@@ -42,6 +42,8 @@ pub struct WindowOptions {
     pub keep: u64,
     /// File for a line of JSON about every frame that is shown.
     pub log: Option<PathBuf>,
+    /// Who else is told what the window says.
+    pub listener: Listener,
 }
 
 /// Opens the window; returns when it is closed.

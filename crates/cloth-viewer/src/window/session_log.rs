@@ -42,6 +42,9 @@ struct Line<'a> {
     widgets: &'a BTreeMap<&'static str, [f32; 4]>,
     /// Whether keys are letters.
     typing: bool,
+    /// Where the pointer is \[point\], and whether a button of the mouse is down.
+    pointer: Option<[f32; 2]>,
+    pressed: bool,
     help: bool,
     recording: bool,
     /// Number of recorded frames, for the frames of a run.
@@ -66,6 +69,8 @@ pub(super) struct Surroundings<'a> {
     pub(super) settings: Option<&'a Settings>,
     pub(super) widgets: &'a BTreeMap<&'static str, [f32; 4]>,
     pub(super) typing: bool,
+    pub(super) pointer: Option<eframe::egui::Pos2>,
+    pub(super) pressed: bool,
     pub(super) help: bool,
     pub(super) recording: bool,
     pub(super) picture: eframe::egui::Rect,
@@ -113,6 +118,8 @@ impl SessionLog {
             past: snapshot.is_past,
             widgets: around.widgets,
             typing: around.typing,
+            pointer: around.pointer.map(|place| [place.x, place.y]),
+            pressed: around.pressed,
             help: around.help,
             recording: around.recording,
             recorded: snapshot.recorded,

@@ -88,5 +88,26 @@ pub(super) fn window_error(error: eframe::Error) -> ViewerError {
     };
     // Systems tell it in several lines.
     let reason = reason.split_whitespace().collect::<Vec<_>>().join(" ");
+    let reason = without_place(&reason).to_owned();
     ViewerError::Window { reason, mend }
+}
+
+/// `reason` without the place in the sources of a library, which names folders of whoever built it.
+fn without_place(reason: &str) -> &str {
+    let rest = reason.rsplit_once(".rs:").map_or(reason, |(_, rest)| rest);
+    rest.trim_start_matches(|letter: char| letter.is_ascii_digit() || [':', ' '].contains(&letter))
+        .trim_end_matches('.')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reasons_name_no_sources() {
+        let reason = "winit EventLoopError: os error at /home/a/.cargo/registry/src/winit-0.30/src/linux/mod.rs:765: \
+                      neither WAYLAND_DISPLAY nor DISPLAY is set.";
+        assert_eq!(without_place(reason), "neither WAYLAND_DISPLAY nor DISPLAY is set");
+        assert_eq!(without_place("no adapter found"), "no adapter found");
+    }
 }

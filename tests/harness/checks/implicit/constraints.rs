@@ -7,7 +7,7 @@ use crate::{
     Verdict,
     backends::Candidate,
     models::Description,
-    stages,
+    stages::{self, TrackedImpulse},
     tracked::TrackedVector,
     verdict::{compare, ensure},
 };
@@ -61,7 +61,7 @@ pub fn constraint_filter(candidate: &Candidate, description: &Description) -> Ve
     prepared.kernels.constraint_filter(LinearVector::Residual)?;
     let found = prepared.read(LinearVector::Residual)?;
     let both = prepared.constraints.0.iter().zip(&vector);
-    let expected: Vec<_> = both.map(|(c, &y)| filtered(c, y)).collect();
+    let expected: Vec<_> = both.map(|(c, &y)| c.filtered(y)).collect();
     compare(candidate, "filtered vector", &expected, &found, &prepared.particles.uncertain)
 }
 
@@ -76,12 +76,8 @@ pub fn constraint_project(candidate: &Candidate, description: &Description) -> V
     let found = prepared.read(LinearVector::Solution)?;
     let velocities = &prepared.particles.velocities;
     let both = prepared.constraints.0.iter().zip(vector.iter().zip(velocities));
-    let expected: Vec<_> = both.map(|(c, (&y, &v))| filtered(c, y) + c.change(v)).collect();
+    let expected: Vec<_> = both.map(|(c, (&y, &v))| c.filtered(y) + c.change(v)).collect();
     compare(candidate, "projected vector", &expected, &found, &prepared.particles.uncertain)
-}
-
-fn filtered(constraint: &crate::stages::Constraint, vector: TrackedVector) -> TrackedVector {
-    if constraint.is_free() { vector } else { constraint.filter().apply(vector) }
 }
 
 /// Times that [`constraint_release`] runs the stage.
@@ -99,7 +95,7 @@ pub fn constraint_release(candidate: &Candidate, description: &Description) -> V
         let found = prepared.kernels.constraint_release()?;
         let Prepared { case, particles, system, constraints, .. } = &mut prepared;
         let expected =
-            constraints.release(&case.model, particles, system, &solution, candidate.epsilon());
+            stages::constraint_release(&case.model, particles, constraints, system, &solution);
         let certain = !particles.uncertain.contains(&true);
         ensure(!certain || found == expected, || {
             format!("{}: pass {pass} changes {found}, expected {expected}", candidate.label)
@@ -126,10 +122,8 @@ pub fn constraint_impulses(candidate: &Candidate, description: &Description) -> 
             let found = impulses(&mut *prepared.kernels)?;
             let Prepared { case, particles, system, constraints, .. } = &mut prepared;
             let solved = (start == NewtonStart::StepStart).then_some(&solution[..]);
-            let (solved, count) = ((&*system, solved), case.model.colliders().len());
-            let epsilon = candidate.epsilon();
-            let expected =
-                stages::constraint_impulses(constraints, particles, solved, count, epsilon);
+            let mut expected = vec![TrackedImpulse::default(); case.model.colliders().len()];
+            stages::constraint_impulses(particles, constraints, system, solved, &mut expected);
             if !particles.uncertain.contains(&true) {
                 let parts =
                     |part: usize| expected.iter().map(|sums| sums[part]).collect::<Vec<_>>();
@@ -141,7 +135,7 @@ pub fn constraint_impulses(candidate: &Candidate, description: &Description) -> 
             }
             prepared.kernels.constraint_release()?;
             let Prepared { case, particles, system, constraints, .. } = &mut prepared;
-            constraints.release(&case.model, particles, system, &solution, epsilon);
+            stages::constraint_release(&case.model, particles, constraints, system, &solution);
         }
         prepared.kernels.state_keep()?;
         prepared.kernels.constraint_impulses(start)?;

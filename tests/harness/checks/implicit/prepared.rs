@@ -6,7 +6,7 @@ use crate::{
     backends::Candidate,
     models::{Case, Description},
     random::Random,
-    stages::{self, Constraints, LinearSystem, Particles},
+    stages::{self, Constraints, LinearSystem, Linearisation, Particles},
     tracked::TrackedVector,
 };
 
@@ -44,12 +44,10 @@ impl Prepared {
         substep.length *= LENGTH_FACTOR;
         kernels.state_keep()?;
         kernels.collider_constraints(&substep)?;
-        let epsilon = candidate.epsilon();
         let mut particles = case.particles();
         let constraints = {
             let colliders = case.plan.colliders_at(substep.index);
-            let length = substep.length;
-            Constraints::new(&case.model, &mut particles, colliders, length, epsilon)
+            stages::collider_constraints(&case.model, &mut particles, colliders, substep.length)
         };
         let uncertain = std::mem::take(&mut particles.uncertain);
         let velocities_start: Vec<_> =
@@ -76,14 +74,19 @@ impl Prepared {
         let forces: Vec<_> = forces.into_iter().map(TrackedVector::exact).collect();
         let model = &case.model;
         let mut particles = Particles { uncertain, ..case.particles() };
-        let mut terms = stages::spring_terms(model, &mut particles, substep.length, epsilon);
+        let mut terms = stages::spring_linearise(model, &mut particles, substep.length);
         if penalty {
-            let contacts = stages::contact_terms(model, &mut particles, substep.length, epsilon);
-            terms.extend(contacts);
+            let pairs = stages::contact_pairs(model, &mut particles).pairs;
+            let length = substep.length;
+            terms.extend(stages::contact_linearise(model, &mut particles, &pairs, length));
         }
-        let at = (substep.length, substep.wind_velocity);
-        let from = (start, &velocities_start[..]);
-        let mut system = LinearSystem::assemble(model, &particles, terms, &forces, at, from);
+        let about = Linearisation {
+            length: substep.length,
+            wind_velocity: substep.wind_velocity,
+            start,
+            velocities_start: &velocities_start,
+        };
+        let mut system = stages::implicit_assemble(model, &particles, terms, &forces, &about);
         constraints.add_drags(&particles.velocities, &mut system);
         Ok(Self { case, kernels, substep, particles, system, constraints, random })
     }

@@ -22,7 +22,8 @@ pub fn velocity_add(candidate: &Candidate, description: &Description) -> Verdict
         let solution = prepared.fill(candidate, LinearVector::Solution)?;
         let mut state = State::default();
         prepared.kernels.state_read(&mut state)?;
-        let mut expected = crate::stages::Particles::new(&prepared.case.model, &state);
+        let mut expected =
+            crate::stages::Particles::new(&prepared.case.model, &state, candidate.epsilon());
         for (v, y) in expected.velocities.iter_mut().zip(solution) {
             *v += y.scaled(Tracked::rounded(scale));
         }

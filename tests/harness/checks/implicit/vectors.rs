@@ -28,9 +28,9 @@ pub fn preconditioner_apply(
     let residual = prepared.fill(candidate, LinearVector::Residual)?;
     prepared.kernels.preconditioner_apply(LinearVector::Residual, LinearVector::Preconditioned)?;
     let found = prepared.read(LinearVector::Preconditioned)?;
-    let matrix = prepared.system.blocks();
+    let matrix = prepared.system.diagonal();
     let apply = |(i, constraint): (usize, &stages::Constraint)| {
-        let diagonal = matrix[&[i, i]];
+        let diagonal = matrix[i];
         stages::preconditioner_apply(diagonal, constraint, blocks, residual[i], candidate.epsilon())
     };
     let expected: Vec<_> = prepared.constraints.0.iter().enumerate().map(apply).collect();

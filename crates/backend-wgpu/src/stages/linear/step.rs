@@ -4,6 +4,7 @@ use cloth_core::{Error, Result, stepper::Substep};
 
 use super::{Stages, solve::stage_of};
 use crate::{
+    forms,
     layout::{CALL_DEFERRED, CALL_FROM_SOLUTION, Call},
     linear::{SolveRequest, call_of},
 };
@@ -11,12 +12,7 @@ use crate::{
 impl Stages {
     /// Whether substeps of this model can be done so, on a device that can bind enough buffers.
     pub(in crate::stages) fn implicit_step_prepare(&mut self) -> Result<bool> {
-        let model = &self.model;
-        let is_plain = model.colliders().is_empty()
-            && model.self_contact().is_none()
-            && !model.has_procedural_fields()
-            && self.colours.is_empty();
-        if !is_plain {
+        if !forms::takes(forms::IMPLICIT_STEP, &self.model, &self.config) {
             return Ok(false);
         }
         match self.kernel("implicit_system") {

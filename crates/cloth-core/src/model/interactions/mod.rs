@@ -8,10 +8,12 @@ mod blocks;
 mod colouring;
 mod neighbours;
 mod pieces;
+mod regions;
 
 pub use blocks::BlockDependencies;
 pub use colouring::{Colouring, SpringColouring};
 pub use neighbours::Neighbours;
+pub use regions::{ColourRegion, ColourRegions};
 
 use super::{Model, Springs};
 

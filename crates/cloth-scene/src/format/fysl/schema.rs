@@ -132,13 +132,25 @@ static BOUNDS: Element = leaf(
     Table("bounds"),
     &[required("min", "min", Vector), required("max", "max", Vector)],
 );
-static VIEW: Element = leaf(
-    "view",
-    Table("view"),
-    &[
+static VIEW: Element = Element {
+    tag: "view",
+    target: Table("view"),
+    attributes: &[
         required("eye", "eye", Vector),
         required("target", "target", Vector),
         same("field_of_view", Number),
+    ],
+    children: &[&DUST],
+    ..EMPTY
+};
+static DUST: Element = leaf(
+    "dust",
+    Table("dust"),
+    &[
+        required("count", "count", Count),
+        required("min", "min", Vector),
+        required("max", "max", Vector),
+        required("lifetime", "lifetime", Number),
     ],
 );
 static WIND: Element = Element {

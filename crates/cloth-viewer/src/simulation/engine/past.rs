@@ -161,6 +161,7 @@ impl Engine {
             time: *time,
             buffers,
             shapes: self.shapes_at(colliders, *time),
+            dust: self.style.dust.at(*time),
             held: held_particles(held),
             contacts,
             bins,

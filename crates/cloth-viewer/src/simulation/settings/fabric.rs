@@ -98,18 +98,24 @@ fn classes(material: &mut Material) -> [(SceneSpringClass, &mut SpringCoefficien
 /// Puts what differs between two materials into what a scene says.
 fn material_change(from: &Material, to: &Material, scene: &mut SceneMaterial) {
     let changed = |from: f64, to: f64| (from != to).then_some(to);
-    if from.mass != to.mass {
+    let masses_differ = from.mass != to.mass;
+    if masses_differ {
         scene.mass = Some(match to.mass {
             Mass::PerArea(value) => SceneMass::PerArea(value),
             Mass::PerParticle(value) => SceneMass::PerParticle(value),
         });
     }
     scene.thickness = changed(from.thickness, to.thickness).or(scene.thickness);
+    // Without a preset a damping that nobody gave follows from stiffness and mass, so it is written down where one of them changed.
+    let follows = scene.preset.is_none();
     let spring = |from: SpringCoefficients, to: SpringCoefficients, given: Option<SceneSpring>| {
         let old = given.unwrap_or_default();
+        let stiffness = changed(from.stiffness, to.stiffness);
+        let implied = follows && (stiffness.is_some() || masses_differ);
+        let damping = changed(from.damping, to.damping).or(old.damping);
         let new = SceneSpring {
-            stiffness: changed(from.stiffness, to.stiffness).or(old.stiffness),
-            damping: changed(from.damping, to.damping).or(old.damping),
+            stiffness: stiffness.or(old.stiffness),
+            damping: damping.or(implied.then_some(to.damping)),
         };
         // An empty table says no more than none.
         if new == old { given } else { Some(new) }
@@ -161,7 +167,7 @@ mod tests {
         assert_eq!(settings.preset.as_deref(), Some("jet-set"));
         assert_eq!(settings.material.mass, Mass::PerArea(0.2));
         assert_eq!(settings.material.stretch.stiffness, 80.0);
-        assert_eq!(settings.material.bend, SpringCoefficients { stiffness: 40.0, damping: 0.001 });
+        assert_eq!(settings.material.bend, SpringCoefficients { stiffness: 25.0, damping: 0.015 });
         // Nobody says this one but the preset.
         assert_eq!(settings.material.thickness, 0.3e-3);
         assert!((settings.spacing - 0.025).abs() < 1e-12);
@@ -229,5 +235,8 @@ mod tests {
         assert_eq!(network.joints[0].damping, Some(0.2));
         assert_eq!(network.prototypes[1].stiffness, None);
         assert_eq!(cloth.material.shear.unwrap().stiffness, Some(7.0));
+        // Nobody gave a damping, and it stays what it was when the stiffness changed.
+        assert_eq!(cloth.material.shear.unwrap().damping, Some(original.material.shear.damping));
+        assert_eq!(cloth.material.bend.unwrap().damping, None);
     }
 }

@@ -1,0 +1,337 @@
+//! The table of forms: every special form of the kernel of explicit frames, with the features that it takes.
+//!
+//! A form serves a model if it lists all features of the model and the sizes fit; the first one of the table that does is taken. What
+//! is not listed goes to the general form, so that a feature that is new is never left out silently.
+
+use cloth_core::{Feature, FeatureSet, FormChoice};
+
+use crate::{
+    contact::GROUP,
+    layout::{CudaReal, Real4},
+    tables::Patch,
+};
+
+/// A form of the kernel of explicit frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FrameForm {
+    /// One patch of few tiles that is in contact with itself.
+    PatchContact,
+    /// One patch of few tiles.
+    Patch,
+    /// One patch of many tiles that is in contact with itself.
+    PatchFlat,
+    /// One patch of many tiles.
+    PatchTiles,
+    /// A large mesh on which nothing but fields, springs and colliders act.
+    Mesh,
+    /// One pass makes a substep.
+    Pass,
+    /// Every model: other stages follow the pass.
+    Stages,
+}
+
+/// What is computed by all forms of this table.
+const PHASE: &str = "explicit_substep";
+
+/// Features of what every form knows.
+const PLAIN: [Feature; 3] = [Feature::Springs, Feature::Colliders, Feature::ProceduralFields];
+const PENALTY: [Feature; 4] =
+    [Feature::Springs, Feature::Colliders, Feature::ProceduralFields, Feature::PenaltyContact];
+const MESH: [Feature; 5] = [
+    Feature::Springs,
+    Feature::Colliders,
+    Feature::ProceduralFields,
+    Feature::AnyMesh,
+    Feature::UnlikeSprings,
+];
+
+/// Sizes of a model and a device that forms depend on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FrameSizes {
+    pub(crate) particles: usize,
+    /// If the model is one whose springs are in a table of shared memory.
+    pub(crate) patch: Option<Patch>,
+    /// Whether entries of springs are packed into one word.
+    pub(crate) is_packed: bool,
+    pub(crate) multiprocessors: usize,
+    /// Bytes of shared memory of a block, at most.
+    pub(crate) shared_max: usize,
+}
+
+/// Threads of a block, where nothing else is said.
+const THREADS: usize = 256;
+/// Tiles for each multiprocessor from which on the forms for many tiles are faster.
+const TILES_MIN: usize = 4;
+/// Tiles of a patch with contact whose list of groups blocks build by comparing their runs, at most: with longer runs they have more in
+/// common than that saves.
+const TILES_MAX: usize = 1 << 16;
+/// Groups of a tile, particles that a block has in shared memory, those that are compared, pairs, and partners that there is room for, as
+/// in `shared/area.cuh` and `shared/area_view.cuh`.
+pub(crate) const CONTACT_GROUPS: usize = 8;
+const CONTACT_ENTRIES: usize = 48 * 16 + CONTACT_GROUPS * 64;
+const CONTACT_MEMBERS: usize = CONTACT_GROUPS * 16 * GROUP;
+const CONTACT_PAIRS: usize = CONTACT_MEMBERS / 2;
+const CONTACT_PARTNERS: usize = (15 + 16) * 256;
+/// Particles that the form with contact can name, and bytes of shared memory that it has beside those that depend on the model, at most.
+const CONTACT_PARTICLES_MAX: usize = 1 << 16;
+const CONTACT_STATIC: usize = 8704;
+/// Numbers of the springs of a tile, as in `stencil.cuh`.
+pub(crate) const STENCIL_FORCES: usize = 53 * 37 * 3;
+const _: () = assert!(
+    contact_shared_bytes::<f32>(800) + CONTACT_STATIC <= 163 << 10,
+    "a block of compute capability 8.0 has no room for the common workload of 160 x 160 any more",
+);
+
+/// Bytes of shared memory of a block of `explicit_substep_contact.cu` for a patch of so many groups.
+pub(crate) const fn contact_shared_bytes<T>(groups: usize) -> usize {
+    let particles = 2 * CONTACT_ENTRIES + CONTACT_PAIRS;
+    let names = CONTACT_MEMBERS + CONTACT_PARTNERS;
+    let lists = CONTACT_GROUPS * groups * size_of::<u16>();
+    particles * size_of::<Real4<T>>()
+        + names * size_of::<u32>()
+        + lists
+        + STENCIL_FORCES * size_of::<T>()
+}
+
+impl FrameSizes {
+    /// What is handed out to blocks: tiles of a patch, or particles.
+    pub(crate) fn items(&self) -> usize {
+        self.patch.map_or(self.particles, |patch| patch.tiles())
+    }
+
+    /// Whether a block for each multiprocessor has all of it.
+    pub(crate) fn is_small(&self) -> bool {
+        let unit = if self.patch.is_some() { 1 } else { THREADS };
+        self.items() <= self.multiprocessors * unit
+    }
+
+    fn small(&self) -> Result<(), String> {
+        if self.patch.is_none() {
+            return Err("springs are not in a table".into());
+        }
+        if self.is_small() {
+            return Ok(());
+        }
+        Err(format!("{} tiles on {} multiprocessors", self.items(), self.multiprocessors))
+    }
+
+    fn many_tiles(&self) -> Result<(), String> {
+        let least = TILES_MIN * self.multiprocessors;
+        if self.patch.is_some() && self.items() >= least {
+            return Ok(());
+        }
+        Err(format!("{} tiles, fewer than {least}", self.items()))
+    }
+
+    fn contact(&self) -> Result<(), String> {
+        self.small()?;
+        if self.particles >= CONTACT_PARTICLES_MAX {
+            return Err(format!("{} particles", self.particles));
+        }
+        let shared = contact_shared_bytes::<f32>(self.items() * CONTACT_GROUPS) + CONTACT_STATIC;
+        if shared > self.shared_max {
+            return Err(format!("{shared} bytes of shared memory, of {}", self.shared_max));
+        }
+        Ok(())
+    }
+}
+
+impl FrameForm {
+    /// All forms, the fastest first.
+    pub(crate) const TABLE: [Self; 7] = [
+        Self::PatchContact,
+        Self::Patch,
+        Self::PatchFlat,
+        Self::PatchTiles,
+        Self::Mesh,
+        Self::Pass,
+        Self::Stages,
+    ];
+
+    /// The features that it takes.
+    pub(crate) const fn takes(self) -> FeatureSet {
+        match self {
+            Self::PatchContact | Self::PatchFlat => FeatureSet::of(&PENALTY),
+            Self::Patch | Self::PatchTiles => FeatureSet::of(&PLAIN),
+            Self::Mesh => FeatureSet::of(&MESH),
+            Self::Pass => FeatureSet::all_but(&[Feature::ImpulseContact, Feature::StrainLimit]),
+            Self::Stages => FeatureSet::all_but(&[]),
+        }
+    }
+
+    /// The feature that it is made for, without which another form is faster.
+    const fn is_for(self) -> Option<Feature> {
+        match self {
+            Self::PatchContact | Self::PatchFlat => Some(Feature::PenaltyContact),
+            Self::Patch | Self::PatchTiles | Self::Mesh | Self::Pass | Self::Stages => None,
+        }
+    }
+
+    /// Why a model of such sizes is too small or too large for it.
+    fn fits(self, sizes: &FrameSizes) -> Result<(), String> {
+        match self {
+            Self::PatchContact => sizes.contact(),
+            Self::Patch => sizes.small(),
+            Self::PatchFlat => {
+                sizes.many_tiles()?;
+                let (tiles, most) = (sizes.items(), TILES_MAX);
+                if tiles > most { Err(format!("{tiles} tiles, more than {most}")) } else { Ok(()) }
+            }
+            Self::PatchTiles => sizes.many_tiles(),
+            Self::Mesh if sizes.is_small() => Err("few particles".into()),
+            Self::Mesh if !sizes.is_packed => Err("springs in a table".into()),
+            Self::Mesh | Self::Pass | Self::Stages => Ok(()),
+        }
+    }
+
+    /// It in words.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::PatchContact => "one patch of few tiles, with contact",
+            Self::Patch => "one patch of few tiles",
+            Self::PatchFlat => "one patch of many tiles, with contact",
+            Self::PatchTiles => "one patch of many tiles",
+            Self::Mesh => "large mesh",
+            Self::Pass => "general, one pass",
+            Self::Stages => "general, all stages",
+        }
+    }
+
+    /// The module of its kernel.
+    pub(crate) const fn module(self) -> &'static str {
+        match self {
+            Self::PatchContact => "explicit_substep_contact",
+            Self::Patch => "explicit_substep_patch",
+            Self::PatchFlat => "explicit_substep_flat",
+            Self::PatchTiles => "explicit_substep_tiles",
+            Self::Mesh => "explicit_substep_mesh",
+            Self::Pass => "explicit_substep",
+            Self::Stages => "explicit_substep_stages",
+        }
+    }
+
+    /// Why it is not taken, or nothing if it is.
+    fn objection(self, features: FeatureSet, sizes: &FrameSizes) -> Option<String> {
+        if let Some(feature) = features.first_beyond(self.takes()) {
+            return Some(feature.name().to_owned());
+        }
+        if let Some(feature) = self.is_for().filter(|&feature| !features.has(feature)) {
+            return Some(format!("no {}", feature.name()));
+        }
+        self.fits(sizes).err()
+    }
+
+    /// The first form of the table that takes a model.
+    pub(crate) fn choose(features: FeatureSet, sizes: &FrameSizes) -> Self {
+        let found = Self::TABLE.into_iter().find(|form| form.objection(features, sizes).is_none());
+        found.unwrap_or(Self::Stages)
+    }
+
+    /// The same, with what rules out those before it.
+    pub(crate) fn choice(features: FeatureSet, sizes: &FrameSizes) -> FormChoice {
+        let chosen = Self::choose(features, sizes);
+        let faster = Self::TABLE.into_iter().take_while(|&form| form != chosen);
+        let ruled_out = faster.filter_map(|form| {
+            form.objection(features, sizes).map(|objection| (form.name(), objection))
+        });
+        FormChoice { phase: PHASE, form: chosen.name(), ruled_out: ruled_out.collect() }
+    }
+
+    /// Whether it leaves the state that a frame begins with as it is.
+    pub(crate) const fn keeps_first(self) -> bool {
+        matches!(self, Self::PatchContact | Self::PatchFlat)
+    }
+
+    /// Whether it counts the pairs that each frame looks at; others have lists whose pairs were counted when they were built.
+    pub(crate) const fn counts_candidates(self) -> bool {
+        matches!(self, Self::PatchContact)
+    }
+
+    /// How often it writes to the other motion in a substep that has such parts.
+    pub(crate) const fn motions(self, has_impulses: bool, sweeps: u32, has_regions: bool) -> u32 {
+        match self {
+            // In place, and once more for colliders; or once for each sweep.
+            Self::Stages => {
+                let limits = if sweeps == 0 {
+                    0
+                } else if has_regions {
+                    sweeps
+                } else {
+                    1
+                };
+                1 + has_impulses as u32 + limits
+            }
+            _ => 1,
+        }
+    }
+}
+
+/// Bytes of shared memory of a block of `explicit_substep_stages.cu` for regions of so many particles, with the velocities of their own.
+pub(crate) const fn limit_shared_bytes<T: CudaReal>(particles: usize, owned: usize) -> usize {
+    (particles + owned) * size_of::<Real4<T>>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LARGE: FrameSizes = FrameSizes {
+        particles: 1 << 20,
+        patch: Some(Patch { columns: 1 << 10, rows: 1 << 10 }),
+        is_packed: false,
+        multiprocessors: 132,
+        shared_max: 227 << 10,
+    };
+    const SMALL: FrameSizes = FrameSizes {
+        particles: 160 * 160,
+        patch: Some(Patch { columns: 160, rows: 160 }),
+        ..LARGE
+    };
+    const MESH: FrameSizes = FrameSizes { patch: None, is_packed: true, ..LARGE };
+
+    #[test]
+    fn plain_models_get_the_form_for_their_size() {
+        let plain = FeatureSet::of(&PLAIN);
+        assert_eq!(FrameForm::choose(plain, &SMALL), FrameForm::Patch);
+        assert_eq!(FrameForm::choose(plain, &LARGE), FrameForm::PatchTiles);
+        let penalty = FeatureSet::of(&PENALTY);
+        assert_eq!(FrameForm::choose(penalty, &SMALL), FrameForm::PatchContact);
+        assert_eq!(FrameForm::choose(penalty, &LARGE), FrameForm::PatchFlat);
+        let mesh = FeatureSet::of(&super::MESH);
+        assert_eq!(FrameForm::choose(mesh, &MESH), FrameForm::Mesh);
+        // Where patches are not looked for.
+        let hidden = FrameSizes { patch: None, ..SMALL };
+        for features in [plain, penalty] {
+            assert_eq!(FrameForm::choose(features, &hidden), FrameForm::Pass);
+        }
+    }
+
+    /// Each feature that a form does not list sends a model to a form that lists it, whatever else the model has.
+    #[test]
+    fn a_form_never_serves_a_feature_that_it_does_not_list() {
+        for sizes in [SMALL, LARGE, MESH] {
+            for set in 0..1_u32 << Feature::ALL.len() {
+                let features: Vec<Feature> = Feature::ALL
+                    .into_iter()
+                    .enumerate()
+                    .filter(|(k, _)| set >> k & 1 == 1)
+                    .map(|(_, feature)| feature)
+                    .collect();
+                let features = FeatureSet::of(&features);
+                let form = FrameForm::choose(features, &sizes);
+                assert_eq!(features.first_beyond(form.takes()), None, "{form:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_rules_a_faster_form_out_is_said() {
+        let windy = FeatureSet::of(&[Feature::Springs, Feature::Air]);
+        let choice = FrameForm::choice(windy, &SMALL);
+        assert_eq!(choice.form, FrameForm::Pass.name());
+        assert!(choice.ruled_out.iter().all(|(_, why)| why == Feature::Air.name()), "{choice:?}");
+        assert_eq!(choice.ruled_out.len(), 5);
+        let limited = FeatureSet::of(&[Feature::Springs, Feature::StrainLimit]);
+        assert_eq!(FrameForm::choose(limited, &SMALL), FrameForm::Stages);
+    }
+}

@@ -1,0 +1,96 @@
+//! NUMERICS §3, `aerodynamic_forces`: pressure and friction of the air.
+
+use cloth_core::Model;
+
+use crate::{Matrix, Number, Particles, Vector, particles::length_min};
+
+/// A triangle in the air.
+struct Sail<N> {
+    corners: [usize; 3],
+    /// rho/2 A/3.
+    weight: N,
+    pressure: N,
+    friction: N,
+    normal: Vector<N>,
+    /// u . n.
+    across: N,
+    /// u_t.
+    along: Vector<N>,
+}
+
+/// Calls `visit` for every triangle that has an area, in order.
+fn for_each_sail<N: Number>(
+    model: &Model,
+    particles: &Particles<N>,
+    wind_velocity: [f64; 3],
+    mut visit: impl FnMut(Sail<N>),
+) {
+    let Some(air) = model.air() else { return };
+    let [half, third] = [0.5, 1.0 / 3.0].map(N::rounded);
+    let (density, wind) = (N::rounded(air.density), Vector::rounded(wind_velocity));
+    for cloth in model.cloths() {
+        let pressure = N::rounded(cloth.aerodynamics.pressure);
+        let friction = N::rounded(cloth.aerodynamics.friction);
+        let triangles = cloth.triangles.start as usize..cloth.triangles.end as usize;
+        for corners in &model.triangles()[triangles] {
+            let corners = corners.map(|corner| corner as usize);
+            let [a, b, c] = corners.map(|corner| particles.positions[corner]);
+            let area_vector = (b - a).cross(c - a).scaled(half);
+            let area = area_vector.length();
+            if area.value() == 0.0 {
+                continue;
+            }
+            let normal = area_vector.divided(area);
+            let [a, b, c] = corners.map(|corner| particles.velocities[corner]);
+            let relative = wind - (a + b + c).scaled(third);
+            let across = relative.dot(normal);
+            let along = relative - normal.scaled(across);
+            let weight = half * density * area * third;
+            visit(Sail { corners, weight, pressure, friction, normal, across, along });
+        }
+    }
+}
+
+/// Adds a third of the force on each triangle to each of its corners.
+pub fn aerodynamic_forces<N: Number>(
+    model: &Model,
+    particles: &Particles<N>,
+    wind_velocity: [f64; 3],
+    forces: &mut [Vector<N>],
+) {
+    // From zero for each particle, then added.
+    let mut sums = vec![Vector::ZERO; forces.len()];
+    for_each_sail(model, particles, wind_velocity, |sail| {
+        let force = sail.normal.scaled(sail.pressure * sail.across.abs() * sail.across)
+            + sail.along.scaled(sail.friction * sail.along.length());
+        for corner in sail.corners {
+            sums[corner] += force.scaled(sail.weight);
+        }
+    });
+    for (force, sum) in forces.iter_mut().zip(sums) {
+        *force += sum;
+    }
+}
+
+/// J of every particle \[N s/m\], how the force of the air changes with the velocity (NUMERICS §5).
+#[must_use]
+pub fn air_jacobians<N: Number>(
+    model: &Model,
+    particles: &Particles<N>,
+    wind_velocity: [f64; 3],
+) -> Vec<Matrix<N>> {
+    let mut jacobians = vec![Matrix::ZERO; particles.len()];
+    for_each_sail(model, particles, wind_velocity, |sail| {
+        let speed = sail.along.length();
+        let direction = sail.along.divided(speed.max(length_min()));
+        let normals = Matrix::outer(sail.normal, sail.normal);
+        let tangents =
+            Matrix::diagonal(N::ONE) + normals.negated() + Matrix::outer(direction, direction);
+        let share = normals.scaled(N::rounded(2.0) * sail.pressure * sail.across.abs())
+            + tangents.scaled(sail.friction * speed);
+        for corner in sail.corners {
+            jacobians[corner] += share.scaled(sail.weight);
+        }
+    });
+    jacobians
+}

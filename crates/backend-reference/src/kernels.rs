@@ -1,0 +1,328 @@
+//! All stages on the memory of one solver.
+
+mod implicit;
+mod semi_implicit;
+
+use std::sync::Arc;
+
+use cloth_core::{
+    ColliderImpulse, ContactStatistics, ForceControl, Kernels, LinearVector, Measures, Model,
+    PinWrite, Preconditioner, Result, SolverConfig, SpringColouring, StageTime, State,
+    stepper::{self, FramePlan, Substep},
+};
+
+use crate::{
+    Constraints, Impulse, LinearSystem, Matrix, Particles, Term, Vector, aerodynamic_forces,
+    check_precision, collider_response, contact_candidates, contact_forces, contact_impulses,
+    control_forces, field_forces, integrate_explicit, measure, procedural_forces,
+    semi_implicit::Factorisations, spring_forces, strain_limit, vertex_normals,
+};
+
+/// The stages on plain vectors.
+pub struct ReferenceKernels {
+    model: Arc<Model>,
+    config: SolverConfig,
+    colouring: SpringColouring,
+    plan: FramePlan,
+    particles: Particles<f64>,
+    forces: Vec<Vector<f64>>,
+    controls: Controls,
+    /// Pairs in contact when they were last looked for.
+    pairs: Vec<[u32; 2]>,
+    contacts: ContactStatistics,
+    /// Positions of `start_keep`, until a response has used them.
+    start: Option<Vec<Vector<f64>>>,
+    impulses: Vec<Impulse<f64>>,
+    kept: Kept,
+    linear: Linear,
+    factorisations: Factorisations,
+    non_finite_step: Option<u64>,
+}
+
+/// What `state_keep` has kept.
+#[derive(Clone, Default)]
+struct Kept {
+    positions: Vec<Vector<f64>>,
+    velocities: Vec<Vector<f64>>,
+    impulses: Vec<Impulse<f64>>,
+}
+
+/// Forces on single particles.
+#[derive(Default)]
+struct Controls {
+    forces: Vec<ForceControl>,
+    /// Positions of all particles when they were given \[m\].
+    given: Vec<[f64; 3]>,
+    /// Velocities before the last kick, if there was one.
+    before: Option<Vec<Vector<f64>>>,
+}
+
+/// The linear system of an implicit substep.
+struct Linear {
+    springs: Vec<Term<f64>>,
+    contacts: Vec<Term<f64>>,
+    system: LinearSystem<f64>,
+    constraints: Constraints<f64>,
+    constrained: u64,
+    released: u64,
+    /// D, and whether the preconditioner takes all of it.
+    preconditioner: (Vec<Matrix<f64>>, Preconditioner),
+    vectors: [Vec<Vector<f64>>; LinearVector::ALL.len()],
+}
+
+impl ReferenceKernels {
+    /// The stages for a model, in its initial state.
+    ///
+    /// # Errors
+    /// [`Invalid`](cloth_core::Error) for the settings; `Unsupported` in single precision.
+    pub fn new(model: Arc<Model>, config: &SolverConfig) -> Result<Self> {
+        config.validate()?;
+        check_precision(config.precision)?;
+        let count = model.particle_count();
+        let classes = config.strain_limit.as_ref().map_or(&[][..], |limit| &limit.classes);
+        let particles = Particles::new(&model, &model.initial_state(), f64::EPSILON);
+        let zero = || vec![Vector::ZERO; count];
+        Ok(Self {
+            colouring: SpringColouring::greedy(model.springs(), count, classes),
+            plan: FramePlan::default(),
+            forces: zero(),
+            controls: Controls::default(),
+            pairs: Vec::new(),
+            contacts: ContactStatistics::default(),
+            start: None,
+            impulses: vec![Impulse::default(); model.colliders().len()],
+            kept: Kept::default(),
+            linear: Linear {
+                springs: Vec::new(),
+                contacts: Vec::new(),
+                system: LinearSystem::default(),
+                constraints: Constraints::of_pins(&particles),
+                constrained: 0,
+                released: 0,
+                preconditioner: (Vec::new(), Preconditioner::default()),
+                vectors: std::array::from_fn(|_| zero()),
+            },
+            factorisations: Factorisations::default(),
+            non_finite_step: None,
+            particles,
+            config: config.clone(),
+            model,
+        })
+    }
+
+    fn is_finite(&self) -> bool {
+        let Particles { positions, velocities, .. } = &self.particles;
+        positions.iter().chain(velocities).all(|vector| vector.0.iter().all(|c| c.is_finite()))
+    }
+}
+
+impl Kernels for ReferenceKernels {
+    fn model(&self) -> &Arc<Model> {
+        &self.model
+    }
+
+    fn config(&self) -> &SolverConfig {
+        &self.config
+    }
+
+    fn state_write(&mut self, state: &State) -> Result<()> {
+        state.validate(&self.model)?;
+        self.particles = Particles::new(&self.model, state, f64::EPSILON);
+        self.linear.constraints.pins_update(&self.particles);
+        self.non_finite_step = None;
+        self.start = None;
+        Ok(())
+    }
+
+    fn state_read(&mut self, out: &mut State) -> Result<()> {
+        let particles = &self.particles;
+        out.positions = particles.positions.iter().map(|x| x.0).collect();
+        out.velocities = particles.velocities.iter().map(|v| v.0).collect();
+        out.held = (0..particles.len()).map(|i| u8::from(particles.is_held(i))).collect();
+        Ok(())
+    }
+
+    fn forces_read(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
+        *out = self.forces.iter().map(|force| force.0).collect();
+        Ok(())
+    }
+
+    fn pins_write(&mut self, pins: &[PinWrite]) -> Result<()> {
+        for pin in pins {
+            let i = pin.particle as usize;
+            self.particles.inverse_masses[i] =
+                if pin.held { 0.0 } else { self.model.masses()[i].recip() };
+            if let Some(position) = pin.position {
+                self.particles.positions[i] = Vector(position);
+            }
+            if let Some(velocity) = pin.velocity {
+                self.particles.velocities[i] = Vector(velocity);
+            }
+        }
+        self.linear.constraints.pins_update(&self.particles);
+        Ok(())
+    }
+
+    fn frame_begin(&mut self, plan: &FramePlan) -> Result<()> {
+        self.plan = plan.clone();
+        Ok(())
+    }
+
+    fn control_forces_write(&mut self, forces: &[ForceControl]) -> Result<()> {
+        let given = self.particles.positions.iter().map(|x| x.0).collect();
+        self.controls = Controls { forces: forces.to_vec(), given, before: None };
+        Ok(())
+    }
+
+    fn has_control_forces(&self) -> bool {
+        !self.controls.forces.is_empty()
+    }
+
+    fn control_forces(&mut self, substep: &Substep) -> Result<()> {
+        let Controls { forces, given, before } = &mut self.controls;
+        *before = Some(self.particles.velocities.clone());
+        control_forces(&self.model, &mut self.particles, forces, given, substep);
+        Ok(())
+    }
+
+    fn control_forces_restore(&mut self) -> Result<()> {
+        let Controls { forces, before: Some(before), .. } = &self.controls else { return Ok(()) };
+        for particle in forces.iter().map(|force| force.particle as usize) {
+            self.particles.velocities[particle] = before[particle];
+        }
+        Ok(())
+    }
+
+    fn field_forces(&mut self) -> Result<()> {
+        self.forces = field_forces(&self.model, &self.particles);
+        Ok(())
+    }
+
+    fn procedural_forces(&mut self, substep: &Substep) -> Result<()> {
+        procedural_forces(&self.model, &self.particles, substep, &mut self.forces);
+        Ok(())
+    }
+
+    fn spring_forces(&mut self) -> Result<()> {
+        spring_forces(&self.model, &self.particles, &mut self.forces);
+        Ok(())
+    }
+
+    fn aerodynamic_forces(&mut self, substep: &Substep) -> Result<()> {
+        let wind = substep.wind_velocity;
+        aerodynamic_forces(&self.model, &self.particles, wind, &mut self.forces);
+        Ok(())
+    }
+
+    fn contact_candidates(&mut self) -> Result<()> {
+        self.pairs = contact_candidates(&self.model, &self.particles).pairs;
+        let count = self.pairs.len() as u64;
+        let rebuilds = self.contacts.rebuilds + 1;
+        self.contacts = ContactStatistics { contacts: count, candidates: count, rebuilds };
+        Ok(())
+    }
+
+    fn contact_forces(&mut self) -> Result<()> {
+        contact_forces(&self.model, &mut self.particles, &self.pairs, &mut self.forces);
+        Ok(())
+    }
+
+    fn integrate_explicit(&mut self, substep: &Substep) -> Result<()> {
+        integrate_explicit(&mut self.particles, &self.forces, substep.length);
+        Ok(())
+    }
+
+    fn contact_impulses(&mut self, substep: &Substep) -> Result<()> {
+        contact_impulses(&self.model, &mut self.particles, &self.pairs, substep.length);
+        Ok(())
+    }
+
+    fn strain_limit_colours(&self) -> usize {
+        self.colouring.len()
+    }
+
+    fn strain_limit(&mut self, substep: &Substep, colour: usize) -> Result<()> {
+        let Some(limit) = &self.config.strain_limit else { return Ok(()) };
+        let springs = self.colouring.colour(colour);
+        strain_limit(&self.model, &mut self.particles, springs, limit.ratio, substep.length);
+        Ok(())
+    }
+
+    fn start_keep(&mut self) -> Result<()> {
+        self.start = Some(self.particles.positions.clone());
+        Ok(())
+    }
+
+    fn collider_response(&mut self, substep: &Substep) -> Result<()> {
+        let start = self.start.take();
+        let start = start.as_ref().map(|start| (&start[..], substep.length));
+        let colliders = self.plan.colliders_at(substep.index);
+        let (particles, impulses) = (&mut self.particles, &mut self.impulses);
+        collider_response(&self.model, particles, colliders, start, impulses);
+        Ok(())
+    }
+
+    fn collider_impulses(&mut self, out: &mut Vec<ColliderImpulse>) -> Result<()> {
+        let asked = self.model.collider_impulses();
+        out.clear();
+        out.extend(self.impulses.iter_mut().map(|sum| {
+            let [linear, angular] = std::mem::take(sum).map(|sum| sum.0);
+            if asked { ColliderImpulse { linear, angular } } else { ColliderImpulse::default() }
+        }));
+        Ok(())
+    }
+
+    fn vertex_normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
+        let normals = vertex_normals(&self.model, &mut self.particles);
+        *out = normals.into_iter().map(|normal| normal.0).collect();
+        Ok(())
+    }
+
+    fn measure(&mut self) -> Result<Measures> {
+        let colliders = self.plan.colliders_at(usize::MAX);
+        let figures = measure(&self.model, &self.particles, colliders);
+        let is_finite = |i: usize| {
+            let [x, v] = [self.particles.positions[i], self.particles.velocities[i]];
+            x.0.iter().chain(&v.0).all(|component| component.is_finite())
+        };
+        let non_finite = (0..self.particles.len()).find(|&i| !is_finite(i));
+        Ok(Measures {
+            non_finite_particle: non_finite.map(|particle| particle as u32),
+            non_finite_step: self.non_finite_step,
+            strain_max: figures.strain_max,
+            strain_mean: figures.strain_mean,
+            strain_particle: figures.strain_particle,
+            penetration_max: figures.penetration_max,
+            energy_kinetic: figures.energy_kinetic,
+            energy_elastic: figures.energy_elastic,
+            energy_potential: figures.energy_potential,
+            momentum: figures.momentum.0,
+            momentum_drift: figures.momentum_drift,
+        })
+    }
+
+    fn contact_statistics(&mut self) -> Result<ContactStatistics> {
+        let rebuilds = std::mem::take(&mut self.contacts.rebuilds);
+        Ok(ContactStatistics { rebuilds, ..self.contacts })
+    }
+
+    fn contact_pairs(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {
+        self.contact_candidates()?;
+        out.clone_from(&self.pairs);
+        Ok(())
+    }
+
+    /// None: no clock stands between the stages.
+    fn stage_times(&mut self) -> Vec<StageTime> {
+        Vec::new()
+    }
+
+    /// The stages, until a number is not finite.
+    fn explicit_substep(&mut self, substep: &Substep) -> Result<()> {
+        if self.non_finite_step.is_none() {
+            stepper::explicit::substep(self, substep)?;
+            self.non_finite_step = (!self.is_finite()).then_some(substep.step);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,320 @@
+//! The shape that a cloth has without forces, apart from where it starts.
+
+use glam::{DVec2, DVec3};
+
+use super::{
+    BendingRigidity, CurvatureStiffness, FabricError, HingeGeometry, hinge,
+    membrane::{self, RestState},
+};
+use crate::{NONE, TextureMap, TriangleMesh, WingedEdge, WingedEdges};
+
+/// What a cloth of triangles is at rest: pattern coordinates of each triangle, rest angles and stiffness of each hinge.
+///
+/// Edges of one triangle are borders and have no hinge. Edges of three and more triangles are refused: a hinge for each pair would be
+/// a cloth several times as stiff, whose sides have no inside; what is sewn to a cloth in its middle is a cloth of its own.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RestShape {
+    /// One for each triangle of the mesh.
+    pub triangles: Vec<RestTriangle>,
+    /// The edges with two triangles, ascending by their vertices.
+    pub hinges: Vec<RestHinge>,
+    /// What is allowed but looks like a slip.
+    pub warnings: Vec<RestWarning>,
+}
+
+/// A triangle at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestTriangle {
+    /// Its vertices.
+    pub vertices: [u32; 3],
+    /// D_m^-1 and area.
+    pub state: RestState<f64>,
+    /// Hinges of its edges ab, bc, ca; [`NONE`] on a border.
+    pub hinges: [u32; 3],
+    /// How it resists the folds of these hinges.
+    pub bending: CurvatureStiffness<f64>,
+}
+
+/// An edge between two triangles at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestHinge {
+    /// The edge 0-1 and the opposite vertices 2 and 3, as [`hinge::fold`] takes them.
+    pub vertices: [u32; 4],
+    /// The triangles with vertex 2 and with vertex 3.
+    pub triangles: [u32; 2],
+    /// Fold at rest \[rad\].
+    pub angle: f64,
+    /// Stiffness of the hinge on its own \[N m\], B |e|^2 / (A1 + A2): for what has room for the four vertices of one hinge alone.
+    /// Its energy depends on the mesh, that of [`RestTriangle::bending`] does not.
+    pub stiffness: f64,
+}
+
+/// Something about a rest shape that looks like a slip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RestWarning {
+    /// The pattern is much larger or smaller than the cloth in space: its coordinates are hardly metres.
+    Scale {
+        /// Square root of the area of the pattern over that in space.
+        ratio: f64,
+    },
+    /// Triangles whose bending stiffness had to be limited, as their neighbours leave their curvature nearly undetermined.
+    Limited {
+        /// How many.
+        triangles: usize,
+    },
+}
+
+impl std::fmt::Display for RestWarning {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Scale { ratio } => write!(
+                formatter,
+                "the pattern is {ratio:.3} times as large as the cloth in space: if its coordinates are not metres, give the scale that \
+                 makes them so, about {:.3e}",
+                1.0 / ratio
+            ),
+            Self::Limited { triangles } => write!(
+                formatter,
+                "{triangles} triangles bend more easily than the fabric, as of their neighbours some lie nearly on one conic with them: \
+                 mesh the cloth more evenly"
+            ),
+        }
+    }
+}
+
+/// Ratio of sizes from which on pattern coordinates are hardly metres.
+const SUSPICIOUS_SCALE: f64 = 10.0;
+
+impl RestShape {
+    /// From pattern coordinates \[m\], u along the warp. Rest angles are zero: the cloth was cut from flat fabric.
+    ///
+    /// Panels may be mirrored as a whole; neighbours within a panel may not lie on each other. `mesh` gives the triangles, and with
+    /// its positions the size to which that of the pattern is compared.
+    ///
+    /// # Errors
+    /// A defect of the mesh as a surface, a pattern that lacks triangles or coordinates, triangles without area in the pattern or
+    /// turned over in it, a rigidity that is no number.
+    pub fn from_pattern(
+        mesh: &TriangleMesh,
+        pattern: &TextureMap,
+        bending: &BendingRigidity,
+        cloth: &str,
+    ) -> Result<Self, FabricError> {
+        if pattern.triangles.len() != mesh.triangles.len() {
+            return Err(FabricError::PatternLength {
+                cloth: cloth.into(),
+                found: pattern.triangles.len(),
+                expected: mesh.triangles.len(),
+            });
+        }
+        let edges = WingedEdges::of_triangles(mesh.positions.len(), &mesh.triangles, cloth)?;
+        let mut corners = Vec::with_capacity(mesh.triangles.len());
+        for (triangle, names) in pattern.triangles.iter().enumerate() {
+            let mut uv = [[0.0; 2]; 3];
+            for (uv, &name) in uv.iter_mut().zip(names) {
+                *uv = *pattern.coordinates.get(name as usize).ok_or_else(|| {
+                    FabricError::PatternOutOfRange {
+                        cloth: cloth.into(),
+                        triangle,
+                        coordinate: name,
+                        coordinates: pattern.coordinates.len(),
+                    }
+                })?;
+                crate::error::finite_all(
+                    || format!("pattern coordinate {name} of cloth {cloth:?}"),
+                    uv,
+                )?;
+            }
+            corners.push(uv);
+        }
+        flips_check(&edges, &mesh.triangles, &corners, cloth)?;
+        let mut shape = Self::new(&mesh.triangles, &edges, &corners, bending, cloth)?;
+        shape.scale_check(mesh);
+        Ok(shape)
+    }
+
+    /// From the shape of a mesh in space \[m\], with the warp along `warp` as it lies in each triangle. It keeps its folds: rest
+    /// angles are those of the mesh.
+    ///
+    /// # Errors
+    /// A defect of the mesh as a surface, a direction that stands upright on a triangle, a rigidity that is no number.
+    pub fn from_mesh(
+        mesh: &TriangleMesh,
+        warp: [f64; 3],
+        bending: &BendingRigidity,
+        cloth: &str,
+    ) -> Result<Self, FabricError> {
+        crate::error::finite_all(|| format!("warp direction of cloth {cloth:?}"), &warp)?;
+        for (i, position) in mesh.positions.iter().enumerate() {
+            crate::error::finite_all(
+                || format!("position of vertex {i} of cloth {cloth:?}"),
+                position,
+            )?;
+        }
+        let edges = WingedEdges::build(mesh, cloth)?;
+        let mut corners = Vec::with_capacity(mesh.triangles.len());
+        for (triangle, vertices) in mesh.triangles.iter().enumerate() {
+            let places = vertices.map(|vertex| mesh.positions[vertex as usize]);
+            let flat = membrane::flattened(places, warp);
+            corners.push(
+                flat.ok_or_else(|| FabricError::WarpUpright { cloth: cloth.into(), triangle })?,
+            );
+        }
+        let mut shape = Self::new(&mesh.triangles, &edges, &corners, bending, cloth)?;
+        for rest in &mut shape.hinges {
+            let places = rest.vertices.map(|vertex| mesh.positions[vertex as usize]);
+            rest.angle = hinge::fold(places).angle;
+        }
+        Ok(shape)
+    }
+
+    fn new(
+        triangles: &[[u32; 3]],
+        edges: &WingedEdges,
+        corners: &[[[f64; 2]; 3]],
+        bending: &BendingRigidity,
+        cloth: &str,
+    ) -> Result<Self, FabricError> {
+        bending.validate(&format!("cloth {cloth:?}"))?;
+        let plate = bending.plate();
+        let mut hinge_of_edge = vec![NONE; edges.edges.len()];
+        let mut hinges = Vec::new();
+        for (edge, place) in edges.edges.iter().zip(&mut hinge_of_edge) {
+            let WingedEdge { vertices: [a, b], triangles: sides, opposite } = *edge;
+            if sides.contains(&NONE) {
+                continue;
+            }
+            *place = hinges.len() as u32;
+            hinges.push(RestHinge {
+                vertices: [a, b, opposite[0], opposite[1]],
+                triangles: sides,
+                angle: 0.0,
+                stiffness: 0.0,
+            });
+        }
+        let side = |hinge: &RestHinge, k: usize| {
+            let triangle = hinge.triangles[k] as usize;
+            Side::new(triangles[triangle], corners[triangle], hinge.vertices[0], hinge.vertices[1])
+        };
+        let mut shape = Self { triangles: Vec::with_capacity(triangles.len()), ..Self::default() };
+        let mut limited = 0;
+        for (t, &vertices) in triangles.iter().enumerate() {
+            let state = membrane::rest_state(corners[t]).ok_or_else(|| {
+                FabricError::PatternDegenerate { cloth: cloth.into(), triangle: t }
+            })?;
+            let own = edges.triangle_edges[t].map(|edge| hinge_of_edge[edge as usize]);
+            let geometry = own.map(|h| {
+                let rest: &RestHinge = hinges.get(h as usize)?;
+                let own = usize::from(rest.triangles[1] == t as u32);
+                Some(side(rest, own).beside(&side(rest, 1 - own)))
+            });
+            let (bending, is_limited) = CurvatureStiffness::new(state.area, &plate, &geometry);
+            limited += usize::from(is_limited);
+            shape.triangles.push(RestTriangle { vertices, state, hinges: own, bending });
+        }
+        for rest in &mut hinges {
+            let sides = [side(rest, 0), side(rest, 1)];
+            // Across a seam the two panels may have the warp in different directions.
+            let rigidity = sides.map(|side| bending.along(side.normal.into()));
+            let geometry = sides[0].beside(&sides[1]);
+            rest.stiffness = geometry.lone_stiffness(0.5 * (rigidity[0] + rigidity[1]));
+        }
+        if limited > 0 {
+            shape.warnings.push(RestWarning::Limited { triangles: limited });
+        }
+        shape.hinges = hinges;
+        Ok(shape)
+    }
+
+    fn scale_check(&mut self, mesh: &TriangleMesh) {
+        let pattern: f64 = self.triangles.iter().map(|triangle| triangle.state.area).sum();
+        let place = |vertex: u32| DVec3::from(mesh.positions[vertex as usize]);
+        let areas = mesh
+            .triangles
+            .iter()
+            .map(|&[a, b, c]| 0.5 * (place(b) - place(a)).cross(place(c) - place(a)).length());
+        let ratio = (pattern / areas.sum::<f64>()).sqrt();
+        if !(1.0 / SUSPICIOUS_SCALE..=SUSPICIOUS_SCALE).contains(&ratio) {
+            self.warnings.push(RestWarning::Scale { ratio });
+        }
+    }
+
+    /// Masses of the vertices \[kg\]: each triangle gives a third of its mass at rest to each corner.
+    #[must_use]
+    pub fn masses(&self, area_density: f64, vertices: usize) -> Vec<f64> {
+        let mut masses = vec![0.0; vertices];
+        for triangle in &self.triangles {
+            for vertex in triangle.vertices {
+                masses[vertex as usize] += area_density * triangle.state.area / 3.0;
+            }
+        }
+        masses
+    }
+}
+
+/// A triangle as seen from one of its edges, in its pattern.
+#[derive(Clone, Copy, Debug)]
+struct Side {
+    tangent: DVec2,
+    normal: DVec2,
+    length: f64,
+    height: f64,
+    foot: f64,
+}
+
+impl Side {
+    /// From the edge that runs from vertex `a` to vertex `b` of the triangle.
+    fn new(vertices: [u32; 3], corners: [[f64; 2]; 3], a: u32, b: u32) -> Self {
+        let apex = vertices.into_iter().position(|vertex| vertex != a && vertex != b);
+        let at = |wanted: u32| vertices.into_iter().position(|vertex| vertex == wanted);
+        let corner = |place: Option<usize>| DVec2::from(corners[place.unwrap_or(0)]);
+        let [a, b, apex] = [corner(at(a)), corner(at(b)), corner(apex)];
+        let length = (b - a).length();
+        let tangent = (b - a) / length;
+        let foot = (apex - a).dot(tangent);
+        let up = tangent.perp() * tangent.perp_dot(apex - a).signum();
+        Self { tangent, normal: up, length, height: (apex - a).dot(up), foot }
+    }
+
+    /// The hinge of this triangle with its neighbour, whose side of a seam may be a little longer or shorter.
+    fn beside(&self, neighbour: &Self) -> HingeGeometry {
+        HingeGeometry {
+            tangent: self.tangent.into(),
+            normal: self.normal.into(),
+            length: self.length,
+            heights: [self.height, neighbour.height],
+            feet: [self.foot, neighbour.foot * self.length / neighbour.length],
+        }
+    }
+}
+
+/// Refuses neighbours that share an edge of the pattern and lie on the same side of it.
+fn flips_check(
+    edges: &WingedEdges,
+    triangles: &[[u32; 3]],
+    corners: &[[[f64; 2]; 3]],
+    cloth: &str,
+) -> Result<(), FabricError> {
+    let corner = |t: u32, vertex: u32| {
+        let place = triangles[t as usize].iter().position(|&other| other == vertex).unwrap_or(0);
+        corners[t as usize][place]
+    };
+    let turn = |t: u32| {
+        let [a, b, c] = corners[t as usize].map(DVec2::from);
+        (b - a).perp_dot(c - a)
+    };
+    for edge in &edges.edges {
+        let [first, second] = edge.triangles;
+        if edge.triangles.contains(&NONE) {
+            continue;
+        }
+        let is_shared = edge.vertices.iter().all(|&v| corner(first, v) == corner(second, v));
+        if is_shared && turn(first) * turn(second) < 0.0 {
+            return Err(FabricError::PatternFlipped {
+                cloth: cloth.into(),
+                triangles: edge.triangles,
+            });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,304 @@
+//! Runs that are killed at random moments, resumed, and compared with runs that were left alone.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs, io,
+    path::{Path, PathBuf},
+    process::{Command, ExitStatus, Stdio},
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicU64, Ordering},
+    },
+    thread,
+    time::{Duration, Instant},
+};
+
+use fastrand::Rng;
+use nix::{
+    sys::signal::{Signal, kill},
+    unistd::Pid,
+};
+use tempfile::TempDir;
+
+use crate::arguments::KillArguments;
+
+/// Frames from one checkpoint to the next.
+const CHECKPOINT_EVERY: u64 = 3;
+/// What runs write beside the frames: formats with files of single frames, and one that is made at the end.
+const FORMATS: &str = "obj,npz";
+/// Time after which a run hangs.
+const PATIENCE: Duration = Duration::from_secs(600);
+
+/// A scene on a backend.
+struct Case {
+    scene: String,
+    backend: String,
+    /// The folder of a run that was left alone, and how long it took.
+    whole: TempDir,
+    time: Duration,
+}
+
+/// What was done, beside what was found.
+#[derive(Default)]
+struct Counts {
+    kills: AtomicU64,
+    /// Runs that went on from a checkpoint.
+    resumed: AtomicU64,
+    /// Those that ended before their first checkpoint, and began anew.
+    anew: AtomicU64,
+}
+
+/// Kills runs; whether nothing was lost.
+pub(crate) fn run(arguments: &KillArguments) -> Result<bool, String> {
+    let cases = cases(arguments)?;
+    let findings = Mutex::new(Vec::new());
+    let counts = Counts::default();
+    let next = AtomicU64::new(0);
+    let work = || {
+        while counts.kills.load(Ordering::Relaxed) < arguments.kills {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            let case = &cases[(number % cases.len() as u64) as usize];
+            let mut rng = Rng::with_seed(arguments.seed.wrapping_mul(1 << 32).wrapping_add(number));
+            if let Err(problem) = one(arguments, case, &mut rng, &counts) {
+                let problem =
+                    format!("run {number}, {} on {}: {problem}", case.scene, case.backend);
+                println!("finding: {problem}");
+                findings.lock().unwrap_or_else(PoisonError::into_inner).push(problem);
+            }
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..arguments.jobs.max(1) {
+            scope.spawn(work);
+        }
+    });
+    let findings = findings.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let Counts { kills, resumed, anew } = counts;
+    println!(
+        "{} kills of runs of {} cases, {} resumed, {} begun anew, {} findings",
+        kills.into_inner(),
+        cases.len(),
+        resumed.into_inner(),
+        anew.into_inner(),
+        findings.len()
+    );
+    Ok(findings.is_empty())
+}
+
+/// All scenes on all backends, each run once to its end.
+fn cases(arguments: &KillArguments) -> Result<Vec<Case>, String> {
+    let scenes: Vec<String> = if arguments.scenes.is_empty() {
+        let built_in = cloth::scene::builtin_scenes();
+        built_in.iter().map(|scene| scene.name.to_owned()).collect()
+    } else {
+        arguments.scenes.clone()
+    };
+    let backends: Vec<String> = if arguments.backends.is_empty() {
+        ["cpu", "cuda", "wgpu"].map(str::to_owned).into()
+    } else {
+        arguments.backends.clone()
+    };
+    let mut cases = Vec::new();
+    for backend in &backends {
+        for scene in &scenes {
+            let whole = TempDir::new().map_err(|error| error.to_string())?;
+            let start = Instant::now();
+            let mut command = command(arguments, scene, backend, whole.path(), Start::New);
+            let status = ended(&mut command, None).map_err(|error| error.to_string())?;
+            if status.success() {
+                let (scene, backend) = (scene.clone(), backend.clone());
+                cases.push(Case { scene, backend, whole, time: start.elapsed() });
+                continue;
+            }
+            // A backend that the machine lacks, or that lacks what the scene needs, says so with its own code.
+            println!("not run here: {scene} on {backend}: {status}: {}", log(whole.path()));
+            if !arguments.backends.is_empty() {
+                return Err(format!("{scene} on {backend} cannot be run"));
+            }
+        }
+    }
+    if cases.is_empty() { Err("nothing can be run".into()) } else { Ok(cases) }
+}
+
+/// How a run begins.
+#[derive(Clone, Copy)]
+enum Start {
+    New,
+    Resumed,
+    Anew,
+}
+
+fn command(
+    arguments: &KillArguments,
+    scene: &str,
+    backend: &str,
+    folder: &Path,
+    start: Start,
+) -> Command {
+    let mut command = Command::new(&arguments.program);
+    command.args(["run", scene, "--backend", backend, "--format", FORMATS, "--threads", "2"]);
+    command.args(["--frames", &arguments.frames.to_string()]);
+    command.args(["--checkpoint-every", &CHECKPOINT_EVERY.to_string()]);
+    command.arg("--out").arg(folder.join("run"));
+    match start {
+        Start::New => {}
+        Start::Resumed => drop(command.arg("--resume")),
+        Start::Anew => drop(command.arg("--overwrite")),
+    }
+    command.stdin(Stdio::null()).stdout(Stdio::null());
+    if let Ok(log) = fs::File::create(folder.join("log")) {
+        command.stderr(log);
+    }
+    command
+}
+
+/// The last line that a run wrote to stderr.
+fn log(folder: &Path) -> String {
+    let text = fs::read_to_string(folder.join("log")).unwrap_or_default();
+    text.lines().last().unwrap_or_default().to_owned()
+}
+
+/// Runs a command to its end, or up to a moment at which it gets a signal.
+fn ended(command: &mut Command, moment: Option<(Duration, Signal)>) -> io::Result<ExitStatus> {
+    let mut child = command.spawn()?;
+    let start = Instant::now();
+    let mut pending = moment;
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return Ok(status);
+        }
+        if let Some((at, signal)) = pending
+            && start.elapsed() >= at
+        {
+            kill(Pid::from_raw(child.id().cast_signed()), signal)?;
+            pending = None;
+        }
+        if start.elapsed() > PATIENCE {
+            child.kill()?;
+            child.wait()?;
+            return Err(io::Error::other("it hangs"));
+        }
+        thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// Kills a run, perhaps several times, until one ends by itself, and compares what it left.
+fn one(
+    arguments: &KillArguments,
+    case: &Case,
+    rng: &mut Rng,
+    counts: &Counts,
+) -> Result<(), String> {
+    let folder = TempDir::new().map_err(|error| error.to_string())?;
+    let run = folder.path().join("run");
+    let mut start = Start::New;
+    loop {
+        let last = matches!(start, Start::Resumed | Start::Anew) && rng.u8(..3) > 0;
+        let moment = (!last).then(|| {
+            let signal = match rng.u8(..10) {
+                0 => Signal::SIGTERM,
+                1 => Signal::SIGINT,
+                _ => Signal::SIGKILL,
+            };
+            (case.time.mul_f64(rng.f64()), signal)
+        });
+        let mut command = command(arguments, &case.scene, &case.backend, folder.path(), start);
+        let status = ended(&mut command, moment).map_err(|error| error.to_string())?;
+        if status.success() {
+            return compare(case.whole.path(), folder.path(), arguments.frames);
+        }
+        let Some((at, signal)) = moment.filter(|(_, signal)| is_of(status, *signal)) else {
+            return Err(format!("{status}: {}", log(folder.path())));
+        };
+        counts.kills.fetch_add(1, Ordering::Relaxed);
+        let problem = |text: String| format!("{signal} after {at:?}: {text}");
+        let frames = frames(&run, &case.whole.path().join("run"), arguments.frames);
+        let saved = checkpoint_frame(&run);
+        // The frames since the last checkpoint may be computed again, no others.
+        let next = saved.map_or(0, |saved| saved + 1) + CHECKPOINT_EVERY;
+        if frames > next + 1 {
+            return Err(problem(format!(
+                "{frames} frames are there, a checkpoint after {saved:?}"
+            )));
+        }
+        if saved.is_some_and(|saved| frames < saved + 1) {
+            return Err(problem(format!("a checkpoint after {saved:?}, but {frames} frames")));
+        }
+        let count;
+        (start, count) = match saved {
+            Some(_) => (Start::Resumed, &counts.resumed),
+            None => (Start::Anew, &counts.anew),
+        };
+        count.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// Whether a process ended as one does that got this signal: by it, or with the code that stands for it.
+fn is_of(status: ExitStatus, signal: Signal) -> bool {
+    use std::os::unix::process::ExitStatusExt;
+
+    status.signal() == Some(signal as i32) || status.code() == Some(128 + signal as i32)
+}
+
+/// Complete frames in the store of a run, by the size that those of a whole run have.
+fn frames(run: &Path, whole: &Path, frames: u64) -> u64 {
+    const HEADER: u64 = 64;
+    let size = |folder: &Path| {
+        fs::metadata(folder.join("frames.bin")).map_or(0, |metadata| metadata.len())
+    };
+    let record = size(whole).saturating_sub(HEADER) / (frames + 1);
+    size(run).saturating_sub(HEADER) / record.max(1)
+}
+
+/// The frame of the checkpoint of a run, if it has one.
+fn checkpoint_frame(run: &Path) -> Option<u64> {
+    let bytes = fs::read(run.join("checkpoint.bin")).ok()?;
+    // After magic, version, precision and fingerprint; what is shorter is no checkpoint, which the run itself will say.
+    let word = bytes.get(24..32).and_then(|word| word.first_chunk()).copied();
+    Some(word.map_or(0, u64::from_le_bytes))
+}
+
+/// Every file of a run that was resumed is that of the whole one, and there are no others.
+fn compare(whole: &Path, resumed: &Path, frames: u64) -> Result<(), String> {
+    let [whole, resumed] = [whole, resumed].map(|folder| files(&folder.join("run")));
+    let (whole, resumed) =
+        (whole.map_err(|error| error.to_string())?, resumed.map_err(|error| error.to_string())?);
+    let names: BTreeSet<_> = whole.keys().chain(resumed.keys()).collect();
+    for name in names {
+        let shown = name.display();
+        match (whole.get(name), resumed.get(name)) {
+            // Reports have times that pass in the world.
+            (Some(_), Some(resumed)) if name == Path::new("report.jsonl") => {
+                let lines = resumed.iter().filter(|byte| **byte == b'\n').count() as u64;
+                if lines != frames {
+                    return Err(format!("{lines} reports of {frames} frames"));
+                }
+            }
+            (Some(whole), Some(resumed)) if whole != resumed => {
+                return Err(format!("`{shown}` is another one"));
+            }
+            (Some(_), Some(_)) => {}
+            (Some(_), None) => return Err(format!("`{shown}` is missing")),
+            (None, _) => return Err(format!("`{shown}` was left behind")),
+        }
+    }
+    Ok(())
+}
+
+/// All files below a folder.
+fn files(folder: &Path) -> io::Result<BTreeMap<PathBuf, Vec<u8>>> {
+    let mut found = BTreeMap::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in fs::read_dir(next)? {
+            let path = entry?.path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let name = path.strip_prefix(folder).unwrap_or(&path).to_owned();
+                found.insert(name, fs::read(&path)?);
+            }
+        }
+    }
+    Ok(found)
+}
