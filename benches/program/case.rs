@@ -199,7 +199,7 @@ fn curtain(side: u32, spacing: f64, factor: f64) -> Result<Arc<Model>, ModelErro
     let cloth = Cloth {
         name: "curtain".into(),
         geometry: Geometry::Grid(GridPatch::horizontal(side, spacing, 0.0)),
-        material,
+        material: material.into(),
         pins: vec![0, side - 1],
         velocity: [0.0; 3],
     };

@@ -84,7 +84,7 @@ impl HangWorkload {
         let cloth = Cloth {
             name: "patch".into(),
             geometry: Geometry::Network(network),
-            material,
+            material: material.into(),
             pins: vec![0, self.side.saturating_sub(1)],
             velocity: [0.0; 3],
         };

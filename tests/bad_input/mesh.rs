@@ -1,6 +1,7 @@
 //! Defects of triangle meshes.
 
-use cloth_core::{Cloth, Geometry, Mass, ModelBuilder, ModelError, TriangleMesh};
+use cloth_core::{Cloth, Geometry, Mass, Material, ModelBuilder, ModelError, TriangleMesh};
+use harness::models::material;
 
 use crate::patch;
 
@@ -26,8 +27,8 @@ fn error_of(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> ModelError {
         ..TriangleMesh::default()
     };
     let geometry = Geometry::Mesh(mesh);
-    let mut cloth = Cloth { name: "sheet".into(), geometry, ..patch() };
-    cloth.material.mass = Mass::PerArea(0.1);
+    let springs = Material { mass: Mass::PerArea(0.1), ..material(1e-3, 10.0, 1e-3) };
+    let cloth = Cloth { name: "sheet".into(), geometry, material: springs.into(), ..patch() };
     ModelBuilder::new().cloth(cloth).build().expect_err("the mesh has a defect")
 }
 

@@ -6,7 +6,7 @@ use cloth_core::{
     SpringNetwork,
 };
 
-use crate::{builder, grid_of, patch};
+use crate::{builder, grid_of, patch, springs};
 
 /// What kind of error a bad number must give.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,57 +39,57 @@ fn numbers_of_a_cloth() {
     let quantities: [(&str, Change, Option<Kind>, Option<Kind>); 12] = [
         (
             "mass per particle",
-            |cloth, value| cloth.material.mass = Mass::PerParticle(value),
+            |cloth, value| springs(cloth).mass = Mass::PerParticle(value),
             Some(Kind::NotPositive),
             Some(Kind::NotPositive),
         ),
         (
             "mass per area",
-            |cloth, value| cloth.material.mass = Mass::PerArea(value),
+            |cloth, value| springs(cloth).mass = Mass::PerArea(value),
             Some(Kind::NotPositive),
             Some(Kind::NotPositive),
         ),
         (
             "stretch stiffness",
-            |cloth, value| cloth.material.stretch.stiffness = value,
+            |cloth, value| springs(cloth).stretch.stiffness = value,
             Some(Kind::NotPositive),
             Some(Kind::NotPositive),
         ),
         (
             "bend stiffness",
-            |cloth, value| cloth.material.bend.stiffness = value,
+            |cloth, value| springs(cloth).bend.stiffness = value,
             Some(Kind::NotPositive),
             Some(Kind::NotPositive),
         ),
         (
             "bend rigidity",
             |cloth, rigidity| {
-                cloth.material.bend_model = BendModel::ImmediateBuckling { rigidity };
+                springs(cloth).bend_model = BendModel::ImmediateBuckling { rigidity };
             },
             Some(Kind::NotPositive),
             Some(Kind::NotPositive),
         ),
         (
             "shear damping",
-            |cloth, value| cloth.material.shear.damping = value,
+            |cloth, value| springs(cloth).shear.damping = value,
             None,
             Some(Kind::Negative),
         ),
         (
             "pressure coefficient",
-            |cloth, value| cloth.material.aerodynamics.pressure = value,
+            |cloth, value| springs(cloth).aerodynamics.pressure = value,
             None,
             Some(Kind::Negative),
         ),
         (
             "friction coefficient",
-            |cloth, value| cloth.material.aerodynamics.friction = value,
+            |cloth, value| springs(cloth).aerodynamics.friction = value,
             None,
             Some(Kind::Negative),
         ),
         (
             "thickness",
-            |cloth, value| cloth.material.thickness = value,
+            |cloth, value| springs(cloth).thickness = value,
             Some(Kind::NotPositive),
             Some(Kind::NotPositive),
         ),

@@ -1,10 +1,10 @@
 //! One test for each stage of the implicit integrator, under the name of the stage.
 
-use cloth_core::{LinearSettings, NewtonStart};
+use cloth_core::{LinearSettings, MatrixForm, NewtonStart};
 use harness::{
     checks,
     linear::{LINEAR_METHODS, MATRIX_FORMS, PRECONDITIONERS},
-    models::{Contact, Description, description},
+    models::{Contact, Description, description, description_of_fabric},
     runner::for_all,
 };
 use proptest::strategy::Strategy;
@@ -33,6 +33,22 @@ fn spring_linearise_and_implicit_assemble() {
             checks::implicit_assemble(candidate, case, start)
         });
     }
+}
+
+#[test]
+fn membrane_linearise_and_bending_linearise() {
+    for start in [NewtonStart::StepStart, NewtonStart::Iterate] {
+        for_all(CASES, &description_of_fabric(), |candidate, case| {
+            checks::implicit_assemble(candidate, case, start)
+        });
+    }
+}
+
+#[test]
+fn matrix_apply_of_fabric() {
+    for_all(CASES, &description_of_fabric(), |candidate, case| {
+        checks::matrix_apply(candidate, case, MatrixForm::MatrixFree)
+    });
 }
 
 #[test]

@@ -137,6 +137,35 @@ fn every_perturbed_stage_is_found_by_its_check() {
     control_in(&[Precision::F64], defect, &free, checks::torque_correct);
 }
 
+/// Fabric and springs in one case.
+fn of_fabric() -> Description {
+    let fabric = Piece::Fabric { columns: 6, rows: 5, holes: true };
+    let grid = Piece::Grid { columns: 5, rows: 4, stencil: Stencil::Neighbours12 };
+    Description { pieces: vec![fabric, grid], ..busy() }
+}
+
+#[test]
+fn every_perturbed_stage_of_fabric_is_found_by_its_check() {
+    type Check = fn(&Candidate, &Description) -> Verdict;
+    let start: Check = |candidate, description| {
+        checks::implicit_assemble(candidate, description, NewtonStart::StepStart)
+    };
+    let iterate: Check = |candidate, description| {
+        checks::implicit_assemble(candidate, description, NewtonStart::Iterate)
+    };
+    let stages: [(Stage, Check); 6] = [
+        (Stage::MembraneForces, checks::membrane_forces),
+        (Stage::BendingForces, checks::bending_forces),
+        (Stage::MembraneLinearise, start),
+        (Stage::MembraneLinearise, iterate),
+        (Stage::BendingLinearise, start),
+        (Stage::BendingLinearise, iterate),
+    ];
+    for (stage, check) in stages {
+        control(Defect::Scaled(stage), &of_fabric(), check);
+    }
+}
+
 /// The fifth collider is a distance grid.
 fn on_grid() -> Description {
     Description { colliders: 5, ..on_colliders() }

@@ -4,7 +4,9 @@ use cloth_core::Stencil;
 use harness::{
     backends::candidates,
     checks,
-    models::{Contact, Deformation, Description, Piece, description, forces},
+    models::{
+        Contact, Deformation, Description, Piece, description, description_of_fabric, forces,
+    },
     runner::for_all,
 };
 use proptest::strategy::Strategy;
@@ -53,6 +55,26 @@ fn procedural_forces_in_the_fused_substep() {
 #[test]
 fn spring_forces() {
     for_all(CASES, &description(), checks::spring_forces);
+}
+
+#[test]
+fn membrane_forces() {
+    for_all(CASES, &description_of_fabric(), checks::membrane_forces);
+}
+
+#[test]
+fn bending_forces() {
+    for_all(CASES, &description_of_fabric(), checks::bending_forces);
+}
+
+#[test]
+fn measure_of_fabric() {
+    for_all(CASES, &description_of_fabric(), checks::measure);
+}
+
+#[test]
+fn explicit_substep_of_fabric() {
+    for_all(CASES_WITH_PAIRS, &description_of_fabric(), checks::explicit_substep);
 }
 
 #[test]

@@ -240,6 +240,7 @@ pub fn gpu_candidate(label: &str, backend: Box<dyn Backend>) -> Candidate {
             Feature::Assembled,
             Feature::Factorisation,
             Feature::DenseInverse,
+            Feature::Fabric,
         ],
         single_scalars: true,
         turn: Some(&TURN),
@@ -254,6 +255,7 @@ const CUDA_MISSING: &[Feature] = &[
     Feature::Assembled,
     Feature::Factorisation,
     Feature::DenseInverse,
+    Feature::Fabric,
 ];
 
 /// The first NVIDIA GPU, shared by all tests of a process.

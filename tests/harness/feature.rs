@@ -22,6 +22,8 @@ pub enum Feature {
     Factorisation,
     /// The dense inverse of that matrix.
     DenseInverse,
+    /// Triangles of fabric.
+    Fabric,
 }
 
 impl Feature {
@@ -35,6 +37,7 @@ impl Feature {
             Self::IncompleteCholesky => "the preconditioner incomplete-cholesky",
             Self::Assembled => "the matrix form assembled",
             Self::Factorisation => "a factorisation of the constant matrix",
+            Self::Fabric => "triangles of fabric",
             Self::DenseInverse => "the dense-inverse of the semi-implicit integrator",
         }
     }

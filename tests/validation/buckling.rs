@@ -39,7 +39,7 @@ fn strut(length: f64, damping: f64) -> Arc<Model> {
     build(ModelBuilder::new().gravity([0.0; 3]).cloth(Cloth {
         name: "strut".into(),
         geometry: Geometry::Network(network),
-        material: fabric,
+        material: fabric.into(),
         pins: Vec::new(),
         velocity: [0.0; 3],
     }))

@@ -49,7 +49,7 @@ pub(crate) fn network(particles: u32, random: &mut Random) -> Cloth {
     Cloth {
         name: "network".into(),
         geometry: Geometry::Network(SpringNetwork { positions, springs }),
-        material: fabric,
+        material: fabric.into(),
         pins: Vec::new(),
         velocity: [0.0; 3],
     }

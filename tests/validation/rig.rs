@@ -50,7 +50,7 @@ fn network(
     Cloth {
         name: name.into(),
         geometry: Geometry::Network(SpringNetwork { positions, springs }),
-        material: material(mass, stiffness, THICKNESS),
+        material: material(mass, stiffness, THICKNESS).into(),
         pins: Vec::new(),
         velocity,
     }

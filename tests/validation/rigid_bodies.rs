@@ -72,7 +72,7 @@ fn patch(side: u32, height: f64, velocity: [f64; 3]) -> Cloth {
     Cloth {
         name: "patch".into(),
         geometry: Geometry::Grid(GridPatch::horizontal(side, 0.03, height)),
-        material: MaterialPreset::ALL[0].material(0.03),
+        material: MaterialPreset::ALL[0].material(0.03).into(),
         pins: vec![],
         velocity,
     }

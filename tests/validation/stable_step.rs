@@ -64,7 +64,7 @@ fn cloth(random: &mut Random, name: &str, spacing: f64, height: f64) -> Cloth {
     let geometry = geometry(random, spacing, height);
     let count = geometry.particle_count() as usize;
     let pins = (0..random.index(4)).map(|_| random.index(count) as u32).collect();
-    Cloth { name: name.into(), geometry, material, pins, velocity: [0.0; 3] }
+    Cloth { name: name.into(), geometry, material: material.into(), pins, velocity: [0.0; 3] }
 }
 
 impl Case {
@@ -253,8 +253,13 @@ fn the_stable_time_step_is_not_much_too_small() {
         ("a mesh, overdamped", mesh(), 3.0),
     ] {
         let material = fabric(damping, 0.2, spacing);
-        let cloth =
-            Cloth { name: "cloth".into(), geometry, material, pins: vec![], velocity: [0.0; 3] };
+        let cloth = Cloth {
+            name: "cloth".into(),
+            geometry,
+            material: material.into(),
+            pins: vec![],
+            velocity: [0.0; 3],
+        };
         let model = build(ModelBuilder::new().gravity([0.0; 3]).cloth(cloth));
         let random = &mut Random::new(7);
         let mut start = model.initial_state();

@@ -16,6 +16,7 @@ use crate::{
         Contact,
         response::{self, Penalty},
     },
+    fabric::Fabric,
     field_forces::{self, FieldSum},
     integrate_explicit,
     memory::{BLOCK, LANES, Lanes, Masses, Motion, MotionChunk, PacketMotion, lanes},
@@ -31,6 +32,7 @@ pub(crate) struct ExplicitPass<'a, T> {
     pub(crate) fields: &'a FieldSum<T>,
     pub(crate) programs: Programs<'a, T>,
     pub(crate) masses: &'a Masses<T>,
+    pub(crate) fabric: Option<&'a Fabric<T>>,
     pub(crate) aerodynamics: Option<&'a Aerodynamics<T>>,
     pub(crate) contact: Option<(&'a Contact<T>, Penalty<T>)>,
     pub(crate) colliders: &'a [ColliderAt<T>],
@@ -109,6 +111,14 @@ impl<T: Real> ExplicitPass<'_, T> {
         }
         spring_forces::packet(self.springs, self.motion, first, &mut force);
         let used = LANES.min(self.count - first);
+        if let Some(fabric) = self.fabric {
+            for lane in 0..used {
+                add(&mut force, lane, fabric.membrane_force(first + lane));
+            }
+            for lane in 0..used {
+                add(&mut force, lane, fabric.bending_force(first + lane));
+            }
+        }
         if let Some(aerodynamics) = self.aerodynamics {
             for lane in 0..used {
                 add(&mut force, lane, aerodynamics.force(first + lane));

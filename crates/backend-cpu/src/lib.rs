@@ -20,6 +20,7 @@ mod control_forces;
 mod distance_grid;
 mod elasticity;
 mod explicit_substep;
+mod fabric;
 mod field_forces;
 mod implicit;
 mod integrate_explicit;
@@ -116,6 +117,7 @@ impl Backend for CpuBackend {
     }
 
     fn create_solver(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Solver>> {
+        fabric::check(&model, config)?;
         let pool = self.pool_for(config)?;
         Ok(match config.precision {
             Precision::F32 => {
@@ -128,6 +130,7 @@ impl Backend for CpuBackend {
     }
 
     fn create_kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Kernels>> {
+        fabric::check(&model, config)?;
         let pool = self.pool_for(config)?;
         Ok(match config.precision {
             Precision::F32 => Box::new(CpuKernels::<f32>::new(model, config, pool)?),

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::{
     collider_response::{ColliderAt, penetration},
     elasticity::Elasticity,
+    fabric::FabricFigures,
     memory::{BLOCK, LANES, Lanes, Masses, lanes},
     spring_forces::{ColumnVisitor, MotionView, PacketView, Spring, visit_columns},
     springs::{Column, SpringColumns},
@@ -101,13 +102,19 @@ impl Default for Partial {
 }
 
 impl<T: Real> Measure<'_, T> {
-    pub(crate) fn run(&self, arch: pulp::Arch) -> Measures {
+    pub(crate) fn run(&self, arch: pulp::Arch, fabric: Option<FabricFigures>) -> Measures {
         let count = self.model.particle_count();
         let partials: Vec<Partial> = (0..count.div_ceil(BLOCK))
             .into_par_iter()
             .map(|block| arch.dispatch(BlockTask { measure: self, block }))
             .collect();
-        let total = partials.into_iter().fold(Partial::default(), Partial::merge);
+        let mut total = partials.into_iter().fold(Partial::default(), Partial::merge);
+        let fabric = fabric.unwrap_or_default();
+        if let Some((strain, particle)) = fabric.strain_max
+            && strain > total.strain_max
+        {
+            (total.strain_max, total.strain_particle) = (strain, particle);
+        }
         let sums = total.sums;
         let length = |vector: [f64; 3]| vector.iter().map(|c| c * c).sum::<f64>().sqrt();
         Measures {
@@ -115,11 +122,12 @@ impl<T: Real> Measure<'_, T> {
             non_finite_step: None,
             // Still where it began: no strain was measured.
             strain_max: if total.strain_max > -1.0 { total.strain_max } else { 0.0 },
-            strain_mean: sums.strain / sums.spring_ends.max(1.0),
+            strain_mean: (sums.strain + 2.0 * fabric.strain_sum[0])
+                / (sums.spring_ends + 2.0 * fabric.strain_sum[1]).max(1.0),
             strain_particle: total.strain_particle,
             penetration_max: total.penetration,
             energy_kinetic: sums.kinetic,
-            energy_elastic: sums.elastic,
+            energy_elastic: sums.elastic + fabric.energy,
             energy_potential: sums.potential,
             momentum: sums.momentum,
             momentum_drift: length(sums.force) / sums.force_magnitude.max(f64::MIN_POSITIVE),

@@ -124,6 +124,7 @@ impl CudaBackend {
         model: Arc<Model>,
         config: &SolverConfig,
     ) -> Result<CudaKernels<T>> {
+        model.check_springs_alone("cuda")?;
         CudaKernels::new(Arc::clone(&self.device), model, config, self.options)
     }
 }

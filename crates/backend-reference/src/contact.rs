@@ -64,7 +64,7 @@ fn widest_axis<N: Number>(particles: &Particles<N>) -> usize {
 fn is_left_out(model: &Model, contact: &SelfContact, [i, j]: [u32; 2]) -> bool {
     let at_start = |i: u32| Vector::<f64>::exact(model.positions()[i as usize]);
     contact.excludes_neighbours()
-        && (model.springs().joins(i, j) || (at_start(i) - at_start(j)).length() < contact.distance)
+        && (model.joins(i, j) || (at_start(i) - at_start(j)).length() < contact.distance)
 }
 
 /// Adds the penalty force of these pairs to both particles.

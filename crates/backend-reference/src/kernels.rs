@@ -12,10 +12,11 @@ use cloth_core::{
 };
 
 use crate::{
-    Constraints, Impulse, LinearSystem, Matrix, Particles, Term, Vector, aerodynamic_forces,
-    check_precision, collider_response, contact_candidates, contact_forces, contact_impulses,
-    control_forces, field_forces, integrate_explicit, measure, procedural_forces,
-    semi_implicit::Factorisations, spring_forces, strain_limit, vertex_normals,
+    Constraints, Elements, Impulse, LinearSystem, Matrix, Particles, Term, Vector,
+    aerodynamic_forces, bending_forces, check_precision, collider_response, contact_candidates,
+    contact_forces, contact_impulses, control_forces, field_forces, integrate_explicit, measure,
+    membrane_forces, procedural_forces, semi_implicit::Factorisations, spring_forces, strain_limit,
+    vertex_normals,
 };
 
 /// The stages on plain vectors.
@@ -61,6 +62,8 @@ struct Controls {
 struct Linear {
     springs: Vec<Term<f64>>,
     contacts: Vec<Term<f64>>,
+    /// Those of triangles of fabric.
+    elements: Vec<Elements<f64>>,
     system: LinearSystem<f64>,
     constraints: Constraints<f64>,
     constrained: u64,
@@ -95,6 +98,7 @@ impl ReferenceKernels {
             linear: Linear {
                 springs: Vec::new(),
                 contacts: Vec::new(),
+                elements: Vec::new(),
                 system: LinearSystem::default(),
                 constraints: Constraints::of_pins(&particles),
                 constrained: 0,
@@ -205,6 +209,16 @@ impl Kernels for ReferenceKernels {
 
     fn spring_forces(&mut self) -> Result<()> {
         spring_forces(&self.model, &self.particles, &mut self.forces);
+        Ok(())
+    }
+
+    fn membrane_forces(&mut self) -> Result<()> {
+        membrane_forces(&self.model, &self.particles, &mut self.forces);
+        Ok(())
+    }
+
+    fn bending_forces(&mut self) -> Result<()> {
+        bending_forces(&self.model, &self.particles, &mut self.forces);
         Ok(())
     }
 

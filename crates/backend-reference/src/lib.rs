@@ -5,6 +5,7 @@
 //! backends run the same functions on numbers that carry a bound of their rounding error: [`Number`] is either.
 
 mod aerodynamic_forces;
+mod bending;
 mod buckling;
 mod collider_response;
 mod contact;
@@ -15,6 +16,7 @@ mod integrate_explicit;
 mod kernels;
 mod matrix;
 mod measure;
+mod membrane;
 mod number;
 mod particles;
 mod procedural_forces;
@@ -34,20 +36,22 @@ use cloth_core::{
 };
 
 pub use aerodynamic_forces::{aerodynamic_forces, air_jacobians};
+pub use bending::{bending_forces, bending_linearise};
 pub use buckling::{spring_energy_doubled, spring_tension, spring_tension_derivative};
 pub use collider_response::{Impulse, PathStart, collide, collider_response, penetration_max};
 pub use contact::{ContactPairs, contact_candidates, contact_forces, contact_impulses};
 pub use control_forces::control_forces;
 pub use field_forces::field_forces;
 pub use implicit::{
-    Constraint, Constraints, LinearSystem, Linearisation, Term, collider_constraints,
-    constraint_impulses, constraint_release, contact_linearise, implicit_assemble,
-    preconditioner_apply, spring_linearise, vector_combine, vector_dot,
+    Constraint, Constraints, ElementBlock, Elements, LinearSystem, Linearisation, Term,
+    collider_constraints, constraint_impulses, constraint_release, contact_linearise,
+    implicit_assemble, preconditioner_apply, spring_linearise, vector_combine, vector_dot,
 };
 pub use integrate_explicit::integrate_explicit;
 pub use kernels::ReferenceKernels;
 pub use matrix::Matrix;
 pub use measure::{Figures, measure};
+pub use membrane::{membrane_forces, membrane_linearise};
 pub use number::Number;
 pub use particles::Particles;
 pub use procedural_forces::procedural_forces;

@@ -3,8 +3,8 @@
 use cloth_core::{Model, stepper::ColliderState};
 
 use crate::{
-    Number, Particles, Vector, buckling::spring_energy_doubled, collider_response::penetration_max,
-    spring_forces::spring_force_on,
+    Number, Particles, Vector, bending::bending_energies, buckling::spring_energy_doubled,
+    collider_response::penetration_max, membrane::membrane_figures, spring_forces::spring_force_on,
 };
 
 /// Figures of a state, as in [`Measures`](cloth_core::Measures).
@@ -43,7 +43,31 @@ pub fn measure<N: Number>(
     };
     particle_sums(model, particles, &mut figures);
     spring_sums(model, particles, &mut figures);
+    fabric_sums(model, particles, &mut figures);
     figures
+}
+
+/// Energy of triangles of fabric, and their larger principal stretches, which count as the strain of both ends of a spring.
+fn fabric_sums<N: Number>(model: &Model, particles: &Particles<N>, figures: &mut Figures<N>) {
+    let add = |sum: N, term: N| sum.plus_in_double(term, particles.epsilon);
+    let (springs, triangles) = (model.springs().len(), model.elements().triangles());
+    let mut largest = (springs > 0).then_some(figures.strain_max);
+    let mut sum = N::ZERO;
+    let bent = bending_energies(model, particles);
+    let stretched = membrane_figures(model, particles);
+    for ((triangle, (energy, stretch)), bent) in triangles.iter().zip(stretched).zip(bent) {
+        let strain = stretch - N::ONE;
+        sum = add(sum, strain.abs());
+        figures.energy_elastic = add(figures.energy_elastic, energy + bent);
+        if largest.is_none_or(|largest| strain.value() > largest.value()) {
+            figures.strain_particle = triangle.particles[0];
+        }
+        largest = Some(largest.map_or(strain, |largest| largest.max(strain)));
+    }
+    figures.strain_max = largest.unwrap_or_default();
+    let all = (springs + triangles.len()).max(1) as f64;
+    let of_springs = figures.strain_mean * N::exact(springs as f64);
+    figures.strain_mean = (of_springs + sum) / N::exact(all);
 }
 
 fn particle_sums<N: Number>(model: &Model, particles: &Particles<N>, figures: &mut Figures<N>) {

@@ -190,6 +190,7 @@ impl WgpuBackend {
     }
 
     fn kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<WgpuKernels> {
+        model.check_springs_alone("wgpu")?;
         Ok(WgpuKernels::new(Stages::new(Arc::clone(&self.context), model, config)?))
     }
 

@@ -38,7 +38,7 @@ impl Audit {
 /// Whether contact is to hold two particles apart.
 fn is_apart(model: &Model, contact: &SelfContact, [i, j]: [u32; 2]) -> bool {
     let start = [i, j].map(|particle| model.positions()[particle as usize]);
-    !model.springs().joins(i, j) && distance(start[0], start[1]) >= contact.distance
+    !model.joins(i, j) && distance(start[0], start[1]) >= contact.distance
 }
 
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -141,7 +141,7 @@ mod tests {
         let patch = |name: &str, height| Cloth {
             name: name.into(),
             geometry: Geometry::Grid(GridPatch::horizontal(6, spacing, height)),
-            material: MaterialPreset::ALL[0].material(spacing),
+            material: MaterialPreset::ALL[0].material(spacing).into(),
             pins: vec![],
             velocity: [0.0; 3],
         };

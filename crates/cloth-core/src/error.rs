@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::fabric::FabricError;
+
 /// Result with the engine's [`Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
@@ -212,6 +214,26 @@ pub enum ModelError {
     /// The model has no cloth.
     #[error("the model has no cloth: add at least one")]
     Empty,
+    /// A fabric, or the rest shape of a cloth made of it, makes no sense.
+    #[error(transparent)]
+    Fabric(Box<FabricError>),
+    /// Springs one by one have no triangles to be made of fabric.
+    #[error(
+        "cloth {cloth:?} is a network of springs and has no triangles: give it springs, or a grid or mesh of fabric"
+    )]
+    FabricWithoutSurface {
+        /// Name of the cloth.
+        cloth: String,
+    },
+    /// A cloth is to have the shape of its pattern, and has none.
+    #[error(
+        "the mesh of cloth {cloth:?} has no texture coordinates that could be its pattern: give it some, or let its shape at the \
+         start be that at rest"
+    )]
+    PatternMissing {
+        /// Name of the cloth.
+        cloth: String,
+    },
     /// A number that must be finite is not.
     #[error("{what} is {value}: give a finite number")]
     NonFinite {
@@ -481,5 +503,14 @@ pub(crate) fn in_range(
         Ok(value)
     } else {
         Err(ModelError::OutOfRange { what: what(), value, min, max })
+    }
+}
+
+impl From<FabricError> for ModelError {
+    fn from(error: FabricError) -> Self {
+        match error {
+            FabricError::Model(error) => error,
+            other => Self::Fabric(Box::new(other)),
+        }
     }
 }

@@ -53,12 +53,13 @@ pub use kernels::{
 pub use mesh::{TextureMap, TriangleMesh, VertexAttribute, VertexGroup};
 pub use model::{
     Aerodynamics, Air, BUCKLING_COEFFICIENTS, BendModel, BlockDependencies, Buckling, Cloth,
-    ClothRange, Collider, ColliderShape, ColourRegion, ColourRegions, Colouring, ContactFeature,
-    ContactResponse, DistanceGrid, Feature, FeatureSet, Field, Geometry, GridPatch, GridSets, Gust,
-    InteractionKind, InteractionList, Interactions, Mass, Material, MaterialPreset, Model,
-    ModelBuilder, ModelFeatures, ModelShape, NONE, Neighbours, NetworkSpring, PieceBlocks, Pose,
-    RegularPatch, SelfContact, Spring, SpringClass, SpringCoefficients, SpringColouring,
-    SpringKind, SpringNetwork, SpringRows, Springs, Stencil, WingedEdge, WingedEdges,
+    ClothMaterial, ClothRange, Collider, ColliderShape, ColourRegion, ColourRegions, Colouring,
+    ContactFeature, ContactResponse, DistanceGrid, FabricElements, FabricMaterial, FabricTriangle,
+    Feature, FeatureSet, Field, Geometry, GridPatch, GridSets, Gust, Incidence, InteractionKind,
+    InteractionList, Interactions, Mass, Material, MaterialPreset, Meshing, Model, ModelBuilder,
+    ModelFeatures, ModelShape, NONE, Neighbours, NetworkSpring, PieceBlocks, Pose, RegularPatch,
+    RestSource, SelfContact, Spring, SpringClass, SpringCoefficients, SpringColouring, SpringKind,
+    SpringNetwork, SpringRows, Springs, Stencil, WingedEdge, WingedEdges,
 };
 pub use real::Real;
 pub use report::{Measures, SolverReport, StageTime, StepReport, TimeStepChange, TimeStepReason};

@@ -113,7 +113,7 @@ fn patch(height: f64) -> Cloth {
     Cloth {
         name: "patch".into(),
         geometry: Geometry::Grid(GridPatch::horizontal(21, 0.03, height)),
-        material: MaterialPreset::ALL[0].material(0.03),
+        material: MaterialPreset::ALL[0].material(0.03).into(),
         pins: vec![],
         velocity: [0.0; 3],
     }

@@ -3,7 +3,7 @@
 use fastrand::Rng;
 use serde_json::{Map, Value};
 
-use super::{REAL, WHOLE, any, changes, times};
+use super::{LENGTH, REAL, WHOLE, any, changes, times};
 
 /// Texts that are keys or names at other places, or odd.
 const TEXTS: [&str; 12] = [
@@ -41,6 +41,16 @@ fn count(value: &Value) -> usize {
     1 + match value {
         Value::Array(values) => values.iter().map(count).sum(),
         Value::Object(map) => map.values().map(count).sum::<usize>(),
+        _ => 0,
+    }
+}
+
+/// Bytes of all texts in a tree: what repeats them has to know, or a few changes fill the memory.
+fn text_length(value: &Value) -> usize {
+    match value {
+        Value::String(text) => text.len(),
+        Value::Array(values) => values.iter().map(text_length).sum(),
+        Value::Object(map) => map.values().map(text_length).sum(),
         _ => 0,
     }
 }
@@ -99,7 +109,7 @@ fn scalar(rng: &mut Rng, value: &Value) -> Value {
             _ => Value::from(number.as_i64().unwrap_or_default().wrapping_add(rng.i64(-2..3))),
         },
         Value::String(text) if rng.u8(..8) > 0 => match rng.u8(..3) {
-            0 => Value::from(text.repeat(times(rng).min(COPIES))),
+            0 => Value::from(text.repeat(times(rng).min(LENGTH / text.len().max(1)))),
             _ => Value::from(*any(rng, &TEXTS)),
         },
         _ => match rng.u8(..4) {
@@ -118,7 +128,8 @@ fn array(rng: &mut Rng, values: &mut Vec<Value>, part: Value) {
         1 => values.insert(at, part),
         2 if at < values.len() => drop(values.remove(at)),
         _ if at < values.len() => {
-            let copies = times(rng).min(COPIES / count(&values[at]));
+            let copies = times(rng).min(COPIES.min(LENGTH / text_length(&values[at]).max(1)));
+            let copies = copies.min(COPIES / count(&values[at]));
             let copy = values[at].clone();
             values.splice(at..at, std::iter::repeat_n(copy, copies));
         }
@@ -142,5 +153,24 @@ fn object(rng: &mut Rng, map: &mut Map<String, Value>, part: Value) {
             map.insert(any(rng, &keys).clone(), value);
         }
         (_, part) => drop(map.insert(any(rng, &TEXTS).to_string(), part)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Texts that are repeated twice would take as much memory as there is.
+    #[test]
+    fn trees_stay_small() {
+        let seed = serde_json::json!({ "uri": ["x".repeat(200)] });
+        let mut rng = Rng::with_seed(3);
+        for _ in 0..2000 {
+            let mut tree = mutated(&mut rng, std::slice::from_ref(&seed));
+            for _ in 0..4 {
+                tree = mutated(&mut rng, &[tree]);
+            }
+            assert!(text_length(&tree) < 100 * LENGTH, "{}", text_length(&tree));
+        }
     }
 }

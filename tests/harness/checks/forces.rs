@@ -58,6 +58,36 @@ pub fn spring_forces(candidate: &Candidate, description: &Description) -> Verdic
     compare(candidate, "spring force", &expected, &forces(&mut *kernels)?, &[])
 }
 
+/// `membrane_forces` against NUMERICS §11.
+///
+/// # Errors
+/// What is wrong.
+pub fn membrane_forces(candidate: &Candidate, description: &Description) -> Verdict {
+    let case = description.case(candidate);
+    let mut kernels = case.kernels(candidate)?;
+    kernels.field_forces()?;
+    let mut expected: Vec<_> =
+        forces(&mut *kernels)?.into_iter().map(TrackedVector::exact).collect();
+    kernels.membrane_forces()?;
+    stages::membrane_forces(&case.model, &case.particles(), &mut expected);
+    compare(candidate, "membrane force", &expected, &forces(&mut *kernels)?, &[])
+}
+
+/// `bending_forces` against NUMERICS §12.
+///
+/// # Errors
+/// What is wrong.
+pub fn bending_forces(candidate: &Candidate, description: &Description) -> Verdict {
+    let case = description.case(candidate);
+    let mut kernels = case.kernels(candidate)?;
+    kernels.field_forces()?;
+    let mut expected: Vec<_> =
+        forces(&mut *kernels)?.into_iter().map(TrackedVector::exact).collect();
+    kernels.bending_forces()?;
+    stages::bending_forces(&case.model, &case.particles(), &mut expected);
+    compare(candidate, "bending force", &expected, &forces(&mut *kernels)?, &[])
+}
+
 /// `aerodynamic_forces` against NUMERICS §3.
 ///
 /// # Errors

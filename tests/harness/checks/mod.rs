@@ -26,7 +26,8 @@ pub use contact_pairs::{
 };
 pub use control_forces::{control_forces, control_forces_frames, control_forces_trajectory};
 pub use forces::{
-    aerodynamic_forces, contact_forces, field_forces, procedural_forces, spring_forces,
+    aerodynamic_forces, bending_forces, contact_forces, field_forces, membrane_forces,
+    procedural_forces, spring_forces,
 };
 pub use frames::{frames, patch_frames_near, scenario_frames};
 pub use fused::explicit_substep;

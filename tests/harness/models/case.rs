@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    ContactResponse, Kernels, Model, ModelBuilder, Result, SolverConfig, State, StrainLimit,
+    ClothMaterial, ContactResponse, Kernels, Model, ModelBuilder, Result, SolverConfig, State,
+    StrainLimit,
     stepper::{FramePlan, FrameSpan, Substep},
 };
 
@@ -73,10 +74,11 @@ impl Description {
         for (i, &piece) in self.pieces.iter().enumerate() {
             let name = format!("cloth {i}");
             let mut cloth = pieces::cloth(piece, name, spacing, centre, self.pins, &mut random);
-            if self.buckling {
-                let stiffness = cloth.material.bend.stiffness;
-                cloth.material.bend_model =
-                    pieces::random_bend_model(stiffness, spacing, &mut random);
+            if self.buckling
+                && let ClothMaterial::Springs(material) = &mut cloth.material
+            {
+                let stiffness = material.bend.stiffness;
+                material.bend_model = pieces::random_bend_model(stiffness, spacing, &mut random);
             }
             builder = builder.cloth(cloth);
         }

@@ -53,6 +53,15 @@ pub enum Piece {
         /// Whether some triangles are missing.
         holes: bool,
     },
+    /// Such a mesh of fabric, its rest shape either a pattern or that in which it starts.
+    Fabric {
+        /// Cells along the first side.
+        columns: u32,
+        /// Cells along the second side.
+        rows: u32,
+        /// Whether some triangles are missing.
+        holes: bool,
+    },
     /// Particles joined at random; some stay without a spring.
     Network {
         /// Number of particles.
@@ -148,4 +157,25 @@ pub fn description() -> impl Strategy<Value = Description> {
             buckling,
         },
     )
+}
+
+/// Cases whose cloths are made of fabric, one of them perhaps of springs. No two corners of a triangle are in the same place: there
+/// the forces of a fold have no bound.
+pub fn description_of_fabric() -> impl Strategy<Value = Description> {
+    description().prop_map(|mut description| {
+        for piece in description.pieces.iter_mut().rev().skip(description.seed as usize % 2) {
+            *piece = match *piece {
+                Piece::Grid { columns, rows, .. } => Piece::Fabric { columns, rows, holes: false },
+                Piece::Mesh { columns, rows, holes } => Piece::Fabric { columns, rows, holes },
+                Piece::Network { particles, .. } => {
+                    Piece::Fabric { columns: particles % 5 + 1, rows: 3, holes: true }
+                }
+                fabric @ Piece::Fabric { .. } => fabric,
+            };
+        }
+        if matches!(description.deformation, Deformation::Coinciding) {
+            description.deformation = Deformation::Jitter;
+        }
+        description
+    })
 }

@@ -14,7 +14,9 @@ mod states;
 mod surroundings;
 
 pub use case::Case;
-pub use description::{Contact, Deformation, Description, Piece, Place, description};
+pub use description::{
+    Contact, Deformation, Description, Piece, Place, description, description_of_fabric,
+};
 pub use forces::{RandomForces, forces};
 pub use mesh::irregular_mesh;
 pub use pieces::{grid_cloth, material};

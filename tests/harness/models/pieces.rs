@@ -1,8 +1,9 @@
 //! Cloths from their descriptions.
 
 use cloth_core::{
-    Aerodynamics, BendModel, Cloth, Geometry, GridPatch, Mass, Material, SpringCoefficients,
-    Stencil,
+    Aerodynamics, BendModel, Cloth, FabricMaterial, Geometry, GridPatch, Mass, Material,
+    RestSource, SpringCoefficients, Stencil, TextureMap, TriangleMesh,
+    fabric::{BendingRigidity, Fabric, InternalFriction, TensileCurve},
 };
 use glam::DQuat;
 
@@ -30,7 +31,7 @@ pub fn grid_cloth(name: &str, patch: GridPatch, material: Material) -> Cloth {
     Cloth {
         name: name.into(),
         geometry: Geometry::Grid(patch),
-        material,
+        material: material.into(),
         pins: Vec::new(),
         velocity: [0.0; 3],
     }
@@ -58,6 +59,12 @@ pub(super) fn cloth(
             shift(&mut mesh.positions, origin);
             Geometry::Mesh(mesh)
         }
+        Piece::Fabric { columns, rows, holes } => {
+            let mut mesh = irregular_mesh([columns, rows], spacing, holes, random);
+            shift(&mut mesh.positions, origin);
+            mesh.texture = Some(pattern(&mesh, random));
+            Geometry::Mesh(mesh)
+        }
         Piece::Network { particles, springs } => {
             let mut network = random_network(particles, springs, spacing, random);
             shift(&mut network.positions, origin);
@@ -69,7 +76,11 @@ pub(super) fn cloth(
     Cloth {
         name,
         geometry,
-        material: random_material(is_network, random),
+        material: if matches!(piece, Piece::Fabric { .. }) {
+            random_fabric(random).into()
+        } else {
+            random_material(is_network, random).into()
+        },
         pins: (0..particles).filter(|_| pinned && random.chance(0.1)).collect(),
         velocity: random.vector(1.0),
     }
@@ -98,6 +109,49 @@ fn grid(
         row_axis: (turn * glam::DVec3::Y).into(),
         stencil,
     }
+}
+
+/// A pattern of a sheet that lies along the plane z = 0, turned and a little smaller or larger.
+fn pattern(mesh: &TriangleMesh, random: &mut Random) -> TextureMap {
+    let (sine, cosine) = random.between(0.0, 6.0).sin_cos();
+    let size = random.between(0.9, 1.1);
+    let turned =
+        |&[x, y, _]: &[f64; 3]| [size * (cosine * x - sine * y), size * (sine * x + cosine * y)];
+    TextureMap {
+        coordinates: mesh.positions.iter().map(turned).collect(),
+        triangles: mesh.triangles.clone(),
+    }
+}
+
+fn random_fabric(random: &mut Random) -> FabricMaterial {
+    let mut curve = || TensileCurve {
+        linear: random.logarithmic(2.0, 20.0),
+        cubic: random.logarithmic(1.0, 300.0),
+        end: random.between(0.02, 0.2),
+    };
+    let [warp, weft] = [curve(), curve()];
+    let fabric = Fabric {
+        area_density: random.between(0.1, 0.4),
+        thickness: random.logarithmic(1e-3, 2e-2),
+        coupling: random.between(-0.9, 0.9) * Fabric::largest_coupling(&warp, &weft),
+        warp,
+        weft,
+        shear: random.logarithmic(1.0, 10.0),
+        bending: BendingRigidity {
+            warp: random.logarithmic(1e-6, 1e-4),
+            weft: random.logarithmic(1e-6, 1e-4),
+            bias: None,
+        },
+        friction: InternalFriction::default(),
+        damping: if random.chance(0.5) { [0.0; 2] } else { [1e-4, 2e-4] },
+    };
+    let rest = if random.chance(0.5) {
+        RestSource::Pattern { scale: 1.0 }
+    } else {
+        RestSource::Start { warp: [1.0, random.between(-2.0, 2.0), 0.0] }
+    };
+    let aerodynamics = Aerodynamics { pressure: random.between(0.0, 1.5), friction: 0.05 };
+    FabricMaterial { fabric, rest, aerodynamics }
 }
 
 fn random_material(is_network: bool, random: &mut Random) -> Material {

@@ -65,6 +65,14 @@ impl ImplicitKernels for PerturbedKernels {
         self.inner.spring_linearise(&self.substep_of(Stage::SpringLinearise, substep))
     }
 
+    fn membrane_linearise(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        self.inner.membrane_linearise(&self.substep_of(Stage::MembraneLinearise, substep), start)
+    }
+
+    fn bending_linearise(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        self.inner.bending_linearise(&self.substep_of(Stage::BendingLinearise, substep), start)
+    }
+
     fn contact_linearise(&mut self, substep: &Substep) -> Result<()> {
         self.inner.contact_linearise(&self.substep_of(Stage::ContactLinearise, substep))
     }

@@ -208,6 +208,14 @@ impl Kernels for PerturbedKernels {
         self.force_stage(Stage::SpringForces, |inner| inner.spring_forces())
     }
 
+    fn membrane_forces(&mut self) -> Result<()> {
+        self.force_stage(Stage::MembraneForces, |inner| inner.membrane_forces())
+    }
+
+    fn bending_forces(&mut self) -> Result<()> {
+        self.force_stage(Stage::BendingForces, |inner| inner.bending_forces())
+    }
+
     fn aerodynamic_forces(&mut self, substep: &Substep) -> Result<()> {
         self.force_stage(Stage::AerodynamicForces, |inner| inner.aerodynamic_forces(substep))
     }

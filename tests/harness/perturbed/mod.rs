@@ -42,6 +42,10 @@ pub enum Stage {
     ProceduralForces,
     /// `spring_forces`
     SpringForces,
+    /// `membrane_forces`
+    MembraneForces,
+    /// `bending_forces`
+    BendingForces,
     /// `aerodynamic_forces`
     AerodynamicForces,
     /// `contact_forces`
@@ -66,6 +70,10 @@ pub enum Stage {
     StateRestore,
     /// `spring_linearise`
     SpringLinearise,
+    /// `membrane_linearise`
+    MembraneLinearise,
+    /// `bending_linearise`
+    BendingLinearise,
     /// `contact_linearise`
     ContactLinearise,
     /// `implicit_assemble`

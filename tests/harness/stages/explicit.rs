@@ -6,8 +6,9 @@ use cloth_core::{
 };
 
 use super::{
-    Particles, aerodynamic_forces, collider_response, contact_forces, contact_impulses,
-    field_forces, integrate_explicit, procedural_forces, spring_forces, strain_limit,
+    Particles, aerodynamic_forces, bending_forces, collider_response, contact_forces,
+    contact_impulses, field_forces, integrate_explicit, membrane_forces, procedural_forces,
+    spring_forces, strain_limit,
 };
 
 /// One substep, all stages in their order.
@@ -22,6 +23,8 @@ pub fn explicit_substep(
     let mut forces = field_forces(model, particles);
     procedural_forces(model, particles, substep, &mut forces);
     spring_forces(model, particles, &mut forces);
+    membrane_forces(model, particles, &mut forces);
+    bending_forces(model, particles, &mut forces);
     aerodynamic_forces(model, particles, substep.wind_velocity, &mut forces);
     contact_forces(model, particles, &mut forces);
     integrate_explicit(particles, &forces, substep.length);

@@ -50,7 +50,9 @@ struct ClusterContacts {
 
 impl ContactList {
     pub(super) fn new<T: Real>(model: &Model, groups: &Groups<T>) -> Self {
-        let lengths = model.springs().iter().map(|spring| start_squared(model, spring.particles));
+        let springs = model.springs().iter().map(|spring| spring.particles);
+        let joined = springs.chain(model.elements().edges().iter().copied());
+        let lengths = joined.map(|pair| start_squared(model, pair));
         Self {
             joined_squared: lengths.fold(0.0, f64::max),
             clusters: vec![ClusterContacts::default(); groups.cluster_count()],
@@ -80,7 +82,7 @@ impl ContactList {
             if leaves_out {
                 found.retain(|places| {
                     let [a, b] = places.map(|place| groups.particle(place as usize));
-                    start_squared(model, [a, b]) > joined_squared || !model.springs().joins(a, b)
+                    start_squared(model, [a, b]) > joined_squared || !model.joins(a, b)
                 });
             }
         });

@@ -41,7 +41,10 @@ impl<T: Real> Assembly<'_, T> {
         arch: pulp::Arch,
     ) {
         self.base(&mut matrix.base);
-        let Matrix { factors, contacts, base, diagonal } = matrix;
+        if let Some(elements) = &matrix.elements {
+            elements.diagonal_add(&mut |i, block| matrix.base.add(i, block));
+        }
+        let Matrix { factors, contacts, base, diagonal, elements } = matrix;
         let off_diagonal =
             diagonal.off_diagonal.get_or_insert_with(|| VectorField::new(self.count, 0));
         right_side
@@ -62,6 +65,9 @@ impl<T: Real> Assembly<'_, T> {
                 };
                 arch.dispatch(task);
             });
+        if let Some(elements) = elements {
+            elements.right_side_add(right_side);
+        }
     }
 
     /// B: mass, drag and air.

@@ -1,12 +1,13 @@
 //! The matrix of the linear system and its right-hand side.
 
-use cloth_core::{MatrixBlock, Real};
+use cloth_core::{MatrixBlock, Model, Real};
 
 use super::{
     contact_linearise::ContactFactors,
     spring_factors::{Factors, SpringFactors, across},
 };
 use crate::{
+    fabric::ElementBlocks,
     memory::{LANES, VectorField},
     springs::{Neighbours, SpringColumns},
 };
@@ -58,11 +59,16 @@ pub(crate) struct Matrix<T> {
     pub(super) base: BlockField<T>,
     /// D of NUMERICS §5: the diagonal blocks of A.
     pub(super) diagonal: BlockField<T>,
+    /// What triangles of fabric add off the diagonal.
+    pub(super) elements: Option<ElementBlocks<T>>,
 }
 
 impl<T: Real> Matrix<T> {
-    pub(super) fn new(springs: &SpringColumns<T>, count: usize, full: bool) -> Self {
+    pub(super) fn new(springs: &SpringColumns<T>, model: &Model) -> Self {
+        let count = model.particle_count();
+        let full = model.air().is_some() || !model.colliders().is_empty() || model.has_fabric();
         Self {
+            elements: model.has_fabric().then(|| ElementBlocks::new(model)),
             factors: SpringFactors::new(springs, count),
             contacts: ContactFactors::new(),
             base: BlockField::new(count, full),
@@ -110,6 +116,12 @@ impl<T: Real> Matrix<T> {
             let start = out.len();
             out.push(dense(row, row, self.diagonal.get(row)));
             self.row(springs, row, |column, block| out.push(dense(row, column, block)));
+            if let Some(elements) = &self.elements {
+                elements.row(row, |column, block| {
+                    let entries = block.map(|row| row.map(T::to_f64));
+                    out.push(MatrixBlock { row: row as u32, column: column as u32, entries });
+                });
+            }
             out[start..].sort_by_key(|block| block.column);
             out.dedup_by(|later, kept| {
                 let same = (later.row, later.column) == (kept.row, kept.column);

@@ -22,6 +22,7 @@ use crate::{
     block_impulses::BlockImpulses,
     collider_response::ColliderAt,
     contact::{Contact, response::Penalty},
+    fabric::Fabric,
     memory::{BLOCK, FieldView, LANES, Masses, Motion, VectorField, lanes_mut},
     spring_forces::MotionView,
     springs::SpringColumns,
@@ -57,9 +58,10 @@ pub(crate) struct Surroundings<'a, T> {
 }
 
 impl<T: Real> ImplicitSystem<T> {
-    pub(crate) fn new(springs: &SpringColumns<T>, count: usize, full: bool) -> Self {
+    pub(crate) fn new(springs: &SpringColumns<T>, model: &Model) -> Self {
+        let count = model.particle_count();
         Self {
-            matrix: Matrix::new(springs, count, full),
+            matrix: Matrix::new(springs, model),
             constraints: Constraints::new(count),
             vectors: LinearVectors::new(count, springs.margin()),
             inverse: BlockField::new(count, true),
@@ -111,8 +113,11 @@ impl<T: Real> ImplicitSystem<T> {
     pub(crate) fn assemble(
         &mut self,
         at: Surroundings<'_, T>,
-        force: &VectorField<T>,
-        aerodynamics: Option<&Aerodynamics<T>>,
+        (force, aerodynamics, fabric): (
+            &VectorField<T>,
+            Option<&Aerodynamics<T>>,
+            Option<&Fabric<T>>,
+        ),
         start: NewtonStart,
     ) {
         let assembly = Assembly {
@@ -128,6 +133,9 @@ impl<T: Real> ImplicitSystem<T> {
             start,
             count: self.count,
         };
+        if let Some((elements, fabric)) = self.matrix.elements.as_mut().zip(fabric) {
+            elements.assemble(fabric);
+        }
         let right_side = self.vectors.get_mut(LinearVector::RightSide);
         assembly.run(&mut self.matrix, right_side, at.arch);
         self.constraints.drag(assembly.velocity, &mut self.matrix, right_side);

@@ -24,10 +24,10 @@ impl<T: Real> CpuKernels<T> {
         length: f64,
         work: impl FnOnce(&mut Self, &mut ImplicitSystem<T>, f64) -> R + Send,
     ) -> R {
-        let mut system = self.implicit.take().unwrap_or_else(|| {
-            let full = self.model.air().is_some() || !self.model.colliders().is_empty();
-            Box::new(ImplicitSystem::new(&self.springs, self.model.particle_count(), full))
-        });
+        let mut system = self
+            .implicit
+            .take()
+            .unwrap_or_else(|| Box::new(ImplicitSystem::new(&self.springs, &self.model)));
         let result = self.stage(stage, |kernels| work(kernels, &mut system, length));
         self.implicit = Some(system);
         result
@@ -66,6 +66,26 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
         Ok(())
     }
 
+    fn membrane_linearise(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        self.stage("membrane_linearise", |kernels| {
+            if let Some(fabric) = &mut kernels.fabric {
+                let length = T::from_f64(substep.length);
+                fabric.membrane_linearise(&kernels.present, length, start);
+            }
+        });
+        Ok(())
+    }
+
+    fn bending_linearise(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        self.stage("bending_linearise", |kernels| {
+            if let Some(fabric) = &mut kernels.fabric {
+                let length = T::from_f64(substep.length);
+                fabric.bending_linearise(&kernels.present, length, start);
+            }
+        });
+        Ok(())
+    }
+
     fn contact_linearise(&mut self, substep: &Substep) -> Result<()> {
         self.implicit_stage("contact_linearise", substep.length, |kernels, system, length| {
             if let Some((contact, penalty)) = kernels.penalty() {
@@ -87,7 +107,8 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
             }
             let kernels = &*kernels;
             let aerodynamics = kernels.aerodynamics.as_ref();
-            system.assemble(kernels.surroundings(length), &force, aerodynamics, start);
+            let forces = (&force, aerodynamics, kernels.fabric.as_ref());
+            system.assemble(kernels.surroundings(length), forces, start);
         });
         self.force = Some(force);
         Ok(())

@@ -25,6 +25,7 @@ use crate::{
     },
     control_forces::ControlForces,
     explicit_substep::ExplicitPass,
+    fabric::Fabric,
     field_forces::{self, FieldSum},
     implicit::ImplicitSystem,
     integrate_explicit,
@@ -68,6 +69,7 @@ pub(crate) struct CpuKernels<T> {
     /// Memory of the single force stages; the fused substep does without.
     force: Option<VectorField<T>>,
     aerodynamics: Option<Aerodynamics<T>>,
+    fabric: Option<Fabric<T>>,
     contact: Option<Contact<T>>,
     strain_limiter: Option<StrainLimiter<T>>,
     colliders: Vec<ColliderAt<T>>,
@@ -109,6 +111,7 @@ impl<T: Real> CpuKernels<T> {
             implicit: None,
             force: None,
             aerodynamics: Aerodynamics::new(&model),
+            fabric: Fabric::new(&model)?,
             contact: Contact::new(&model),
             strain_limiter: StrainLimiter::new(&model, config.strain_limit.as_ref()),
             colliders: Vec::new(),
@@ -353,6 +356,30 @@ impl<T: Real> Kernels for CpuKernels<T> {
         Ok(())
     }
 
+    fn membrane_forces(&mut self) -> Result<()> {
+        self.stage("membrane_forces", |kernels| {
+            if let Some(fabric) = &mut kernels.fabric {
+                fabric.membrane_forces(&kernels.present);
+            }
+        });
+        self.force_stage_by_particle("membrane_forces", |kernels, particle| {
+            kernels.fabric.as_ref().map(|fabric| fabric.membrane_force(particle))
+        });
+        Ok(())
+    }
+
+    fn bending_forces(&mut self) -> Result<()> {
+        self.stage("bending_forces", |kernels| {
+            if let Some(fabric) = &mut kernels.fabric {
+                fabric.bending_forces(&kernels.present);
+            }
+        });
+        self.force_stage_by_particle("bending_forces", |kernels, particle| {
+            kernels.fabric.as_ref().map(|fabric| fabric.bending_force(particle))
+        });
+        Ok(())
+    }
+
     fn aerodynamic_forces(&mut self, substep: &Substep) -> Result<()> {
         self.stage("aerodynamic_forces", |kernels| {
             if let Some(aerodynamics) = &mut kernels.aerodynamics {
@@ -531,7 +558,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
                 motion: MotionView::new(&kernels.present),
                 acceleration: kernels.model.uniform_acceleration(),
             }
-            .run(kernels.arch)
+            .run(kernels.arch, kernels.fabric.as_ref().map(|f| f.figures(&kernels.present)))
         }))
     }
 
@@ -573,6 +600,10 @@ impl<T: Real> Kernels for CpuKernels<T> {
             if let Some(aerodynamics) = &mut kernels.aerodynamics {
                 aerodynamics.update(&kernels.model, &kernels.present, substep.wind_velocity);
             }
+            if let Some(fabric) = &mut kernels.fabric {
+                fabric.membrane_forces(&kernels.present);
+                fabric.bending_forces(&kernels.present);
+            }
             let colliders = kernels.colliders_at(substep.index);
             ExplicitPass {
                 count: kernels.model.particle_count(),
@@ -581,6 +612,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
                 programs: Programs::new(&kernels.programs, substep),
                 masses: &kernels.masses,
                 aerodynamics: kernels.aerodynamics.as_ref(),
+                fabric: kernels.fabric.as_ref(),
                 contact: kernels.penalty().filter(|(contact, _)| contact.any()),
                 colliders: if interrupted { &[] } else { colliders },
                 offsets: &kernels.offsets,
@@ -633,7 +665,7 @@ mod tests {
         let cloth = Cloth {
             name: "patch".into(),
             geometry: Geometry::Grid(patch),
-            material,
+            material: material.into(),
             pins: vec![3],
             velocity: [0.0, 0.0, -2.0],
         };

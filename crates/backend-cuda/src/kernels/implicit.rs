@@ -186,6 +186,14 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
         self.linear_stage(("spring_linearise", "spring_linearise"), &[])
     }
 
+    fn membrane_linearise(&mut self, _substep: &Substep, _start: NewtonStart) -> Result<()> {
+        self.model.check_springs_alone("cuda")
+    }
+
+    fn bending_linearise(&mut self, _substep: &Substep, _start: NewtonStart) -> Result<()> {
+        self.model.check_springs_alone("cuda")
+    }
+
     fn contact_linearise(&mut self, substep: &Substep) -> Result<()> {
         let Some(ContactResponse::Penalty { stiffness, damping }) =
             self.model.self_contact().map(|contact| contact.response)

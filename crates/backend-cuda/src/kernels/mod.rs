@@ -212,6 +212,14 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
         self.particle_stage("spring_forces", &[])
     }
 
+    fn membrane_forces(&mut self) -> Result<()> {
+        self.model.check_springs_alone("cuda")
+    }
+
+    fn bending_forces(&mut self) -> Result<()> {
+        self.model.check_springs_alone("cuda")
+    }
+
     fn aerodynamic_forces(&mut self, substep: &Substep) -> Result<()> {
         self.settle()?;
         if self.model.air().is_none() {

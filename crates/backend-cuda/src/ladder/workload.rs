@@ -85,7 +85,7 @@ pub fn model(side: u32) -> Result<Model> {
     let cloth = Cloth {
         name: "patch".into(),
         geometry: Geometry::Grid(patch),
-        material,
+        material: material.into(),
         pins: Vec::new(),
         velocity: [0.0; 3],
     };

@@ -158,7 +158,7 @@ mod tests {
             builder = builder.cloth(Cloth {
                 name: number.to_string(),
                 geometry: Geometry::Grid(patch),
-                material: MaterialPreset::ALL[0].material(0.02),
+                material: MaterialPreset::ALL[0].material(0.02).into(),
                 pins: vec![],
                 velocity: [0.0; 3],
             });

@@ -14,6 +14,8 @@ use crate::{
 pub struct LinearSystem<N> {
     /// Springs, then pairs in contact.
     pub terms: Vec<Term<N>>,
+    /// Those of triangles of fabric.
+    pub elements: Vec<ElementBlock<N>>,
     /// B without friction: mass, drag, air.
     base: Vec<Matrix<N>>,
     /// What friction has added to B and D since, and taken out again, in this order.
@@ -21,6 +23,20 @@ pub struct LinearSystem<N> {
     /// b.
     pub right_side: Vec<Vector<N>>,
 }
+
+/// What a triangle of fabric adds to a block of the matrix.
+#[derive(Clone, Copy, Debug)]
+pub struct ElementBlock<N> {
+    /// Particle of the rows.
+    pub row: usize,
+    /// Particle of the columns.
+    pub column: usize,
+    /// What it adds.
+    pub block: Matrix<N>,
+}
+
+/// What triangles of fabric add: blocks, and right-hand sides of all particles.
+pub type Elements<N> = (Vec<ElementBlock<N>>, Vec<Vector<N>>);
 
 /// What a system is linearised about.
 #[derive(Clone, Copy, Debug)]
@@ -41,7 +57,7 @@ pub struct Linearisation<'a, N> {
 pub fn implicit_assemble<N: Number>(
     model: &Model,
     particles: &Particles<N>,
-    terms: Vec<Term<N>>,
+    (terms, elements): (Vec<Term<N>>, &[Elements<N>]),
     forces: &[Vector<N>],
     about: &Linearisation<'_, N>,
 ) -> LinearSystem<N> {
@@ -69,8 +85,12 @@ pub fn implicit_assemble<N: Number>(
         right_side[i] += pull;
         right_side[j] -= pull;
     }
+    for (_, impulses) in elements {
+        right_side.iter_mut().zip(impulses).for_each(|(b, impulse)| *b += *impulse);
+    }
+    let elements = elements.iter().flat_map(|(blocks, _)| blocks).copied().collect();
     let frictions = vec![Vec::new(); particles.len()];
-    LinearSystem { base: base.collect(), terms, frictions, right_side }
+    LinearSystem { base: base.collect(), terms, elements, frictions, right_side }
 }
 
 impl<N: Number> Term<N> {
@@ -138,6 +158,9 @@ impl<N: Number> LinearSystem<N> {
             let block = term.block();
             term.particles.into_iter().for_each(|particle| blocks[particle] += block);
         }
+        for element in self.elements.iter().filter(|element| element.row == element.column) {
+            blocks[element.row] += element.block;
+        }
         blocks.into_iter().enumerate().map(|(i, block)| self.with_friction(i, block)).collect()
     }
 
@@ -150,6 +173,11 @@ impl<N: Number> LinearSystem<N> {
             let ([i, j], block) = (term.particles, term.block().negated());
             for place in [[i, j], [j, i]] {
                 *blocks.entry(place).or_default() += block;
+            }
+        }
+        for ElementBlock { row, column, block } in &self.elements {
+            if row != column {
+                *blocks.entry([*row, *column]).or_default() += *block;
             }
         }
         blocks
@@ -166,6 +194,9 @@ impl<N: Number> LinearSystem<N> {
             let part = difference.scaled(*g) + u.scaled(u.dot(difference));
             image[*i] += part;
             image[*j] -= part;
+        }
+        for ElementBlock { row, column, block } in &self.elements {
+            image[*row] += block.apply(p[*column]);
         }
         image
     }

@@ -14,7 +14,9 @@ pub use collider_constraints::{Constraint, Constraints, collider_constraints};
 pub use constraint_impulses::constraint_impulses;
 pub use constraint_release::constraint_release;
 pub(crate) use direct_solve::direct_solve;
-pub use implicit_assemble::{LinearSystem, Linearisation, implicit_assemble};
+pub use implicit_assemble::{
+    ElementBlock, Elements, LinearSystem, Linearisation, implicit_assemble,
+};
 pub use linearise::{Term, contact_linearise, spring_linearise};
 pub use preconditioner_apply::preconditioner_apply;
 pub use vectors::{vector_combine, vector_dot};

@@ -7,9 +7,10 @@ use cloth_core::{
 
 use super::{Kept, Linear, ReferenceKernels};
 use crate::{
-    Linearisation, Vector, check_preconditioner, collider_constraints, constraint_impulses,
-    constraint_release, contact_linearise, implicit::direct_solve, implicit_assemble,
-    preconditioner_apply, spring_linearise, unsupported, vector_combine, vector_dot,
+    Linearisation, Vector, bending_linearise, check_preconditioner, collider_constraints,
+    constraint_impulses, constraint_release, contact_linearise, implicit::direct_solve,
+    implicit_assemble, membrane_linearise, preconditioner_apply, spring_linearise, unsupported,
+    vector_combine, vector_dot,
 };
 
 impl Linear {
@@ -61,6 +62,18 @@ impl ImplicitKernels for ReferenceKernels {
         Ok(())
     }
 
+    fn membrane_linearise(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        let (model, length) = (&self.model, substep.length);
+        self.linear.elements = vec![membrane_linearise(model, &self.particles, length, start)];
+        Ok(())
+    }
+
+    fn bending_linearise(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        let (model, length) = (&self.model, substep.length);
+        self.linear.elements.push(bending_linearise(model, &self.particles, length, start));
+        Ok(())
+    }
+
     fn contact_linearise(&mut self, substep: &Substep) -> Result<()> {
         self.linear.contacts =
             contact_linearise(&self.model, &mut self.particles, &self.pairs, substep.length);
@@ -71,7 +84,8 @@ impl ImplicitKernels for ReferenceKernels {
         if self.kept.velocities.is_empty() {
             self.state_keep()?;
         }
-        let Linear { springs, contacts, system, constraints, vectors, .. } = &mut self.linear;
+        let Linear { springs, contacts, elements, system, constraints, vectors, .. } =
+            &mut self.linear;
         let about = Linearisation {
             length: substep.length,
             wind_velocity: substep.wind_velocity,
@@ -79,7 +93,8 @@ impl ImplicitKernels for ReferenceKernels {
             velocities_start: &self.kept.velocities,
         };
         let terms = [&springs[..], contacts].concat();
-        *system = implicit_assemble(&self.model, &self.particles, terms, &self.forces, &about);
+        let parts = (terms, &elements[..]);
+        *system = implicit_assemble(&self.model, &self.particles, parts, &self.forces, &about);
         constraints.add_drags(&self.particles.velocities, system);
         vectors[LinearVector::RightSide as usize].clone_from(&system.right_side);
         Ok(())

@@ -226,7 +226,7 @@ mod tests {
         let cloth = Cloth {
             name: "cloth".into(),
             geometry: Geometry::Grid(GridPatch::horizontal(side, 0.02, 0.0)),
-            material: MaterialPreset::ALL[0].material(0.02),
+            material: MaterialPreset::ALL[0].material(0.02).into(),
             pins: vec![],
             velocity: [0.0; 3],
         };

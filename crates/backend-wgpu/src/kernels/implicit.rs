@@ -21,6 +21,14 @@ impl ImplicitKernels for WgpuKernels {
         self.stages.execute(Command::SpringLinearise(*substep))
     }
 
+    fn membrane_linearise(&mut self, _substep: &Substep, _start: NewtonStart) -> Result<()> {
+        self.stages.model().check_springs_alone("wgpu")
+    }
+
+    fn bending_linearise(&mut self, _substep: &Substep, _start: NewtonStart) -> Result<()> {
+        self.stages.model().check_springs_alone("wgpu")
+    }
+
     fn contact_linearise(&mut self, substep: &Substep) -> Result<()> {
         self.stages.execute(Command::ContactLinearise(*substep))
     }

@@ -89,6 +89,14 @@ impl Kernels for WgpuKernels {
         self.stages.execute(Command::SpringForces)
     }
 
+    fn membrane_forces(&mut self) -> Result<()> {
+        self.model().check_springs_alone("wgpu")
+    }
+
+    fn bending_forces(&mut self) -> Result<()> {
+        self.model().check_springs_alone("wgpu")
+    }
+
     fn aerodynamic_forces(&mut self, substep: &Substep) -> Result<()> {
         self.stages.execute(Command::AerodynamicForces(*substep))
     }

@@ -27,7 +27,7 @@ mod tests {
             builder = builder.cloth(Cloth {
                 name: name.to_owned(),
                 geometry: Geometry::Grid(GridPatch::horizontal(9, 0.1, 0.0)),
-                material: MaterialPreset::ALL[0].material(0.1),
+                material: MaterialPreset::ALL[0].material(0.1).into(),
                 pins: vec![],
                 velocity: [0.0; 3],
             });

@@ -96,7 +96,8 @@ mod tests {
     fn check(geometry: Geometry) -> LinkTables {
         let material = MaterialPreset::ALL[0].material(geometry.spacing());
         let name = "cloth".to_owned();
-        let cloth = Cloth { name, geometry, material, pins: vec![], velocity: [0.0; 3] };
+        let cloth =
+            Cloth { name, geometry, material: material.into(), pins: vec![], velocity: [0.0; 3] };
         let model = ModelBuilder::new().cloth(cloth).build().unwrap();
         let tables = LinkTables::new(&model);
         let count = model.particle_count();

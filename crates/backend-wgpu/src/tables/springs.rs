@@ -91,7 +91,8 @@ mod tests {
     fn model(geometry: Geometry) -> Model {
         let material = MaterialPreset::ALL[0].material(geometry.spacing());
         let name = "cloth".to_owned();
-        let cloth = Cloth { name, geometry, material, pins: vec![], velocity: [0.0; 3] };
+        let cloth =
+            Cloth { name, geometry, material: material.into(), pins: vec![], velocity: [0.0; 3] };
         ModelBuilder::new().cloth(cloth).build().unwrap()
     }
 

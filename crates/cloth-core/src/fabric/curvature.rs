@@ -45,6 +45,16 @@ impl HingeGeometry {
         ]
     }
 
+    /// How much the flat hinge folds for a motion out of the plane \[1/m\]: of its start and end, and of the third vertices of both
+    /// triangles.
+    #[must_use]
+    pub fn weights(&self) -> [f64; 4] {
+        let apexes = self.heights.map(f64::recip);
+        let shares = self.feet.map(|foot| foot / self.length);
+        let end = -(shares[0] * apexes[0] + shares[1] * apexes[1]);
+        [-(end + apexes[0] + apexes[1]), end, apexes[0], apexes[1]]
+    }
+
     /// Stiffness of the hinge on its own \[N m\]: B |e|^2 / (A1 + A2), B the rigidity across it.
     #[must_use]
     pub fn lone_stiffness(&self, rigidity: f64) -> f64 {
@@ -118,6 +128,14 @@ impl<T: Real> CurvatureStiffness<T> {
     pub fn moments(&self, [a, b, c]: [T; 3]) -> [T; 3] {
         let [k00, k11, k22, k01, k02, k12] = self.entries;
         [k00 * a + k01 * b + k02 * c, k01 * a + k11 * b + k12 * c, k02 * a + k12 * b + k22 * c]
+    }
+
+    /// The moment of edge `a` for the fold of edge `b` \[N m\].
+    #[inline(always)]
+    #[must_use]
+    pub fn entry(&self, a: usize, b: usize) -> T {
+        const PLACES: [[usize; 3]; 3] = [[0, 3, 4], [3, 1, 5], [4, 5, 2]];
+        self.entries[PLACES[a][b]]
     }
 
     /// Energy \[J\].

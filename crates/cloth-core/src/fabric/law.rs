@@ -158,6 +158,27 @@ impl Fabric {
         (COUPLING_SHARE * warp.linear * weft.linear).sqrt()
     }
 
+    /// All its numbers, for a hash.
+    pub(crate) fn numbers(&self) -> Vec<f64> {
+        let Self {
+            area_density,
+            thickness,
+            warp,
+            weft,
+            coupling,
+            shear,
+            bending,
+            friction,
+            damping,
+        } = *self;
+        let bias = bending.bias.unwrap_or(-1.0);
+        let mut numbers = vec![area_density, thickness, coupling, shear];
+        [warp, weft].iter().for_each(|c| numbers.extend([c.linear, c.cubic, c.end]));
+        numbers.extend([bending.warp, bending.weft, bias, friction.shear, friction.bending]);
+        numbers.extend(damping);
+        numbers
+    }
+
     /// Checks all numbers; `owner` is whose fabric it is, for the error.
     ///
     /// # Errors

@@ -178,6 +178,77 @@ pub fn forces<T: Real>(
     [std::array::from_fn(|k| -(second[k] + third[k])), second, third]
 }
 
+/// Forces on the corners of a triangle \[N\], dampers included, for their positions \[m\] and velocities \[m/s\]. `damping` is that of
+/// Rayleigh \[s\].
+#[inline(always)]
+#[must_use]
+pub fn triangle_forces<T: Real>(
+    corners: [Vector<T>; 3],
+    velocities: [Vector<T>; 3],
+    rest: &RestState<T>,
+    law: &Law<T>,
+    damping: T,
+) -> [Vector<T>; 3] {
+    let gradient = deformation(corners, rest);
+    let response = law.response(strain(gradient));
+    let mut stress = response.stress;
+    if damping > T::ZERO {
+        let rate = strain_rate(gradient, deformation(velocities, rest));
+        stress = sum(stress, law.viscous_stress(&response, rate, damping));
+    }
+    forces(gradient, stress, rest)
+}
+
+#[inline(always)]
+fn sum<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// What a triangle adds to the matrix and the right-hand side of an implicit step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MembraneTangent<T> {
+    /// Its stiffness times h^2, that of C times h^2 + h beta: blocks in \[kg\].
+    pub tangent: Tangent<T>,
+    /// What it adds to the right-hand side at the three corners \[N s\].
+    pub impulses: [Vector<T>; 3],
+}
+
+impl<T: Real> MembraneTangent<T> {
+    /// For a substep of `length` \[s\]. `from_start` says that the step starts from the present velocities: then the forces change
+    /// along the way, by -h^2 K v.
+    #[inline(always)]
+    #[must_use]
+    pub fn new(
+        (corners, velocities): ([Vector<T>; 3], [Vector<T>; 3]),
+        rest: &RestState<T>,
+        law: &Law<T>,
+        damping: T,
+        length: T,
+        from_start: bool,
+    ) -> Self {
+        let gradient = deformation(corners, rest);
+        let response = law.response(strain(gradient));
+        let rates = deformation(velocities, rest);
+        let rate = strain_rate(gradient, rates);
+        let mut tangent = Tangent::new(gradient, law, &response, rest);
+        let square = length * length;
+        let damped = length * damping;
+        let along = if from_start { square + damped } else { damped };
+        let viscous = law.viscous_stress(&response, rate, along);
+        let stress = sum(response.stress.map(|s| length * s), viscous);
+        let mut impulses = forces(gradient, stress, rest);
+        if from_start {
+            // A S+ is in the tangent, with the area.
+            let unit = RestState { inverse: rest.inverse, area: square };
+            let turning = forces(rates, tangent.stress, &unit);
+            impulses = [0, 1, 2].map(|corner| sum(impulses[corner], turning[corner]));
+        }
+        tangent.stiffness = tangent.stiffness.map(|k| (square + damped) * k);
+        tangent.stress = tangent.stress.map(|s| square * s);
+        Self { tangent, impulses }
+    }
+}
+
 /// A symmetric 2 x 2 matrix (11, 22, 12) without its negative eigenvalues, in closed form.
 #[inline(always)]
 #[must_use]

@@ -5,6 +5,7 @@
 //! operations alone in a fixed order, so that every backend that does the same operations gets the same bits (NUMERICS §11, §12).
 
 pub mod arctangent;
+pub mod bending;
 mod curvature;
 mod error;
 mod friction;

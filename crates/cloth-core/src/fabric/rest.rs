@@ -33,6 +33,9 @@ pub struct RestTriangle {
     pub hinges: [u32; 3],
     /// How it resists the folds of these hinges.
     pub bending: CurvatureStiffness<f64>,
+    /// How much each of these folds changes by a motion out of the plane, of the flat triangle \[1/m\]: at the edge's start and end in the
+    /// direction of the triangle, at the third corner, and at the vertex beyond. Zero for a border.
+    pub fold_weights: [[f64; 4]; 3],
 }
 
 /// An edge between two triangles at rest.
@@ -210,7 +213,20 @@ impl RestShape {
             });
             let (bending, is_limited) = CurvatureStiffness::new(state.area, &plate, &geometry);
             limited += usize::from(is_limited);
-            shape.triangles.push(RestTriangle { vertices, state, hinges: own, bending });
+            let fold_weights = std::array::from_fn(|edge| {
+                let Some(geometry) = &geometry[edge] else { return [0.0; 4] };
+                let [start, end, own, beyond] = geometry.weights();
+                // The hinge runs from the smaller vertex to the larger one.
+                let runs_back = vertices[edge] > vertices[(edge + 1) % 3];
+                if runs_back { [end, start, own, beyond] } else { [start, end, own, beyond] }
+            });
+            shape.triangles.push(RestTriangle {
+                vertices,
+                state,
+                hinges: own,
+                bending,
+                fold_weights,
+            });
         }
         for rest in &mut hinges {
             let sides = [side(rest, 0), side(rest, 1)];

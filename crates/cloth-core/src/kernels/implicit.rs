@@ -114,14 +114,26 @@ pub trait ImplicitKernels: Send {
     /// What the device reports.
     fn spring_linearise(&mut self, substep: &Substep) -> Result<()>;
 
-    /// NUMERICS §5: the same for the pairs in contact, if contact acts through forces.
+    /// NUMERICS §11: the blocks of the triangles of fabric at the present state, and what they add to b with that `start`.
+    ///
+    /// # Errors
+    /// What the device reports; `Unsupported` by a backend that has none.
+    fn membrane_linearise(&mut self, substep: &Substep, start: NewtonStart) -> Result<()>;
+
+    /// NUMERICS §12: the blocks of their folds, and what they add to b. Comes after `membrane_linearise`.
+    ///
+    /// # Errors
+    /// What the device reports; `Unsupported` by a backend that has none.
+    fn bending_linearise(&mut self, substep: &Substep, start: NewtonStart) -> Result<()>;
+
+    /// NUMERICS §5: direction and factor of the pairs in contact, if contact acts through forces.
     ///
     /// # Errors
     /// What the device reports.
     fn contact_linearise(&mut self, substep: &Substep) -> Result<()>;
 
     /// NUMERICS §5: the matrix A and the right-hand side b, from what is linearised, the velocities,
-    /// the contacts that slide, and f, which has all forces but those of springs.
+    /// the contacts that slide, and f, which has all forces but those of springs and fabric.
     ///
     /// # Errors
     /// What the device reports.

@@ -109,6 +109,18 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     /// What the device reports.
     fn spring_forces(&mut self) -> Result<()>;
 
+    /// NUMERICS §11: adds the forces of stretched and sheared triangles of fabric, and of their dampers, to f.
+    ///
+    /// # Errors
+    /// What the device reports; `Unsupported` by a backend that has none.
+    fn membrane_forces(&mut self) -> Result<()>;
+
+    /// NUMERICS §12: adds the forces of folded triangles of fabric, and of their dampers, to f.
+    ///
+    /// # Errors
+    /// What the device reports; `Unsupported` by a backend that has none.
+    fn bending_forces(&mut self) -> Result<()>;
+
     /// NUMERICS §3: adds the force of the air to f.
     ///
     /// # Errors

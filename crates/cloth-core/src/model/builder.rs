@@ -5,11 +5,13 @@ use std::{collections::HashSet, ops::Range};
 use crate::{
     ModelError, TextureMap, TriangleMesh,
     error::{finite_all, not_negative, positive},
+    fabric::{RestShape, RestWarning},
 };
 
 use super::{
-    Air, Cloth, ClothRange, Collider, Field, Geometry, GridPatch, Mass, Material, Model,
-    NetworkSpring, SelfContact, SpringClass, SpringCoefficients, SpringKind, SpringNetwork,
+    Air, Cloth, ClothMaterial, ClothRange, Collider, FabricElements, FabricMaterial, Field,
+    Geometry, GridPatch, Mass, Material, Meshing, Model, NetworkSpring, RestSource, SelfContact,
+    SpringClass, SpringCoefficients, SpringKind, SpringNetwork,
     springs::SpringsBuilder,
     winged_edge::{NONE, WingedEdges},
 };
@@ -110,6 +112,7 @@ impl ModelBuilder {
             triangles: parts.triangles,
             textures: parts.textures,
             springs: parts.springs.finish(),
+            elements: parts.elements,
             cloths: parts.cloths,
             colliders: self.colliders,
             gravity: self.gravity,
@@ -130,40 +133,66 @@ struct Parts {
     triangles: Vec<[u32; 3]>,
     textures: Vec<Option<TextureMap>>,
     springs: SpringsBuilder,
+    elements: FabricElements,
     cloths: Vec<ClothRange>,
 }
 
 impl Parts {
     fn add(&mut self, cloth: Cloth) -> Result<(), ModelError> {
         let Cloth { name, geometry, material, pins, velocity } = cloth;
-        material.validate(&name)?;
+        let springs = match &material {
+            ClothMaterial::Springs(material) => {
+                material.validate(&name)?;
+                Some(*material)
+            }
+            ClothMaterial::Fabric(_) => None,
+        };
         finite_all(|| format!("velocity of cloth {name:?}"), &velocity)?;
         let [first_particle, first_triangle] = [self.positions.len(), self.triangles.len()];
         count_check("particles", first_particle as u64 + geometry.particle_count())?;
-        let texture = match geometry {
-            Geometry::Grid(patch) => {
-                self.grid(&patch, &material, &name)?;
+        let mut warnings = Vec::new();
+        let texture = match (geometry, &material) {
+            (Geometry::Grid(patch), ClothMaterial::Springs(material)) => {
+                self.grid(&patch, material, &name)?;
                 None
             }
-            Geometry::Mesh(mesh) => self.mesh(mesh, &material, &name)?,
-            Geometry::Network(network) => {
-                self.network(&network, &material, &name)?;
+            (Geometry::Mesh(mesh), ClothMaterial::Springs(material)) => {
+                self.mesh(mesh, material, &name)?
+            }
+            (Geometry::Network(network), ClothMaterial::Springs(material)) => {
+                self.network(&network, material, &name)?;
                 None
+            }
+            (Geometry::Grid(patch), ClothMaterial::Fabric(material)) => {
+                patch.validate(&name)?;
+                let mesh = patch.mesh(Meshing::default());
+                warnings = self.fabric(&mesh, material, 1.0, &name)?;
+                None
+            }
+            (Geometry::Mesh(mesh), ClothMaterial::Fabric(material)) => {
+                warnings = self.fabric(&mesh, material, material.rest.scale(), &name)?;
+                mesh.texture
+            }
+            (Geometry::Network(_), ClothMaterial::Fabric(_)) => {
+                return Err(ModelError::FabricWithoutSurface { cloth: name });
             }
         };
         let particles = first_particle..self.positions.len();
         let triangles = first_triangle..self.triangles.len();
         // Two entries for each spring when backends expand the matrix.
         count_check("springs", 2 * self.springs.len() as u64)?;
-        self.mass(&material, particles.clone(), triangles.clone(), &name)?;
+        if let Some(material) = springs {
+            self.mass(&material, particles.clone(), triangles.clone(), &name)?;
+        }
         self.pin(&pins, particles.clone(), &name)?;
         self.textures.push(texture);
         self.cloths.push(ClothRange {
             name,
             particles: particles.start as u32..particles.end as u32,
             triangles: triangles.start as u32..triangles.end as u32,
-            aerodynamics: material.aerodynamics,
-            thickness: material.thickness,
+            aerodynamics: material.aerodynamics(),
+            thickness: material.thickness(),
+            warnings,
             velocity,
         });
         Ok(())
@@ -239,6 +268,40 @@ impl Parts {
         self.positions.extend(mesh.positions);
         self.triangles.extend(mesh.triangles.iter().map(|t| t.map(|vertex| vertex + first)));
         Ok(mesh.texture)
+    }
+
+    /// Adds a cloth of triangles, whose texture coordinates are `scale` \[m\] long.
+    fn fabric(
+        &mut self,
+        mesh: &TriangleMesh,
+        material: &FabricMaterial,
+        scale: f64,
+        name: &str,
+    ) -> Result<Vec<RestWarning>, ModelError> {
+        let FabricMaterial { fabric, rest, .. } = material;
+        fabric.validate(&format!("cloth {name:?}"))?;
+        for (i, position) in mesh.positions.iter().enumerate() {
+            finite_all(|| format!("position of vertex {i} of cloth {name:?}"), position)?;
+        }
+        let shape = match rest {
+            RestSource::Start { warp } => RestShape::from_mesh(mesh, *warp, &fabric.bending, name)?,
+            RestSource::Pattern { .. } => {
+                positive(|| format!("scale of the pattern of cloth {name:?}"), scale)?;
+                let Some(pattern) = &mesh.texture else {
+                    return Err(ModelError::PatternMissing { cloth: name.into() });
+                };
+                let mut pattern = pattern.clone();
+                pattern.coordinates.iter_mut().flatten().for_each(|entry| *entry *= scale);
+                RestShape::from_pattern(mesh, &pattern, &fabric.bending, name)?
+            }
+        };
+        let first = self.positions.len() as u32;
+        self.elements.add(*fabric, &shape, first);
+        self.positions.extend(&mesh.positions);
+        self.triangles.extend(mesh.triangles.iter().map(|t| t.map(|vertex| vertex + first)));
+        self.masses.extend(shape.masses(fabric.area_density, mesh.positions.len()));
+        mesh.positions.iter().for_each(|_| self.springs.row_begin());
+        Ok(shape.warnings)
     }
 
     fn network(

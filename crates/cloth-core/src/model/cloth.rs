@@ -1,7 +1,7 @@
 //! One cloth, before it becomes part of a model.
 
-use super::{Geometry, GridPatch, Material, MaterialPreset};
-use crate::TriangleMesh;
+use super::{Aerodynamics, Geometry, GridPatch, Material, MaterialPreset};
+use crate::{TriangleMesh, fabric::Fabric};
 
 /// One cloth, before it becomes part of a model.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,11 +11,108 @@ pub struct Cloth {
     /// Particles and springs.
     pub geometry: Geometry,
     /// What it is made of.
-    pub material: Material,
+    pub material: ClothMaterial,
     /// Particles held in place from the start, as indices within this cloth.
     pub pins: Vec<u32>,
     /// Velocity of all its particles at the start \[m/s\].
     pub velocity: [f64; 3],
+}
+
+/// What a cloth is made of: what holds its particles together, mass, thickness, and how the air acts on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ClothMaterial {
+    /// Springs: between the neighbours in a grid, along the edges of a mesh, or one by one. How the cloth stretches and bends depends
+    /// on how it is meshed.
+    Springs(Material),
+    /// Triangles that stretch and bend as measured in the laboratory, however the cloth is meshed.
+    Fabric(FabricMaterial),
+}
+
+/// A cloth of triangles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FabricMaterial {
+    /// How it stretches and bends, what it weighs, and how thick it is.
+    pub fabric: Fabric,
+    /// What shape it has without forces.
+    pub rest: RestSource,
+    /// Coefficients of the force of the air.
+    pub aerodynamics: Aerodynamics,
+}
+
+/// What shape a cloth of triangles has without forces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RestSource {
+    /// The flat pattern that it was cut from: the texture coordinates of a mesh times `scale` \[m\], u along the warp; of a grid, its
+    /// columns and rows.
+    Pattern {
+        /// Length of a unit of the coordinates \[m\].
+        scale: f64,
+    },
+    /// The shape in which it starts, folds included.
+    Start {
+        /// Direction of the warp, of any length, as it lies in each triangle.
+        warp: [f64; 3],
+    },
+}
+
+impl RestSource {
+    /// Length of a unit of the pattern's coordinates \[m\]; 1 where there is none.
+    pub(super) const fn scale(&self) -> f64 {
+        match self {
+            Self::Pattern { scale } => *scale,
+            Self::Start { .. } => 1.0,
+        }
+    }
+}
+
+impl From<Material> for ClothMaterial {
+    fn from(material: Material) -> Self {
+        Self::Springs(material)
+    }
+}
+
+impl From<FabricMaterial> for ClothMaterial {
+    fn from(material: FabricMaterial) -> Self {
+        Self::Fabric(material)
+    }
+}
+
+impl ClothMaterial {
+    /// The springs, unless it is fabric.
+    #[must_use]
+    pub const fn springs(&self) -> Option<Material> {
+        match self {
+            Self::Springs(material) => Some(*material),
+            Self::Fabric(_) => None,
+        }
+    }
+
+    /// The springs to change, unless it is fabric.
+    #[must_use]
+    pub const fn springs_mut(&mut self) -> Option<&mut Material> {
+        match self {
+            Self::Springs(material) => Some(material),
+            Self::Fabric(_) => None,
+        }
+    }
+
+    /// Coefficients of the force of the air.
+    #[must_use]
+    pub const fn aerodynamics(&self) -> Aerodynamics {
+        match self {
+            Self::Springs(material) => material.aerodynamics,
+            Self::Fabric(material) => material.aerodynamics,
+        }
+    }
+
+    /// Thickness \[m\].
+    #[must_use]
+    pub const fn thickness(&self) -> f64 {
+        match self {
+            Self::Springs(material) => material.thickness,
+            Self::Fabric(material) => material.fabric.thickness,
+        }
+    }
 }
 
 impl Cloth {
@@ -64,7 +161,7 @@ impl Cloth {
     fn new(name: String, geometry: Geometry, fabric: &MaterialPreset) -> Self {
         // A mesh without edges has none; the model refuses it for what it is.
         let spacing = Some(geometry.spacing()).filter(|&spacing| spacing > 0.0).unwrap_or(1.0);
-        let material = fabric.material(spacing);
+        let material = fabric.material(spacing).into();
         Self { name, geometry, material, pins: Vec::new(), velocity: [0.0; 3] }
     }
 
@@ -84,8 +181,8 @@ impl Cloth {
 
     /// Makes it of a material of one's own.
     #[must_use]
-    pub const fn with_material(mut self, material: Material) -> Self {
-        self.material = material;
+    pub fn with_material(mut self, material: impl Into<ClothMaterial>) -> Self {
+        self.material = material.into();
         self
     }
 }
@@ -100,7 +197,7 @@ mod tests {
         let patch = GridPatch::new([4, 3], 0.05);
         let cloth =
             Cloth::grid("patch", patch, &MaterialPreset::DENIM).with_pins([1]).with_pins([2]);
-        assert_eq!(cloth.material, MaterialPreset::DENIM.material(0.05));
+        assert_eq!(cloth.material, MaterialPreset::DENIM.material(0.05).into());
         assert_eq!((cloth.pins, cloth.velocity), (vec![1, 2], [0.0; 3]));
     }
 

@@ -1,7 +1,7 @@
 //! What a model asks of a kernel: the one list by which special forms of kernels are allowed.
 
 use super::{ContactResponse, InteractionKind, Model, RegularPatch};
-use crate::{Precision, SolverConfig};
+use crate::{Error, Precision, SolverConfig};
 
 /// One thing that a model and its settings ask of a kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -10,6 +10,8 @@ pub enum Feature {
     Springs,
     /// Bend springs that buckle.
     Buckling,
+    /// Triangles of fabric that stretch and bend.
+    Fabric,
     /// The force of the air on triangles.
     Air,
     /// Contact of cloth with cloth by penalty forces.
@@ -34,9 +36,10 @@ pub enum Feature {
 
 impl Feature {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Springs,
         Self::Buckling,
+        Self::Fabric,
         Self::Air,
         Self::PenaltyContact,
         Self::ImpulseContact,
@@ -55,6 +58,7 @@ impl Feature {
         match self {
             Self::Springs => "springs",
             Self::Buckling => "buckling of bend springs",
+            Self::Fabric => "triangles of fabric",
             Self::Air => "the force of the air",
             Self::PenaltyContact => "contact by penalty forces",
             Self::ImpulseContact => "contact by impulses",
@@ -159,6 +163,20 @@ pub enum ContactFeature {
     Impulse,
 }
 
+impl Model {
+    /// Checks, for a backend that has springs alone, that no cloth is made of fabric.
+    ///
+    /// # Errors
+    /// `Unsupported`, with the backends that have fabric.
+    pub fn check_springs_alone(&self, backend: &'static str) -> Result<(), Error> {
+        if !self.has_fabric() {
+            return Ok(());
+        }
+        let feature = "triangles of fabric (the backends cpu and reference do)".into();
+        Err(Error::Unsupported { backend, feature })
+    }
+}
+
 impl ModelFeatures {
     /// What `model` asks for when it is solved by these settings.
     #[must_use]
@@ -202,6 +220,7 @@ impl ModelFeatures {
             .iter()
             .map(|kind| match kind {
                 InteractionKind::Spring => Feature::Springs,
+                InteractionKind::Membrane | InteractionKind::Bending => Feature::Fabric,
                 InteractionKind::AirTriangle => Feature::Air,
             })
             .collect();
@@ -246,7 +265,7 @@ mod tests {
         let cloth = Cloth {
             name: "cloth".into(),
             geometry: Geometry::Grid(patch),
-            material: MaterialPreset::JERSEY.material(0.02),
+            material: MaterialPreset::JERSEY.material(0.02).into(),
             pins: vec![],
             velocity: [0.0; 3],
         };
@@ -279,7 +298,7 @@ mod tests {
         let cloth = Cloth {
             name: "cloth".into(),
             geometry: Geometry::Grid(GridPatch::horizontal(12, 0.02, 0.0)),
-            material: MaterialPreset::JERSEY.material(0.02),
+            material: MaterialPreset::JERSEY.material(0.02).into(),
             pins: vec![],
             velocity: [0.0; 3],
         };

@@ -4,7 +4,7 @@ use std::hash::Hasher;
 
 use fnv::FnvHasher;
 
-use super::{ColliderShape, Model};
+use super::{ColliderShape, FabricTriangle, Model};
 
 impl Model {
     /// A hash of what fixes the meaning of a [`State`](crate::State): particles, masses, triangles,
@@ -31,6 +31,18 @@ impl Model {
             if let Some(rigidity) = kind.rigidity {
                 hasher.write_u64(rigidity.to_bits());
             }
+        }
+        // A model of springs keeps the hash that it had before there was fabric.
+        for triangle in self.elements.triangles() {
+            let FabricTriangle { particles, fabric, rest, angles, bending, fold_weights: _ } =
+                triangle;
+            particles.iter().for_each(|&particle| hasher.write_u32(particle));
+            hasher.write_u32(*fabric);
+            let numbers = rest.inverse.iter().flatten().chain([&rest.area]).chain(angles);
+            numbers.chain(&bending.entries).for_each(|x| hasher.write_u64(x.to_bits()));
+        }
+        for fabric in self.elements.fabrics() {
+            fabric.numbers().iter().for_each(|number| hasher.write_u64(number.to_bits()));
         }
         hasher.write_u64(self.colliders.len() as u64);
         hasher.finish()

@@ -61,7 +61,7 @@ mod tests {
             builder = builder.cloth(Cloth {
                 name: name.to_owned(),
                 geometry: Geometry::Grid(GridPatch::horizontal(21, 1.0, 0.0)),
-                material: MaterialPreset::ALL[0].material(1.0),
+                material: MaterialPreset::ALL[0].material(1.0).into(),
                 pins: vec![],
                 velocity: [0.0; 3],
             });

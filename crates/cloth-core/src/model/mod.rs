@@ -7,6 +7,7 @@ mod cloth;
 mod collider;
 mod contact;
 mod distance_grid;
+mod elements;
 mod environment;
 mod features;
 mod fingerprint;
@@ -15,6 +16,7 @@ mod groups;
 mod interactions;
 mod material;
 mod material_preset;
+mod meshing;
 mod piece_blocks;
 mod range;
 mod regular_patch;
@@ -27,25 +29,27 @@ use std::{ops::Range, sync::Arc};
 
 pub use buckling::{BUCKLING_COEFFICIENTS, Buckling};
 pub use builder::ModelBuilder;
-pub use cloth::Cloth;
+pub use cloth::{Cloth, ClothMaterial, FabricMaterial, RestSource};
 pub use collider::{Collider, ColliderShape, Pose};
 pub use contact::{ContactResponse, SelfContact};
 pub use distance_grid::{DistanceGrid, GridSets};
+pub use elements::{FabricElements, FabricTriangle};
 pub use environment::{Air, Field, Gust};
 pub use features::{ContactFeature, Feature, FeatureSet, ModelFeatures, ModelShape};
 pub use geometry::{Geometry, GridPatch, NetworkSpring, SpringNetwork, Stencil};
 pub use interactions::{
-    BlockDependencies, ColourRegion, ColourRegions, Colouring, InteractionKind, InteractionList,
-    Interactions, Neighbours, SpringColouring,
+    BlockDependencies, ColourRegion, ColourRegions, Colouring, Incidence, InteractionKind,
+    InteractionList, Interactions, Neighbours, SpringColouring,
 };
 pub use material::{Aerodynamics, BendModel, Mass, Material, SpringCoefficients};
 pub use material_preset::MaterialPreset;
+pub use meshing::Meshing;
 pub use piece_blocks::PieceBlocks;
 pub use regular_patch::RegularPatch;
 pub use springs::{Spring, SpringClass, SpringKind, SpringRows, Springs};
 pub use winged_edge::{NONE, WingedEdge, WingedEdges};
 
-use crate::{FieldProgram, State, TextureMap};
+use crate::{FieldProgram, State, TextureMap, fabric::RestWarning};
 
 /// Where a cloth lies in the composite model, and what holds for it as a whole.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,6 +64,8 @@ pub struct ClothRange {
     pub aerodynamics: Aerodynamics,
     /// Thickness \[m\].
     pub thickness: f64,
+    /// What looks like a slip in its rest shape.
+    pub warnings: Vec<RestWarning>,
     /// Velocity of its particles at the start \[m/s\].
     pub velocity: [f64; 3],
 }
@@ -77,6 +83,7 @@ pub struct Model {
     triangles: Vec<[u32; 3]>,
     textures: Vec<Option<TextureMap>>,
     springs: Springs,
+    elements: FabricElements,
     cloths: Vec<ClothRange>,
     colliders: Vec<Collider>,
     gravity: [f64; 3],
@@ -93,7 +100,8 @@ impl Model {
         self.positions.len()
     }
 
-    /// Particle positions at the start \[m\], length n. They are also the rest shape.
+    /// Particle positions at the start \[m\], length n. What shape a cloth has without forces is kept apart from it: lengths of
+    /// springs, and the rest states of the triangles of fabric.
     #[must_use]
     pub fn positions(&self) -> &[[f64; 3]] {
         &self.positions
@@ -127,6 +135,24 @@ impl Model {
     #[must_use]
     pub fn springs(&self) -> &Springs {
         &self.springs
+    }
+
+    /// All triangles of fabric.
+    #[must_use]
+    pub fn elements(&self) -> &FabricElements {
+        &self.elements
+    }
+
+    /// Whether some cloth is made of fabric rather than springs.
+    #[must_use]
+    pub fn has_fabric(&self) -> bool {
+        !self.elements.is_empty()
+    }
+
+    /// Whether two particles are joined by a spring or by an edge of a triangle of fabric.
+    #[must_use]
+    pub fn joins(&self, a: u32, b: u32) -> bool {
+        self.springs.joins(a, b) || self.elements.joins(a, b)
     }
 
     /// The cloths, in the order of their particles.

@@ -22,6 +22,11 @@ impl Model {
             *sum += self.springs().kinds()[spring.kind as usize].rest_length;
             *count += 1.0;
         }
+        for triangle in self.elements().triangles() {
+            let (sum, count) = &mut sums[self.cloth_of(triangle.particles[0])];
+            *sum += (2.0 * triangle.rest.area).sqrt();
+            *count += 1.0;
+        }
         for (cloth, (sum, count)) in self.cloths().iter().zip(sums) {
             let particles = cloth.particles.start as usize..cloth.particles.end as usize;
             let coordinates = self.positions()[particles].iter().flatten();
@@ -55,7 +60,7 @@ mod tests {
             let cloth = Cloth {
                 name: "patch".into(),
                 geometry: Geometry::Grid(grid),
-                material: MaterialPreset::ALL[0].material(0.02),
+                material: MaterialPreset::ALL[0].material(0.02).into(),
                 pins: vec![],
                 velocity: [0.0; 3],
             };

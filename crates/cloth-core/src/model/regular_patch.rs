@@ -23,6 +23,9 @@ impl RegularPatch {
     /// The patch that a model is, if it is one, found by its springs.
     #[must_use]
     pub fn of(model: &Model) -> Option<Self> {
+        if model.has_fabric() {
+            return None;
+        }
         let n = model.particle_count();
         let springs = model.springs();
         let offsets: BTreeSet<u32> =
@@ -96,7 +99,7 @@ mod tests {
             builder = builder.cloth(Cloth {
                 name: number.to_string(),
                 geometry: Geometry::Grid(patch),
-                material: MaterialPreset::ALL[0].material(0.02),
+                material: MaterialPreset::ALL[0].material(0.02).into(),
                 pins: vec![],
                 velocity: [0.0; 3],
             });

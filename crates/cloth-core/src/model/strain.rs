@@ -74,7 +74,8 @@ mod tests {
                 material: Material {
                     mass: Mass::PerParticle(1e-3),
                     ..MaterialPreset::ALL[0].material(0.1)
-                },
+                }
+                .into(),
                 pins: vec![],
                 velocity: [0.0; 3],
             })

@@ -2,7 +2,7 @@
 
 use crate::{Kernels, Result};
 
-use super::{Substep, finish};
+use super::{Substep, finish, forces};
 
 /// One explicit substep, stage by stage: forces at the present state, integration, contact between
 /// cloths, strain limiting, and colliders last, so that no particle ends inside one.
@@ -18,6 +18,7 @@ pub fn substep<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Resul
         kernels.procedural_forces(substep)?;
     }
     kernels.spring_forces()?;
+    forces::fabric(kernels)?;
     if kernels.model().air().is_some() {
         kernels.aerodynamic_forces(substep)?;
     }

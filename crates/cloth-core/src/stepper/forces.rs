@@ -4,6 +4,18 @@ use crate::{Kernels, Result};
 
 use super::Substep;
 
+/// Adds the forces of fabric to f, where there is any.
+///
+/// # Errors
+/// Those of the stages.
+pub(super) fn fabric<K: Kernels + ?Sized>(kernels: &mut K) -> Result<()> {
+    if kernels.model().has_fabric() {
+        kernels.membrane_forces()?;
+        kernels.bending_forces()?;
+    }
+    Ok(())
+}
+
 /// Sets f to the forces of fields and air.
 ///
 /// # Errors

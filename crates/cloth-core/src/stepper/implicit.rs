@@ -86,6 +86,10 @@ pub fn system<K: Kernels + ?Sized>(
 ) -> Result<()> {
     forces::external(kernels, substep)?;
     kernels.spring_linearise(substep)?;
+    if kernels.model().has_fabric() {
+        kernels.membrane_linearise(substep, start)?;
+        kernels.bending_linearise(substep, start)?;
+    }
     if kernels.contact_is_penalty() {
         kernels.contact_candidates()?;
         kernels.contact_forces()?;

@@ -164,7 +164,7 @@ mod tests {
         let cloth = Cloth {
             name: "patch".into(),
             geometry: Geometry::Grid(GridPatch::horizontal(2, 0.1, 1.0)),
-            material: MaterialPreset::ALL[0].material(0.1),
+            material: MaterialPreset::ALL[0].material(0.1).into(),
             pins: vec![],
             velocity: [0.0; 3],
         };

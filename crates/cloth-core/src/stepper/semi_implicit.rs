@@ -20,6 +20,7 @@ pub fn substep<K: Kernels + ?Sized>(
     report.solves += 1;
     forces::external(kernels, substep)?;
     kernels.spring_forces()?;
+    forces::fabric(kernels)?;
     if kernels.contact_is_penalty() {
         kernels.contact_candidates()?;
         kernels.contact_forces()?;

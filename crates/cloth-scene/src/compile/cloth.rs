@@ -61,7 +61,7 @@ pub(super) fn compile(
         }
     }
     let name = cloth.name.clone();
-    Ok((Cloth { name, geometry, material, pins, velocity: cloth.velocity }, sets))
+    Ok((Cloth { name, geometry, material: material.into(), pins, velocity: cloth.velocity }, sets))
 }
 
 impl CompiledCloth {

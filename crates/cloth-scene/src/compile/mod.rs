@@ -22,7 +22,7 @@ mod timeline;
 
 use std::{borrow::Cow, sync::Arc};
 
-use cloth_core::{Collider, Material, Model, ModelBuilder, SolverConfig, TextureMap};
+use cloth_core::{ClothMaterial, Collider, Model, ModelBuilder, SolverConfig, TextureMap};
 use cloth_rigid::{RigidBody, RigidJoint};
 
 pub use choice::SolverChoice;
@@ -74,7 +74,7 @@ pub struct CompiledCloth {
     /// Columns and rows, if it is a grid.
     pub grid: Option<[u32; 2]>,
     /// What it is made of, with the values of its preset; springs of a network may have others.
-    pub material: Material,
+    pub material: ClothMaterial,
     /// Mean distance of neighbouring particles \[m\], at which a preset gives the values of its springs.
     pub spacing: f64,
 }

@@ -58,10 +58,7 @@ fn self_contacts(model: &Model, state: &State, distance: f64, touching: &mut [bo
             let other = [0, 1, 2].map(|k| cell[k] + (around / 3_i32.pow(k as u32)) % 3 - 1);
             let Some(others) = cells.get(&other) else { continue };
             for (&a, &b) in particles.iter().flat_map(|a| others.iter().map(move |b| (a, b))) {
-                if a < b
-                    && near(&state.positions, a, b)
-                    && !near(rest, a, b)
-                    && !model.springs().joins(a, b)
+                if a < b && near(&state.positions, a, b) && !near(rest, a, b) && !model.joins(a, b)
                 {
                     touching[a as usize] = true;
                     touching[b as usize] = true;

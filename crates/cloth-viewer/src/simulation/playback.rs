@@ -90,7 +90,8 @@ impl Playback {
             material: Material {
                 mass: Mass::PerParticle(1e-3),
                 ..MaterialPreset::ALL[0].material(0.01)
-            },
+            }
+            .into(),
             pins: Vec::new(),
             velocity: [0.0; 3],
         };

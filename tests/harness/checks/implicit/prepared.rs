@@ -61,6 +61,10 @@ impl Prepared {
             kernels.aerodynamic_forces(&substep)?;
         }
         kernels.spring_linearise(&substep)?;
+        if case.model.has_fabric() {
+            kernels.membrane_linearise(&substep, start)?;
+            kernels.bending_linearise(&substep, start)?;
+        }
         let penalty = kernels.contact_is_penalty();
         if penalty {
             kernels.contact_candidates()?;
@@ -86,7 +90,12 @@ impl Prepared {
             start,
             velocities_start: &velocities_start,
         };
-        let mut system = stages::implicit_assemble(model, &particles, terms, &forces, &about);
+        let elements = [
+            stages::membrane_linearise(model, &particles, substep.length, start),
+            stages::bending_linearise(model, &particles, substep.length, start),
+        ];
+        let parts = (terms, &elements[..]);
+        let mut system = stages::implicit_assemble(model, &particles, parts, &forces, &about);
         constraints.add_drags(&particles.velocities, &mut system);
         Ok(Self { case, kernels, substep, particles, system, constraints, random })
     }

@@ -119,7 +119,8 @@ mod tests {
     fn check(geometry: Geometry, classes: &[SpringClass]) -> SpringColouring {
         let material = MaterialPreset::ALL[0].material(0.02);
         let name = "cloth".to_owned();
-        let cloth = Cloth { name, geometry, material, pins: vec![], velocity: [0.0; 3] };
+        let cloth =
+            Cloth { name, geometry, material: material.into(), pins: vec![], velocity: [0.0; 3] };
         let model = ModelBuilder::new().cloth(cloth).build().unwrap();
         let springs = model.springs();
         let colouring = SpringColouring::greedy(springs, model.particle_count(), classes);
@@ -167,7 +168,8 @@ mod tests {
         let mut material = MaterialPreset::ALL[0].material(0.02);
         material.mass = crate::Mass::PerParticle(1e-4);
         let name = "hub".to_owned();
-        let cloth = Cloth { name, geometry, material, pins: vec![], velocity: [0.0; 3] };
+        let cloth =
+            Cloth { name, geometry, material: material.into(), pins: vec![], velocity: [0.0; 3] };
         let model = ModelBuilder::new().cloth(cloth).build().unwrap();
         let colouring = SpringColouring::greedy(model.springs(), 101, &[SpringClass::Stretch]);
         assert_eq!(colouring.len(), 100);

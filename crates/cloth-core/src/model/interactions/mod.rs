@@ -6,36 +6,43 @@
 
 mod blocks;
 mod colouring;
+mod incidence;
 mod neighbours;
 mod pieces;
 mod regions;
 
 pub use blocks::BlockDependencies;
 pub use colouring::{Colouring, SpringColouring};
+pub use incidence::Incidence;
 pub use neighbours::Neighbours;
 pub use regions::{ColourRegion, ColourRegions};
 
-use super::{Model, Springs};
+use super::{FabricTriangle, Model, Springs};
 
 /// A way in which particles act on each other. Each kind couples a fixed number of particles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum InteractionKind {
     /// A spring with a damper between two particles (NUMERICS §2).
     Spring,
+    /// A triangle of fabric that stretches and shears (NUMERICS §11).
+    Membrane,
+    /// The folds of the three edges of a triangle of fabric: its corners and the vertices opposite to its edges (NUMERICS §12).
+    Bending,
     /// The air on the three particles of a triangle (NUMERICS §3).
     AirTriangle,
 }
 
 impl InteractionKind {
     /// All kinds.
-    pub const ALL: [Self; 2] = [Self::Spring, Self::AirTriangle];
+    pub const ALL: [Self; 4] = [Self::Spring, Self::Membrane, Self::Bending, Self::AirTriangle];
 
     /// Number of particles that an interaction of the kind couples.
     #[must_use]
     pub const fn arity(self) -> usize {
         match self {
             Self::Spring => 2,
-            Self::AirTriangle => 3,
+            Self::Membrane | Self::AirTriangle => 3,
+            Self::Bending => 6,
         }
     }
 
@@ -44,6 +51,8 @@ impl InteractionKind {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Spring => "spring",
+            Self::Membrane => "membrane of fabric",
+            Self::Bending => "bending of fabric",
             Self::AirTriangle => "air on a triangle",
         }
     }
@@ -53,7 +62,7 @@ impl InteractionKind {
     #[must_use]
     pub const fn is_in_matrix(self) -> bool {
         match self {
-            Self::Spring => true,
+            Self::Spring | Self::Membrane | Self::Bending => true,
             Self::AirTriangle => false,
         }
     }
@@ -71,6 +80,8 @@ pub struct InteractionList<'a> {
 enum Particles<'a> {
     Springs(&'a Springs),
     Triangles(&'a [[u32; 3]]),
+    Fabric(&'a [FabricTriangle]),
+    Patches(&'a [[u32; 6]]),
 }
 
 impl<'a> InteractionList<'a> {
@@ -86,6 +97,8 @@ impl<'a> InteractionList<'a> {
         match self.particles {
             Particles::Springs(springs) => springs.len(),
             Particles::Triangles(triangles) => triangles.len(),
+            Particles::Fabric(triangles) => triangles.len(),
+            Particles::Patches(patches) => patches.len(),
         }
     }
 
@@ -104,6 +117,10 @@ impl<'a> InteractionList<'a> {
             Particles::Triangles(triangles) => {
                 triangles.iter().for_each(|triangle| visit(triangle));
             }
+            Particles::Fabric(triangles) => {
+                triangles.iter().for_each(|triangle| visit(&triangle.particles));
+            }
+            Particles::Patches(patches) => patches.iter().for_each(|patch| visit(patch)),
         }
     }
 }
@@ -134,6 +151,11 @@ impl<'a> Interactions<'a> {
         self.lists.iter().find(|list| list.kind == kind)
     }
 
+    /// Keeps the lists of some kinds.
+    pub fn retain(&mut self, keep: impl Fn(InteractionKind) -> bool) {
+        self.lists.retain(|list| keep(list.kind));
+    }
+
     /// Those alone that have blocks off the diagonal of the matrix of an implicit step.
     #[must_use]
     pub fn in_matrix(mut self) -> Self {
@@ -150,7 +172,9 @@ impl<'a> Interactions<'a> {
     pub fn for_each_pair(&self, mut visit: impl FnMut(u32, u32)) {
         self.for_each(|particles| {
             for (place, &a) in particles.iter().enumerate() {
-                particles[..place].iter().for_each(|&b| visit(a.min(b), a.max(b)));
+                // On a border a particle stands in two places.
+                let others = particles[..place].iter().filter(|&&b| b != a);
+                others.for_each(|&b| visit(a.min(b), a.max(b)));
             }
         });
     }
@@ -170,6 +194,8 @@ impl Model {
     pub fn interactions(&self) -> Interactions<'_> {
         let particles = |kind| match kind {
             InteractionKind::Spring => Particles::Springs(&self.springs),
+            InteractionKind::Membrane => Particles::Fabric(self.elements.triangles()),
+            InteractionKind::Bending => Particles::Patches(self.elements.patches()),
             InteractionKind::AirTriangle if self.air.is_none() => Particles::Triangles(&[]),
             InteractionKind::AirTriangle => Particles::Triangles(&self.triangles),
         };
@@ -193,7 +219,8 @@ mod tests {
         let geometry = Geometry::Grid(GridPatch::horizontal(side, 0.02, 0.0));
         let material = MaterialPreset::ALL[0].material(0.02);
         let name = "cloth".to_owned();
-        let cloth = Cloth { name, geometry, material, pins: vec![], velocity: [0.0; 3] };
+        let cloth =
+            Cloth { name, geometry, material: material.into(), pins: vec![], velocity: [0.0; 3] };
         let builder = ModelBuilder::new().cloth(cloth);
         let builder = match air {
             Some(air) => builder.air(air),

@@ -57,7 +57,7 @@ mod tests {
         let cloth = Cloth {
             name: "net".into(),
             geometry: Geometry::Network(network),
-            material,
+            material: material.into(),
             pins: vec![],
             velocity: [0.0; 3],
         };

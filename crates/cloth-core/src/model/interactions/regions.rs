@@ -143,7 +143,8 @@ mod tests {
         let material = MaterialPreset::ALL[0].material(0.02);
         let geometry = Geometry::Grid(GridPatch::horizontal(41, 0.02, 0.0));
         let name = "cloth".to_owned();
-        let cloth = Cloth { name, geometry, material, pins: vec![], velocity: [0.0; 3] };
+        let cloth =
+            Cloth { name, geometry, material: material.into(), pins: vec![], velocity: [0.0; 3] };
         let model = ModelBuilder::new().cloth(cloth).build().unwrap();
         let count = model.particle_count();
         let classes = [SpringClass::Stretch, SpringClass::Shear];

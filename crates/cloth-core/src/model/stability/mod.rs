@@ -1,5 +1,6 @@
 //! How large a time step may be (NUMERICS §4 and §6).
 
+mod fabric;
 mod lanczos;
 mod operators;
 
@@ -12,6 +13,9 @@ use operators::{AnyShape, Coefficients, RestShape};
 /// Springs visited in all products together at most, some seconds of work; a model so large gets
 /// fewer products and a wider margin.
 const VISITS: usize = 400_000_000;
+
+/// Springs that take as long as a triangle of fabric.
+const ELEMENT_VISITS: usize = 20;
 
 /// Products with the matrix in one estimate, fewest and most.
 const STEPS: [usize; 2] = [24, 64];
@@ -77,7 +81,8 @@ impl Model {
     /// The largest h for which the eigenvalues of h^2 K + 2 h C by M are at most 4. `apply`
     /// multiplies by this matrix, made symmetric.
     fn longest_step(&self, size: usize, mut apply: impl FnMut(f64, &[f64], &mut [f64])) -> f64 {
-        let visits = ROUNDS * (self.springs.len() + self.particle_count());
+        let elements = ELEMENT_VISITS * self.elements.triangles().len();
+        let visits = ROUNDS * (self.springs.len() + elements + self.particle_count());
         let steps = (VISITS / visits.max(1)).clamp(STEPS[0], STEPS[1]);
         let mut eigenvalue =
             |h: f64| largest_eigenvalue(size, steps, |x: &[f64], y: &mut [f64]| apply(h, x, y));

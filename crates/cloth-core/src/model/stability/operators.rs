@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use super::fabric::{AnyFabric, FabricAtStart};
+
 use crate::{ContactResponse, Model, SpringKind};
 
 /// How fast cloth may move through the air beside the wind \[m/s\].
@@ -19,20 +21,20 @@ const LAYER_PARTNERS_MIN: f64 = 2.0;
 pub(super) enum Coefficients {
     /// All of it.
     All,
-    /// Contact, drag and air.
+    /// Contact, drag and air: neither springs nor fabric.
     WithoutSprings,
 }
 
 /// A stiffness \[N/m\] and a damping \[N s/m\].
 #[derive(Clone, Copy, Debug, Default)]
-struct Pair {
-    stiffness: f64,
-    damping: f64,
+pub(super) struct Pair {
+    pub(super) stiffness: f64,
+    pub(super) damping: f64,
 }
 
 impl Pair {
     /// Entry of h^2 K + 2 h C.
-    fn at(self, h: f64) -> f64 {
+    pub(super) fn at(self, h: f64) -> f64 {
         h * (h * self.stiffness + 2.0 * self.damping)
     }
 }
@@ -45,6 +47,8 @@ pub(super) struct AnyShape<'a> {
     roots: Vec<f64>,
     /// By kind of springs; empty if these are left out.
     kinds: Vec<Pair>,
+    /// Triangles of fabric, unless these are left out.
+    fabric: Option<AnyFabric<'a>>,
     /// Of each particle for itself.
     own: Vec<Pair>,
     /// Damping \[N s/m\] of each triangle by the air, for the mean of its corners.
@@ -71,6 +75,10 @@ impl<'a> AnyShape<'a> {
         Self {
             roots: roots(model),
             weights: vec![0.0; kinds.len()],
+            fabric: match coefficients {
+                Coefficients::All => Some(AnyFabric::new(model.elements())),
+                Coefficients::WithoutSprings => None,
+            },
             kinds,
             own: own.collect(),
             triangles: air(model),
@@ -103,6 +111,9 @@ impl<'a> AnyShape<'a> {
                 y[i] += sum;
             }
         }
+        if let Some(fabric) = &self.fabric {
+            fabric.add(h, scaled, y);
+        }
         for (corners, damping) in self.model.triangles().iter().zip(&self.triangles) {
             // A third of the force for each corner, from the mean velocity of the three.
             let corners = corners.map(|corner| corner as usize);
@@ -119,6 +130,7 @@ pub(super) struct RestShape<'a> {
     model: &'a Model,
     roots: Vec<f64>,
     kinds: Vec<Pair>,
+    fabric: FabricAtStart<'a>,
     weights: Vec<f64>,
     scaled: Vec<DVec3>,
 }
@@ -130,6 +142,7 @@ impl<'a> RestShape<'a> {
         Self {
             roots: roots(model),
             weights: vec![0.0; kinds.len()],
+            fabric: FabricAtStart::new(model.elements(), model.positions()),
             kinds,
             scaled: vec![DVec3::ZERO; model.particle_count()],
             model,
@@ -166,6 +179,13 @@ impl<'a> RestShape<'a> {
             let own = &mut y[3 * i..3 * i + 3];
             (DVec3::from_slice(own) + sum * *root).write_to_slice(own);
         }
+        let roots = &self.roots;
+        let at = |particle: u32| scaled[particle as usize].to_array();
+        self.fabric.add(h, at, |particle, force| {
+            let i = particle as usize;
+            let own = &mut y[3 * i..3 * i + 3];
+            (DVec3::from_slice(own) + DVec3::from(force) * roots[i]).write_to_slice(own);
+        });
     }
 }
 
@@ -189,8 +209,9 @@ fn contact(model: &Model) -> Pair {
 fn contact_partners(model: &Model, distance: f64) -> f64 {
     let positions = model.positions();
     let mut close = vec![0_u32; model.particle_count()];
-    for spring in model.springs().iter() {
-        let [i, j] = spring.particles.map(|particle| particle as usize);
+    let springs = model.springs().iter().map(|spring| spring.particles);
+    for pair in springs.chain(model.elements().edges().iter().copied()) {
+        let [i, j] = pair.map(|particle| particle as usize);
         if DVec3::from(positions[i]).distance((positions[j]).into()) < distance {
             close[i] += 1;
             close[j] += 1;

@@ -19,7 +19,13 @@ fn material(damping: f64) -> Material {
 }
 
 fn cloth(geometry: Geometry, material: Material) -> Cloth {
-    Cloth { name: "cloth".into(), geometry, material, pins: vec![], velocity: [0.0; 3] }
+    Cloth {
+        name: "cloth".into(),
+        geometry,
+        material: material.into(),
+        pins: vec![],
+        velocity: [0.0; 3],
+    }
 }
 
 fn chain(count: u32, damping: f64) -> Model {

@@ -23,7 +23,9 @@ pub struct ClothSettings {
 
 impl ClothSettings {
     pub(super) fn new(cloth: &SceneCloth, compiled: &CompiledCloth) -> Self {
-        let mut material = compiled.material;
+        let springs = compiled.material.springs();
+        let mut material =
+            springs.unwrap_or_else(|| MaterialPreset::DENIM.material(compiled.spacing));
         if let SceneGeometry::Network(network) = &cloth.geometry {
             let prototypes = network.prototypes.iter().map(|p| (p.class, p.stiffness, p.damping));
             let joints = network.joints.iter().map(|j| (j.class, j.stiffness, j.damping));

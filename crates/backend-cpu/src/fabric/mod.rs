@@ -1,0 +1,253 @@
+//! Triangles of fabric: their tables, and what they do to particles (NUMERICS §11, §12).
+
+mod element_blocks;
+
+use cloth_core::{
+    Error, ImplicitSettings, Incidence, Integrator, InteractionKind, LinearMethod, LinearSettings,
+    MatrixForm, Model, NewtonStart, Preconditioner, Real, Result, SolverConfig,
+    fabric::{
+        bending::{self, BendingRest, BendingTangent},
+        membrane::{self, Law, MembraneTangent, RestState},
+    },
+};
+use rayon::prelude::*;
+
+use crate::memory::Motion;
+
+pub(crate) use element_blocks::ElementBlocks;
+
+/// Refuses settings for which fabric has no matrix of the form that they need.
+pub(crate) fn check(model: &Model, config: &SolverConfig) -> Result<()> {
+    if !model.has_fabric() {
+        return Ok(());
+    }
+    let unsupported = |what: String| {
+        let feature = format!("triangles of fabric with {what}");
+        Err(Error::Unsupported { backend: "cpu", feature })
+    };
+    match &config.integrator {
+        Integrator::Implicit(ImplicitSettings { linear, .. }) => {
+            let LinearSettings { method, preconditioner, matrix, .. } = linear;
+            if *method == LinearMethod::Direct {
+                return unsupported(format!(
+                    "the linear solver {method} (it has conjugate-gradient)"
+                ));
+            }
+            if *preconditioner == Preconditioner::IncompleteCholesky {
+                return unsupported(format!("the preconditioner {preconditioner} (it has block)"));
+            }
+            if *matrix == MatrixForm::Assembled {
+                return unsupported(format!("the matrix form {matrix} (it has matrix-free)"));
+            }
+            Ok(())
+        }
+        Integrator::SemiImplicit(_) => {
+            unsupported("the semi-implicit integrator (it has explicit and implicit)".into())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Triangles in one task.
+const TASK: usize = 256;
+
+/// The triangles of fabric of a model, and what was last computed of each.
+#[derive(Debug)]
+pub(crate) struct Fabric<T> {
+    laws: Vec<FabricLaw<T>>,
+    membranes: Vec<MembraneTriangle<T>>,
+    patches: Vec<BendingPatch<T>>,
+    /// Triangles, then patches, around each particle.
+    rows: [Incidence; 2],
+    /// Forces, or impulses of an implicit step, on the corners of each triangle.
+    membrane: Vec<[[T; 3]; 3]>,
+    /// Those on the six vertices of each patch.
+    bending: Vec<[[T; 3]; 6]>,
+    membrane_tangents: Vec<MembraneTangent<T>>,
+    bending_tangents: Vec<BendingTangent<T>>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct FabricLaw<T> {
+    law: Law<T>,
+    damping: T,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct MembraneTriangle<T> {
+    particles: [u32; 3],
+    fabric: u32,
+    rest: RestState<T>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct BendingPatch<T> {
+    particles: [u32; 6],
+    rest: BendingRest<T>,
+}
+
+/// Energies \[J\] and the largest stretch of triangles.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct FabricFigures {
+    /// Energy of the membranes and of the folds.
+    pub(crate) energy: f64,
+    /// The largest principal stretch less 1, and a particle of that triangle.
+    pub(crate) strain_max: Option<(f64, u32)>,
+    /// Sum of the absolute values of the larger principal stretches less 1, and their number.
+    pub(crate) strain_sum: [f64; 2],
+}
+
+impl<T: Real> Fabric<T> {
+    /// The tables of a model that has fabric.
+    ///
+    /// # Errors
+    /// `Invalid` for a law that makes no sense, which a model never has.
+    pub(crate) fn new(model: &Model) -> Result<Option<Self>> {
+        let elements = model.elements();
+        if elements.is_empty() {
+            return Ok(None);
+        }
+        let law = |fabric: &cloth_core::fabric::Fabric| {
+            let law = Law::new(fabric, "a cloth").map_err(|e| Error::Invalid(e.into()))?;
+            Ok(FabricLaw { law, damping: T::from_f64(fabric.damping[0]) })
+        };
+        let triangles = elements.triangles();
+        let interactions = model.interactions();
+        let count = model.particle_count();
+        let rows = |kind| {
+            let list = interactions.list(kind);
+            list.map_or_else(Incidence::default, |list| Incidence::new(list, count))
+        };
+        let zero = [T::ZERO; 3];
+        Ok(Some(Self {
+            laws: elements.fabrics().iter().map(law).collect::<Result<_>>()?,
+            membranes: triangles
+                .iter()
+                .map(|triangle| MembraneTriangle {
+                    particles: triangle.particles,
+                    fabric: triangle.fabric,
+                    rest: triangle.rest.rounded(),
+                })
+                .collect(),
+            patches: triangles
+                .iter()
+                .zip(elements.patches())
+                .map(|(triangle, &particles)| BendingPatch {
+                    particles,
+                    rest: BendingRest {
+                        angles: triangle.angles.map(T::from_f64),
+                        stiffness: triangle.bending.rounded(),
+                        damping: T::from_f64(
+                            elements.fabrics()[triangle.fabric as usize].damping[1],
+                        ),
+                    },
+                })
+                .collect(),
+            rows: [rows(InteractionKind::Membrane), rows(InteractionKind::Bending)],
+            membrane: vec![[zero; 3]; triangles.len()],
+            bending: vec![[zero; 6]; triangles.len()],
+            membrane_tangents: Vec::new(),
+            bending_tangents: Vec::new(),
+        }))
+    }
+
+    /// Computes the forces of all stretched triangles.
+    pub(crate) fn membrane_forces(&mut self, motion: &Motion<T>) {
+        let laws = &self.laws;
+        let all = self.membrane.par_iter_mut().zip(&self.membranes).with_min_len(TASK);
+        all.for_each(|(forces, triangle)| {
+            let FabricLaw { law, damping } = &laws[triangle.fabric as usize];
+            let [x, v] = at(motion, triangle.particles);
+            *forces = membrane::triangle_forces(x, v, &triangle.rest, law, *damping);
+        });
+    }
+
+    /// Computes the forces of all folded triangles.
+    pub(crate) fn bending_forces(&mut self, motion: &Motion<T>) {
+        let all = self.bending.par_iter_mut().zip(&self.patches).with_min_len(TASK);
+        all.for_each(|(forces, patch)| {
+            let [x, v] = at(motion, patch.particles);
+            *forces = bending::patch_forces(x, v, &patch.rest);
+        });
+    }
+
+    /// Linearises all triangles for a substep of `length` \[s\].
+    pub(crate) fn membrane_linearise(&mut self, motion: &Motion<T>, length: T, start: NewtonStart) {
+        let (laws, from_start) = (&self.laws, start == NewtonStart::StepStart);
+        let tangents = self.membranes.par_iter().with_min_len(TASK).map(|triangle| {
+            let FabricLaw { law, damping } = &laws[triangle.fabric as usize];
+            let [x, v] = at(motion, triangle.particles);
+            MembraneTangent::new((x, v), &triangle.rest, law, *damping, length, from_start)
+        });
+        tangents.collect_into_vec(&mut self.membrane_tangents);
+    }
+
+    /// Linearises all folds for a substep of `length` \[s\].
+    pub(crate) fn bending_linearise(&mut self, motion: &Motion<T>, length: T, start: NewtonStart) {
+        let from_start = start == NewtonStart::StepStart;
+        let tangents = self.patches.par_iter().with_min_len(TASK).map(|patch| {
+            let [x, v] = at(motion, patch.particles);
+            BendingTangent::new(x, v, &patch.rest, length, from_start)
+        });
+        tangents.collect_into_vec(&mut self.bending_tangents);
+    }
+
+    /// Sum of the forces of stretched triangles on a particle \[N\].
+    #[inline(always)]
+    pub(crate) fn membrane_force(&self, particle: usize) -> [T; 3] {
+        gather(self.rows[0].row(particle), self.membrane.as_flattened())
+    }
+
+    /// Sum of the forces of folded triangles on a particle \[N\].
+    #[inline(always)]
+    pub(crate) fn bending_force(&self, particle: usize) -> [T; 3] {
+        gather(self.rows[1].row(particle), self.bending.as_flattened())
+    }
+
+    /// Energies and stretches.
+    pub(crate) fn figures(&self, motion: &Motion<T>) -> FabricFigures {
+        let one = |(triangle, patch): (&MembraneTriangle<T>, &BendingPatch<T>)| {
+            let [x, _] = at(motion, triangle.particles);
+            let law = &self.laws[triangle.fabric as usize].law;
+            let strain = membrane::strain(membrane::deformation(x, &triangle.rest));
+            let stored = law.response(strain).energy.to_f64() * triangle.rest.area.to_f64();
+            let [stretch, _] = membrane::principal_stretches(strain);
+            let [x, _] = at(motion, patch.particles);
+            let bent = bending::energy(x, &patch.rest).to_f64();
+            (stored + bent, stretch.to_f64() - 1.0, triangle.particles[0])
+        };
+        let all: Vec<(f64, f64, u32)> =
+            self.membranes.par_iter().zip(&self.patches).with_min_len(TASK).map(one).collect();
+        let mut figures = FabricFigures::default();
+        for (energy, strain, particle) in all {
+            figures.energy += energy;
+            figures.strain_sum[0] += strain.abs();
+            figures.strain_sum[1] += 1.0;
+            if figures.strain_max.is_none_or(|(largest, _)| strain > largest) {
+                figures.strain_max = Some((strain, particle));
+            }
+        }
+        figures
+    }
+}
+
+/// Positions and velocities of particles.
+#[inline(always)]
+fn at<T: Real, const N: usize>(motion: &Motion<T>, particles: [u32; N]) -> [[[T; 3]; N]; 2] {
+    [
+        particles.map(|particle| motion.position.get(particle as usize)),
+        particles.map(|particle| motion.velocity.get(particle as usize)),
+    ]
+}
+
+/// The sum of some vectors in their order.
+#[inline(always)]
+fn gather<T: Real>(places: &[u32], vectors: &[[T; 3]]) -> [T; 3] {
+    let mut sum = [T::ZERO; 3];
+    for &place in places {
+        for (sum, entry) in sum.iter_mut().zip(vectors[place as usize]) {
+            *sum += entry;
+        }
+    }
+    sum
+}
