@@ -14,7 +14,7 @@ const REGRESSIONS: &str = "tests/fuzz/regressions";
 
 #[derive(Args)]
 pub(crate) struct FuzzArguments {
-    /// How long new inputs are tried [s].
+    /// How long new inputs are tried, in seconds.
     #[arg(long, default_value_t = 60)]
     pub(crate) seconds: u64,
     /// What the inputs follow from.

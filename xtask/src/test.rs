@@ -43,7 +43,7 @@ const COMBINATIONS: [&str; 5] = ["", "cpu", "reference", "wgpu", "cuda"];
 
 #[derive(Args)]
 pub(crate) struct TestArguments {
-    /// How long inputs that nobody would write are tried beside the tests [s].
+    /// How long inputs that nobody would write are tried beside the tests, in seconds.
     #[arg(long, default_value_t = 300)]
     fuzz_seconds: u64,
 }

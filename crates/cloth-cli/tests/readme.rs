@@ -6,12 +6,16 @@ use std::{
     fs::{self, File},
     path::{Path, PathBuf},
     process::{Command, Output},
+    sync::LazyLock,
     time::{Duration, Instant},
 };
 
 use tempfile::TempDir;
 
-const README: &str = include_str!("../../../README.md");
+/// Read where the repository is: a package of the program has no folder above its own.
+static README: LazyLock<String> = LazyLock::new(|| {
+    fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../README.md")).unwrap()
+});
 /// How the README calls the program in a clone.
 const IN_A_CLONE: &str = "cargo run --release -- ";
 /// Longest time of a command. It is a bound for slow machines and programs that are built for tests: `cloth run drape`
@@ -23,7 +27,7 @@ const ELSEWHERE: [&str; 2] = ["cargo xtask test", "cloth view napkin.toml"];
 /// The fenced blocks of the README in this language, each with the text before it.
 fn blocks(language: &str) -> Vec<(&'static str, &'static str)> {
     let mut found = Vec::new();
-    let mut rest = README;
+    let mut rest = README.as_str();
     while let Some((before, after)) = rest.split_once("\n```") {
         let (word, after) = after.split_once('\n').unwrap();
         let (block, after) = after.split_once("```").unwrap();
