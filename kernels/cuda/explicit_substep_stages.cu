@@ -1,8 +1,8 @@
-// The composite stage where more than one pass makes a substep: contact by impulses, or strain limiting. A whole frame in one
-// launch, for any model.
+// The composite stage where more than one pass makes a substep: triangles of fabric, contact by impulses, or strain limiting. A whole
+// frame in one launch, for any model.
 //
-// All blocks are resident. What follows the pass reads what other blocks have written, so that all meet after each part: the pass,
-// the search for partners, the impulses, each sweep. A part reads one motion and writes the other. With impulses a warp
+// All blocks are resident. What follows a part reads what other blocks have written, so that all meet after each: the forces of triangles, the
+// pass that sums them, the search for partners, the impulses, each sweep. A part reads one motion and writes the other. With impulses a warp
 // does the pass for a group, whose positions it puts where others look for partners; without, a block does it for its run of particles.
 // Colliders act at the end of the last part, when the thread that stores a particle has it at hand.
 
@@ -29,7 +29,10 @@
 
 #define THREADS 512
 
-// Few blocks for each multiprocessor, and registers in plenty: for models that do not fill the device.
+// Colliders act in the pass where nothing comes after it.
+#define ENDS_IN_PASS (!IMPULSES && !LIMITS)
+
+// Few blocks for each multiprocessor, and registers in plenty: for models that do not fill the device, and for the folds of a triangle.
 #ifdef CLOTH_WIDE
 #define BLOCKS_PER_SM 1
 #else
@@ -77,7 +80,8 @@ __device__ __forceinline__ vec3 particle_pass(const Solver& s, const Part& part,
     Moved moved = {xyz(own), xyz(rate)};
     if (!part.stopped) {
         uint found = PENALTY ? s.candidate_counts[i] : 0;
-        moved = particle_advance<PENALTY, EXTRAS, false>(s, nullptr, nullptr, motion, part.substep, nullptr, motion.x, motion.v, i, i, own, rate, nullptr, found, contacts);
+        const Collider* colliders = ENDS_IN_PASS ? part.colliders : nullptr;
+        moved = particle_advance<PENALTY, EXTRAS, false>(s, nullptr, nullptr, motion, part.substep, colliders, motion.x, motion.v, i, i, own, rate, nullptr, found, contacts);
     }
     finite &= particle_store(s, part.next_x, part.next_v, part.substep, i, moved, own.w, rate.w);
     return moved.position;
@@ -187,6 +191,14 @@ extern "C" __global__ void __launch_bounds__(THREADS, BLOCKS_PER_SM) explicit_fr
         near_frame.follow<true>(s, number, substeps, threadIdx.x, THREADS);
         uint contacts = 0;
         bool finite = true;
+#ifdef CLOTH_FABRIC
+        for (uint k = blockIdx.x * THREADS + threadIdx.x; k < s.element_count && !now.stopped; k += gridDim.x * THREADS) {
+            membrane_force_store(s, now.motion, k);
+            bending_force_store(s, now.motion, k);
+        }
+        // With penalties all meet before the pass anyway.
+        if (!PENALTY) meet();
+#endif
 #ifdef CLOTH_PENALTY
         if (!groups_store(s, 0, now.motion.x) || s.status->built == 0) meeting.vote(VOTE_STALE);
         if (meet() & VOTE_STALE && !now.stopped) list_build(s, now.motion, 0, now.substep.tick, meet);

@@ -39,6 +39,10 @@ extern "C" __global__ void implicit_assemble(const __grid_constant__ Solver s, c
         on = on + length * jacobian_on;
         off = length * jacobian_off;
     }
+    if (l.has_elements) {
+        on = on + xyz(l.element_sums[i]);
+        off = off + xyz(l.element_sums[s.count + i]);
+    }
     l.base[0][i] = with_w(on, 0);
     if (l.is_full) l.base[1][i] = with_w(off, 0);
     vec3 right = length * xyz(s.force[i]);
@@ -90,10 +94,44 @@ extern "C" __global__ void implicit_assemble(const __grid_constant__ Solver s, c
             off = off + make_vec3(u.x * u.y, u.x * u.z, u.y * u.z);
         }
     }
+    if (l.has_elements) right = right + xyz(l.element_sums[2 * (size_t)s.count + i]);
     l.diagonal[0][i] = with_w(on, 0);
     l.diagonal[1][i] = with_w(off, 0);
     l.vectors[RIGHT_SIDE][i] = with_w(right, 0);
     if (l.has_constraints && l.touch_counts[i] > 0) {
         drag_add(l, i, l.constraints[i].touches, l.touch_counts[i], (real)1, vi);
+    }
+}
+
+// What triangles of fabric add: a thread for each block of row i and a larger column, which is that of the row of the column too, and one for the
+// diagonal block and the right-hand side.
+extern "C" __global__ void implicit_assemble_fabric(const __grid_constant__ Solver s, const __grid_constant__ Linear l) {
+    uint at = blockIdx.x * blockDim.x + threadIdx.x;
+    uint rows = (s.count + SLICE - 1) / SLICE * SLICE;
+    uint i = at % rows, k = at / rows;
+    if (i >= s.count) return;
+    if (k == 0) {
+        ElementBlock block = element_block(s, l, i, i);
+        vec3 right = {0, 0, 0};
+        for (uint k = s.membrane_rows[i], end = s.membrane_rows[i + 1]; k < end; k++) right = right + s.membrane_forces[s.membrane_entries[k]];
+        for (uint k = s.bending_rows[i], end = s.bending_rows[i + 1]; k < end; k++) right = right + s.bending_forces[s.bending_entries[k]];
+        const real(*b)[3] = block.entries;
+        l.element_sums[i] = {b[0][0], b[1][1], b[2][2], 0};
+        l.element_sums[s.count + i] = {b[0][1], b[0][2], b[1][2], 0};
+        l.element_sums[2 * (size_t)s.count + i] = with_w(right, 0);
+        return;
+    }
+    uint entry = l.element_slices[i / SLICE] + k - 1;
+    if (entry >= l.element_slices[i / SLICE + 1]) return;
+    uint j = l.element_columns[entry * SLICE + i % SLICE];
+    if (j == NONE || j < i) return;
+    ElementBlock block = element_block(s, l, i, j);
+    real* own = l.element_blocks + element_place(entry, i);
+    real* other = l.element_blocks + element_place(element_find(l, j, i), j);
+    for (uint row = 0; row < 3; row++) {
+        for (uint column = 0; column < 3; column++) {
+            own[(3 * row + column) * SLICE] = block.entries[row][column];
+            other[(3 * column + row) * SLICE] = block.entries[row][column];
+        }
     }
 }

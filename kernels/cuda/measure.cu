@@ -146,3 +146,46 @@ extern "C" __global__ void __launch_bounds__(512) measure(const __grid_constant_
         out[15] = broken < BLOCK ? (double)(blockIdx.x * BLOCK + broken) : -1;
     }
 }
+
+// Numbers of a block of triangles of fabric: largest strain, particle, sum of |strain|, energy.
+#define FABRIC_FIGURES 4
+
+// The same over blocks of 512 triangles: larger principal stretch less 1, and what the triangle has stored.
+extern "C" __global__ void __launch_bounds__(512) measure_fabric(const __grid_constant__ Solver s, double* partials) {
+    __shared__ double values[2 * BLOCK];
+    __shared__ double largest[BLOCK / 32];
+    __shared__ uint places[BLOCK / 32];
+    uint t = threadIdx.x, number = blockIdx.x * BLOCK + t;
+    double* out = partials + (size_t)blockIdx.x * FABRIC_FIGURES;
+    double value = -1, energy = 0;
+    if (number < s.element_count) {
+        Motion motion = present_motion(s);
+        MembraneTriangle triangle = s.membranes[number];
+        vec3 corners[3];
+        vectors_load(motion.x, triangle.particles, corners);
+        Plane strain = green_strain(deformation(corners, triangle));
+        real mean = (real)1 + (strain.uu + strain.vv);
+        real apart = strain.uu - strain.vv, across = (real)2 * strain.uv;
+        real radius = root(apart * apart + across * across);
+        value = (double)root(maximum(mean + radius, (real)0)) - 1.0;
+        double stored = (double)fabric_response(s.fabric_laws[triangle.fabric], strain).energy * (double)triangle.area;
+        const BendingPatch& patch = s.patches[number];
+        Plane k = curvature_of(motion, patch, 1, 0, false, nullptr), m = plate_moment(patch.plate, k);
+        energy = stored + (double)((real)0.5 * (m.uu * k.uu + m.vv * k.vv + m.uv * k.uv));
+    }
+    values[t] = number < s.element_count ? fabs(value) : 0;
+    values[BLOCK + t] = energy;
+    uint place = t;
+    warp_largest(value, place);
+    if ((t & 31) == 0) {
+        largest[t / 32] = value;
+        places[t / 32] = place;
+    }
+    __syncthreads();
+    rows_sum(values, 2, NO_ROW, out + 2);
+    block_largest(largest, places, value, place);
+    if (t == 0) {
+        out[0] = value;
+        out[1] = (double)(value > -1 ? s.membranes[blockIdx.x * BLOCK + place].particles[0] : 0);
+    }
+}

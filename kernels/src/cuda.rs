@@ -37,6 +37,8 @@ macro_rules! modules {
 
 modules! {
     "aerodynamic_forces" [],
+    "bending_forces" [],
+    "bending_linearise" [],
     "collider_constraints" [],
     "collider_impulses" [],
     "collider_response" [],
@@ -56,7 +58,7 @@ modules! {
     "explicit_substep_flat" [],
     "explicit_substep_mesh" [],
     "explicit_substep_patch" [],
-    "explicit_substep_stages" ["penalty", "impulses", "limits", "extras", "packed", "wide"],
+    "explicit_substep_stages" ["penalty", "impulses", "limits", "fabric", "extras", "packed", "wide"],
     "explicit_substep_tiles" [],
     "field_forces" [],
     "implicit_assemble" [],
@@ -64,6 +66,8 @@ modules! {
     "integrate_explicit" [],
     "matrix_apply" [],
     "measure" [],
+    "membrane_forces" [],
+    "membrane_linearise" [],
     "pins_write" [],
     "preconditioner_apply" [],
     "preconditioner_build" [],
@@ -88,10 +92,10 @@ macro_rules! shared {
 }
 
 shared! {
-    "ptx" "real" "solver" "spring" "field" "procedural" "air" "collider" "contact" "group" "list" "limit" "sync" "meeting" "build"
+    "ptx" "real" "solver" "spring" "field" "procedural" "fabric" "air" "collider" "contact" "group" "list" "limit" "sync" "meeting" "build"
     "substep" "frame" "stencil" "packet" "tile" "flat" "pairs" "strip" "tile_list" "around" "area" "area_expected" "sketch" "area_view" "area_search"
     "far_search" "area_sum" "area_sum_few" "area_sum_many"
-    "linear" "sum" "solve" "resident" "patch" "constraint"
+    "linear" "fabric_matrix" "sum" "solve" "resident" "patch" "constraint"
 }
 
 macro_rules! ladder {
@@ -143,6 +147,12 @@ impl CudaModule {
         CUDA_MODULES.iter().chain(CUDA_LADDER_MODULES).find(|module| module.name == name)
     }
 
+    /// The text of its file alone, without the parts that come before it.
+    #[must_use]
+    pub const fn file(&self) -> &'static str {
+        self.source
+    }
+
     /// The text with these options.
     ///
     /// # Errors
@@ -178,7 +188,8 @@ impl CudaModule {
 
     /// Every set of options that backends use: `fast` and the `resident` form of the linear solver are for single precision;
     /// the tiles of `grid` read their springs from the table, or, in single precision, have those of `stencil`; springs that
-    /// are not in the table may be `packed`.
+    /// are not in the table may be `packed`; kernels with `fabric`, which need many registers, are always `wide`, have all `extras`
+    /// and springs of any kind, so that few of them are built.
     #[must_use]
     pub fn option_sets(&self) -> Vec<Vec<&'static str>> {
         let all: Vec<&str> = self.common.iter().chain(self.options).copied().collect();
@@ -195,7 +206,9 @@ impl CudaModule {
                 || has("stencil") && !has("grid")
                 || has("packed") && has("table")
                 || has("penalty") && has("impulses")
-                || self.name == "explicit_substep_stages" && !has("impulses") && !has("limits"))
+                || has("fabric") && (has("packed") || !has("extras") || !has("wide"))
+                || self.name == "explicit_substep_stages"
+                    && !(has("impulses") || has("limits") || has("fabric")))
         };
         (0..1_u32 << all.len()).map(chosen).filter(is_used).collect()
     }
@@ -248,6 +261,8 @@ mod tests {
         );
         assert!(module.compose(vec!["air"]).is_err());
         assert_eq!(module.option_sets().len(), 2 * 2 * 2 * (5 + 5 + 4));
+        let stages = CudaModule::find("explicit_substep_stages").unwrap();
+        assert_eq!(stages.option_sets().len(), 3 * (4 * 2 * 2 * 2 + 6));
         let solver = CudaModule::find("conjugate_gradient").unwrap();
         assert_eq!(solver.option_sets().len(), 2 * 3 + 2);
     }

@@ -37,10 +37,13 @@ macro_rules! modules {
 
 modules! {
     "aerodynamic_forces" [],
+    "bending_forces" [],
+    "bending_forces_gather" [],
+    "bending_linearise" [],
     "collider_constraints" ["grids"],
     "collider_impulses" [],
     "collider_response" ["grids", "impulses", "start"],
-    "conjugate_gradient_image" ["colliders", "penalty"],
+    "conjugate_gradient_image" ["colliders", "fabric", "penalty"],
     "conjugate_gradient_iteration" ["colliders"],
     "conjugate_gradient_step" ["colliders"],
     "constraint_filter" ["colliders"],
@@ -58,10 +61,12 @@ modules! {
     "control_forces" [],
     "control_forces_anchors" [],
     "control_forces_restore" [],
-    "explicit_substep" ["air", "buckling", "grids", "impulses", "penalty"],
+    "explicit_substep" ["air", "buckling", "fabric", "grids", "impulses", "penalty"],
+    "explicit_substep_fabric" [],
     "explicit_substep_wide" ["air", "buckling", "grids", "impulses"],
     "field_forces" [],
-    "implicit_assemble" ["air", "buckling", "colliders", "penalty"],
+    "implicit_assemble" ["air", "buckling", "colliders", "fabric", "penalty"],
+    "implicit_assemble_fabric" [],
     "implicit_motion" [],
     "implicit_system" ["air", "buckling"],
     "integrate_explicit" [],
@@ -70,11 +75,15 @@ modules! {
     "linear_close" [],
     "linear_end" [],
     "linear_reference" [],
-    "linear_residual" ["colliders", "penalty"],
+    "linear_residual" ["colliders", "fabric", "penalty"],
     "linear_start" ["colliders"],
-    "matrix_apply" ["penalty"],
+    "matrix_apply" ["fabric", "penalty"],
     "measure" ["buckling", "contact", "grids"],
+    "measure_fabric" [],
     "measure_total" [],
+    "membrane_forces" [],
+    "membrane_forces_gather" [],
+    "membrane_linearise" [],
     "pins_write" [],
     "position_advance" [],
     "position_from_kept" [],
@@ -104,15 +113,18 @@ macro_rules! shared {
 }
 
 shared! {
-    "air" "air_add" "air_add_none" "air_jacobian" "air_jacobian_none" "assemble" "call" "cells" "collider"
+    "air" "air_add" "air_add_none" "air_jacobian" "air_jacobian_none" "arctangent" "assemble" "bending_element"
+    "bending_store" "call" "cells" "collider"
     "constraint" "constraint_change" "constraint_none" "contact_counts" "contact_exclusions"
     "contact_exclusions_none" "contact_force" "contact_force_wide" "contact_kept" "contact_next"
     "contact_pair" "contact_partners" "contact_penalty" "contact_row" "contact_row_none" "contact_search"
     "contact_search_wide" "contact_spill" "contact_turn" "contact_turn_wide" "contact_wanted"
-    "control_forces" "crews" "distance_grid" "distance_grid_none" "field" "filter" "finite" "force" "group"
+    "control_forces" "crews" "distance_grid" "distance_grid_none" "element_row"
+    "element_row_none" "element_sums" "fabric" "fabric_add" "fabric_add_none"
+    "fabric_gather" "fabric_tangents" "fabric_vectors" "field" "filter" "finite" "fold" "force" "group"
     "group_box" "group_boxes" "group_boxes_out" "group_check" "group_positions" "group_positions_out"
     "group_region" "group_rows" "impulses" "impulses_none" "integrate" "link_kinds" "links" "matrix"
-    "matrix_diagonal" "matrix_entry" "matrix_row" "matrix_springs" "measure_sum" "model" "motion" "motion_out"
+    "matrix_diagonal" "matrix_entry" "matrix_row" "matrix_springs" "measure_sum" "membrane" "membrane_element" "membrane_store" "model" "motion" "motion_out"
     "particle_advance" "particle_force" "piece" "position_start" "position_start_none" "preconditioner" "preconditioner_block" "procedural" "solve"
     "solve_begin" "solve_check" "solve_outcome" "spring" "spring_batch" "spring_buckling" "spring_factor" "spring_linear"
     "status" "substep" "symmetric" "triangles" "vectors"

@@ -1,6 +1,6 @@
 //! Every WGSL module is valid, with every set of its options. No GPU is needed.
 
-use cloth_kernels::WGSL_MODULES;
+use cloth_kernels::{WGSL_MODULES, WgslBindingKind, WgslModule, wgsl_bindings};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 #[test]
@@ -16,5 +16,27 @@ fn every_module_is_valid() {
                 panic!("{}", error.emit_to_string_with_path(&text, module.name));
             }
         }
+    }
+}
+
+/// What WebGPU promises: storage buffers of a stage.
+const STORAGE_BUFFERS: usize = 8;
+
+#[test]
+fn stages_of_fabric_run_where_few_buffers_can_be_bound() {
+    for name in [
+        "membrane_forces",
+        "membrane_forces_gather",
+        "bending_forces",
+        "bending_forces_gather",
+        "measure_fabric",
+        "membrane_linearise",
+        "bending_linearise",
+        "implicit_assemble_fabric",
+    ] {
+        let module = WgslModule::find(name).unwrap();
+        let bindings = wgsl_bindings(&module.compose(&[]).unwrap());
+        let storage = bindings.iter().filter(|binding| binding.kind != WgslBindingKind::Uniform);
+        assert!(storage.count() <= STORAGE_BUFFERS, "{name}: {bindings:?}");
     }
 }

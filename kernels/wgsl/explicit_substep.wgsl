@@ -25,6 +25,12 @@
 //!if not air
 //!include air_add_none
 //!end
+//!if fabric
+//!include fabric_gather fabric_add
+//!end
+//!if not fabric
+//!include fabric_add_none
+//!end
 //!include particle_force particle_advance
 //!if penalty
 //!include contact_pair contact_counts contact_penalty group contact_turn group_box group_boxes group_rows group_region

@@ -28,6 +28,9 @@
 @group(0) @binding(18) var<storage, read> contact_entries: array<u32>;
 @group(0) @binding(45) var<storage, read> contact_factors: array<vec4f>;
 //!end
+//!if fabric
+//!include element_sums
+//!end
 @group(0) @binding(47) var<storage, read> velocity_kept: array<vec4f>;
 
 @compute @workgroup_size(WORKGROUP)
@@ -46,6 +49,11 @@ fn main(
     let air = air_jacobian(particle);
     var base = base_of(velocity.w, air);
     var parts = Parts(Symmetric(vec3f(0.0), vec3f(0.0)), length * force[particle].xyz);
+//!if fabric
+    base.on += element_sums[3u * particle].xyz;
+    base.off += element_sums[3u * particle + 1u].xyz;
+    parts.right_side += element_sums[3u * particle + 2u].xyz;
+//!end
     if iterates {
         parts.right_side -= velocity.w * (velocity.xyz - velocity_kept[particle].xyz);
     }

@@ -13,6 +13,12 @@
 //!if not penalty
 //!include contact_row_none
 //!end
+//!if fabric
+//!include element_row
+//!end
+//!if not fabric
+//!include element_row_none
+//!end
 //!include filter
 
 @compute @workgroup_size(SOLVE_THREADS)

@@ -6,6 +6,12 @@
 //!if not penalty
 //!include contact_row_none
 //!end
+//!if fabric
+//!include element_row
+//!end
+//!if not fabric
+//!include element_row_none
+//!end
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -96,7 +96,7 @@ fn main(
     second = tree_sum(thread, second);
     third = tree_sum(thread, third);
     extremes = tree_extremes(thread, extremes);
-    if thread == 0u && block < model.measure_blocks {
+    if thread == 0u && block * PARTICLES_PER_THREAD * MEASURE_THREADS < model.particle_count {
         let at = block * MEASURE_WORDS;
         measure_partials[at] = bitcast<vec4<u32>>(first.high);
         measure_partials[at + 1u] = bitcast<vec4<u32>>(first.low);

@@ -286,6 +286,7 @@ fn numbers_of_the_surroundings() {
 fn numbers_of_the_self_contact() {
     let impulse = |restitution, friction| ContactResponse::Impulse { restitution, friction };
     let penalty = |stiffness, damping| ContactResponse::Penalty { stiffness, damping };
+    let triangles = |friction| ContactResponse::Triangles { friction };
     let cases = [
         (0.0, impulse(0.0, 0.0), Kind::NotPositive, "distance"),
         (-1.0, penalty(1.0, 0.0), Kind::NotPositive, "distance"),
@@ -294,6 +295,9 @@ fn numbers_of_the_self_contact() {
         (0.1, impulse(0.0, -0.1), Kind::Negative, "friction"),
         (0.1, penalty(0.0, 0.0), Kind::NotPositive, "stiffness"),
         (0.1, penalty(1.0, f64::INFINITY), Kind::NonFinite, "damping"),
+        (0.0, triangles(0.3), Kind::NotPositive, "distance"),
+        (0.1, triangles(-0.3), Kind::Negative, "friction"),
+        (0.1, triangles(f64::NAN), Kind::NonFinite, "friction"),
     ];
     for (distance, response, kind, quantity) in cases {
         let contact = SelfContact { distance, response };

@@ -21,8 +21,8 @@ struct Input {
 // Memory of the device, which stays until the program ends.
 template <typename T> static T* device(size_t count) { return (T*)calloc(count + 1, sizeof(T)); }
 
-// The springs of particle i to its neighbours, in ascending order.
-static void springs_describe(Solver& s, const real4* kinds) {
+// The springs of particle i to its neighbours, in ascending order; none in fabric.
+static void springs_describe(Solver& s, const real4* kinds, bool is_fabric) {
     uint* rows = device<uint>(s.count);
     uint2* headers = device<uint2>(s.count);
     uint2* entries = device<uint2>(2 * STENCIL_KINDS * (size_t)s.count);
@@ -31,7 +31,7 @@ static void springs_describe(Solver& s, const real4* kinds) {
     for (uint i = 0; i < s.count; i++) {
         rows[i] = i;
         headers[i] = {end, 0};
-        uint mask = stencil_mask(s, i / s.columns, i % s.columns);
+        uint mask = is_fabric ? 0 : stencil_mask(s, i / s.columns, i % s.columns);
         for (uint k = 0; k < 2 * STENCIL_KINDS; k++) {
             if (!(mask >> k & 1)) continue;
             uint kind = k < STENCIL_KINDS ? STENCIL_KINDS - 1 - k : k - STENCIL_KINDS;
@@ -104,6 +104,27 @@ static void tiles_describe(Solver& s, uint tiles) {
     s.tile_rough = device<uint2>(tiles);
 }
 
+// What `scene.rs` writes of triangles of fabric.
+static void fabric_describe(Solver& s, Input& input) {
+    uint length = 0;
+    auto list = [&] {
+        length = input.integer();
+        uint* words = device<uint>(length);
+        for (uint k = 0; k < length; k++) words[k] = input.integer();
+        return words;
+    };
+    s.fabric_laws = (const FabricLaw*)list();
+    s.membranes = (const MembraneTriangle*)list();
+    s.element_count = length * sizeof(uint) / sizeof(MembraneTriangle);
+    s.patches = (const BendingPatch*)list();
+    s.membrane_rows = list();
+    s.membrane_entries = list();
+    s.bending_rows = list();
+    s.bending_entries = list();
+    s.membrane_forces = device<vec3>(3 * (size_t)s.element_count);
+    s.bending_forces = device<vec3>(PATCH_VERTICES * (size_t)s.element_count);
+}
+
 // What `scene.rs` writes of the strain limit.
 static void limits_describe(Solver& s, Input& input, uint blocks) {
     s.limit_sweeps = input.integer();
@@ -142,6 +163,7 @@ int main(int, char** arguments) {
     s.columns = input.integer();
     s.rows = input.integer();
     s.count = s.columns * s.rows;
+    bool is_fabric = input.integer() != 0;
     std::vector<uint> frames(input.integer());
     for (uint& frame : frames) frame = input.integer();
     float time_step = input.number();
@@ -156,7 +178,7 @@ int main(int, char** arguments) {
         input.numbers(s.stencil[kind], 3);
         kinds[kind] = {s.stencil[kind][0], s.stencil[kind][1], s.stencil[kind][2], 0};
     }
-    springs_describe(s, kinds);
+    springs_describe(s, kinds, is_fabric);
     Collider* ball = device<Collider>(1);
     ball->shape = SHAPE_SPHERE;
     ball->rotation[0] = ball->rotation[4] = ball->rotation[8] = 1;
@@ -179,6 +201,7 @@ int main(int, char** arguments) {
     }
     s.contact = s.contact_distance > 0 ? impulses ? CONTACT_IMPULSE : CONTACT_PENALTY : 0;
     limits_describe(s, input, blocks);
+    if (is_fabric) fabric_describe(s, input);
     s.list_margin = 2 * s.contact_distance;
     s.list_horizon = 12 * time_step;
     s.cells_per_metre = 2;

@@ -3,6 +3,7 @@
 #![cfg(target_os = "linux")]
 
 mod compiler;
+mod linear;
 mod program;
 mod scene;
 
@@ -190,6 +191,30 @@ fn substeps_of_several_stages() {
         assert!(stages(&limited(sweeps, &impulses), &["impulses", "limits"], region, same));
     }
     assert!(stages(&limited(1, &penalty), &["penalty", "limits", "packed"], Some(64), same));
+}
+
+#[test]
+fn substeps_of_fabric() {
+    let plain = PatchFrames { fabric: true, ..PatchFrames::explicit(LARGE) };
+    let same = |text| text;
+    assert!(stages(&plain, &["fabric", "extras", "wide"], None, same));
+    let penalty = PatchFrames { contact: true, ..plain.clone() };
+    assert!(stages(&penalty, &["penalty", "fabric", "extras", "wide"], None, same));
+    let impulses = PatchFrames { impulses: true, ..plain.clone() };
+    assert!(stages(&impulses, &["impulses", "fabric", "extras", "wide"], None, same));
+    // A barrier that is not there, derivatives of other vertices, a fold taken the longer way around.
+    for (right, wrong) in [
+        ("if (!PENALTY) meet();", ""),
+        ("sum + gradient[vertex] * share", "sum + gradient[3 - vertex] * share"),
+        ("real with_sign = steep != (x < 0) ? -within : within;", "real with_sign = -within;"),
+        ("if (law.damping > 0)", "if (law.damping < 0)"),
+    ] {
+        let edit = |text: String| replaced(&text, right, wrong);
+        assert!(
+            !stages(&plain, &["fabric", "extras", "wide"], None, edit),
+            "`{wrong}` is not found"
+        );
+    }
 }
 
 /// Barriers that are not there, a sweep that is not done, crowds that are not counted.

@@ -12,7 +12,8 @@ use crate::{compiler, scene};
 const KEEPING: [&str; 2] = ["explicit_substep_contact", "explicit_substep_flat"];
 
 /// Shared parts that the runtime has in its own way, and those of linear systems, which the kernels of frames do without.
-const NOT_HERE: [&str; 7] = ["ptx", "linear", "sum", "solve", "resident", "patch", "constraint"];
+const NOT_HERE: [&str; 8] =
+    ["ptx", "linear", "fabric_matrix", "sum", "solve", "resident", "patch", "constraint"];
 
 /// What blocks of a form share out.
 #[derive(Clone, Copy)]
@@ -49,7 +50,7 @@ impl Program {
             .compose_with(form.options.to_vec(), &NOT_HERE.map(|part| (part, "")))
             .expect("the module has these options")
             // The runtime has it.
-            .replace("extern __shared__ __align__(16) unsigned char frame_memory[];", "");
+            .replace(scene::FRAME_MEMORY, "");
         let mesh = match form.share {
             Share::Tiles => "",
             Share::Particles => "#define FRAME_OF_MESH\n",

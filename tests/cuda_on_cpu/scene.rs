@@ -1,9 +1,15 @@
 //! What the program reads: 32-bit words, whole numbers and single precision numbers, in the order of `frame.h`.
 
 use cloth_core::{
-    ColliderShape, ColourRegions, ContactResponse, Model, SelfContact, SpringColouring, State,
+    ColliderShape, ColourRegions, ContactResponse, FabricTriangle, Incidence, InteractionKind,
+    Model, SelfContact, SpringColouring, State,
+    fabric::{Fabric, bending::PATCH},
 };
 use harness::checks::PatchFrames;
+
+/// How kernels declare the shared memory whose size the launch says.
+pub(crate) const FRAME_MEMORY: &str =
+    "extern __shared__ __align__(16) unsigned char frame_memory[];";
 
 /// Rows and columns to the later of 12 neighbours, as in `shared/stencil.cuh`.
 const STENCIL: [[i64; 2]; 6] = [[0, 1], [0, 2], [1, -1], [1, 0], [1, 1], [2, 0]];
@@ -12,7 +18,8 @@ const STENCIL: [[i64; 2]; 6] = [[0, 1], [0, 2], [1, -1], [1, 0], [1, 1], [2, 0]]
 pub(crate) fn words(patch: &PatchFrames, region: Option<usize>) -> Vec<u32> {
     let model = patch.model().expect("the patch is a model");
     let state = patch.start(&model);
-    let mut words = vec![patch.columns, patch.rows, patch.frames.len() as u32];
+    let mut words =
+        vec![patch.columns, patch.rows, u32::from(patch.fabric), patch.frames.len() as u32];
     words.extend(patch.frames);
     let mut push = |numbers: &[f64]| words.extend(numbers.iter().map(|&a| (a as f32).to_bits()));
     push(&[patch.time_step()]);
@@ -31,11 +38,15 @@ pub(crate) fn words(patch: &PatchFrames, region: Option<usize>) -> Vec<u32> {
         ContactResponse::Impulse { restitution, friction } => {
             [contact.distance, restitution, friction]
         }
+        ContactResponse::Triangles { .. } => panic!("CUDA has no contact of triangles"),
     });
     push(&contact);
     push(&[SelfContact::recovery(patch.time_step())]);
     words.push(u32::from(patch.impulses));
     words.extend(limits(patch, &model, region));
+    if patch.fabric {
+        words.extend(fabric(&model));
+    }
     let particles = state.positions.iter().zip(&state.held).zip(model.masses());
     words.extend(particles.flat_map(|((x, &held), &mass)| {
         let [x, y, z] = x.map(|a| a as f32);
@@ -86,9 +97,50 @@ fn limits(patch: &PatchFrames, model: &Model, region: Option<usize>) -> Vec<u32>
     words
 }
 
+/// Triangles of fabric, as lists that begin with their lengths: laws, membranes, patches, and for both where the rows of particles start
+/// and these rows.
+pub(crate) fn fabric(model: &Model) -> Vec<u32> {
+    let elements = model.elements();
+    let bits = |number: f64| (number as f32).to_bits();
+    let law = |fabric: &Fabric| {
+        let curves = [fabric.warp, fabric.weft];
+        let curves = curves.iter().flat_map(|curve| [curve.linear, curve.cubic, curve.end]);
+        let others = [fabric.coupling, fabric.shear, fabric.damping[0]];
+        curves.chain(others).map(bits).collect::<Vec<_>>()
+    };
+    let membrane = |triangle: &FabricTriangle| {
+        let rest = triangle.rest.inverse.into_iter().flatten().chain([triangle.rest.area]);
+        let names = triangle.particles.into_iter().chain([triangle.fabric]);
+        names.chain(rest.map(bits)).collect::<Vec<_>>()
+    };
+    let patch = |(triangle, particles): (&FabricTriangle, &[u32; PATCH])| {
+        let damping = elements.fabrics()[triangle.fabric as usize].damping[1];
+        let bending = &triangle.bending;
+        let stiffness = bending.map.into_iter().flatten().chain(bending.plate);
+        let numbers = triangle.angles.into_iter().chain(stiffness).chain([damping]);
+        particles.iter().copied().chain(numbers.map(bits)).collect::<Vec<_>>()
+    };
+    let triangles = elements.triangles();
+    let mut lists: Vec<Vec<u32>> = vec![
+        elements.fabrics().iter().flat_map(law).collect(),
+        triangles.iter().flat_map(membrane).collect(),
+        triangles.iter().zip(elements.patches()).flat_map(patch).collect(),
+    ];
+    let interactions = model.interactions();
+    for kind in [InteractionKind::Membrane, InteractionKind::Bending] {
+        let list = interactions.list(kind).expect("there are triangles");
+        let rows = Incidence::new(list, model.particle_count());
+        lists.extend([rows.offsets().to_vec(), rows.entries().to_vec()]);
+    }
+    lists.into_iter().flat_map(|list| [vec![list.len() as u32], list].concat()).collect()
+}
+
 /// Rest length, stiffness and damping of the springs to each of the later neighbours.
 fn kinds(model: &Model, columns: i64) -> [[f64; 3]; 6] {
     let springs = model.springs();
+    if springs.iter().next().is_none() {
+        return [[0.0; 3]; 6];
+    }
     STENCIL.map(|offset| {
         let is_this = |[i, j]: [u32; 2]| {
             let [[a, b], [c, d]] = [i, j].map(|i| [i64::from(i) / columns, i64::from(i) % columns]);

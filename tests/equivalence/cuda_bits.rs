@@ -8,7 +8,7 @@ use harness::{
     Verdict,
     backends::{Candidate, SharedCuda, candidates, cpu, cuda},
     checks::{self, PatchFrames, Scenario, same_bits},
-    models::{Contact, Deformation, Description, Piece, description},
+    models::{Contact, Deformation, Description, Piece, description, description_of_fabric},
     stages::PROCEDURAL_COUNT,
 };
 use proptest::{
@@ -209,6 +209,51 @@ fn implicit_steps_of_a_large_patch_give_the_bits_of_the_cpu() {
                 ..PatchFrames::explicit([371, 359])
             };
             assert_eq!(checks::patch_frames([&cpu, &gpu], &patch), Ok(()));
+        }
+    }
+}
+
+/// Every stage of fabric.
+#[test]
+fn stages_of_fabric_give_the_bits_of_the_cpu() {
+    // CUDA has no strain limit of fabric.
+    let cases =
+        description_of_fabric().prop_map(|case| Description { strain_limit: false, ..case });
+    for_all(60, &cases, checks::bits_of_explicit_stages);
+    for_all(40, &cases, checks::bits_of_implicit_stages);
+}
+
+/// Frames of fabric: explicit ones, whose triangles come before the pass, alone, with all that can follow, and implicit ones.
+#[test]
+fn frames_of_fabric_give_the_bits_of_the_cpu() {
+    let Some(gpu) = cuda(CudaOptions::default()) else { return };
+    let cpu = cpu(2);
+    for sides in [[19, 5], [70, 43], [371, 359]] {
+        for precision in [Precision::F32, Precision::F64] {
+            let plain = PatchFrames { fabric: true, precision, ..PatchFrames::explicit(sides) };
+            for (contact, impulses, surroundings) in
+                [(false, false, false), (true, false, true), (false, true, true)]
+            {
+                let patch = PatchFrames { contact, impulses, surroundings, ..plain.clone() };
+                assert_eq!(checks::patch_frames([&cpu, &gpu], &patch), Ok(()));
+            }
+            for (method, newton) in [
+                (LinearMethod::ConjugateGradient, 1),
+                (LinearMethod::ConjugateGradient, 3),
+                (LinearMethod::Jacobi, 1),
+            ] {
+                let mut settings = ImplicitSettings::default();
+                settings.linear.method = method;
+                settings.linear.iterations_max = 20;
+                settings.newton.iterations_max = newton;
+                let integrator = Integrator::Implicit(settings);
+                for contact in [false, true] {
+                    let integrator = integrator.clone();
+                    let frames = &[1, 2];
+                    let patch = PatchFrames { integrator, contact, frames, ..plain.clone() };
+                    assert_eq!(checks::patch_frames([&cpu, &gpu], &patch), Ok(()));
+                }
+            }
         }
     }
 }

@@ -37,6 +37,19 @@ fn small_patches() {
     }
 }
 
+/// A patch of fabric.
+#[test]
+fn small_fabric() {
+    let mut settings = ImplicitSettings::default();
+    settings.linear.iterations_max = 3;
+    for integrator in [Integrator::Explicit, Integrator::Implicit(settings)] {
+        let frames = &[1, 2];
+        let patch =
+            PatchFrames { fabric: true, integrator, frames, ..PatchFrames::explicit([43, 20]) };
+        check(CudaOptions::default(), &patch);
+    }
+}
+
 /// One of so many tiles that blocks have several.
 #[test]
 fn large_patches() {

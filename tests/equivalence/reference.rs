@@ -1,7 +1,8 @@
 //! Backends in double precision compute whole frames as the reference backend does.
 
 use cloth_core::{
-    Backend, ContactResponse, ImplicitSettings, Integrator, LinearVector, Precision, SolverConfig,
+    Backend, ContactResponse, ImplicitSettings, Integrator, LinearMethod, LinearVector, Precision,
+    SolverConfig,
 };
 use harness::{
     backends::{candidates, reference},
@@ -100,6 +101,40 @@ fn frames_of_patches() {
                 ..PatchFrames::explicit([29, 17])
             };
             let verdict = checks::patch_frames_near([&*candidate.backend, expected], &patch);
+            assert_eq!(verdict, Ok(()), "{}", candidate.label);
+        }
+    }
+}
+
+/// Patches of fabric: explicit frames alone and with contact, and implicit ones, as a whole on every backend.
+#[test]
+fn frames_of_fabric() {
+    let expected = &*reference().backend;
+    let implicit = |newton| {
+        let mut settings = ImplicitSettings::default();
+        settings.linear.method = LinearMethod::ConjugateGradient;
+        settings.linear.tolerance = 1e-5;
+        settings.newton.iterations_max = newton;
+        Integrator::Implicit(settings)
+    };
+    let plain = PatchFrames { fabric: true, ..PatchFrames::explicit([29, 17]) };
+    let contact = PatchFrames { contact: true, surroundings: true, ..plain.clone() };
+    let impulses = PatchFrames { impulses: true, ..plain.clone() };
+    let [linearised, newton] = [1, 3].map(|newton| PatchFrames {
+        integrator: implicit(newton),
+        frames: &[1, 3],
+        ..contact.clone()
+    });
+    for candidate in candidates() {
+        let _turn = candidate.turn();
+        for patch in [&plain, &contact, &impulses, &linearised, &newton] {
+            let patch = PatchFrames { precision: candidate.precision, ..patch.clone() };
+            let share = match (candidate.precision, patch.integrator == Integrator::Explicit) {
+                (Precision::F64, true) => 1e-9,
+                _ => 2e-3,
+            };
+            let backends = [&*candidate.backend, expected];
+            let verdict = checks::patch_frames_within(backends, &patch, share);
             assert_eq!(verdict, Ok(()), "{}", candidate.label);
         }
     }

@@ -169,6 +169,13 @@ fn strain_limit() {
     for_all(CASES, &with(|case| case.strain_limit = true), checks::strain_limit);
 }
 
+#[test]
+fn stretch_limit() {
+    let limited =
+        description_of_fabric().prop_map(|case| Description { strain_limit: true, ..case });
+    for_all(CASES, &limited, checks::stretch_limit);
+}
+
 /// The last collider but one is a distance grid.
 #[test]
 fn collider_response_of_distance_grids() {

@@ -97,7 +97,9 @@ impl Candidate {
         let direct = settings.method == LinearMethod::Direct;
         let gradient = settings.method == LinearMethod::ConjugateGradient;
         let incomplete = settings.preconditioner == Preconditioner::IncompleteCholesky;
+        let schwarz = settings.preconditioner == Preconditioner::Schwarz;
         let needed = [
+            (gradient && schwarz, Feature::Schwarz),
             (direct, Feature::Direct),
             (gradient && incomplete, Feature::IncompleteCholesky),
             (settings.matrix == MatrixForm::Assembled, Feature::Assembled),
@@ -237,10 +239,11 @@ pub fn gpu_candidate(label: &str, backend: Box<dyn Backend>) -> Candidate {
         missing: &[
             Feature::Direct,
             Feature::IncompleteCholesky,
+            Feature::Schwarz,
             Feature::Assembled,
             Feature::Factorisation,
             Feature::DenseInverse,
-            Feature::Fabric,
+            Feature::StretchLimit,
         ],
         single_scalars: true,
         turn: Some(&TURN),
@@ -252,10 +255,11 @@ pub fn gpu_candidate(label: &str, backend: Box<dyn Backend>) -> Candidate {
 const CUDA_MISSING: &[Feature] = &[
     Feature::Direct,
     Feature::IncompleteCholesky,
+    Feature::Schwarz,
     Feature::Assembled,
     Feature::Factorisation,
     Feature::DenseInverse,
-    Feature::Fabric,
+    Feature::StretchLimit,
 ];
 
 /// The first NVIDIA GPU, shared by all tests of a process.
@@ -308,7 +312,7 @@ pub fn reference() -> &'static Candidate {
 /// A candidate for the reference backend. Its stages are those that the checks use: what is to be seen of it are whole runs.
 fn reference_candidate() -> Candidate {
     Candidate {
-        missing: &[Feature::IncompleteCholesky, Feature::DenseInverse],
+        missing: &[Feature::IncompleteCholesky, Feature::Schwarz, Feature::DenseInverse],
         ..Candidate::new("reference", Box::new(ReferenceBackend::new()), Precision::F64)
     }
 }

@@ -16,14 +16,16 @@ pub enum Feature {
     Direct,
     /// Its preconditioner by incomplete Cholesky factorisation.
     IncompleteCholesky,
+    /// Its preconditioner in two levels.
+    Schwarz,
     /// Its matrix in assembled form.
     Assembled,
     /// A factorisation of the constant matrix of the semi-implicit integrator, rather than iterations.
     Factorisation,
     /// The dense inverse of that matrix.
     DenseInverse,
-    /// Triangles of fabric.
-    Fabric,
+    /// A strain limit of triangles of fabric.
+    StretchLimit,
 }
 
 impl Feature {
@@ -35,10 +37,11 @@ impl Feature {
             Self::SemiImplicit => "the semi-implicit integrator",
             Self::Direct => "the linear solver direct",
             Self::IncompleteCholesky => "the preconditioner incomplete-cholesky",
+            Self::Schwarz => "the preconditioner schwarz",
             Self::Assembled => "the matrix form assembled",
             Self::Factorisation => "a factorisation of the constant matrix",
-            Self::Fabric => "triangles of fabric",
             Self::DenseInverse => "the dense-inverse of the semi-implicit integrator",
+            Self::StretchLimit => "a strain limit of fabric",
         }
     }
 }

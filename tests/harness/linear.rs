@@ -8,8 +8,12 @@ pub const LINEAR_METHODS: &[LinearMethod] =
     &[LinearMethod::ConjugateGradient, LinearMethod::Jacobi, LinearMethod::Direct];
 
 /// Preconditioners that every backend under test has.
-pub const PRECONDITIONERS: &[Preconditioner] =
-    &[Preconditioner::Diagonal, Preconditioner::Block, Preconditioner::IncompleteCholesky];
+pub const PRECONDITIONERS: &[Preconditioner] = &[
+    Preconditioner::Diagonal,
+    Preconditioner::Block,
+    Preconditioner::IncompleteCholesky,
+    Preconditioner::Schwarz,
+];
 
 /// Forms of the matrix that every backend under test has.
 pub const MATRIX_FORMS: &[MatrixForm] = &[MatrixForm::MatrixFree, MatrixForm::Assembled];

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cloth_core::{
     Collider, ColliderShape, GridPatch, Kernels, LinearMethod, LinearOutcome, LinearSettings,
-    LinearStart, LinearVector, Model, ModelBuilder, Pose, Precision, State,
+    LinearStart, LinearVector, Model, ModelBuilder, Pose, Precision, Preconditioner, State,
 };
 use harness::{
     backends::{Candidate, candidates_with},
@@ -140,7 +140,7 @@ fn all_settings(candidate: &Candidate, tolerance: f64) -> Vec<(LinearMethod, Lin
                     matrix,
                     tolerance,
                     iterations_max: 20_000,
-                    warm_start: false,
+                    ..LinearSettings::default()
                 };
                 all.push((method, settings));
             }
@@ -252,7 +252,10 @@ fn a_warm_start_at_the_solution_is_done_at_once() {
             let what = format!("{} {settings:?}: {cold:?}, {warm:?}", candidate.label);
             assert!(warm.converged, "{what}");
             if method != LinearMethod::Direct {
-                assert!(cold.iterations > 3 && warm.iterations <= 1, "{what}");
+                // Groups as large as the patch leave little to do.
+                let is_schwarz = settings.preconditioner == Preconditioner::Schwarz;
+                assert!((cold.iterations > 3 || is_schwarz) && warm.iterations <= 1, "{what}");
+                assert!(cold.iterations > warm.iterations, "{what}");
             }
         }
     }
@@ -270,8 +273,10 @@ fn a_tolerance_of_zero_runs_to_the_cap() {
                 let mut kernels = prepared(candidate);
                 let outcome = solve(&mut *kernels, &settings, LinearStart::Constraints);
                 let what = format!("{} {settings:?}: {outcome:?}", candidate.label);
-                assert_eq!(outcome.iterations, iterations_max, "{what}");
-                assert!(!outcome.converged && !outcome.breakdown, "{what}");
+                // Only nothing at all is within that tolerance.
+                let is_nothing = outcome.residual == 0.0;
+                assert!(outcome.iterations == iterations_max || is_nothing, "{what}");
+                assert!(outcome.converged == is_nothing && !outcome.breakdown, "{what}");
             }
             // Far beyond what rounding lets it do, the solution stays what it was.
             let settings = LinearSettings { iterations_max: 3000, ..settings };

@@ -140,7 +140,7 @@ impl Case {
             ContactResponse::Penalty { stiffness, .. } => {
                 stiffness * contact.distance.powi(2) * self.model.particle_count() as f64
             }
-            ContactResponse::Impulse { .. } => 0.0,
+            ContactResponse::Impulse { .. } | ContactResponse::Triangles { .. } => 0.0,
         });
         // Springs that fall on the ball take up its weight.
         let own = measures.energy_kinetic + measures.energy_elastic;

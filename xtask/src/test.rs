@@ -46,6 +46,18 @@ pub(crate) struct TestArguments {
     /// How long inputs that nobody would write are tried beside the tests, in seconds.
     #[arg(long, default_value_t = 300)]
     fuzz_seconds: u64,
+    /// One test alone, in its long form.
+    only: Option<LongTest>,
+    /// Pairs of features that `certificate` judges in each precision.
+    #[arg(long, default_value_t = 100_000_000, requires = "only")]
+    pairs: u64,
+}
+
+/// Tests that are short beside all others and long if they are asked for.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum LongTest {
+    /// The certificate of contact against exact arithmetic: 100 million pairs take minutes.
+    Certificate,
 }
 
 /// What the checks that run something share: all is built once, as features of packages differ if they are built one by one.
@@ -60,6 +72,9 @@ struct Built {
 
 /// Runs all checks and prints the summary; whether all succeeded.
 pub(crate) fn run(arguments: &TestArguments) -> bool {
+    if let Some(LongTest::Certificate) = arguments.only {
+        return certificate(arguments.pairs);
+    }
     let mut summary = Summary::default();
     let mut built = Built { fuzz_seconds: arguments.fuzz_seconds, ..Built::default() };
     for (name, step) in STEPS {
@@ -71,6 +86,14 @@ pub(crate) fn run(arguments: &TestArguments) -> bool {
     summary.counts = built.counts;
     print!("{summary}");
     summary.success()
+}
+
+/// So many pairs of each precision; whether none that meets was certified.
+fn certificate(pairs: u64) -> bool {
+    let arguments = ["test", "--workspace", "--features", FEATURES, "--test", "certificate"];
+    let mut command = cargo(&arguments);
+    command.args(["--", "--nocapture"]).env("CLOTH_CERTIFICATE_PAIRS", pairs.to_string());
+    command::run(&mut command).inspect_err(|reason| eprintln!("certificate: {reason}")).is_ok()
 }
 
 fn format() -> Result<(), String> {

@@ -27,12 +27,15 @@ pub(super) fn cases(suite: Suite, engine: &Engine) -> Vec<Case> {
             LinearMethod::ConjugateGradient,
             Preconditioner::IncompleteCholesky,
         ),
+        ("Schwarz", LinearMethod::ConjugateGradient, Preconditioner::Schwarz),
         ("Jacobi", LinearMethod::Jacobi, Preconditioner::Block),
     ];
     let mut cases = Vec::new();
     for (label, method, preconditioner) in methods {
-        if preconditioner == Preconditioner::IncompleteCholesky && engine.is_asynchronous() {
-            // Triangular solves are for processors.
+        let is_of_processors =
+            matches!(preconditioner, Preconditioner::IncompleteCholesky | Preconditioner::Schwarz);
+        if is_of_processors && engine.is_asynchronous() {
+            // Triangular solves are for processors, and GPUs do not have groups yet.
             continue;
         }
         for &count in counts {

@@ -23,6 +23,7 @@ use crate::{
     procedural_forces::{Programs, Registers},
     spring_forces::{self, MotionView},
     springs::SpringColumns,
+    triangle_contact::TriangleContact,
 };
 
 /// All that the pass reads.
@@ -35,6 +36,7 @@ pub(crate) struct ExplicitPass<'a, T> {
     pub(crate) fabric: Option<&'a Fabric<T>>,
     pub(crate) aerodynamics: Option<&'a Aerodynamics<T>>,
     pub(crate) contact: Option<(&'a Contact<T>, Penalty<T>)>,
+    pub(crate) triangles: Option<&'a TriangleContact<T>>,
     pub(crate) colliders: &'a [ColliderAt<T>],
     pub(crate) offsets: &'a [T],
     pub(crate) motion: MotionView<'a, T>,
@@ -129,6 +131,13 @@ impl<T: Real> ExplicitPass<'_, T> {
         {
             for lane in 0..used {
                 if let Some(sum) = response::force(contact, penalty, self.motion, first + lane) {
+                    add(&mut force, lane, sum);
+                }
+            }
+        }
+        if let Some(triangles) = self.triangles {
+            for lane in 0..used {
+                if let Some(sum) = triangles.force(first + lane) {
                     add(&mut force, lane, sum);
                 }
             }

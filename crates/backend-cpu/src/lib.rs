@@ -34,6 +34,7 @@ mod sparse_cholesky;
 mod spring_forces;
 mod springs;
 mod strain_limit;
+mod triangle_contact;
 mod triangles;
 mod vector;
 mod vertex_normals;
@@ -118,6 +119,7 @@ impl Backend for CpuBackend {
 
     fn create_solver(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Solver>> {
         fabric::check(&model, config)?;
+        triangle_contact::check(&model, config)?;
         let pool = self.pool_for(config)?;
         Ok(match config.precision {
             Precision::F32 => {
@@ -131,6 +133,7 @@ impl Backend for CpuBackend {
 
     fn create_kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Kernels>> {
         fabric::check(&model, config)?;
+        triangle_contact::check(&model, config)?;
         let pool = self.pool_for(config)?;
         Ok(match config.precision {
             Precision::F32 => Box::new(CpuKernels::<f32>::new(model, config, pool)?),

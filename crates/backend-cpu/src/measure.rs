@@ -110,10 +110,8 @@ impl<T: Real> Measure<'_, T> {
             .collect();
         let mut total = partials.into_iter().fold(Partial::default(), Partial::merge);
         let fabric = fabric.unwrap_or_default();
-        if let Some((strain, particle)) = fabric.strain_max
-            && strain > total.strain_max
-        {
-            (total.strain_max, total.strain_particle) = (strain, particle);
+        if fabric.strain_max.0 > total.strain_max {
+            (total.strain_max, total.strain_particle) = fabric.strain_max;
         }
         let sums = total.sums;
         let length = |vector: [f64; 3]| vector.iter().map(|c| c * c).sum::<f64>().sqrt();

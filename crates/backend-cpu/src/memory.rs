@@ -70,6 +70,11 @@ impl<T: Real> VectorField<T> {
         self.margin
     }
 
+    /// Number of particles.
+    pub(crate) const fn count(&self) -> usize {
+        self.count
+    }
+
     /// Sets everything to zero.
     pub(crate) fn clear(&mut self) {
         self.values.fill(T::ZERO);

@@ -141,6 +141,8 @@ impl<T: CudaReal> ContactMemory<T> {
                 data.contact_restitution = number(restitution);
                 data.contact_friction = number(friction);
             }
+            // Refused before.
+            ContactResponse::Triangles { .. } => {}
         }
         let margin = MARGIN * distance;
         data.list_margin = number(margin);

@@ -154,7 +154,11 @@ impl FrameForm {
             Self::PatchContact | Self::PatchFlat => FeatureSet::of(&PENALTY),
             Self::Patch | Self::PatchTiles => FeatureSet::of(&PLAIN),
             Self::Mesh => FeatureSet::of(&MESH),
-            Self::Pass => FeatureSet::all_but(&[Feature::ImpulseContact, Feature::StrainLimit]),
+            Self::Pass => FeatureSet::all_but(&[
+                Feature::Fabric,
+                Feature::ImpulseContact,
+                Feature::StrainLimit,
+            ]),
             Self::Stages => FeatureSet::all_but(&[]),
         }
     }
@@ -331,6 +335,13 @@ mod tests {
         assert_eq!(choice.form, FrameForm::Pass.name());
         assert!(choice.ruled_out.iter().all(|(_, why)| why == Feature::Air.name()), "{choice:?}");
         assert_eq!(choice.ruled_out.len(), 5);
+        let fabric = FeatureSet::of(&[Feature::Fabric, Feature::AnyMesh]);
+        let choice = FrameForm::choice(fabric, &MESH);
+        assert_eq!(choice.form, FrameForm::Stages.name());
+        assert!(
+            choice.ruled_out.iter().all(|(_, why)| why == Feature::Fabric.name()),
+            "{choice:?}"
+        );
         let limited = FeatureSet::of(&[Feature::Springs, Feature::StrainLimit]);
         assert_eq!(FrameForm::choose(limited, &SMALL), FrameForm::Stages);
     }

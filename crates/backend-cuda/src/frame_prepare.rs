@@ -39,8 +39,8 @@ const MEETINGS_MAX: usize = (1 << 24) - 1;
 
 /// Meetings of all blocks in a substep of `explicit_substep_stages.cu`, at most.
 fn meetings<T>(has_regions: bool, strain: &StrainTables<T>) -> usize {
-    // Those of the pass, the search for partners and impulses, and of a list that is built.
-    const OTHERS: usize = 8;
+    // Those of triangles, the pass, the search for partners and impulses, and of a list that is built.
+    const OTHERS: usize = 9;
     let sweeps = strain.sweeps as usize;
     OTHERS + if has_regions { sweeps } else { sweeps * (strain.colours.len() - 1) + 1 }
 }
@@ -213,13 +213,17 @@ impl<T: CudaReal> Memory<T> {
         if strain.sweeps > 0 {
             options.push("limits");
         }
-        if !self.springs.packed.is_empty() {
+        if model.has_fabric() {
+            // Built in one form for all sizes and kinds of springs.
+            options.retain(|&option| option != "extras");
+            options.extend(["fabric", "extras", "wide"]);
+        } else if !self.springs.packed.is_empty() {
             options.push("packed");
         }
         let multiprocessors = self.queue.device.multiprocessors as usize;
         let n = model.particle_count();
         let is_small = n <= multiprocessors * STAGES_THREADS as usize;
-        if is_small {
+        if is_small && !model.has_fabric() {
             options.push("wide");
         }
         self.options = options;

@@ -124,7 +124,9 @@ impl CudaBackend {
         model: Arc<Model>,
         config: &SolverConfig,
     ) -> Result<CudaKernels<T>> {
-        model.check_springs_alone("cuda")?;
+        model.check_contact_of_points("cuda")?;
+        model.check_no_stretch_limit(config, "cuda")?;
+        model.check_fabric(config, BACKEND)?;
         CudaKernels::new(Arc::clone(&self.device), model, config, self.options)
     }
 }

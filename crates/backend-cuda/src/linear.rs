@@ -11,7 +11,7 @@ use crate::{
     memory::{BLOCK, Memory},
     queue::{Buffer, Launch},
     solver_form::SolverForm,
-    tables::Patch,
+    tables::{ElementMemory, Patch},
 };
 
 /// Particles of the smallest unit of sums.
@@ -59,6 +59,12 @@ pub(crate) struct LinearData<T> {
     pub(crate) partials: u64,
     pub(crate) exchange: [u64; 2],
     pub(crate) sums: [u64; 2],
+    pub(crate) membrane_tangents: u64,
+    pub(crate) bending_tangents: u64,
+    pub(crate) element_sums: u64,
+    pub(crate) element_slices: u64,
+    pub(crate) element_columns: u64,
+    pub(crate) element_blocks: u64,
     pub(crate) slot_count: u32,
     pub(crate) is_full: u32,
     pub(crate) has_constraints: u32,
@@ -66,7 +72,7 @@ pub(crate) struct LinearData<T> {
     pub(crate) has_blocks: u32,
     pub(crate) reach: u32,
     pub(crate) stamp: u32,
-    pub(crate) padding: u32,
+    pub(crate) has_elements: u32,
     pub(crate) length: T,
     pub(crate) pair_share: T,
     pub(crate) stencil: [T; 12],
@@ -85,6 +91,8 @@ pub(crate) struct LinearMemory<T> {
     pub(crate) partials: Buffer<f64>,
     _touch_counts: Buffer<u32>,
     pub(crate) pairs: Option<PairMemory<T>>,
+    /// What triangles of fabric add, if there are any.
+    pub(crate) elements: Option<ElementMemory<T>>,
     /// Form and launch of the solvers that have been used, without pairs in contact and with them.
     pub(crate) launches: HashMap<(&'static str, bool), (SolverForm, Launch)>,
     exchange: Option<Exchange<T>>,
@@ -161,7 +169,7 @@ impl<T: CudaReal> LinearMemory<T> {
         };
         let outcome = Buffer::zeros(queue, 1)?;
         let partials = Buffer::zeros(queue, SUMS * n.div_ceil(BLOCK) * (BLOCK / SUM_UNIT))?;
-        let data = LinearData {
+        let mut data = LinearData {
             roots: factors.address(),
             along: along.as_ref().map_or(0, Buffer::address),
             origin: origin.address(),
@@ -181,18 +189,28 @@ impl<T: CudaReal> LinearMemory<T> {
             partials: partials.address(),
             exchange: [0; 2],
             sums: [0; 2],
+            membrane_tangents: 0,
+            bending_tangents: 0,
+            element_sums: 0,
+            element_slices: 0,
+            element_columns: 0,
+            element_blocks: 0,
             slot_count: tables.slot_count,
-            is_full: u32::from(has_colliders || model.air().is_some()),
+            is_full: u32::from(has_colliders || model.air().is_some() || model.has_fabric()),
             has_constraints: u32::from(has_colliders),
             has_pairs: 0,
             has_blocks: 1,
             reach: tables.reach(),
             stamp: 0,
-            padding: 0,
+            has_elements: 0,
             length: T::ONE,
             pair_share: T::ZERO,
             stencil: [T::ZERO; 12],
         };
+        let elements = model.has_fabric().then(|| ElementMemory::new(queue, model)).transpose()?;
+        if let Some(elements) = &elements {
+            elements.describe(&mut data);
+        }
         let mut others: Vec<_> = base.into_iter().chain(inverse).chain(filter).collect();
         others.push(target);
         Ok(Self {
@@ -206,6 +224,7 @@ impl<T: CudaReal> LinearMemory<T> {
             partials,
             _touch_counts: touch_counts,
             pairs: None,
+            elements,
             launches: HashMap::new(),
             exchange: None,
             _others: others,

@@ -4,8 +4,43 @@ use cloth_core::Measures;
 
 use crate::memory::FIGURES;
 
+/// Figures of a block of triangles of fabric, as `measure.cu` writes them.
+pub(crate) const FABRIC_FIGURES: usize = 4;
+
+/// Figures of all triangles of fabric.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FabricSums {
+    strain_max: f64,
+    strain_particle: u32,
+    strain: f64,
+    count: f64,
+    energy: f64,
+}
+
+impl FabricSums {
+    /// Adds the partial sums of blocks of `count` triangles.
+    pub(crate) fn new(count: usize, partials: &[f64]) -> Self {
+        let mut sums = Self {
+            strain_max: -1.0,
+            strain_particle: 0,
+            strain: 0.0,
+            count: count as f64,
+            energy: 0.0,
+        };
+        for block in partials.chunks_exact(FABRIC_FIGURES) {
+            if block[0] > sums.strain_max {
+                sums.strain_max = block[0];
+                sums.strain_particle = block[1] as u32;
+            }
+            sums.strain += block[2];
+            sums.energy += block[3];
+        }
+        sums
+    }
+}
+
 /// Adds the partial sums of all blocks.
-pub(crate) fn total(partials: &[f64]) -> Measures {
+pub(crate) fn total(partials: &[f64], fabric: FabricSums) -> Measures {
     let mut measures = Measures { strain_max: -1.0, ..Measures::default() };
     let (mut ends, mut magnitude, mut force) = (0.0, 0.0, [0.0; 3]);
     for block in partials.chunks_exact(FIGURES) {
@@ -28,6 +63,13 @@ pub(crate) fn total(partials: &[f64]) -> Measures {
         }
         magnitude += block[8];
     }
+    if fabric.strain_max > measures.strain_max {
+        measures.strain_max = fabric.strain_max;
+        measures.strain_particle = fabric.strain_particle;
+    }
+    measures.strain_mean += 2.0 * fabric.strain;
+    ends += 2.0 * fabric.count;
+    measures.energy_elastic += fabric.energy;
     let length = force.iter().map(|c| c * c).sum::<f64>().sqrt();
     // Still where it began: no strain was measured.
     if measures.strain_max <= -1.0 {

@@ -2,7 +2,9 @@
 
 use std::{collections::HashMap, sync::Arc};
 
-use cloth_core::{ColliderShape, DistanceGrid, Model, Result, SolverConfig};
+use cloth_core::{
+    ColliderShape, DistanceGrid, Model, Result, SolverConfig, fabric::bending::PATCH,
+};
 use cloth_kernels::CudaModule;
 
 use crate::{
@@ -18,7 +20,7 @@ use crate::{
     procedural,
     queue::{Buffer, Launch, Queue, THREADS},
     solver_form::SolverForm,
-    tables::{SpringTables, StrainTables, TriangleTables},
+    tables::{FabricTables, SpringTables, StrainTables, TriangleTables},
 };
 
 /// Particles of a block of sums, as on the CPU.
@@ -155,6 +157,25 @@ impl<T: CudaReal> Memory<T> {
         table!(air, &air);
         table!(limited_springs, &strain.springs);
         table!(longest, &strain.longest);
+        if model.has_fabric() {
+            let fabric = FabricTables::<T>::new(model);
+            table!(fabric_laws, &fabric.laws);
+            table!(membranes, &fabric.membranes);
+            table!(patches, &fabric.patches);
+            table!(membrane_rows, fabric.rows[0].offsets());
+            table!(membrane_entries, fabric.rows[0].entries());
+            table!(bending_rows, fabric.rows[1].offsets());
+            table!(bending_entries, fabric.rows[1].entries());
+            let count = fabric.membranes.len();
+            let forces = (
+                Buffer::<T>::zeros(&queue, 3 * 3 * count)?,
+                Buffer::<T>::zeros(&queue, PATCH * 3 * count)?,
+            );
+            data.membrane_forces = forces.0.address();
+            data.bending_forces = forces.1.address();
+            tables.push(Box::new(forces));
+            data.element_count = count as u32;
+        }
         let mut grids = vec![0; model.colliders().len()];
         for (collider, address) in model.colliders().iter().zip(&mut grids) {
             if let ColliderShape::Grid(grid) = &collider.shape {

@@ -73,13 +73,16 @@ impl SolverForm {
         let places = self.threads() + 2 * linear.data.reach as usize;
         let is_possible = !T::DOUBLE
             && linear.data.has_pairs == 0
+            && linear.elements.is_none()
             && memory.springs.longest_row() <= RESIDENT_SPRINGS
             && n.div_ceil(BLOCK) <= RESIDENT_BLOCKS
             && places <= RESIDENT_PLACES;
         if is_resident && !is_possible {
             return Ok(None);
         }
-        if self == Self::Patch && (T::DOUBLE || !linear.is_patch() || n < WIDE_MAX) {
+        if self == Self::Patch
+            && (T::DOUBLE || linear.elements.is_some() || !linear.is_patch() || n < WIDE_MAX)
+        {
             return Ok(None);
         }
         memory.solver = self;

@@ -4,25 +4,42 @@ use cloth_core::{FabricTriangle, Model, NewtonStart};
 
 use crate::{ElementBlock, Matrix, Number, Particles, Vector};
 
-/// Which places of a patch each edge folds: its ends, the third corner, the vertex beyond.
-const FOLDS: [[usize; 4]; 3] = [[0, 1, 2, 3], [1, 2, 0, 4], [2, 0, 1, 5]];
+/// Vertices of a patch, and folds in it.
+const VERTICES: usize = 12;
+const COUNT: usize = 9;
+
+/// Which places of a patch each fold takes: the ends of the edge, the third corner, the vertex beyond. First the edges of the triangle, then those of
+/// the triangles beyond them.
+const FOLDS: [[usize; 4]; COUNT] = [
+    [0, 1, 2, 3],
+    [1, 2, 0, 4],
+    [2, 0, 1, 5],
+    [0, 3, 1, 6],
+    [3, 1, 0, 7],
+    [1, 4, 2, 8],
+    [4, 2, 1, 9],
+    [2, 5, 0, 10],
+    [5, 0, 2, 11],
+];
 
 /// A triangle and its neighbours at one time.
 struct Patch<N> {
-    /// For each fold theta - theta0, d theta/dt, and the derivatives by the six vertices.
-    differences: [N; 3],
-    rates: [N; 3],
-    gradients: [[Vector<N>; 6]; 3],
-    /// K.
-    stiffness: [[N; 3]; 3],
+    /// For each fold theta - theta0, d theta/dt, and the derivatives by the vertices.
+    differences: [N; COUNT],
+    rates: [N; COUNT],
+    gradients: [[Vector<N>; VERTICES]; COUNT],
+    /// The curvatures for the folds.
+    map: [[N; COUNT]; 3],
+    /// A D.
+    plate: [[N; 3]; 3],
 }
 
 impl<N: Number> Patch<N> {
-    fn new(triangle: &FabricTriangle, patch: &[u32; 6], particles: &Particles<N>) -> Self {
+    fn new(triangle: &FabricTriangle, patch: &[u32; VERTICES], particles: &Particles<N>) -> Self {
         let x = patch.map(|particle| particles.positions[particle as usize]);
         let v = patch.map(|particle| particles.velocities[particle as usize]);
-        let mut gradients = [[Vector::ZERO; 6]; 3];
-        let mut differences = [N::ZERO; 3];
+        let mut gradients = [[Vector::ZERO; VERTICES]; COUNT];
+        let mut differences = [N::ZERO; COUNT];
         for (edge, places) in FOLDS.into_iter().enumerate() {
             let (angle, gradient) = fold(places.map(|place| x[place]));
             differences[edge] = around(angle - N::rounded(triangle.angles[edge]));
@@ -32,34 +49,56 @@ impl<N: Number> Patch<N> {
             let parts = gradients[edge].iter().zip(v).map(|(g, v)| g.dot(v));
             parts.fold(N::ZERO, |sum, part| sum + part)
         };
-        let [k00, k11, k22, k01, k02, k12] = triangle.bending.entries.map(N::rounded);
+        let [d11, d22, d12, d66] = triangle.bending.plate.map(N::rounded);
+        let zero = N::ZERO;
         Self {
             differences,
-            rates: [rate(0), rate(1), rate(2)],
+            rates: std::array::from_fn(rate),
             gradients,
-            stiffness: [[k00, k01, k02], [k01, k11, k12], [k02, k12, k22]],
+            map: triangle.bending.map.map(|row| row.map(N::rounded)),
+            plate: [[d11, d12, zero], [d12, d22, zero], [zero, zero, d66]],
         }
     }
 
-    /// K times folds.
-    fn moments(&self, folds: [N; 3]) -> [N; 3] {
-        self.stiffness.map(|row| row[0] * folds[0] + row[1] * folds[1] + row[2] * folds[2])
+    /// The curvatures for folds.
+    fn curvature(&self, folds: [N; COUNT]) -> [N; 3] {
+        self.map.map(|row| row.into_iter().zip(folds).fold(N::ZERO, |sum, (k, f)| sum + k * f))
+    }
+
+    /// A D times curvatures.
+    fn stress(&self, curvature: [N; 3]) -> [N; 3] {
+        self.plate.map(|row| row[0] * curvature[0] + row[1] * curvature[1] + row[2] * curvature[2])
+    }
+
+    /// The moments of folds.
+    fn moments(&self, folds: [N; COUNT]) -> [N; COUNT] {
+        let stress = self.stress(self.curvature(folds));
+        std::array::from_fn(|fold| {
+            (0..3).fold(N::ZERO, |sum, k| sum + self.map[k][fold] * stress[k])
+        })
     }
 
     /// Minus moments times gradients, for one vertex.
-    fn force(&self, moments: [N; 3], place: usize) -> Vector<N> {
-        (0..3).fold(Vector::ZERO, |force, edge| {
+    fn force(&self, moments: [N; COUNT], place: usize) -> Vector<N> {
+        (0..COUNT).fold(Vector::ZERO, |force, edge| {
             force - self.gradients[edge][place].scaled(moments[edge])
         })
     }
 
-    /// The sum of K_ef grad_e grad_f^T for two places.
+    /// The derivatives of the curvatures by one vertex.
+    fn gradient(&self, place: usize) -> [Vector<N>; 3] {
+        self.map.map(|row| {
+            (0..COUNT).fold(Vector::ZERO, |sum, f| sum + self.gradients[f][place].scaled(row[f]))
+        })
+    }
+
+    /// The sum of A D_kl grad_k grad_l^T for two places.
     fn block(&self, a: usize, b: usize) -> Matrix<N> {
+        let [a, b] = [a, b].map(|place| self.gradient(place));
         let mut block = Matrix::ZERO;
-        for e in 0..3 {
-            for f in 0..3 {
-                let outer = Matrix::outer(self.gradients[e][a], self.gradients[f][b]);
-                block += outer.scaled(self.stiffness[e][f]);
+        for (k, row) in self.plate.iter().enumerate() {
+            for (l, &entry) in row.iter().enumerate() {
+                block += Matrix::outer(a[k], b[l]).scaled(entry);
             }
         }
         block
@@ -110,7 +149,8 @@ pub fn bending_forces<N: Number>(
     for (triangle, vertices) in elements.triangles().iter().zip(elements.patches()) {
         let damping = N::rounded(elements.fabrics()[triangle.fabric as usize].damping[1]);
         let patch = Patch::new(triangle, vertices, particles);
-        let bent = [0, 1, 2].map(|edge| patch.differences[edge] + damping * patch.rates[edge]);
+        let bent =
+            std::array::from_fn(|edge| patch.differences[edge] + damping * patch.rates[edge]);
         let moments = patch.moments(bent);
         for (place, &particle) in vertices.iter().enumerate() {
             forces[particle as usize] += patch.force(moments, place);
@@ -135,7 +175,8 @@ pub fn bending_linearise<N: Number>(
         let patch = Patch::new(triangle, vertices, particles);
         let weight = h * h + h * damping;
         let along = if start == NewtonStart::StepStart { weight } else { h * damping };
-        let bent = [0, 1, 2].map(|edge| h * patch.differences[edge] + along * patch.rates[edge]);
+        let bent =
+            std::array::from_fn(|edge| h * patch.differences[edge] + along * patch.rates[edge]);
         let moments = patch.moments(bent);
         for (a, &row) in vertices.iter().enumerate() {
             right_side[row as usize] += patch.force(moments, a);
@@ -151,10 +192,10 @@ pub fn bending_linearise<N: Number>(
 /// Energy of the folds of each triangle \[J\].
 pub(crate) fn bending_energies<N: Number>(model: &Model, particles: &Particles<N>) -> Vec<N> {
     let elements = model.elements();
-    let one = |(triangle, vertices): (&FabricTriangle, &[u32; 6])| {
+    let one = |(triangle, vertices): (&FabricTriangle, &[u32; VERTICES])| {
         let patch = Patch::new(triangle, vertices, particles);
-        let moments = patch.moments(patch.differences);
-        let parts = moments.into_iter().zip(patch.differences).map(|(m, fold)| m * fold);
+        let curvature = patch.curvature(patch.differences);
+        let parts = patch.stress(curvature).into_iter().zip(curvature).map(|(m, k)| m * k);
         N::exact(0.5) * parts.fold(N::ZERO, |sum, part| sum + part)
     };
     elements.triangles().iter().zip(elements.patches()).map(one).collect()

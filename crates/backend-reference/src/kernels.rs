@@ -6,8 +6,10 @@ mod semi_implicit;
 use std::sync::Arc;
 
 use cloth_core::{
-    ColliderImpulse, ContactStatistics, ForceControl, Kernels, LinearVector, Measures, Model,
-    PinWrite, Preconditioner, Result, SolverConfig, SpringColouring, StageTime, State,
+    ColliderImpulse, Colouring, ContactStatistics, ForceControl, Kernels, LinearVector, Measures,
+    Model, NewtonStart, PinWrite, Preconditioner, Result, SolverConfig, SpringColouring, StageTime,
+    State,
+    contact::Contacts,
     stepper::{self, FramePlan, Substep},
 };
 
@@ -16,7 +18,7 @@ use crate::{
     aerodynamic_forces, bending_forces, check_precision, collider_response, contact_candidates,
     contact_forces, contact_impulses, control_forces, field_forces, integrate_explicit, measure,
     membrane_forces, procedural_forces, semi_implicit::Factorisations, spring_forces, strain_limit,
-    vertex_normals,
+    stretch_limit, triangle_contact::TriangleContact, vertex_normals,
 };
 
 /// The stages on plain vectors.
@@ -24,6 +26,7 @@ pub struct ReferenceKernels {
     model: Arc<Model>,
     config: SolverConfig,
     colouring: SpringColouring,
+    triangle_colouring: Colouring,
     plan: FramePlan,
     particles: Particles<f64>,
     forces: Vec<Vector<f64>>,
@@ -31,8 +34,9 @@ pub struct ReferenceKernels {
     /// Pairs in contact when they were last looked for.
     pairs: Vec<[u32; 2]>,
     contacts: ContactStatistics,
-    /// Positions of `start_keep`, until a response has used them.
-    start: Option<Vec<Vector<f64>>>,
+    triangles: Option<TriangleContact>,
+    /// Positions of `start_keep`, and whether a response has not used them yet.
+    start: (Vec<Vector<f64>>, bool),
     impulses: Vec<Impulse<f64>>,
     kept: Kept,
     linear: Linear,
@@ -87,12 +91,17 @@ impl ReferenceKernels {
         let zero = || vec![Vector::ZERO; count];
         Ok(Self {
             colouring: SpringColouring::greedy(model.springs(), count, classes),
+            triangle_colouring: match config.strain_limit {
+                Some(_) => Colouring::of_triangles(model.elements().triangles(), count),
+                None => Colouring::default(),
+            },
             plan: FramePlan::default(),
             forces: zero(),
             controls: Controls::default(),
             pairs: Vec::new(),
             contacts: ContactStatistics::default(),
-            start: None,
+            triangles: TriangleContact::new(&model),
+            start: (Vec::new(), false),
             impulses: vec![Impulse::default(); model.colliders().len()],
             kept: Kept::default(),
             linear: Linear {
@@ -109,7 +118,7 @@ impl ReferenceKernels {
             factorisations: Factorisations::default(),
             non_finite_step: None,
             particles,
-            config: config.clone(),
+            config: config.resolved(&model, false),
             model,
         })
     }
@@ -134,7 +143,11 @@ impl Kernels for ReferenceKernels {
         self.particles = Particles::new(&self.model, state, f64::EPSILON);
         self.linear.constraints.pins_update(&self.particles);
         self.non_finite_step = None;
-        self.start = None;
+        self.start.1 = false;
+        if let Some(triangles) = &mut self.triangles {
+            triangles.certifier.positions_given();
+            triangles.set.slips_write(&state.slips);
+        }
         Ok(())
     }
 
@@ -143,6 +156,9 @@ impl Kernels for ReferenceKernels {
         out.positions = particles.positions.iter().map(|x| x.0).collect();
         out.velocities = particles.velocities.iter().map(|v| v.0).collect();
         out.held = (0..particles.len()).map(|i| u8::from(particles.is_held(i))).collect();
+        if let Some(triangles) = &self.triangles {
+            triangles.set.slips_read(&mut out.slips);
+        }
         Ok(())
     }
 
@@ -232,11 +248,52 @@ impl Kernels for ReferenceKernels {
         self.pairs = contact_candidates(&self.model, &self.particles).pairs;
         let count = self.pairs.len() as u64;
         let rebuilds = self.contacts.rebuilds + 1;
-        self.contacts = ContactStatistics { contacts: count, candidates: count, rebuilds };
+        self.contacts = ContactStatistics {
+            contacts: count,
+            candidates: count,
+            rebuilds,
+            ..ContactStatistics::default()
+        };
+        Ok(())
+    }
+
+    /// All pairs of features are candidates, always.
+    fn contact_pairs(&mut self, _: &Substep) -> Result<()> {
+        Ok(())
+    }
+
+    fn contact_geometry(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        if let Some(triangles) = &mut self.triangles {
+            let from =
+                if self.start.0.is_empty() { &self.particles.positions } else { &self.start.0 };
+            triangles.geometry((&self.particles, from), &self.config, substep, start);
+            let found = triangles.set.stencils().len() as u64;
+            self.contacts.contacts = found;
+            self.contacts.candidates = triangles.candidate_count();
+        }
+        Ok(())
+    }
+
+    fn contact_certify(&mut self, substep: &Substep) -> Result<()> {
+        if let Some(triangles) = &mut self.triangles {
+            triangles.certify(&mut self.particles, &self.start.0, substep.length)?;
+        }
+        Ok(())
+    }
+
+    fn contacts_read(&mut self, out: &mut Contacts) -> Result<()> {
+        out.contacts.clear();
+        if let Some(triangles) = &self.triangles {
+            triangles.set.read(out);
+        }
         Ok(())
     }
 
     fn contact_forces(&mut self) -> Result<()> {
+        if let Some(triangles) = &self.triangles {
+            triangles.forces(&mut self.forces);
+            return Ok(());
+        }
         contact_forces(&self.model, &mut self.particles, &self.pairs, &mut self.forces);
         Ok(())
     }
@@ -262,14 +319,25 @@ impl Kernels for ReferenceKernels {
         Ok(())
     }
 
+    fn stretch_limit_colours(&self) -> usize {
+        self.triangle_colouring.len()
+    }
+
+    fn stretch_limit(&mut self, substep: &Substep, colour: usize) -> Result<()> {
+        let Some(limit) = &self.config.strain_limit else { return Ok(()) };
+        let triangles = self.triangle_colouring.colour(colour);
+        stretch_limit(&self.model, &mut self.particles, triangles, limit.ratio, substep.length);
+        Ok(())
+    }
+
     fn start_keep(&mut self) -> Result<()> {
-        self.start = Some(self.particles.positions.clone());
+        self.start = (self.particles.positions.clone(), true);
         Ok(())
     }
 
     fn collider_response(&mut self, substep: &Substep) -> Result<()> {
-        let start = self.start.take();
-        let start = start.as_ref().map(|start| (&start[..], substep.length));
+        let is_fresh = std::mem::take(&mut self.start.1);
+        let start = is_fresh.then_some((&self.start.0[..], substep.length));
         let colliders = self.plan.colliders_at(substep.index);
         let (particles, impulses) = (&mut self.particles, &mut self.impulses);
         collider_response(&self.model, particles, colliders, start, impulses);
@@ -317,10 +385,14 @@ impl Kernels for ReferenceKernels {
 
     fn contact_statistics(&mut self) -> Result<ContactStatistics> {
         let rebuilds = std::mem::take(&mut self.contacts.rebuilds);
-        Ok(ContactStatistics { rebuilds, ..self.contacts })
+        let (truncated, exempt) = self.triangles.as_mut().map_or((0, 0), |triangles| {
+            let exempt = triangles.certifier.exempt().len() as u64;
+            (std::mem::take(&mut triangles.truncated), exempt)
+        });
+        Ok(ContactStatistics { rebuilds, truncated, exempt, ..self.contacts })
     }
 
-    fn contact_pairs(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {
+    fn contact_pairs_read(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {
         self.contact_candidates()?;
         out.clone_from(&self.pairs);
         Ok(())

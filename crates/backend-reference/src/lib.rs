@@ -24,7 +24,9 @@ mod semi_implicit;
 mod sparse_cholesky;
 mod spring_forces;
 mod strain_limit;
+mod stretch_limit;
 mod surface;
+mod triangle_contact;
 mod vector;
 mod vertex_normals;
 
@@ -58,6 +60,7 @@ pub use procedural_forces::procedural_forces;
 pub use semi_implicit::{Surplus, angular_surplus};
 pub use spring_forces::{spring_force_on, spring_forces};
 pub use strain_limit::strain_limit;
+pub use stretch_limit::stretch_limit;
 pub use surface::{Surface, surface_at, velocity_at};
 pub use vector::Vector;
 pub use vertex_normals::vertex_normals;
@@ -96,7 +99,8 @@ impl Backend for ReferenceBackend {
     }
 
     fn create_solver(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Solver>> {
-        check(config)?;
+        let config = &config.resolved(&model, false);
+        check(&model, config)?;
         Ok(Box::new(SteppedSolver::new(ReferenceKernels::new(model, config)?)?))
     }
 
@@ -111,7 +115,8 @@ fn unsupported<T>(feature: impl Into<String>) -> Result<T> {
 }
 
 /// Refuses settings that it does not have.
-fn check(config: &SolverConfig) -> Result<()> {
+fn check(model: &Model, config: &SolverConfig) -> Result<()> {
+    model.check_fabric(config, NAME)?;
     match &config.integrator {
         Integrator::Explicit => Ok(()),
         Integrator::Implicit(settings) => match settings.linear.method {

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use cloth_core::{Error, Model, Result};
+use cloth_core::{Error, Model, Result, fabric::bending::PATCH};
 use wgpu::util::DeviceExt;
 
 use crate::{
@@ -52,7 +52,9 @@ impl<'a> Plan<'a> {
         plan.zeroed("colliders", size_of::<Collider>() as u64);
         plan.zeroed("pins", pins_size(1));
         plan.zeroed("control_forces", 16 + size_of::<crate::layout::ControlForce>() as u64);
-        let blocks = particles.div_ceil(u64::from(MEASURE_BLOCK));
+        let elements = model.elements().triangles().len() as u64;
+        let blocks = [particles, elements].map(|count| count.div_ceil(u64::from(MEASURE_BLOCK)));
+        let blocks = blocks[0] + blocks[1];
         plan.zeroed("measure_partials", MEASURE_SIZE * blocks);
         plan.zeroed("measure_result", MEASURE_SIZE);
         plan.filled("spring_rows", bytemuck::cast_slice(&tables.spring_rows));
@@ -63,6 +65,12 @@ impl<'a> Plan<'a> {
         plan.filled("offsets", bytemuck::cast_slice(&tables.offsets));
         plan.filled("limited_springs", bytemuck::cast_slice(&tables.limited_springs));
         plan.filled("distance_grids", bytemuck::cast_slice(&tables.distance_grids));
+        if elements > 0 {
+            plan.filled("fabric_elements", bytemuck::cast_slice(&tables.fabric.elements));
+            plan.filled("fabric_laws", bytemuck::cast_slice(&tables.fabric.laws));
+            plan.filled("fabric_rows", bytemuck::cast_slice(&tables.fabric.rows));
+            plan.zeroed("fabric_vectors", FABRIC_VECTORS_SIZE * elements);
+        }
         if model.collider_impulses() {
             let colliders = model.colliders().len() as u64;
             for name in ["impulses", "impulses_kept", "impulses_of_frame"] {
@@ -95,6 +103,9 @@ impl<'a> Plan<'a> {
 
 /// Bytes of one set of results of the stage `measure`.
 pub(crate) const MEASURE_SIZE: u64 = 128;
+
+/// Bytes of what a triangle of fabric puts at its corners, and at the vertices of its patch.
+const FABRIC_VECTORS_SIZE: u64 = 4 * 3 * (3 + PATCH as u64);
 
 /// Bytes of one sum of the impulses of a collider, with what it lost to rounding.
 pub(crate) const IMPULSE_SIZE: u64 = 64;
@@ -279,11 +290,15 @@ fn limit_name(buffer: &'static str) -> &'static str {
         "spring_rows" | "spring_entries" | "limited_springs" => {
             "bytes of a buffer of springs on this device"
         }
-        "triangle_rows" | "triangles" => "bytes of a buffer of triangles on this device",
+        "triangle_rows" | "triangles" | "fabric_elements" | "fabric_rows" | "fabric_vectors" => {
+            "bytes of a buffer of triangles on this device"
+        }
         "colliders" | "distance_grids" | "impulses" | "impulses_kept" | "impulses_of_frame"
         | "impulse_partials" => "bytes of a buffer of colliders on this device",
         "vectors" | "matrix_base" | "matrix_diagonal" | "inverse" | "factors" | "link_entries"
-        | "constraints" => "bytes of a buffer of the linear system on this device",
+        | "constraints" | "fabric_tangents" | "element_sums" | "element_entries" => {
+            "bytes of a buffer of the linear system on this device"
+        }
         "contact_entries" | "contact_factors" | "group_rows" => {
             "bytes of a buffer of contact candidates on this device"
         }

@@ -26,7 +26,8 @@ impl Figures {
         let vector = |at: usize| [sum(at), sum(at + 1), sum(at + 2)];
         let length = |vector: [f64; 3]| vector.iter().map(|c| c * c).sum::<f64>().sqrt();
         let [strain_particle, non_finite, contacts] = [words[28], words[29], words[30]];
-        let ends = 2.0 * model.springs().len() as f64;
+        // A triangle of fabric counts as the two ends of a spring.
+        let ends = 2.0 * (model.springs().len() + model.elements().triangles().len()) as f64;
         let measures = Measures {
             non_finite_particle: (non_finite != NO_PARTICLE).then_some(non_finite),
             non_finite_step: None,

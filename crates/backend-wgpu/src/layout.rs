@@ -38,7 +38,7 @@ shared_struct! {
         solve_blocks: u32,
         solve_repeats: u32,
         zero: u32,
-        padding_1: u32,
+        element_count: u32,
         padding_2: u32,
     }
 }

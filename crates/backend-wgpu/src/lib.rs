@@ -190,8 +190,11 @@ impl WgpuBackend {
     }
 
     fn kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<WgpuKernels> {
-        model.check_springs_alone("wgpu")?;
-        Ok(WgpuKernels::new(Stages::new(Arc::clone(&self.context), model, config)?))
+        model.check_contact_of_points("wgpu")?;
+        model.check_no_stretch_limit(config, "wgpu")?;
+        model.check_fabric(config, "wgpu")?;
+        let config = config.resolved(&model, false);
+        Ok(WgpuKernels::new(Stages::new(Arc::clone(&self.context), model, &config)?))
     }
 
     /// As [`Backend::create_solver`], for a solver that can lend its buffers.

@@ -28,6 +28,7 @@ Exit codes:
   2    wrong arguments
   3    input that cannot be used: scene, mesh, checkpoint, folder, memory
   4    the simulation diverged
+  5    `cloth audit` found triangles that intersect
   129  ended by SIGHUP, 130 by SIGINT (Ctrl-C), 143 by SIGTERM; a run writes its checkpoint first
 
 Environment:
@@ -59,10 +60,18 @@ pub(crate) enum Command {
     Scenes(ScenesArguments),
     /// List the fabrics that were measured, compare some, or show one with its source.
     Fabrics(FabricsArguments),
+    /// Run the tests of a textile laboratory, and compare what is measured with the numbers of the fabric and with theory.
+    #[cfg(feature = "cpu")]
+    Validate(ValidateArguments),
+    /// Run the tests of a textile laboratory: not in this build, the Cargo feature `cpu` adds it.
+    #[cfg(not(feature = "cpu"))]
+    Validate(AbsentArguments),
     /// List what can compute on this machine.
     Backends,
     /// Check a scene without running it: size, memory, stability.
     Check(CheckArguments),
+    /// Count triangles that intersect, exactly, in the frames of a run or in a mesh. Exit code 5 if any do.
+    Audit(AuditArguments),
     /// Turn a mesh, the frames of a run, or a scene into another format.
     Convert(ConvertArguments),
     /// Show a scene, or the frames of a run, in a window.
@@ -90,7 +99,7 @@ pub(crate) enum Command {
 }
 
 /// Arguments of a command that this build lacks.
-#[cfg(not(feature = "viewer"))]
+#[cfg(not(all(feature = "viewer", feature = "cpu")))]
 #[derive(Debug, Args)]
 pub(crate) struct AbsentArguments {
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
@@ -155,6 +164,9 @@ pub(crate) struct RunArguments {
     /// Print the report of each frame to stdout as a line of JSON, and nothing else.
     #[arg(long)]
     pub(crate) json: bool,
+    /// Count triangles that intersect in every frame, exactly, into report and summary.
+    #[arg(long)]
+    pub(crate) audit: bool,
     /// Write a checkpoint every so many frames, and at the end; 0 for at the end only.
     #[arg(long, value_name = "N", default_value = "30")]
     pub(crate) checkpoint_every: u64,
@@ -236,6 +248,31 @@ pub(crate) struct FabricsArguments {
     pub(crate) json: bool,
 }
 
+#[cfg(feature = "cpu")]
+#[derive(Debug, Args)]
+pub(crate) struct ValidateArguments {
+    /// Names of experiments, see --list; all of them if none is given, which takes some minutes.
+    pub(crate) names: Vec<String>,
+    /// List the experiments, and where what they expect comes from.
+    #[arg(long)]
+    pub(crate) list: bool,
+    /// What computes, see `cloth backends`.
+    #[arg(long, default_value = "cpu")]
+    pub(crate) backend: String,
+    /// GPU that computes, by its number or a part of its name, see `cloth backends`.
+    #[arg(long, value_name = "N|NAME")]
+    pub(crate) adapter: Option<String>,
+    /// Precision of the arithmetic, f32 or f64; f64 where the backend has it if not given.
+    #[arg(long)]
+    pub(crate) precision: Option<Precision>,
+    /// Few cases of each experiment, on one resolution.
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Write a page with tables and plots into this file.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct CheckArguments {
     #[command(flatten)]
@@ -243,6 +280,21 @@ pub(crate) struct CheckArguments {
     /// Backend whose forms of kernels for this scene are named, with what rules out faster ones.
     #[arg(long)]
     pub(crate) backend: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct AuditArguments {
+    /// The output folder of a run, or a mesh (obj, ply, gltf, glb).
+    pub(crate) input: PathBuf,
+    /// Take every so many frames of a run, and the last one.
+    #[arg(long, value_name = "N")]
+    pub(crate) frame_stride: Option<NonZeroUsize>,
+    /// Print a line of JSON for each frame, and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Further folder in which meshes of the scene of a run may lie; can be given several times.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) mesh_root: Vec<PathBuf>,
 }
 
 #[derive(Debug, Args)]

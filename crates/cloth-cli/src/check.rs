@@ -3,14 +3,14 @@
 use std::io::{Write, stdout};
 
 use cloth::{
-    BackendOptions, ContactResponse, Integrator, LinearMethod, SemiImplicitSolve, SpringClass,
-    TimeStepControl, backend_open,
+    BackendOptions, ClothMaterial, ContactResponse, Integrator, LinearMethod, SceneAudit,
+    SemiImplicitSolve, SpringClass, TimeStepControl, backend_open,
     scene::{CompiledScene, SceneSolver},
 };
 
 use crate::{
-    arguments::CheckArguments, failure::Failure, foreign::hushed, memory::needed,
-    passages::passages, say::Shown, scene_source::SceneSource, units::bytes_text,
+    arguments::CheckArguments, audit::counts_text, failure::Failure, foreign::hushed,
+    memory::needed, passages::passages, say::Shown, scene_source::SceneSource, units::bytes_text,
 };
 
 /// Particles up to which methods for small models are no slip.
@@ -27,10 +27,15 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     for (cloth, springs) in scene.model.cloths().iter().zip(springs_per_cloth(&scene)) {
         writeln!(
             out,
-            "cloth        {}: {} particles, {} triangles, {springs} springs",
+            "cloth        {}: {} particles, {} triangles, {}",
             cloth.name,
             cloth.particles.len(),
             cloth.triangles.len(),
+            if scene.model.is_of_fabric(cloth) {
+                "of fabric".to_owned()
+            } else {
+                format!("{springs} springs")
+            },
         )?;
     }
     writeln!(out, "colliders    {}", scene.model.colliders().len())?;
@@ -66,7 +71,22 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     if let Some(name) = &arguments.backend {
         forms(&mut out, name, &scene)?;
     }
-    for warning in warnings(&scene) {
+    let audit = SceneAudit::new(&scene.model);
+    let start = scene.model.initial_state();
+    let found = audit.at(&start.positions, &start.colliders, 0.0);
+    writeln!(out, "intersecting {}", counts_text(&found))?;
+    if let Some(pair) = &found.first {
+        writeln!(
+            out,
+            "warning: cloth intersects at the start, first {}: contact keeps apart what is apart, it pulls nothing out; mend the meshes or move \
+             the cloth",
+            audit.describe(pair)
+        )?;
+    }
+    for note in &scene.notes {
+        writeln!(out, "note: {note}")?;
+    }
+    for warning in scene.warnings.iter().cloned().chain(warnings(&scene)) {
         writeln!(out, "warning: {warning}")?;
     }
     Ok(())
@@ -140,6 +160,10 @@ fn stable_text(scene: &CompiledScene, solver: SceneSolver) -> String {
 fn damping_text(scene: &CompiledScene, cloth: usize) -> String {
     let springs = scene.model.springs();
     let range = &scene.model.cloths()[cloth];
+    if let ClothMaterial::Fabric(material) = &scene.cloths[cloth].material {
+        let [stretch, bend] = material.fabric.damping;
+        return format!("{}: stretch {stretch:.2e} s, bend {bend:.2e} s", range.name);
+    }
     let kinds: Vec<_> = range
         .particles
         .clone()

@@ -28,6 +28,9 @@ pub(crate) enum Failure {
     /// Exit code 4: the simulation diverged.
     #[error(transparent)]
     Diverged(Box<dyn StdError + Send + Sync>),
+    /// Exit code 5: triangles that intersect.
+    #[error("{0}")]
+    Intersects(String),
     /// Exit code 128 and the number of the signal that asked for the end, which is not an error.
     #[error("ended by signal {0}")]
     Interrupted(i32),
@@ -84,7 +87,7 @@ impl Failure {
     }
 
     /// What is asked for is not in this build; a Cargo feature adds it.
-    #[cfg(not(feature = "viewer"))]
+    #[cfg(not(all(feature = "viewer", feature = "cpu")))]
     pub(crate) fn absent(what: &str, feature: &str) -> Self {
         Self::Usage(format!(
             "{what} is not in this build; the Cargo feature `{feature}` adds it: `cargo install cloth-cli --features {feature}`, or in a \
@@ -97,6 +100,7 @@ impl Failure {
             Self::Usage(_) => 2,
             Self::Input(_) => EXIT_INPUT,
             Self::Diverged(_) => 4,
+            Self::Intersects(_) => 5,
             Self::Interrupted(signal) => signals::exit_code(*signal) as u8,
             Self::Other(_) => 1,
         })

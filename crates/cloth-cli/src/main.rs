@@ -1,6 +1,7 @@
 //! The command line of the cloth engine.
 
 mod arguments;
+mod audit;
 mod backends;
 mod check;
 mod convert;
@@ -19,6 +20,8 @@ mod scenes;
 mod signals;
 mod solid_progress;
 mod units;
+#[cfg(feature = "cpu")]
+mod validate;
 #[cfg(feature = "viewer")]
 mod viewer;
 
@@ -62,8 +65,13 @@ fn command(command: &Command) -> Result<(), Failure> {
         Command::Run(arguments) => run::run(arguments),
         Command::Scenes(arguments) => scenes::scenes(arguments),
         Command::Fabrics(arguments) => fabrics::fabrics(arguments),
+        #[cfg(feature = "cpu")]
+        Command::Validate(arguments) => validate::validate(arguments),
+        #[cfg(not(feature = "cpu"))]
+        Command::Validate(_) => Err(Failure::absent("`cloth validate`", "cpu")),
         Command::Backends => backends::backends(),
         Command::Check(arguments) => check::check(arguments),
+        Command::Audit(arguments) => audit::audit(arguments),
         Command::Convert(arguments) => {
             // Nothing is left half written where it is interrupted.
             signals::Signals::install()?;

@@ -23,8 +23,8 @@ pub(crate) fn passages(model: &Model) -> Vec<String> {
             collider.name, cloth.name
         ));
     }
-    if let Some(contact) =
-        model.self_contact().filter(|contact| contact.distance < 0.5 * HOLE * spacing)
+    if let Some(contact) = (model.self_contact())
+        .filter(|contact| !contact.is_of_triangles() && contact.distance < 0.5 * HOLE * spacing)
     {
         warnings.push(format!(
             "the contact distance {} m is short for the cloth {:?}, whose particles are {spacing:.4} m apart: a particle can slip through \

@@ -66,7 +66,9 @@ impl Reader {
         let time = start.elapsed();
         let said =
             String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "`{command}`:\n{said}");
+        // Points in contact let triangles through, and the audit says so.
+        let is_found = output.status.code() == Some(5) && command.starts_with("cloth audit");
+        assert!(output.status.success() || is_found, "`{command}`:\n{said}");
         eprintln!("{:6.1} s  {command}", time.as_secs_f64());
         assert!(time < TIME_LIMIT, "`{command}` took {time:?}");
         said.into_owned()
@@ -75,7 +77,9 @@ impl Reader {
 
 /// The scene of one's own, written where the README says.
 fn scene_saved(reader: &Reader) {
-    let [(before, scene)] = blocks("toml")[..] else { panic!("one scene is expected") };
+    let whole = |(_, block): &(&str, &str)| block.contains("[simulation]");
+    let scenes: Vec<_> = blocks("toml").into_iter().filter(whole).collect();
+    let [(before, scene)] = scenes[..] else { panic!("one scene is expected") };
     let sentence = before.lines().last().unwrap_or_default().to_owned()
         + before.trim_end().lines().last().unwrap_or_default();
     let name = sentence.split("Save this as `").nth(1).and_then(|rest| rest.split('`').next());
@@ -269,5 +273,5 @@ fn the_program_knows_every_command_in_the_text() {
 fn blocks_and_comments_are_told_from_commands() {
     assert_eq!(commands()[0], "cargo run --release -- run drape");
     assert!(commands().iter().all(|command| !command.contains('#') && !command.contains("  ")));
-    assert_eq!(blocks("toml").len(), 1);
+    assert_eq!(blocks("toml").len(), 2);
 }

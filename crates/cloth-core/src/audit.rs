@@ -1,12 +1,12 @@
 //! What a look at all particles tells that forces and energies do not: cloth in cloth, and springs pushed together.
 
-use crate::{Model, SelfContact};
+use crate::{FabricAudit, Model, SelfContact};
 
 /// How cloth lies in one state (NUMERICS §10). It is computed from positions, alike for all backends.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Audit {
     /// Pairs of particles closer than half the contact distance, less those that a spring joins and those that were
-    /// closer than the contact distance at the start; 0 without contact. Contact holds cloth apart: where
+    /// closer than the contact distance at the start; 0 without contact of points. Contact holds cloth apart: where
     /// there are such pairs it does not, and one cloth may be in or behind the other.
     pub close_pairs: u64,
     /// Largest relative compression 1 - l/L of the springs whose strain is measured
@@ -15,6 +15,8 @@ pub struct Audit {
     pub compression_max: f64,
     /// A particle of that spring.
     pub compression_particle: u32,
+    /// Energies and strains of fabric, if there is any.
+    pub fabric: Option<FabricAudit>,
 }
 
 /// Bits of a cell's number along each axis.
@@ -26,12 +28,14 @@ impl Audit {
     /// Looks at `positions` \[m\], one for each particle of `model`.
     #[must_use]
     pub fn new(model: &Model, positions: &[[f64; 3]]) -> Self {
-        let close_pairs = model.self_contact().map_or(0, |contact| {
+        let of_points = model.self_contact().filter(|contact| !contact.is_of_triangles());
+        let close_pairs = of_points.map_or(0, |contact| {
             let reach = 0.5 * contact.distance;
             close_pairs(positions, reach, |i, j| is_apart(model, contact, [i, j]))
         });
         let (compression_max, compression_particle) = compression(model, positions);
-        Self { close_pairs, compression_max, compression_particle }
+        let fabric = FabricAudit::new(model, positions);
+        Self { close_pairs, compression_max, compression_particle, fabric }
     }
 }
 

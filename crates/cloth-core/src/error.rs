@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::fabric::FabricError;
+use crate::{LinearMethod, fabric::FabricError};
 
 /// Result with the engine's [`Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -72,6 +72,17 @@ pub enum Error {
         needed: u64,
         /// Entries that fit.
         capacity: u64,
+    },
+    /// Particles whose motion is prescribed would go through cloth that cannot make way.
+    #[error(
+        "cloth is pinched: particles {particles:?} at ({:.4}, {:.4}, {:.4}) m are held or moved so that cloth would have to go \
+         through cloth; move the pins there together, more slowly, or release some of them", place[0], place[1], place[2]
+    )]
+    Pinched {
+        /// The two features that would meet.
+        particles: [u32; 4],
+        /// Where \[m\].
+        place: [f64; 3],
     },
     /// A checkpoint that is whole, but cannot be gone on from.
     #[error("cannot continue from the checkpoint: {reason}; start again without it")]
@@ -225,6 +236,15 @@ pub enum ModelError {
         /// Name of the cloth.
         cloth: String,
     },
+    /// Contact of triangles needs triangles.
+    #[error(
+        "cloth {cloth:?} is a network of springs and has no triangles that could touch: give contact the response impulse or \
+         penalty, or make the cloth a grid or mesh"
+    )]
+    ContactWithoutSurface {
+        /// Name of the cloth.
+        cloth: String,
+    },
     /// A cloth is to have the shape of its pattern, and has none.
     #[error(
         "the mesh of cloth {cloth:?} has no texture coordinates that could be its pattern: give it some, or let its shape at the \
@@ -233,6 +253,14 @@ pub enum ModelError {
     PatternMissing {
         /// Name of the cloth.
         cloth: String,
+    },
+    /// Only conjugate gradients estimate the error in the norm of the energy.
+    #[error(
+        "the linear solver {method} does not know the energy of its error: use the linear solver cg, or stop by residual"
+    )]
+    StopWithoutEstimate {
+        /// The linear solver.
+        method: LinearMethod,
     },
     /// A number that must be finite is not.
     #[error("{what} is {value}: give a finite number")]

@@ -14,6 +14,7 @@
 mod audit;
 mod backend;
 mod config;
+pub mod contact;
 mod control;
 mod divergence;
 mod error;
@@ -34,8 +35,8 @@ pub mod stepper;
 pub use audit::Audit;
 pub use backend::{Backend, BackendInfo, FormChoice, Frame, Solver};
 pub use config::{
-    AdaptiveSettings, ImplicitSettings, Integrator, LinearMethod, LinearSettings, MatrixForm,
-    NewtonSettings, Precision, Preconditioner, SemiImplicitSettings, SemiImplicitSolve,
+    AdaptiveSettings, ImplicitSettings, Integrator, LinearMethod, LinearSettings, LinearStop,
+    MatrixForm, NewtonSettings, Precision, Preconditioner, SemiImplicitSettings, SemiImplicitSolve,
     SolverConfig, StrainLimit, TimeStepControl,
 };
 pub use control::{
@@ -54,12 +55,13 @@ pub use mesh::{TextureMap, TriangleMesh, VertexAttribute, VertexGroup};
 pub use model::{
     Aerodynamics, Air, BUCKLING_COEFFICIENTS, BendModel, BlockDependencies, Buckling, Cloth,
     ClothMaterial, ClothRange, Collider, ColliderShape, ColourRegion, ColourRegions, Colouring,
-    ContactFeature, ContactResponse, DistanceGrid, FabricElements, FabricMaterial, FabricTriangle,
-    Feature, FeatureSet, Field, Geometry, GridPatch, GridSets, Gust, Incidence, InteractionKind,
-    InteractionList, Interactions, Mass, Material, MaterialPreset, Meshing, Model, ModelBuilder,
-    ModelFeatures, ModelShape, NONE, Neighbours, NetworkSpring, PieceBlocks, Pose, RegularPatch,
-    RestSource, SelfContact, Spring, SpringClass, SpringCoefficients, SpringColouring, SpringKind,
-    SpringNetwork, SpringRows, Springs, Stencil, WingedEdge, WingedEdges,
+    ContactFeature, ContactResponse, DistanceGrid, FabricAudit, FabricElements, FabricMaterial,
+    FabricTriangle, Feature, FeatureSet, Field, Geometry, GridPatch, GridSets, GroupHierarchy,
+    Gust, Incidence, InteractionKind, InteractionList, Interactions, Mass, Material,
+    MaterialPreset, Meshing, Model, ModelBuilder, ModelFeatures, ModelShape, NONE, Neighbours,
+    NetworkSpring, PieceBlocks, Pose, RegularPatch, RestSource, SelfContact, SlicedRows, Spring,
+    SpringClass, SpringCoefficients, SpringColouring, SpringKind, SpringNetwork, SpringRows,
+    Springs, Stencil, StrainGauge, TriangleStrain, WingedEdge, WingedEdges,
 };
 pub use real::Real;
 pub use report::{Measures, SolverReport, StageTime, StepReport, TimeStepChange, TimeStepReason};

@@ -16,6 +16,11 @@ pub struct TriangleMesh {
     pub groups: Vec<VertexGroup>,
     /// Numbers of the vertices such as weights and colours, usable to choose pins.
     pub attributes: Vec<VertexAttribute>,
+    /// Angle of the warp of each triangle \[rad\], counter-clockwise from the u axis of its pattern coordinates, or from the direction
+    /// that a cloth without a pattern is given; empty for zero.
+    pub grain: Vec<f64>,
+    /// Faces of the source that had more than three corners and became several triangles.
+    pub polygons: usize,
 }
 
 /// Texture coordinates with indices of their own: a vertex on a seam has several coordinates, and

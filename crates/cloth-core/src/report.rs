@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::{Audit, LinearOutcome};
+use crate::{Audit, LinearOutcome, Preconditioner};
 
 /// Account of one frame.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -13,13 +13,17 @@ pub struct StepReport {
     pub substeps: u32,
     /// What the solvers of the implicit integrators did.
     pub solver: SolverReport,
-    /// Pairs of particles in contact at the last substep.
+    /// Pairs of particles, or of features of triangles, in contact at the last substep.
     pub contacts: u64,
     /// Entries of the candidate list at the end of the frame: pairs of particles, or of small groups
     /// of them, as the backend keeps it.
     pub contact_candidates: u64,
     /// Times that the candidate list was built in this frame.
     pub contact_rebuilds: u32,
+    /// Particles whose way contact of triangles has shortened, all substeps together.
+    pub contact_truncated: u64,
+    /// Pairs of features of cloth that went through cloth from the start, which contact of triangles leaves out of its proof.
+    pub contact_exempt: u64,
     /// Figures of the state at the end of the frame.
     pub measures: Measures,
     /// How cloth lies at the end of the frame. Whoever downloads the state may fill it in; a
@@ -47,6 +51,13 @@ pub struct SolverReport {
     pub iterations: u64,
     /// Largest relative residual |b - A y| / |b| that a linear solve left.
     pub residual: f64,
+    /// Largest error in the norm of the energy that a linear solve left, relative to that of its start, where solves
+    /// estimate it.
+    pub energy_error: Option<f64>,
+    /// Solves that went on with the diagonal, because rounding had made the preconditioner or the matrix indefinite.
+    pub solves_restarted: u32,
+    /// Preconditioner of conjugate gradients.
+    pub preconditioner: Option<Preconditioner>,
     /// Newton iterations, all substeps together.
     pub newton_iterations: u32,
     /// Largest residual of the nonlinear system, relative to that of the first Newton iteration; 0
@@ -74,6 +85,8 @@ impl SolverReport {
         self.solves_unconverged += u32::from(!outcome.converged);
         self.iterations += u64::from(outcome.iterations);
         self.residual = self.residual.max(outcome.residual);
+        self.energy_error = larger(self.energy_error, outcome.energy);
+        self.solves_restarted += u32::from(outcome.restarted);
     }
 
     /// Adds an attempt at a substep: its work, and, if it stands, what it left behind.
@@ -82,12 +95,18 @@ impl SolverReport {
         self.iterations += attempt.iterations;
         self.newton_iterations += attempt.newton_iterations;
         self.factorisations += attempt.factorisations;
+        self.solves_restarted += attempt.solves_restarted;
         if stands {
             self.solves_unconverged += attempt.solves_unconverged;
             self.residual = self.residual.max(attempt.residual);
+            self.energy_error = larger(self.energy_error, attempt.energy_error);
             self.newton_residual = self.newton_residual.max(attempt.newton_residual);
         }
     }
+}
+
+fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
+    a.map_or(b, |a| Some(b.map_or(a, |b| a.max(b))))
 }
 
 /// A decision of the adaptive time step.

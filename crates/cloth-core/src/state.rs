@@ -1,6 +1,6 @@
 //! What changes from step to step.
 
-use crate::{Model, ModelError, Pose, error::finite_all};
+use crate::{Model, ModelError, Pose, contact::ContactSlip, error::finite_all};
 
 /// Positions and velocities of all particles at one time.
 ///
@@ -24,6 +24,8 @@ pub struct State {
     pub held: Vec<u8>,
     /// Pose of each collider.
     pub colliders: Vec<Pose>,
+    /// What friction between triangles remembers: how far contacts have slipped, ascending by key.
+    pub slips: Vec<ContactSlip>,
 }
 
 impl State {
@@ -62,6 +64,9 @@ impl State {
         }
         for (i, pose) in self.colliders.iter().enumerate() {
             pose.validate(|| format!("collider {i}"))?;
+        }
+        for (i, slip) in self.slips.iter().enumerate() {
+            finite_all(|| format!("slip of contact {i}"), &slip.slip)?;
         }
         Ok(())
     }

@@ -31,14 +31,15 @@ pub use compile::{
 pub use error::{SceneError, ScenePlace, SceneUnknown};
 pub use fabrics::{FabricSource, MeasuredFabric, SheetError, fabric_sheet_read, measured_fabrics};
 pub use scene::{
-    Scene, SceneAction, SceneAdaptive, SceneAerodynamics, SceneAnimation, SceneBend, SceneBounds,
-    SceneCloth, SceneCollider, SceneColour, SceneContact, SceneContactResponse, SceneDust,
-    SceneEvent, SceneField, SceneGeometry, SceneGrid, SceneGust, SceneImplicit, SceneJoint,
-    SceneKeyframe, SceneMass, SceneMaterial, SceneMesh, SceneNetwork, SceneOrigin, ScenePin,
-    ScenePinAttribute, ScenePrecision, ScenePrototype, SceneRigid, SceneRigidJoint,
-    SceneRigidJointKind, SceneRigidShape, SceneRotation, SceneSemiImplicit, SceneShape,
-    SceneSimulation, SceneSolidMesh, SceneSolver, SceneSpring, SceneSpringClass, SceneStencil,
-    SceneStrainLimit, SceneTriangles, SceneView, SceneWind,
+    MODEL_OF_PRESETS, Scene, SceneAction, SceneAdaptive, SceneAerodynamics, SceneAnimation,
+    SceneBend, SceneBounds, SceneCloth, SceneCollider, SceneColour, SceneContact,
+    SceneContactResponse, SceneDust, SceneEvent, SceneFabricDamping, SceneField, SceneGeometry,
+    SceneGrid, SceneGust, SceneImplicit, SceneJoint, SceneKeyframe, SceneMass, SceneMaterial,
+    SceneMesh, SceneMeshing, SceneModel, SceneNetwork, SceneOrigin, ScenePanel, ScenePattern,
+    ScenePatternSource, ScenePin, ScenePinAttribute, ScenePrecision, ScenePrototype, SceneRigid,
+    SceneRigidJoint, SceneRigidJointKind, SceneRigidShape, SceneRotation, SceneSemiImplicit,
+    SceneShape, SceneSimulation, SceneSolidMesh, SceneSolver, SceneSpring, SceneSpringClass,
+    SceneStencil, SceneStrainLimit, SceneTriangles, SceneView, SceneWind,
 };
 pub use schema::{scene_reference, scene_schema};
 pub use timeline::Timeline;

@@ -24,7 +24,7 @@ const FULL: &str = r##"<?xml version="1.0" encoding="UTF-8"?>
   <simulation type="implicit" interval="0.0005" steps="3" precision="f64" strain_bound="5">
     <strain_limit ratio="1.1" sweeps="2" classes="bend, stretch"/>
     <adaptive strain_max="0.25" halvings="3" grow_after="2"/>
-    <implicit interval="0.25" linear="jacobi" preconditioner="diagonal" matrix="assembled" tolerance="0.125" iterations="30" warm_start="true" newton_iterations="2" newton_tolerance="0.5" constraint_passes="3"/>
+    <implicit interval="0.25" linear="jacobi" preconditioner="diagonal" matrix="assembled" stop="residual" tolerance="0.125" iterations="30" warm_start="true" newton_iterations="2" newton_tolerance="0.5" constraint_passes="3"/>
     <semi_implicit interval="0.125" solve="dense-inverse"/>
     <drag rate="1 2 3"/>
     <procedural><![CDATA[select(x.y < 1, m * vec3(0, 1, 2), v)]]></procedural>

@@ -22,7 +22,7 @@ strain_bound = 5.0
 strain_limit = { ratio = 1.1, sweeps = 2, classes = ["bend"] }
 solver = "semi-implicit"
 adaptive = { strain_max = 0.25, halvings = 3, grow_after = 2 }
-implicit = { time_step = 0.25, linear = "jacobi", preconditioner = "diagonal", matrix = "assembled", tolerance = 0.125, iterations = 30, warm_start = true, newton_iterations = 2, newton_tolerance = 0.5, constraint_passes = 3 }
+implicit = { time_step = 0.25, linear = "jacobi", preconditioner = "diagonal", matrix = "assembled", stop = "residual", tolerance = 0.125, iterations = 30, warm_start = true, newton_iterations = 2, newton_tolerance = 0.5, constraint_passes = 3 }
 semi_implicit = { time_step = 0.125, solve = "dense-inverse" }
 [[cloth]]
 name = "a"

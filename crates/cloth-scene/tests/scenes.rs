@@ -27,7 +27,12 @@ fn every_builtin_scene_is_stable_and_has_its_name() {
         let ratio = scene.config.time_step / scene.model.stable_time_step_at_rest();
         let any = scene.config.time_step / scene.model.stable_time_step();
         eprintln!("{}: {ratio:.2} of the limit at rest, {any:.2} in any shape", builtin.name);
-        assert!(ratio < 1.0, "{}: the time step is {ratio:.2} of the limit", builtin.name);
+        let is_explicit = scene.config.integrator == Integrator::Explicit;
+        assert!(
+            ratio < 1.0 || !is_explicit,
+            "{}: the time step is {ratio:.2} of the limit",
+            builtin.name
+        );
         assert_eq!(scene.choice.reason, "", "{} says what it wants", builtin.name);
     }
 }

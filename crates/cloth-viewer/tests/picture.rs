@@ -231,6 +231,26 @@ fn overlays_change_the_picture_as_they_should() {
     }
 }
 
+/// The heat map of fabric: blue on a long scale, red where triangles are stretched on a short one.
+#[test]
+fn strain_of_fabric_is_shown() {
+    let gpu = Gpu::headless(None).unwrap();
+    let text = "name = 't'\n[simulation]\nframes = 3\nsolver = 'implicit'\n[[cloth]]\nname = 'a'\nmodel = 'fabric'\npins = ['top']\n\
+                material.preset = 'jersey'\ngeometry.grid = { columns = 12, rows = 12, spacing = 0.05, row_axis = [0, 0, 1] }\n";
+    let picture = |strain_scale| {
+        let scene = Scene::from_toml(text, "t.toml").unwrap();
+        let overlays = Overlays { strain: true, strain_scale, ..Overlays::default() };
+        let source = Source::Scene(Box::new(scene), CompileOptions::default());
+        let mut studio = Studio::new(&gpu, source, &options("cpu", overlays)).unwrap();
+        (0..3).for_each(|_| studio.step().unwrap());
+        studio.picture().unwrap()
+    };
+    let is_cold = |[r, g, b]: [u8; 3]| u16::from(b) > u16::from(r) + 30 && b > g;
+    let (cold, hot) = (picture(100.0), picture(1e-3));
+    assert!(share(&hot, is_red) > share(&cold, is_red) + 0.01, "{}", share(&hot, is_red));
+    assert!(share(&cold, is_cold) > share(&hot, is_cold));
+}
+
 #[test]
 fn sizes_that_cannot_be_are_refused() {
     let gpu = Gpu::headless(None).unwrap();

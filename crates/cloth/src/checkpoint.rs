@@ -3,8 +3,8 @@
 //! Layout, little endian: magic `CLOTHCKP`, version u32, bits of the precision u32, fingerprint of
 //! the model u64, frame u64, step u64, time \[s\] f64, particle count n u64, collider count c u64,
 //! halvings of the adaptive time step u32, good substeps in a row u32 (both not in version 1), size r of the
-//! rigid bodies in bytes u64 (not in versions 1 and 2), fingerprint of the colliders u64 (not in versions 1 to 3);
-//! n positions \[m\] and n velocities \[m/s\] of 3 x f64, n held flags u8, c poses of 7 x f64, r bytes of
+//! rigid bodies in bytes u64 (not in versions 1 and 2), fingerprint of the colliders u64 (not in versions 1 to 3), number of slips s of contacts u64 (not in versions 1 to 4);
+//! n positions \[m\] and n velocities \[m/s\] of 3 x f64, n held flags u8, c poses of 7 x f64, s slips (kind, first and second number of the contact u32, slip \[m\] 3 x f64), r bytes of
 //! [`RigidWorld::snapshot`](cloth_rigid::RigidWorld::snapshot); CRC-32 of all that u32. Version 3 has a number of rigid bodies in
 //! place of r, and 13 x f64 for each, from which they cannot go on.
 
@@ -13,15 +13,22 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use cloth_core::{Model, ModelError, Pose, Precision, State};
+use cloth_core::{
+    Model, ModelError, Pose, Precision, State,
+    contact::{ContactKey, ContactKind, ContactSlip},
+};
 use cloth_io::{file_open, file_replace};
 
 const MAGIC: &[u8; 8] = b"CLOTHCKP";
 /// Size of the header by version, from 1.
-const HEADER_SIZES: [u64; CHECKPOINT_VERSION as usize] = [64, 72, 80, 88];
+const HEADER_SIZES: [u64; CHECKPOINT_VERSION as usize] = [64, 72, 80, 88, 96];
 const CHECKSUM_SIZE: u64 = 4;
 const PARTICLE_SIZE: u64 = 24 + 24 + 1;
 const COLLIDER_SIZE: u64 = 56;
+/// Size of what friction remembers of a contact.
+const SLIP_SIZE: u64 = 36;
+/// Slips for each particle at most: a file that asks for more is none of a run.
+const SLIPS_MAX: u64 = 4096;
 /// Size of a body in version 3.
 const BODY_SIZE: u64 = 104;
 
@@ -34,7 +41,7 @@ const RIGID_BASE: u64 = 1 << 24;
 const RIGID_COLLIDER: u64 = 1 << 18;
 
 /// Version of the checkpoint format that this build writes. It reads this one and all before.
-pub const CHECKPOINT_VERSION: u32 = 4;
+pub const CHECKPOINT_VERSION: u32 = 5;
 
 /// A moment of a simulation, from which it can be continued.
 ///
@@ -135,7 +142,7 @@ pub enum CheckpointError {
     Count {
         /// The file.
         file: PathBuf,
-        /// `particles`, `colliders`, or `bytes of rigid bodies`.
+        /// `particles`, `colliders`, `slips of contacts`, or `bytes of rigid bodies`.
         what: &'static str,
         /// How many the file has.
         found: u64,
@@ -242,12 +249,16 @@ impl Checkpoint {
         }
         writer.write_all(&(self.rigid.len() as u64).to_le_bytes())?;
         writer.write_all(&self.collider_fingerprint.unwrap_or_default().to_le_bytes())?;
+        writer.write_all(&(state.slips.len() as u64).to_le_bytes())?;
         for number in state.positions.iter().chain(&state.velocities).flatten() {
             writer.write_all(&number.to_le_bytes())?;
         }
         writer.write_all(&state.held)?;
         for pose in &state.colliders {
             pose_write(writer, pose)?;
+        }
+        for slip in &state.slips {
+            slip_write(writer, slip)?;
         }
         writer.write_all(&self.rigid)
     }
@@ -302,6 +313,8 @@ struct Header {
     /// Bytes of the rigid bodies.
     rigid: u64,
     collider_fingerprint: Option<u64>,
+    /// Slips of contacts.
+    slips: u64,
 }
 
 impl Header {
@@ -344,6 +357,7 @@ impl Header {
             time_step_good: 0,
             rigid: 0,
             collider_fingerprint: None,
+            slips: 0,
         };
         if version > 1 {
             let mut count = || bytes(reader).map(u32::from_le_bytes).map_err(read_error);
@@ -364,10 +378,15 @@ impl Header {
             header.collider_fingerprint =
                 Some(bytes(reader).map(u64::from_le_bytes).map_err(read_error)?);
         }
+        if version > 4 {
+            header.slips = bytes(reader).map(u64::from_le_bytes).map_err(read_error)?;
+        }
         let particles = header.particles.saturating_mul(PARTICLE_SIZE);
         let colliders = header.colliders.saturating_mul(COLLIDER_SIZE);
+        let slips = header.slips.saturating_mul(SLIP_SIZE);
         let rigid = header.rigid.saturating_add(passed);
-        let content = particles.saturating_add(colliders).saturating_add(rigid);
+        let content =
+            particles.saturating_add(colliders).saturating_add(slips).saturating_add(rigid);
         let expected = content.saturating_add(header_size + CHECKSUM_SIZE);
         if size == expected { Ok(header) } else { Err(truncated(expected)) }
     }
@@ -392,6 +411,12 @@ impl Header {
         if self.rigid > most {
             let what = "bytes of rigid bodies";
             let (found, expected) = (self.rigid, most);
+            return Err(CheckpointError::Count { file: file(), what, found, expected });
+        }
+        let most = self.particles.saturating_mul(SLIPS_MAX);
+        if self.slips > most {
+            let (found, expected) = (self.slips, most);
+            let what = "slips of contacts";
             return Err(CheckpointError::Count { file: file(), what, found, expected });
         }
         Ok(())
@@ -441,6 +466,9 @@ impl Header {
         for _ in 0..self.colliders {
             state.colliders.push(pose(reader)?);
         }
+        for _ in 0..self.slips {
+            state.slips.push(slip(reader)?);
+        }
         Ok(state)
     }
 }
@@ -469,6 +497,22 @@ fn pose(reader: &mut impl Read) -> io::Result<Pose> {
     let translation = vector(reader)?;
     let [x, y, z] = vector(reader)?;
     Ok(Pose { translation, rotation: [x, y, z, number(reader)?] })
+}
+
+fn slip_write(writer: &mut impl Write, ContactSlip { key, slip }: &ContactSlip) -> io::Result<()> {
+    let kind = ContactKind::ALL.iter().position(|kind| *kind == key.kind).unwrap_or_default();
+    for number in [kind as u32, key.first, key.second] {
+        writer.write_all(&number.to_le_bytes())?;
+    }
+    slip.iter().try_for_each(|number| writer.write_all(&number.to_le_bytes()))
+}
+
+fn slip(reader: &mut impl Read) -> io::Result<ContactSlip> {
+    let mut word = || bytes(reader).map(u32::from_le_bytes);
+    let (kind, first, second) = (word()?, word()?, word()?);
+    let kind = ContactKind::ALL.get(kind as usize);
+    let kind = *kind.ok_or(io::Error::new(io::ErrorKind::InvalidData, "a contact of no kind"))?;
+    Ok(ContactSlip { key: ContactKey { kind, first, second }, slip: vector(reader)? })
 }
 
 fn vector(reader: &mut impl Read) -> io::Result<[f64; 3]> {

@@ -29,6 +29,7 @@
 //!   [`Model`] that code has built of [`Cloth`]s.
 //! - [`io`] reads meshes, writes frames and renders pictures; [`topology`] and [`picture_style`]
 //!   give it what it needs to know of a scene.
+//! - [`SceneAudit`] counts triangles that intersect, exactly, in any state or frame.
 //! - The contract of the engine itself, `cloth_core`, is here as a whole: [`Model`], [`Backend`],
 //!   [`Solver`], [`State`], [`Control`], [`StepReport`], [`Error`].
 //!
@@ -53,6 +54,8 @@ mod pose_log;
 #[cfg(feature = "scene")]
 mod rigid_exchange;
 #[cfg(feature = "scene")]
+mod scene_audit;
+#[cfg(feature = "scene")]
 mod simulation;
 
 /// How the engine is built and how it is extended.
@@ -66,6 +69,9 @@ pub use backends::{
 };
 #[cfg(feature = "scene")]
 pub use checkpoint::{CHECKPOINT_VERSION, Checkpoint, CheckpointError};
+/// Exact counts of triangles that intersect.
+#[cfg(feature = "scene")]
+pub use cloth_audit as audit;
 /// NVIDIA backend: its options, and the historical ladder.
 #[cfg(feature = "cuda")]
 pub use cloth_backend_cuda as cuda;
@@ -88,11 +94,14 @@ pub use cloth_scene as scene;
 pub use model_simulation::ModelSimulation;
 #[cfg(feature = "scene")]
 pub use output::{
-    cloth_lines, frame_solids, picture_shapes, picture_style, picture_style_moving, topology,
+    cloth_lines, collider_poses, frame_solids, picture_shapes, picture_style, picture_style_moving,
+    topology,
 };
 #[cfg(feature = "scene")]
 pub use pose_log::{PoseLog, PoseLogError, pose_line};
 #[cfg(feature = "scene")]
 pub use rigid_exchange::RigidExchange;
+#[cfg(feature = "scene")]
+pub use scene_audit::SceneAudit;
 #[cfg(feature = "scene")]
 pub use simulation::Simulation;

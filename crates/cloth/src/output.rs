@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use cloth_core::{ClothRange, ColliderShape, Model, Pose, SpringClass, TextureMap};
+use cloth_core::{ClothRange, ColliderShape, Model, Pose, SpringClass, StrainGauge, TextureMap};
 use cloth_io::{
     Bounds, Camera, FrameSolids, PictureShape, PictureShapes, PictureStyle, Topology, TopologyCloth,
 };
@@ -35,6 +35,7 @@ pub fn topology(scene: &CompiledScene) -> Topology {
         particle_count: scene.model.particle_count(),
         cloths,
         frames_per_second: scene.frames_per_second,
+        gauge: StrainGauge::new(&scene.model),
     }
 }
 
@@ -155,13 +156,20 @@ fn bounds(model: &Model, shapes: &PictureShapes) -> Bounds {
 #[must_use]
 pub fn frame_solids(scene: &CompiledScene, poses: Option<PoseLog>) -> FrameSolids {
     let (colliders, cloth) = (scene.model.colliders(), scene.model.positions());
-    match poses.filter(|_| !scene.rigids.is_empty()) {
-        Some(poses) => {
-            let rate = scene.frames_per_second;
-            let at = move |time: f64| poses.at((time * rate).round() as usize);
-            FrameSolids::new(colliders, cloth, at)
-        }
-        None => FrameSolids::new(colliders, cloth, timeline_poses(scene)),
+    FrameSolids::new(colliders, cloth, collider_poses(scene, poses))
+}
+
+/// Where colliders of `scene` are at any time \[s\], those of rigid bodies as `poses` has them.
+pub fn collider_poses(
+    scene: &CompiledScene,
+    poses: Option<PoseLog>,
+) -> impl Fn(f64) -> Vec<Pose> + Send + Sync + 'static {
+    let poses = poses.filter(|_| !scene.rigids.is_empty());
+    let rate = scene.frames_per_second;
+    let of_timeline = timeline_poses(scene);
+    move |time| match &poses {
+        Some(poses) => poses.at((time * rate).round() as usize),
+        None => of_timeline(time),
     }
 }
 

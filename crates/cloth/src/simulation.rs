@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use cloth_audit::Intersections;
 use cloth_core::{
     Audit, Backend, Control, Error, Model, Pose, Result, Solver, State, StepReport,
     divergence_origin,
@@ -9,7 +10,7 @@ use cloth_core::{
 use cloth_rigid::RigidWorld;
 use cloth_scene::CompiledScene;
 
-use crate::{Checkpoint, ModelSimulation, RigidExchange};
+use crate::{Checkpoint, ModelSimulation, RigidExchange, SceneAudit};
 
 /// A scene in progress. Frame 0 is the start; frame k is the state after k frames, at the time
 /// k / frames per second. As [`ModelSimulation`] it fetches what is asked for, and nothing else.
@@ -120,6 +121,15 @@ impl<S: Solver> Simulation<S> {
     pub fn audit(&mut self) -> Result<Audit> {
         let model = Arc::clone(&self.scene.model);
         Ok(Audit::new(&model, &self.run.state()?.positions))
+    }
+
+    /// Counts the triangles that intersect at the end of the present frame, in the precision of the solver.
+    ///
+    /// # Errors
+    /// As [`Self::state`].
+    pub fn intersections(&mut self, audit: &SceneAudit) -> Result<Intersections> {
+        let state = self.run.state()?;
+        Ok(audit.at(&state.positions, &state.colliders, state.time))
     }
 
     /// The rigid bodies, if the scene has any.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use cloth::{
     Checkpoint, CheckpointError, Precision, Simulation, State, backend_create,
+    contact::{ContactKey, ContactKind, ContactSlip},
     scene::{CompileOptions, CompiledScene, Scene},
 };
 use tempfile::TempDir;
@@ -249,6 +250,9 @@ fn every_length_but_the_right_one_is_refused() {
         87,
         88,
         91,
+        95,
+        96,
+        99,
         size / 2,
         size - 1,
     ] {
@@ -287,6 +291,12 @@ fn earlier_versions_are_read_and_version_1_has_a_whole_time_step() {
     let halved = Checkpoint::read(&path, &written.scene.model, Precision::F32).unwrap();
     assert_eq!((halved.state.time_step_halvings, halved.state.time_step_good), (3, 2));
     assert!(halved.collider_fingerprint.is_some());
+    bytes.drain(88..96);
+    bytes[8] = 4;
+    reseal(&mut bytes);
+    std::fs::write(&path, &bytes).unwrap();
+    let fourth = Checkpoint::read(&path, &written.scene.model, Precision::F32).unwrap();
+    assert_eq!(fourth, halved, "version 4 knows nothing of slips");
     let halved = Checkpoint { collider_fingerprint: None, ..halved };
     bytes.drain(80..88);
     bytes[8] = 3;
@@ -333,11 +343,39 @@ fn every_changed_bit_is_noticed() {
     }
 }
 
+/// What friction remembers comes back, and nothing else is taken for it.
+#[test]
+fn slips_of_contacts_come_back() {
+    let written = Written::new();
+    let model = &written.scene.model;
+    let mut kept = Checkpoint::read(&written.path(), model, Precision::F32).unwrap();
+    let slip = |kind, first, slip| ContactSlip { key: ContactKey { kind, first, second: 9 }, slip };
+    kept.state.slips = vec![
+        slip(ContactKind::VertexFace, 3, [1e-5, -2e-6, 0.5]),
+        slip(ContactKind::EdgeEdge, 7, [0.0, f64::MIN_POSITIVE, -0.0]),
+    ];
+    let path = written.folder.path().join("slips");
+    kept.write(&path).unwrap();
+    assert_eq!(Checkpoint::read(&path, model, Precision::F32).unwrap(), kept);
+    // A kind of contact that does not exist.
+    let mut bytes = std::fs::read(&path).unwrap();
+    let place = bytes.len() - 4 - kept.rigid.len() - 2 * 36;
+    bytes[place] = 4;
+    reseal(&mut bytes);
+    std::fs::write(&path, &bytes).unwrap();
+    let error = read_error(&path, &written.scene);
+    assert!(matches!(error, CheckpointError::Read { .. }), "{error}");
+    kept.state.slips[0].slip[1] = f64::NAN;
+    kept.write(&path).unwrap();
+    let error = read_error(&path, &written.scene);
+    assert!(matches!(error, CheckpointError::State { .. }), "{error}");
+}
+
 #[test]
 fn a_number_that_is_not_finite_is_refused() {
     let written = Written::new();
     let error = written.error(|bytes| {
-        bytes[88 + 24 * 5..][..8].copy_from_slice(&f64::NAN.to_le_bytes());
+        bytes[96 + 24 * 5..][..8].copy_from_slice(&f64::NAN.to_le_bytes());
         reseal(bytes);
     });
     let CheckpointError::State { source, .. } = &error else { panic!("{error}") };

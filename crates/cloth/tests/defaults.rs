@@ -5,7 +5,7 @@
 
 use cloth::{
     Simulation, backend_create,
-    scene::{CompileOptions, CompiledScene, Scene, SceneSolver},
+    scene::{CompileOptions, CompiledScene, Scene, SceneSolver, measured_fabrics},
 };
 
 /// Simulated time \[s\]; the longer ones are run by hand with `CLOTH_DRAPE_SECONDS=10`.
@@ -19,11 +19,23 @@ const SPACINGS: [f64; 4] = [0.005, 0.01, 0.02, 0.05];
 
 /// A patch of `side` squared particles over a ball of a fifth of its width.
 fn drape(preset: &str, side: u32, spacing: f64, contact: &str, solver: &str) -> CompiledScene {
+    drape_of("", preset, side, spacing, contact, solver)
+}
+
+/// The same with a model.
+fn drape_of(
+    model: &str,
+    preset: &str,
+    side: u32,
+    spacing: f64,
+    contact: &str,
+    solver: &str,
+) -> CompiledScene {
     let width = f64::from(side - 1) * spacing;
     let frames = (30.0 * seconds()).ceil();
     let text = format!(
         "name = 'drape'\n[simulation]\nframes = {frames}\n{solver}\n[[cloth]]\nname = 'a'\n\
-         material.preset = '{preset}'\ngeometry.grid = {{ columns = {side}, rows = {side}, \
+         {model}material.preset = '{preset}'\ngeometry.grid = {{ columns = {side}, rows = {side}, \
          spacing = {spacing}, centre = [{}, 0.0, {}] }}\n[[collider]]\nname = 'ball'\n\
          shape.sphere.radius = {}\n{contact}\n",
         0.05 * width,
@@ -86,6 +98,55 @@ fn every_preset_drapes_with_every_solver_and_response() {
     let failures: Vec<String> =
         PRESETS.iter().flat_map(|preset| every_solver(preset, side)).collect();
     assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// The same for fabric of triangles, from knits to denim and the softest and stiffest that are listed; with each solver that has fabric.
+#[test]
+fn every_fabric_drapes_with_every_solver() {
+    let mut failures = Vec::new();
+    let is_long = seconds() > 1.0;
+    for (number, fabric) in measured_fabrics().iter().enumerate() {
+        for (place, spacing) in SPACINGS.into_iter().enumerate() {
+            // In a short run each fabric has one spacing with each solver, and its neighbours the others.
+            if !is_long && place != number % SPACINGS.len() {
+                continue;
+            }
+            for solver in ["", "solver = 'explicit'", "solver = 'implicit'"] {
+                let side = if is_long { 24 } else { 8 };
+                let contact = format!("[contact]\ndistance = {}", 0.8 * spacing);
+                let scene =
+                    drape_of("model = 'fabric'\n", &fabric.name, side, spacing, &contact, solver);
+                let reason = scene.choice.reason.clone();
+                let failure = match run(scene) {
+                    Ok(strain) if strain < 2.0 => continue,
+                    Ok(strain) => format!("strain {strain:.2}"),
+                    Err(error) => error,
+                };
+                failures.push(format!("{}, {spacing} m, {reason}: {failure}", fabric.name));
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+/// The key that limits springs limits triangles.
+#[test]
+fn a_strain_limit_holds_for_fabric() {
+    for solver in ["explicit", "implicit"] {
+        let strain = |limit: &str| {
+            let text = format!(
+                "name = 't'\n[simulation]\nframes = 6\nsolver = '{solver}'\n{limit}[[cloth]]\nname = 'a'\nmodel = 'fabric'\n\
+                 pins = ['top']\nmaterial = {{ preset = 'jersey', mass.per_area = 8 }}\n\
+                 geometry.grid = {{ columns = 5, rows = 9, spacing = 0.05, row_axis = [0, 0, 1] }}\n"
+            );
+            let scene = Scene::from_toml(&text, "t.toml").unwrap();
+            run(scene.compile(&CompileOptions::default()).unwrap()).unwrap()
+        };
+        let (free, limited) =
+            (strain(""), strain("strain_limit = { ratio = 1.05, sweeps = 30 }\n"));
+        assert!(free > 0.15, "{solver}: {free}");
+        assert!(limited < 0.08, "{solver}: {limited}");
+    }
 }
 
 /// The first scene of one's own: a patch, a ball, a distance of contact.

@@ -57,6 +57,9 @@ struct SpringBlock {
     real g;
 };
 
+struct MembraneTangent;
+struct BendingTangent;
+
 struct Linear {
     // Of every spring, slots of n, then springs of their own: u is `root` times the difference of the origins of its ends. Where
     // `along` is null, g is kept as well: `Factors`.
@@ -87,6 +90,15 @@ struct Linear {
     // What blocks tell each other in the middle of an iteration: vectors of all particles, and sums. Two of each in turn.
     real4* exchange[2];
     Sum* sums[2];
+    // Triangles of fabric: what their blocks are made of; three vectors for each particle, diagonal block (two) and right-hand side; blocks off the
+    // diagonal in slices of 32 rows: for each slice its first entry, and the end; the columns of an entry, NONE behind the last one of a
+    // row; and nine numbers of each, SLICE apart.
+    MembraneTangent* membrane_tangents;
+    BendingTangent* bending_tangents;
+    real4* element_sums;
+    const uint* element_slices;
+    const uint* element_columns;
+    real* element_blocks;
     uint slot_count;
     // Whether B has entries off its diagonal.
     uint is_full;
@@ -98,7 +110,8 @@ struct Linear {
     uint reach;
     // Stamps of what is exchanged in a solve are larger than this.
     uint stamp;
-    uint padding;
+    // Whether there are triangles of fabric.
+    uint has_elements;
     real length;
     // rho of contacts.
     real pair_share;
@@ -206,6 +219,27 @@ __device__ __forceinline__ void pairs_add(const Solver& s, const Linear& l, uint
     }
 }
 
+#define SLICE 32
+
+// Where the numbers of an entry of a row begin, SLICE apart: the entries of the rows of a slice lie side by side.
+__device__ __forceinline__ size_t element_place(uint entry, uint i) { return (size_t)entry * 9 * SLICE + i % SLICE; }
+
+// Row i of the blocks off the diagonal times a vector.
+__device__ __forceinline__ vec3 element_row(const Linear& l, const real4* p, uint i) {
+    vec3 sum = {0, 0, 0};
+    uint end = l.element_slices[i / SLICE + 1];
+    for (uint entry = l.element_slices[i / SLICE]; entry < end; entry++) {
+        uint j = l.element_columns[entry * SLICE + i % SLICE];
+        if (j == NONE) break;
+        const real* block = l.element_blocks + element_place(entry, i);
+        vec3 x = xyz(p[j]);
+        sum.x += block[0] * x.x + block[SLICE] * x.y + block[2 * SLICE] * x.z;
+        sum.y += block[3 * SLICE] * x.x + block[4 * SLICE] * x.y + block[5 * SLICE] * x.z;
+        sum.z += block[6 * SLICE] * x.x + block[7 * SLICE] * x.y + block[8 * SLICE] * x.z;
+    }
+    return sum;
+}
+
 // Row i of A times a vector, for a particle with this origin.
 __device__ __forceinline__ vec3 matrix_row(const Solver& s, const Linear& l, const real4* p, uint i, const real4& origin) {
     vec3 own = xyz(p[i]), off = {0, 0, 0};
@@ -217,6 +251,7 @@ __device__ __forceinline__ vec3 matrix_row(const Solver& s, const Linear& l, con
         springs_add<false>(s, l, p, i, xyz(origin), own, sum);
     }
     if (l.has_pairs) pairs_add(s, l, i, own, [&](uint j) { return p[j]; }, sum);
+    if (l.has_elements) sum = sum + element_row(l, p, i);
     return sum;
 }
 

@@ -20,6 +20,18 @@ __device__ __forceinline__ bool is_joined(const Solver& s, uint i, uint j) {
     return joined;
 }
 
+// Whether an edge of a triangle of fabric joins two particles.
+__device__ __forceinline__ bool is_edge(const Solver& s, uint i, uint j) {
+    if (s.element_count == 0) return false;
+    bool joined = false;
+    uint end = s.membrane_rows[i + 1];
+    for (uint at = s.membrane_rows[i]; at < end; at++) {
+        const uint* corners = s.membranes[s.membrane_entries[at] / 3].particles;
+        joined |= corners[0] == j || corners[1] == j || corners[2] == j;
+    }
+    return joined;
+}
+
 // What a group looks for partners with: the particle of the lane, and how far around the group they may be.
 struct GroupView {
     vec3 x;
@@ -131,7 +143,7 @@ __device__ __noinline__ uint candidate_add(const Solver& s, uint i, uint j, uint
     if (is_joined(s, i, j)) return found;
     if (s.contact & CONTACT_IMPULSE) {
         vec3 rest = xyz(s.rest[i]) - xyz(s.rest[j]);
-        if (dot(rest, rest) < s.contact_distance * s.contact_distance) return found;
+        if (dot(rest, rest) < s.contact_distance * s.contact_distance || is_edge(s, i, j)) return found;
     }
     if (found < s.candidate_capacity) {
         uint k = found;
@@ -177,7 +189,7 @@ __device__ __forceinline__ uint row_write(const Solver& s, uint i, const uint* p
         if (joined == j) continue;
         if (by_rest) {
             vec3 apart = rest - xyz(s.rest[j]);
-            if (dot(apart, apart) < s.contact_distance * s.contact_distance) continue;
+            if (dot(apart, apart) < s.contact_distance * s.contact_distance || is_edge(s, i, j)) continue;
         }
         if (found < s.candidate_capacity) s.candidates[(size_t)found * s.count + i] = j;
         found++;

@@ -86,6 +86,10 @@ struct Status {
     uint again;
 };
 
+struct FabricLaw;
+struct MembraneTriangle;
+struct BendingPatch;
+
 // A part of the particles whose springs are shortened together: where its particles begin in the list, how many of them are its
 // own, which come first, and how many there are with those that these depend on.
 struct LimitRegion {
@@ -168,6 +172,17 @@ struct Solver {
     // Of a small patch, two each for two substeps in turn and every particle: position or velocity, and the substep that
     // it is of.
     uint4* packets;
+    // Triangles of fabric; what was last computed of each at its corners, and at the vertices of its patch: forces, or impulses of
+    // an implicit step; and for each particle, ascending, the places among these that are its own.
+    const FabricLaw* fabric_laws;
+    const MembraneTriangle* membranes;
+    const BendingPatch* patches;
+    vec3* membrane_forces;
+    vec3* bending_forces;
+    const uint* membrane_rows;
+    const uint* membrane_entries;
+    const uint* bending_rows;
+    const uint* bending_entries;
 
     uint count;
     uint header_count;
@@ -196,6 +211,8 @@ struct Solver {
     uint limit_particles_max;
     uint limit_owned_max;
     uint limit_springs_near;
+    // Triangles of fabric.
+    uint element_count;
     ulong epoch;
 
     real acceleration[3];

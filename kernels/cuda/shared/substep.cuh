@@ -71,6 +71,10 @@ __device__ __forceinline__ Moved particle_finish(
     const real4* partners, uint found, bool close, vec3 force, real offset, uint& contacts
 ) {
     vec3 xi = xyz(own), vi = xyz(rate);
+#ifdef CLOTH_FABRIC
+    force = force + membrane_force(s, i);
+    force = force + bending_force(s, i);
+#endif
     if (EXTRAS && s.has_air) force = force + air_force(s, motion, i, substep.wind);
     if (PENALTY && (found > 0 || partners == nullptr && close)) {
         vec3 contact;

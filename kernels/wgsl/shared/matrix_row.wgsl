@@ -7,5 +7,5 @@ fn row_vector(place: u32) -> vec3f {
 fn matrix_row(particle: u32, vector: u32) -> vec3f {
     let own = vector_get(vector, particle);
     let sum = matrix_springs(particle, vector * model.particle_count + particle, own);
-    return contact_row(sum, particle, vector, own);
+    return element_row(contact_row(sum, particle, vector, own), particle, vector);
 }

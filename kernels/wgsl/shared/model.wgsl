@@ -16,14 +16,15 @@ struct Model {
     contact_friction: f32,
     // Whether the fused substep ends with colliders, as nothing comes between.
     colliders_in_pass: u32,
-    // Number of workgroups of the stage `measure`.
+    // Number of workgroups of the stage `measure`, those over triangles of fabric included.
     measure_blocks: u32,
     // Workgroups of the linear solvers, and particles of each of their threads.
     solve_blocks: u32,
     solve_repeats: u32,
     // Always 0, which no compiler knows.
     zero: u32,
-    padding_1: u32,
+    // Triangles of fabric.
+    element_count: u32,
     padding_2: u32,
 }
 

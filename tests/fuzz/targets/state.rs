@@ -36,7 +36,7 @@ mass = 0.01
 "#;
 
 /// Bytes of the fixed parts of the files.
-const CHECKPOINT_HEADER: usize = 88;
+const CHECKPOINT_HEADER: usize = 96;
 const STORE_HEADER: usize = 64;
 /// Frames that are kept.
 const FRAMES: u64 = 3;

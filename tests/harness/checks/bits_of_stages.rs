@@ -106,6 +106,10 @@ pub fn bits_of_explicit_stages(candidates: [&Candidate; 2], description: &Descri
         both(&mut pair, "field_forces", &|kernels| kernels.field_forces())?;
         both(&mut pair, "procedural_forces", &|kernels| kernels.procedural_forces(substep))?;
         both(&mut pair, "spring_forces", &|kernels| kernels.spring_forces())?;
+        if case.model.has_fabric() {
+            both(&mut pair, "membrane_forces", &|kernels| kernels.membrane_forces())?;
+            both(&mut pair, "bending_forces", &|kernels| kernels.bending_forces())?;
+        }
         if case.model.air().is_some() {
             let stage = "aerodynamic_forces";
             both(&mut pair, stage, &|kernels| kernels.aerodynamic_forces(substep))?;
@@ -195,6 +199,10 @@ pub fn bits_of_implicit_stages(candidates: [&Candidate; 2], description: &Descri
                 kernels.aerodynamic_forces(substep)?;
             }
             kernels.spring_linearise(substep)?;
+            if case.model.has_fabric() {
+                kernels.membrane_linearise(substep, start)?;
+                kernels.bending_linearise(substep, start)?;
+            }
             if penalty {
                 kernels.contact_candidates()?;
                 kernels.contact_forces()?;

@@ -50,7 +50,7 @@ pub fn contact_candidates(candidate: &Candidate, description: &Description) -> V
     let mut kernels = case.kernels(candidate)?;
     kernels.contact_candidates()?;
     let mut found = Vec::new();
-    kernels.contact_pairs(&mut found)?;
+    kernels.contact_pairs_read(&mut found)?;
     compare_pairs(candidate, &case.model, &case.state, &found, "at the start")
 }
 
@@ -74,7 +74,7 @@ pub fn contact_candidates_after_moves(
         state = candidate.rounded(&state);
         kernels.state_write(&state)?;
         kernels.contact_candidates()?;
-        kernels.contact_pairs(&mut found)?;
+        kernels.contact_pairs_read(&mut found)?;
         compare_pairs(candidate, &case.model, &state, &found, &format!("after move {number}"))?;
     }
     Ok(())
@@ -141,7 +141,7 @@ pub fn contact_candidates_of_approaching_sheets(candidate: &Candidate, gap: f64)
     for number in 0..steps {
         kernels.state_write(&state)?;
         kernels.contact_candidates()?;
-        kernels.contact_pairs(&mut found)?;
+        kernels.contact_pairs_read(&mut found)?;
         compare_pairs(candidate, &model, &state, &found, &format!("gap {gap}, step {number}"))?;
         for x in &mut state.positions[(side * side) as usize..] {
             *x = sum(*x, [0.011 * distance, 0.007 * distance, -0.23 * distance]);
@@ -192,7 +192,7 @@ pub fn contact_candidates_reused(
             kernels.state_read(&mut state)?;
         }
         let mut found = Vec::new();
-        kernels.contact_pairs(&mut found)?;
+        kernels.contact_pairs_read(&mut found)?;
         compare_pairs(candidate, &case.model, &state, &found, &when)?;
     }
     Ok(())

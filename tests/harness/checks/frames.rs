@@ -154,6 +154,24 @@ pub fn patch_frames_near(backends: [&dyn Backend; 2], patch: &PatchFrames) -> Ve
     near(&format!("{patch:?}"), &found, (&start, &expected), again)
 }
 
+/// The final states of the first backend in the precision of the patch, and of the second in double precision, differ by a share of their
+/// largest numbers at most.
+///
+/// # Errors
+/// What is wrong.
+pub fn patch_frames_within(
+    backends: [&dyn Backend; 2],
+    patch: &PatchFrames,
+    share: f64,
+) -> Verdict {
+    let double = PatchFrames { precision: Precision::F64, ..patch.clone() };
+    let [found, expected] = [patch.run(backends[0])?, double.run(backends[1])?];
+    let apart = distance(&found, &expected);
+    ensure(apart[0] <= share && apart[1] <= share, || {
+        format!("{patch:?}: positions and velocities are {apart:?} apart, not {share}")
+    })
+}
+
 /// Largest difference of positions and of velocities, relative to the largest of either, or to 1.
 fn distance(found: &State, expected: &State) -> [f64; 2] {
     let relative = |found: &[[f64; 3]], expected: &[[f64; 3]]| {

@@ -29,7 +29,7 @@ pub use forces::{
     aerodynamic_forces, bending_forces, contact_forces, field_forces, membrane_forces,
     procedural_forces, spring_forces,
 };
-pub use frames::{frames, patch_frames_near, scenario_frames};
+pub use frames::{frames, patch_frames_near, patch_frames_within, scenario_frames};
 pub use fused::explicit_substep;
 pub use implicit::{
     collider_constraints, conjugate_gradient, constraint_filter, constraint_impulses,
@@ -41,6 +41,7 @@ pub use implicit::{
 pub use invariants::invariants;
 pub use motion::{
     collider_impulses, collider_response, contact_impulses, integrate_explicit, strain_limit,
+    stretch_limit,
 };
 pub use outputs::{measure, vertex_normals};
 pub use patch_frames::{PatchFrames, patch_frames};

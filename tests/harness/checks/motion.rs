@@ -1,6 +1,6 @@
 //! Stages that change positions and velocities.
 
-use cloth_core::{ColliderImpulse, Kernels, SpringColouring, State, stepper};
+use cloth_core::{ColliderImpulse, Colouring, Kernels, SpringColouring, State, stepper};
 
 use crate::{
     Verdict,
@@ -83,6 +83,32 @@ fn strain_limit_expected(case: &Case, expected: &mut Particles, colour: usize) {
     let springs = colouring.colour(colour);
     let time_step = case.substep().length;
     stages::strain_limit(model, expected, springs, limit.ratio, time_step);
+}
+
+/// `stretch_limit` against NUMERICS §4, one colour after the other.
+///
+/// # Errors
+/// What is wrong.
+pub fn stretch_limit(candidate: &Candidate, description: &Description) -> Verdict {
+    let case = description.case(candidate);
+    let mut kernels = case.kernels(candidate)?;
+    let (model, limit) = (&case.model, case.config.strain_limit.as_ref());
+    let colouring = Colouring::of_triangles(model.elements().triangles(), model.particle_count());
+    let colours = if limit.is_some() { colouring.len() } else { 0 };
+    ensure(kernels.stretch_limit_colours() == colours, || {
+        format!("{}: {} colours", candidate.label, kernels.stretch_limit_colours())
+    })?;
+    let substep = case.substep();
+    for colour in 0..colours {
+        let mut state = State::default();
+        kernels.state_read(&mut state)?;
+        let mut expected = Particles::new(model, &state, candidate.epsilon());
+        let (triangles, ratio) = (colouring.colour(colour), limit.map_or(1.0, |limit| limit.ratio));
+        stages::stretch_limit(model, &mut expected, triangles, ratio, substep.length);
+        kernels.stretch_limit(&substep, colour)?;
+        compare_state(candidate, &expected, &mut *kernels)?;
+    }
+    Ok(())
 }
 
 /// `collider_response` against NUMERICS §7.

@@ -47,7 +47,9 @@ fn time_step(model: &Model) -> f64 {
     }
     let contact = match model.self_contact().map(|contact| contact.response) {
         Some(ContactResponse::Penalty { stiffness, damping }) => [12.0 * stiffness, 12.0 * damping],
-        Some(ContactResponse::Impulse { .. }) | None => [0.0; 2],
+        Some(ContactResponse::Impulse { .. } | ContactResponse::Triangles { .. }) | None => {
+            [0.0; 2]
+        }
     };
     let shortest = model.masses().iter().enumerate().map(|(i, mass)| {
         let [stiffness, damping] = [stiffness[i] + contact[0], damping[i] + contact[1]];

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use cloth_backend_reference::{Particles, Vector, contact_forces, contact_impulses};
 use cloth_core::{
     ColliderImpulse, ContactStatistics, ForceControl, ImplicitSettings, Kernels, Measures, Model,
-    PinWrite, Result, SolverConfig, SolverReport, StageTime, State,
+    NewtonStart, PinWrite, Result, SolverConfig, SolverReport, StageTime, State,
+    contact::Contacts,
     stepper::{self, FramePlan, Substep},
 };
 
@@ -118,7 +119,7 @@ impl PerturbedKernels {
     /// Penalty force of the pair that is to be overlooked, taken away again.
     fn contact_force_drop(&mut self) -> Result<()> {
         let mut pairs = Vec::new();
-        self.inner.contact_pairs(&mut pairs)?;
+        self.inner.contact_pairs_read(&mut pairs)?;
         pairs.truncate(1);
         let state = self.state()?;
         let model = self.inner.model().clone();
@@ -134,7 +135,7 @@ impl PerturbedKernels {
     /// Impulses of all pairs but the one that is to be overlooked.
     fn contact_impulses_but_one(&mut self, substep: &Substep) -> Result<()> {
         let mut pairs = Vec::new();
-        self.inner.contact_pairs(&mut pairs)?;
+        self.inner.contact_pairs_read(&mut pairs)?;
         let model = self.inner.model().clone();
         let mut state = self.state()?;
         let mut particles = Particles::<f64>::new(&model, &state, f64::EPSILON);
@@ -224,6 +225,22 @@ impl Kernels for PerturbedKernels {
         self.inner.contact_candidates()
     }
 
+    fn contact_pairs(&mut self, substep: &Substep) -> Result<()> {
+        self.inner.contact_pairs(substep)
+    }
+
+    fn contact_geometry(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        self.inner.contact_geometry(substep, start)
+    }
+
+    fn contact_certify(&mut self, substep: &Substep) -> Result<()> {
+        self.inner.contact_certify(substep)
+    }
+
+    fn contacts_read(&mut self, out: &mut Contacts) -> Result<()> {
+        self.inner.contacts_read(out)
+    }
+
     fn contact_forces(&mut self) -> Result<()> {
         self.force_stage(Stage::ContactForces, |inner| inner.contact_forces())?;
         if self.defect == Defect::ContactPairDropped { self.contact_force_drop() } else { Ok(()) }
@@ -247,6 +264,14 @@ impl Kernels for PerturbedKernels {
 
     fn strain_limit(&mut self, substep: &Substep, colour: usize) -> Result<()> {
         self.state_stage(Stage::StrainLimit, |inner| inner.strain_limit(substep, colour))
+    }
+
+    fn stretch_limit_colours(&self) -> usize {
+        self.inner.stretch_limit_colours()
+    }
+
+    fn stretch_limit(&mut self, substep: &Substep, colour: usize) -> Result<()> {
+        self.state_stage(Stage::StretchLimit, |inner| inner.stretch_limit(substep, colour))
     }
 
     fn start_keep(&mut self) -> Result<()> {
@@ -287,8 +312,8 @@ impl Kernels for PerturbedKernels {
         self.inner.contact_statistics()
     }
 
-    fn contact_pairs(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {
-        self.inner.contact_pairs(out)?;
+    fn contact_pairs_read(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {
+        self.inner.contact_pairs_read(out)?;
         if self.defect == Defect::ContactPairDropped && !out.is_empty() {
             out.remove(0);
         }

@@ -56,6 +56,8 @@ pub enum Stage {
     ContactImpulses,
     /// `strain_limit`
     StrainLimit,
+    /// `stretch_limit`
+    StretchLimit,
     /// `collider_response`
     ColliderResponse,
     /// `collider_impulses`

@@ -37,7 +37,7 @@ pub(crate) struct Contact<T> {
 impl<T: Real> Contact<T> {
     /// The search for a model, if it has self-contact.
     pub(crate) fn new(model: &Model) -> Option<Self> {
-        let contact = model.self_contact()?;
+        let contact = model.self_contact().filter(|contact| !contact.is_of_triangles())?;
         let distance = T::from_f64(contact.distance);
         let groups = Groups::new(model, contact.excludes_neighbours());
         Some(Self {

@@ -1,6 +1,6 @@
 //! The blocks of the matrix that triangles of fabric add (NUMERICS §11, §12): general 3 x 3 blocks, A_ji = A_ij^T.
 
-use cloth_core::{InteractionKind, Model, Neighbours, Real};
+use cloth_core::{InteractionKind, Model, Neighbours, Real, fabric::bending::PATCH};
 use rayon::prelude::*;
 
 use super::Fabric;
@@ -195,7 +195,7 @@ impl<T: Real> Fabric<T> {
 
     fn bending_row(&self, i: usize, row: &mut Row<'_, T>) {
         for &entry in self.rows[1].row(i) {
-            let (patch, a) = (entry as usize / 6, entry as usize % 6);
+            let (patch, a) = (entry as usize / PATCH, entry as usize % PATCH);
             let tangent = &self.bending_tangents[patch];
             row.push(tangent.impulses[a]);
             for (b, &j) in self.patches[patch].particles.iter().enumerate() {

@@ -1,26 +1,29 @@
 //! Triangles of fabric: their tables, and what they do to particles (NUMERICS §11, §12).
 
 mod element_blocks;
+mod stretch_limit;
 
 use cloth_core::{
     Error, ImplicitSettings, Incidence, Integrator, InteractionKind, LinearMethod, LinearSettings,
     MatrixForm, Model, NewtonStart, Preconditioner, Real, Result, SolverConfig,
     fabric::{
-        bending::{self, BendingRest, BendingTangent},
+        bending::{self, BendingRest, BendingTangent, PATCH},
         membrane::{self, Law, MembraneTangent, RestState},
     },
 };
 use rayon::prelude::*;
 
-use crate::memory::Motion;
+use crate::memory::{BLOCK, LANES, Motion};
 
 pub(crate) use element_blocks::ElementBlocks;
+pub(crate) use stretch_limit::StretchLimiter;
 
 /// Refuses settings for which fabric has no matrix of the form that they need.
 pub(crate) fn check(model: &Model, config: &SolverConfig) -> Result<()> {
     if !model.has_fabric() {
         return Ok(());
     }
+    model.check_fabric(config, "cpu")?;
     let unsupported = |what: String| {
         let feature = format!("triangles of fabric with {what}");
         Err(Error::Unsupported { backend: "cpu", feature })
@@ -41,9 +44,6 @@ pub(crate) fn check(model: &Model, config: &SolverConfig) -> Result<()> {
             }
             Ok(())
         }
-        Integrator::SemiImplicit(_) => {
-            unsupported("the semi-implicit integrator (it has explicit and implicit)".into())
-        }
         _ => Ok(()),
     }
 }
@@ -61,8 +61,8 @@ pub(crate) struct Fabric<T> {
     rows: [Incidence; 2],
     /// Forces, or impulses of an implicit step, on the corners of each triangle.
     membrane: Vec<[[T; 3]; 3]>,
-    /// Those on the six vertices of each patch.
-    bending: Vec<[[T; 3]; 6]>,
+    /// Those on the vertices of each patch.
+    bending: Vec<[[T; 3]; PATCH]>,
     membrane_tangents: Vec<MembraneTangent<T>>,
     bending_tangents: Vec<BendingTangent<T>>,
 }
@@ -82,19 +82,25 @@ struct MembraneTriangle<T> {
 
 #[derive(Clone, Copy, Debug)]
 struct BendingPatch<T> {
-    particles: [u32; 6],
+    particles: [u32; PATCH],
     rest: BendingRest<T>,
 }
 
 /// Energies \[J\] and the largest stretch of triangles.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct FabricFigures {
     /// Energy of the membranes and of the folds.
     pub(crate) energy: f64,
-    /// The largest principal stretch less 1, and a particle of that triangle.
-    pub(crate) strain_max: Option<(f64, u32)>,
+    /// The largest principal stretch less 1, -1 for none, and a particle of that triangle.
+    pub(crate) strain_max: (f64, u32),
     /// Sum of the absolute values of the larger principal stretches less 1, and their number.
     pub(crate) strain_sum: [f64; 2],
+}
+
+impl Default for FabricFigures {
+    fn default() -> Self {
+        Self { energy: 0.0, strain_max: (-1.0, 0), strain_sum: [0.0; 2] }
+    }
 }
 
 impl<T: Real> Fabric<T> {
@@ -145,7 +151,7 @@ impl<T: Real> Fabric<T> {
                 .collect(),
             rows: [rows(InteractionKind::Membrane), rows(InteractionKind::Bending)],
             membrane: vec![[zero; 3]; triangles.len()],
-            bending: vec![[zero; 6]; triangles.len()],
+            bending: vec![[zero; PATCH]; triangles.len()],
             membrane_tangents: Vec::new(),
             bending_tangents: Vec::new(),
         }))
@@ -219,13 +225,20 @@ impl<T: Real> Fabric<T> {
         let all: Vec<(f64, f64, u32)> =
             self.membranes.par_iter().zip(&self.patches).with_min_len(TASK).map(one).collect();
         let mut figures = FabricFigures::default();
-        for (energy, strain, particle) in all {
-            figures.energy += energy;
-            figures.strain_sum[0] += strain.abs();
-            figures.strain_sum[1] += 1.0;
-            if figures.strain_max.is_none_or(|(largest, _)| strain > largest) {
-                figures.strain_max = Some((strain, particle));
+        // Sums as those over particles: by blocks, and within them by places.
+        for block in all.chunks(BLOCK) {
+            let mut sums = [[0.0; LANES]; 2];
+            for (k, &(energy, strain, particle)) in block.iter().enumerate() {
+                sums[0][k % LANES] += energy;
+                sums[1][k % LANES] += strain.abs();
+                if strain > figures.strain_max.0 {
+                    figures.strain_max = (strain, particle);
+                }
             }
+            let [energy, strain] = sums.map(|lanes| lanes.into_iter().fold(0.0, |a, b| a + b));
+            figures.energy += energy;
+            figures.strain_sum[0] += strain;
+            figures.strain_sum[1] += block.len() as f64;
         }
         figures
     }

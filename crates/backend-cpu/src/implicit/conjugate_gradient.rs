@@ -2,8 +2,8 @@
 //! iteration. They do the arithmetic of the single stages in their order.
 
 use cloth_core::{
-    LinearOutcome, LinearSettings, LinearVector, Real,
-    stepper::linear::{Recurrence, block_sum},
+    LinearVector, Real,
+    stepper::linear::{Next, Progress, block_sum},
 };
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
@@ -12,6 +12,7 @@ use super::{
     filter::Filter,
     matrix::{BlockField, Matrix},
     matrix_apply, preconditioner,
+    schwarz::Schwarz,
     vector_operations::block_dot,
 };
 use crate::{
@@ -26,7 +27,8 @@ type Partial = [f64; 2];
 pub(super) struct Passes<'a, T> {
     pub(super) matrix: &'a Matrix<T>,
     pub(super) springs: &'a SpringColumns<T>,
-    pub(super) inverse: &'a BlockField<T>,
+    /// Of blocks of single particles, if these are the preconditioner.
+    pub(super) inverse: Option<&'a BlockField<T>>,
     pub(super) filter: Filter<'a, T>,
     pub(super) count: usize,
     pub(super) arch: pulp::Arch,
@@ -49,8 +51,25 @@ impl<T: Real> Passes<'_, T> {
         block_sum(partials.iter().map(|partial| partial[0]))
     }
 
-    /// p = c + beta p, q = s + beta q, y += alpha p, r -= alpha q, c = S P^-1 r; returns r . c and
-    /// r . r.
+    /// c = S c; returns r . c.
+    fn filter_dot(
+        &self,
+        residual: &VectorField<T>,
+        preconditioned: &mut VectorField<T>,
+        partials: &mut [Partial],
+    ) -> f64 {
+        let residual = FieldView::new(residual);
+        preconditioned.chunks_mut(BLOCK).zip(partials.par_iter_mut()).enumerate().for_each(
+            |(block, (to, partial))| {
+                let task = FilterTask { filter: self.filter, residual, block, to };
+                *partial = self.arch.dispatch(task);
+            },
+        );
+        block_sum(partials.iter().map(|partial| partial[0]))
+    }
+
+    /// p = c + beta p, q = s + beta q, y += alpha p, r -= alpha q, and c = S P^-1 r if that is a matter of single
+    /// particles; returns r . c, zero without it, and r . r.
     fn update(
         &self,
         fields: &mut [VectorField<T>; LinearVector::ALL.len()],
@@ -77,37 +96,34 @@ impl<T: Real> Passes<'_, T> {
     }
 }
 
-/// The conjugate gradient iterations, once residual and preconditioned residual are there.
+/// The conjugate gradient iterations, once residual and preconditioned residual are there, up to a decision that is not to go on.
 pub(super) fn iterate<T: Real>(
     passes: &Passes<'_, T>,
+    mut schwarz: Option<&mut Schwarz<T>>,
     fields: &mut [VectorField<T>; LinearVector::ALL.len()],
     partials: &mut [Partial],
-    settings: &LinearSettings,
-    reference: f64,
-    (mut gamma, mut residual): (f64, f64),
-) -> LinearOutcome {
-    let mut recurrence = Recurrence::default();
-    let mut iteration = 0;
+    progress: &mut Progress,
+    mut gamma: f64,
+) -> Next {
     loop {
-        let outcome = LinearOutcome {
-            iterations: iteration,
-            residual: residual / reference,
-            converged: residual <= settings.tolerance * reference,
-            breakdown: !(residual.is_finite() && gamma.is_finite()),
-        };
-        let done = outcome.converged || outcome.breakdown || gamma == 0.0;
-        if done || iteration == settings.iterations_max {
-            return outcome;
+        match progress.next(gamma) {
+            Next::Iterate => {}
+            other => return other,
         }
         let [_, _, _, preconditioned, image, _, _] = fields;
         let delta = passes.apply(preconditioned, image, partials);
-        let Some(factors) = recurrence.advance(gamma, delta) else {
-            return LinearOutcome { breakdown: iteration == 0, ..outcome };
+        let factors = match progress.advance(gamma, delta) {
+            Ok(factors) => factors,
+            Err(instead) => return instead,
         };
         let [next_gamma, square] = passes.update(fields, factors, partials);
         gamma = next_gamma;
-        residual = square.sqrt();
-        iteration += 1;
+        if let Some(schwarz) = &mut schwarz {
+            let [_, _, residual, preconditioned, ..] = fields;
+            schwarz.apply(residual, preconditioned, passes.arch);
+            gamma = passes.filter_dot(residual, preconditioned, partials);
+        }
+        progress.end(square.sqrt());
     }
 }
 
@@ -130,6 +146,26 @@ impl<T: Real> NullaryFnOnce for ApplyTask<'_, '_, T> {
         filter.apply(self.block, &mut self.to);
         let [x, y, z] = &self.to;
         [block_dot(self.from.range(start as isize, x.len()), [x, y, z]), 0.0]
+    }
+}
+
+/// c = S c on one block, compiled for each instruction set; gives r . c.
+struct FilterTask<'a, 'b, T> {
+    filter: Filter<'a, T>,
+    residual: FieldView<'a, T>,
+    block: usize,
+    to: [&'b mut [T]; 3],
+}
+
+impl<T: Real> NullaryFnOnce for FilterTask<'_, '_, T> {
+    type Output = Partial;
+
+    #[inline(always)]
+    fn call(mut self) -> Partial {
+        self.filter.apply(self.block, &mut self.to);
+        let [x, y, z] = &self.to;
+        let r = self.residual.range((self.block * BLOCK) as isize, x.len());
+        [block_dot(r, [x, y, z]), 0.0]
     }
 }
 
@@ -160,11 +196,17 @@ impl<T: Real> NullaryFnOnce for UpdateTask<'_, '_, T> {
             for axis in 0..3 {
                 residual[axis] = self.axis(axis, local, image[axis]);
             }
+            let Some(inverse) = inverse else { continue };
             let preconditioned =
                 preconditioner::packet(inverse, start + local, residual.each_ref());
             for axis in 0..3 {
                 *lanes_mut(self.c[axis], local) = preconditioned[axis];
             }
+        }
+        if inverse.is_none() {
+            let [x, y, z] = &self.r;
+            let r: [&[T]; 3] = [x, y, z];
+            return [0.0, block_dot(r, r)];
         }
         filter.apply(self.block, &mut self.c);
         let ([rx, ry, rz], [cx, cy, cz]) = (&self.r, &self.c);

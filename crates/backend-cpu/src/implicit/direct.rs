@@ -101,7 +101,7 @@ impl DirectSolver {
             iterations: 1,
             residual: left,
             converged: left <= tolerance,
-            breakdown: false,
+            ..LinearOutcome::default()
         })
     }
 

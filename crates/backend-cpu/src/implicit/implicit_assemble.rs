@@ -44,7 +44,7 @@ impl<T: Real> Assembly<'_, T> {
         if let Some(elements) = &matrix.elements {
             elements.diagonal_add(&mut |i, block| matrix.base.add(i, block));
         }
-        let Matrix { factors, contacts, base, diagonal, elements } = matrix;
+        let Matrix { factors, contacts, rows, base, diagonal, elements } = matrix;
         let off_diagonal =
             diagonal.off_diagonal.get_or_insert_with(|| VectorField::new(self.count, 0));
         right_side
@@ -57,6 +57,7 @@ impl<T: Real> Assembly<'_, T> {
                     assembly: self,
                     factors,
                     contacts,
+                    rows,
                     base,
                     start: block * BLOCK,
                     right_side,
@@ -104,6 +105,7 @@ struct BlockTask<'a, 'b, T> {
     assembly: &'a Assembly<'a, T>,
     factors: &'a SpringFactors<T>,
     contacts: &'a super::contact_linearise::ContactFactors<T>,
+    rows: &'a super::contact_rows::ContactRows<T>,
     base: &'a BlockField<T>,
     start: usize,
     right_side: [&'b mut [T]; 3],
@@ -164,6 +166,11 @@ impl<T: Real> BlockTask<'_, '_, T> {
         if !self.contacts.is_empty() {
             for lane in 0..LANES.min(assembly.count - first) {
                 self.contacts_of(&mut sums, first, lane);
+            }
+        }
+        if !self.rows.is_empty() {
+            for lane in 0..LANES.min(assembly.count - first) {
+                self.rows_of(&mut sums, first, lane);
             }
         }
         sums
@@ -248,6 +255,21 @@ impl<T: Real> BlockTask<'_, '_, T> {
             sums.off_diagonal[0][lane] += x * y;
             sums.off_diagonal[1][lane] += x * z;
             sums.off_diagonal[2][lane] += y * z;
+        }
+    }
+
+    /// The contacts of triangles of a particle.
+    #[inline(always)]
+    fn rows_of(&self, sums: &mut Sums<T>, first: usize, lane: usize) {
+        let Some((change, [xx, yy, zz, xy, xz, yz])) =
+            self.rows.of_particle(first + lane, self.assembly.velocity)
+        else {
+            return;
+        };
+        for (axis, (own, across)) in [(xx, xy), (yy, xz), (zz, yz)].into_iter().enumerate() {
+            sums.right_side[axis][lane] += change[axis];
+            sums.diagonal[axis][lane] += own;
+            sums.off_diagonal[axis][lane] += across;
         }
     }
 

@@ -4,6 +4,7 @@ use cloth_core::{MatrixBlock, Model, Real};
 
 use super::{
     contact_linearise::ContactFactors,
+    contact_rows::ContactRows,
     spring_factors::{Factors, SpringFactors, across},
 };
 use crate::{
@@ -55,6 +56,8 @@ impl<T: Real> BlockField<T> {
 pub(crate) struct Matrix<T> {
     pub(super) factors: SpringFactors<T>,
     pub(super) contacts: ContactFactors<T>,
+    /// Contacts of triangles.
+    pub(super) rows: ContactRows<T>,
     /// B of NUMERICS §5: mass, drag, air, friction.
     pub(super) base: BlockField<T>,
     /// D of NUMERICS §5: the diagonal blocks of A.
@@ -71,6 +74,7 @@ impl<T: Real> Matrix<T> {
             elements: model.has_fabric().then(|| ElementBlocks::new(model)),
             factors: SpringFactors::new(springs, count),
             contacts: ContactFactors::new(),
+            rows: ContactRows::new(count),
             base: BlockField::new(count, full),
             diagonal: BlockField::new(count, true),
         }
@@ -83,6 +87,20 @@ impl<T: Real> Matrix<T> {
         springs: &SpringColumns<T>,
         particle: usize,
         mut visit: impl FnMut(usize, Symmetric<T>),
+    ) {
+        self.row_factors(springs, particle, |neighbour, u, g| visit(neighbour, block(u, g)));
+        for pair in self.contacts.of(particle) {
+            visit(pair.partner, block(pair.u, T::ZERO));
+        }
+        self.rows.row(particle, visit);
+    }
+
+    /// u and g of every spring of `particle`, columns ascending.
+    pub(super) fn row_factors(
+        &self,
+        springs: &SpringColumns<T>,
+        particle: usize,
+        mut visit: impl FnMut(usize, [T; 3], T),
     ) {
         let (packet, lane) = (particle / LANES, particle % LANES);
         let position = &self.factors.position;
@@ -97,10 +115,7 @@ impl<T: Real> Matrix<T> {
             };
             let (own, other) = (position.get(particle), position.get(neighbour));
             let u = std::array::from_fn(|axis| root[lane] * (other[axis] - own[axis]));
-            visit(neighbour, block(u, across(along[lane], u)));
-        }
-        for pair in self.contacts.of(particle) {
-            visit(pair.partner, block(pair.u, T::ZERO));
+            visit(neighbour, u, across(along[lane], u));
         }
     }
 

@@ -25,7 +25,8 @@ pub(super) fn rows<T: Real>(
     let mut packet_index = first / LANES;
     while packet_index < end {
         let local = packet_index * LANES - first;
-        let is_plain = matrix.contacts.is_empty() && matrix.elements.is_none();
+        let is_plain =
+            matrix.contacts.is_empty() && matrix.rows.is_empty() && matrix.elements.is_none();
         let whole = if is_plain { matrix.factors.group(packet_index) } else { None };
         match whole {
             Some(whole) => {
@@ -112,6 +113,13 @@ fn packet<T: Real>(
     if !matrix.contacts.is_empty() {
         for lane in 0..LANES.min(count - first) {
             contacts(matrix, &mut sum, vector, first, lane);
+        }
+    }
+    if !matrix.rows.is_empty() {
+        for lane in 0..LANES.min(count - first) {
+            if let Some(product) = matrix.rows.times(first + lane, vector) {
+                (0..3).for_each(|axis| sum[axis][lane] += product[axis]);
+            }
         }
     }
     if let Some(elements) = &matrix.elements {

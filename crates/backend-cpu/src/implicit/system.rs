@@ -1,8 +1,10 @@
 //! All memory of the linear system, and its stages.
 
 use cloth_core::{
-    ConstraintStatistics, LinearOutcome, LinearSettings, LinearVector, MatrixBlock, Model,
+    ConstraintStatistics, GroupHierarchy, LinearOutcome, LinearVector, MatrixBlock, Model,
     NewtonStart, Preconditioner, Real, Result,
+    contact::ContactSet,
+    stepper::linear::{Next, Progress},
 };
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
@@ -14,7 +16,11 @@ use super::{
     filter::Filter,
     implicit_assemble::Assembly,
     matrix::{BlockField, Matrix},
-    matrix_apply, preconditioner, spring_linearise, vector_operations,
+    matrix_apply,
+    particle_filters::ParticleFilters,
+    preconditioner,
+    schwarz::{BuiltFor, Reuse, Schwarz, SystemRows},
+    spring_linearise, vector_operations,
     vectors::LinearVectors,
 };
 use crate::{
@@ -40,6 +46,11 @@ pub(crate) struct ImplicitSystem<T> {
     preconditioner: Preconditioner,
     /// Once a solver has asked for it.
     assembled: Option<Assembled<T>>,
+    /// Once a solver has asked for it.
+    schwarz: Option<Box<Schwarz<T>>>,
+    reuse: Reuse,
+    /// Length of the substep of the matrix \[s\].
+    length: f64,
 }
 
 /// What the stages read of the solver they belong to.
@@ -69,7 +80,15 @@ impl<T: Real> ImplicitSystem<T> {
             count,
             preconditioner: Preconditioner::default(),
             assembled: None,
+            schwarz: None,
+            reuse: Reuse::default(),
+            length: 0.0,
         }
+    }
+
+    /// A frame begins, or the state is another: nothing is left of matrices before.
+    pub(crate) fn history_forget(&mut self) {
+        self.reuse.forget();
     }
 
     /// The matrix as blocks, up to date.
@@ -96,8 +115,10 @@ impl<T: Real> ImplicitSystem<T> {
     pub(crate) fn spring_linearise(&mut self, at: Surroundings<'_, T>) {
         let position = FieldView::new(&at.motion.position);
         let factors = &mut self.matrix.factors;
+        self.length = at.length.to_f64();
         spring_linearise::run(factors, at.springs, position, at.length, at.arch);
         self.matrix.contacts.clear();
+        self.matrix.rows.clear();
     }
 
     pub(crate) fn contact_linearise(
@@ -108,6 +129,10 @@ impl<T: Real> ImplicitSystem<T> {
     ) {
         let motion = MotionView::new(at.motion);
         self.matrix.contacts.fill(contact, penalty, motion, self.count, at.length);
+    }
+
+    pub(crate) fn triangles_linearise(&mut self, (set, start): (&ContactSet<T>, NewtonStart)) {
+        self.matrix.rows.fill(set, start);
     }
 
     pub(crate) fn assemble(
@@ -276,11 +301,15 @@ impl<T: Real> ImplicitSystem<T> {
     pub(crate) fn preconditioner_build(
         &mut self,
         (model, springs): (&Model, &SpringColumns<T>),
-        masses: &Masses<T>,
+        (masses, position): (&Masses<T>, &VectorField<T>),
         kind: Preconditioner,
         arch: pulp::Arch,
     ) {
         self.preconditioner = kind;
+        if kind == Preconditioner::Schwarz {
+            self.schwarz_build((model, springs), (masses, position), arch);
+            return;
+        }
         if kind == Preconditioner::IncompleteCholesky {
             let mut assembled = self.assembled(model, springs);
             let filter = Filter { masses, constraints: &self.constraints };
@@ -299,6 +328,34 @@ impl<T: Real> ImplicitSystem<T> {
         );
     }
 
+    fn schwarz_build(
+        &mut self,
+        (model, springs): (&Model, &SpringColumns<T>),
+        (masses, position): (&Masses<T>, &VectorField<T>),
+        arch: pulp::Arch,
+    ) {
+        let held = (0..self.count).map(|particle| masses.is_held(particle)).collect();
+        if !self.reuse.wants_build(BuiltFor { length: self.length, held }) {
+            return;
+        }
+        let schwarz =
+            self.schwarz.get_or_insert_with(|| Box::new(Schwarz::new(GroupHierarchy::new(model))));
+        let mut filters = ParticleFilters::new(self.count);
+        filters.fill(&Filter { masses, constraints: &self.constraints });
+        let (matrix, position) = (&self.matrix, FieldView::new(position));
+        let rows = SystemRows { matrix, springs, filters: &filters, masses, position };
+        schwarz.build(&rows, arch);
+    }
+
+    /// Notes the iterations of a solve with the preconditioner that is there.
+    pub(crate) fn solved(&mut self, outcome: &LinearOutcome) {
+        if self.preconditioner == Preconditioner::Schwarz {
+            self.reuse.solved(outcome.iterations);
+        } else if outcome.restarted {
+            self.reuse.forget();
+        }
+    }
+
     pub(crate) fn preconditioner_apply(
         &mut self,
         from: LinearVector,
@@ -313,6 +370,15 @@ impl<T: Real> ImplicitSystem<T> {
             && let Some(assembled) = &mut self.assembled
         {
             assembled.incomplete_apply(self.vectors.get(from), &mut out, arch);
+            let blocks = out.chunks_mut(BLOCK).enumerate();
+            blocks.for_each(|(block, mut chunk)| filter.apply(block, &mut chunk));
+            self.vectors.put(to, out);
+            return;
+        }
+        if self.preconditioner == Preconditioner::Schwarz
+            && let Some(schwarz) = &mut self.schwarz
+        {
+            schwarz.apply(self.vectors.get(from), &mut out, arch);
             let blocks = out.chunks_mut(BLOCK).enumerate();
             blocks.for_each(|(block, mut chunk)| filter.apply(block, &mut chunk));
             self.vectors.put(to, out);
@@ -347,21 +413,23 @@ impl<T: Real> ImplicitSystem<T> {
     pub(crate) fn conjugate_gradient(
         &mut self,
         at: (&SpringColumns<T>, &Masses<T>, pulp::Arch),
-        settings: &LinearSettings,
-        reference: f64,
-        start: (f64, f64),
-    ) -> LinearOutcome {
+        progress: &mut Progress,
+        gamma: f64,
+    ) -> Next {
         let (springs, masses, arch) = at;
+        let is_schwarz = self.preconditioner == Preconditioner::Schwarz;
         let passes = Passes {
             matrix: &self.matrix,
             springs,
-            inverse: &self.inverse,
+            inverse: (!is_schwarz).then_some(&self.inverse),
             filter: Filter { masses, constraints: &self.constraints },
             count: self.count,
             arch,
         };
+        let schwarz = self.schwarz.as_deref_mut().filter(|_| is_schwarz);
         let fields = self.vectors.all_mut();
-        conjugate_gradient::iterate(&passes, fields, &mut self.partials, settings, reference, start)
+        let partials = &mut self.partials;
+        conjugate_gradient::iterate(&passes, schwarz, fields, partials, progress, gamma)
     }
 
     pub(crate) fn matrix_read(&self, springs: &SpringColumns<T>, out: &mut Vec<MatrixBlock>) {

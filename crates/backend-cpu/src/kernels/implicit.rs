@@ -5,7 +5,7 @@ use cloth_core::{
     LinearVector, MatrixBlock, MatrixForm, NewtonStart, Preconditioner, Real, Result,
     stepper::{
         Substep,
-        linear::{self, Begin},
+        linear::{self, Begin, Next},
     },
 };
 
@@ -33,6 +33,13 @@ impl<T: Real> CpuKernels<T> {
         result
     }
 
+    /// Tells the preconditioner how well it did.
+    fn solved(&mut self, outcome: &LinearOutcome) {
+        if let Some(system) = &mut self.implicit {
+            system.solved(outcome);
+        }
+    }
+
     fn surroundings(&self, length: f64) -> Surroundings<'_, T> {
         Surroundings {
             springs: &self.springs,
@@ -50,12 +57,18 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
     fn state_keep(&mut self) -> Result<()> {
         self.kept.copy_from(&self.present);
         self.impulses_kept.clone_from(&self.impulses);
+        if let Some(triangles) = &mut self.triangles {
+            triangles.keep();
+        }
         Ok(())
     }
 
     fn state_restore(&mut self) -> Result<()> {
         self.present.copy_from(&self.kept);
         self.impulses.clone_from(&self.impulses_kept);
+        if let Some(triangles) = &mut self.triangles {
+            triangles.restore();
+        }
         Ok(())
     }
 
@@ -90,6 +103,9 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
         self.implicit_stage("contact_linearise", substep.length, |kernels, system, length| {
             if let Some((contact, penalty)) = kernels.penalty() {
                 system.contact_linearise(kernels.surroundings(length), contact, penalty);
+            }
+            if let Some(triangles) = &kernels.triangles {
+                system.triangles_linearise(triangles.set());
             }
         });
         Ok(())
@@ -192,7 +208,9 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
     fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
         self.implicit_stage("preconditioner_build", 0.0, |kernels, system, _| {
             let model = (&*kernels.model, &kernels.springs);
-            system.preconditioner_build(model, &kernels.masses, preconditioner, kernels.arch);
+            let particles = (&kernels.masses, &kernels.present.position);
+            let preconditioner = preconditioner.resolved(&kernels.model, true);
+            system.preconditioner_build(model, particles, preconditioner, kernels.arch);
         });
         Ok(())
     }
@@ -277,17 +295,29 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
         let fuses = settings.matrix == MatrixForm::MatrixFree
             && settings.preconditioner != Preconditioner::IncompleteCholesky;
         if !fuses {
-            return linear::conjugate_gradient(self, settings, start);
+            let outcome = linear::conjugate_gradient(self, settings, start)?;
+            self.solved(&outcome);
+            return Ok(outcome);
         }
-        let (reference, residual) = match linear::begin(self, settings, start)? {
+        let mut progress = match linear::begin(self, settings, start)? {
             Begin::Done(outcome) => return Ok(outcome),
-            Begin::Iterate { reference, residual } => (reference, residual),
+            Begin::Iterate(progress) => progress,
         };
         self.preconditioner_apply(Residual, Preconditioned)?;
-        let gamma = self.vector_dot(Residual, Preconditioned)?;
-        Ok(self.implicit_stage("conjugate_gradient", 0.0, |kernels, system, _| {
-            let at = (&kernels.springs, &kernels.masses, kernels.arch);
-            system.conjugate_gradient(at, settings, reference, (gamma, residual))
-        }))
+        let mut gamma = self.vector_dot(Residual, Preconditioned)?;
+        loop {
+            let next = self.implicit_stage("conjugate_gradient", 0.0, |kernels, system, _| {
+                let at = (&kernels.springs, &kernels.masses, kernels.arch);
+                system.conjugate_gradient(at, &mut progress, gamma)
+            });
+            match next {
+                Next::Done(outcome) => {
+                    self.solved(&outcome);
+                    return Ok(outcome);
+                }
+                Next::Restart => gamma = linear::restart(self, settings, &mut progress)?,
+                Next::Iterate => {}
+            }
+        }
     }
 }

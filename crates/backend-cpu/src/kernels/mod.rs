@@ -10,7 +10,9 @@ use std::{
 
 use cloth_core::{
     ColliderImpulse, ContactResponse, ContactStatistics, FieldProgram, ForceControl, Kernels,
-    Measures, Model, PinWrite, Real, Result, SelfContact, SolverConfig, StageTime, State,
+    Measures, Model, NewtonStart, PinWrite, Real, Result, SelfContact, SolverConfig, StageTime,
+    State,
+    contact::Contacts,
     stepper::{self, FramePlan, Substep},
 };
 use rayon::{ThreadPool, prelude::*};
@@ -25,7 +27,7 @@ use crate::{
     },
     control_forces::ControlForces,
     explicit_substep::ExplicitPass,
-    fabric::Fabric,
+    fabric::{Fabric, StretchLimiter},
     field_forces::{self, FieldSum},
     implicit::ImplicitSystem,
     integrate_explicit,
@@ -39,6 +41,7 @@ use crate::{
     spring_forces::{self, MotionView},
     springs::SpringColumns,
     strain_limit::StrainLimiter,
+    triangle_contact::TriangleContact,
     triangles::TriangleRows,
     vertex_normals,
 };
@@ -71,7 +74,9 @@ pub(crate) struct CpuKernels<T> {
     aerodynamics: Option<Aerodynamics<T>>,
     fabric: Option<Fabric<T>>,
     contact: Option<Contact<T>>,
+    triangles: Option<TriangleContact<T>>,
     strain_limiter: Option<StrainLimiter<T>>,
+    stretch_limiter: Option<StretchLimiter<T>>,
     colliders: Vec<ColliderAt<T>>,
     impulses: BlockImpulses,
     /// Those of the last `state_keep`.
@@ -113,7 +118,9 @@ impl<T: Real> CpuKernels<T> {
             aerodynamics: Aerodynamics::new(&model),
             fabric: Fabric::new(&model)?,
             contact: Contact::new(&model),
+            triangles: TriangleContact::new(&model),
             strain_limiter: StrainLimiter::new(&model, config.strain_limit.as_ref()),
+            stretch_limiter: StretchLimiter::new(&model, config.strain_limit.as_ref()),
             colliders: Vec::new(),
             impulses: BlockImpulses::new(&model),
             impulses_kept: BlockImpulses::new(&model),
@@ -122,7 +129,7 @@ impl<T: Real> CpuKernels<T> {
             non_finite_step: None,
             stage_times: Vec::new(),
             springs,
-            config: config.clone(),
+            config: config.resolved(&model, true),
             pool,
             arch: pulp::Arch::new(),
             model,
@@ -130,6 +137,13 @@ impl<T: Real> CpuKernels<T> {
         let state = kernels.model.initial_state();
         kernels.state_write(&state)?;
         Ok(kernels)
+    }
+
+    /// Forgets what a linear solver has kept of matrices before.
+    fn history_forget(&mut self) {
+        if let Some(system) = &mut self.implicit {
+            system.history_forget();
+        }
     }
 
     /// Colliders at the end of a substep.
@@ -208,7 +222,7 @@ impl<T: Real> CpuKernels<T> {
                 contact,
                 Penalty { stiffness: T::from_f64(stiffness), damping: T::from_f64(damping) },
             )),
-            ContactResponse::Impulse { .. } => None,
+            _ => None,
         }
     }
 
@@ -224,7 +238,7 @@ impl<T: Real> CpuKernels<T> {
                     recovery: T::from_f64(SelfContact::recovery(length)),
                 },
             )),
-            ContactResponse::Penalty { .. } => None,
+            _ => None,
         }
     }
 
@@ -252,6 +266,10 @@ impl<T: Real> Kernels for CpuKernels<T> {
         self.semi_implicit.pins_changed = true;
         self.non_finite_step = None;
         self.has_start = false;
+        if let Some(triangles) = &mut self.triangles {
+            triangles.state_write(state);
+        }
+        self.history_forget();
         Ok(())
     }
 
@@ -261,6 +279,9 @@ impl<T: Real> Kernels for CpuKernels<T> {
         out.held.clear();
         let count = self.model.particle_count();
         out.held.extend((0..count).map(|particle| u8::from(self.masses.is_held(particle))));
+        if let Some(triangles) = &self.triangles {
+            triangles.slips_read(&mut out.slips);
+        }
         Ok(())
     }
 
@@ -291,6 +312,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
     }
 
     fn frame_begin(&mut self, plan: &FramePlan) -> Result<()> {
+        self.history_forget();
         ColliderAt::fill(&mut self.colliders, &self.model, plan);
         Ok(())
     }
@@ -401,7 +423,52 @@ impl<T: Real> Kernels for CpuKernels<T> {
         Ok(())
     }
 
+    fn contact_pairs(&mut self, substep: &Substep) -> Result<()> {
+        self.stage("contact_pairs", |kernels| {
+            let Some(triangles) = &mut kernels.triangles else { return Ok(()) };
+            triangles.pairs(&kernels.present, T::from_f64(substep.length))
+        })
+    }
+
+    fn contact_geometry(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        if self.start.is_empty() {
+            self.start_keep()?;
+        }
+        self.stage("contact_geometry", |kernels| {
+            let Some(triangles) = &mut kernels.triangles else { return };
+            triangles.geometry(
+                (&kernels.present, &kernels.start),
+                (&kernels.masses.inverse, substep.length),
+                &kernels.config.integrator,
+                start,
+            );
+        });
+        Ok(())
+    }
+
+    fn contact_certify(&mut self, substep: &Substep) -> Result<()> {
+        self.stage("contact_certify", |kernels| {
+            let Some(triangles) = &mut kernels.triangles else { return Ok(()) };
+            let length = T::from_f64(substep.length);
+            triangles.certify(&mut kernels.present, &kernels.start, &kernels.masses, length)
+        })
+    }
+
+    fn contacts_read(&mut self, out: &mut Contacts) -> Result<()> {
+        out.contacts.clear();
+        if let Some(triangles) = &self.triangles {
+            triangles.contacts_read(out);
+        }
+        Ok(())
+    }
+
     fn contact_forces(&mut self) -> Result<()> {
+        if self.triangles.is_some() {
+            self.force_stage_by_particle("contact_forces", |kernels, particle| {
+                kernels.triangles.as_ref()?.force(particle)
+            });
+            return Ok(());
+        }
         self.force_stage_by_particle("contact_forces", |kernels, particle| {
             let (contact, penalty) = kernels.penalty()?;
             response::force(contact, penalty, MotionView::new(&kernels.present), particle)
@@ -487,6 +554,20 @@ impl<T: Real> Kernels for CpuKernels<T> {
         Ok(())
     }
 
+    fn stretch_limit_colours(&self) -> usize {
+        self.stretch_limiter.as_ref().map_or(0, StretchLimiter::colour_count)
+    }
+
+    fn stretch_limit(&mut self, substep: &Substep, colour: usize) -> Result<()> {
+        let length = T::from_f64(substep.length);
+        self.stage("stretch_limit", |kernels| {
+            if let Some(limiter) = &mut kernels.stretch_limiter {
+                limiter.apply(colour, length, &kernels.masses, &mut kernels.present);
+            }
+        });
+        Ok(())
+    }
+
     fn start_keep(&mut self) -> Result<()> {
         let count = self.model.particle_count();
         if self.start.is_empty() {
@@ -563,10 +644,13 @@ impl<T: Real> Kernels for CpuKernels<T> {
     }
 
     fn contact_statistics(&mut self) -> Result<ContactStatistics> {
+        if let Some(triangles) = &mut self.triangles {
+            return Ok(triangles.statistics());
+        }
         Ok(self.contact.as_mut().map_or_else(ContactStatistics::default, Contact::statistics))
     }
 
-    fn contact_pairs(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {
+    fn contact_pairs_read(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {
         self.contact_candidates()?;
         out.clear();
         if let Some(contact) = &self.contact {
@@ -587,13 +671,11 @@ impl<T: Real> Kernels for CpuKernels<T> {
         if self.non_finite_step.is_some() {
             return Ok(());
         }
-        if self.contact_is_penalty() {
-            self.contact_candidates()?;
-        }
         let interrupted = stepper::explicit::has_work_after_integration(self);
         if interrupted {
             stepper::collider_start(self)?;
         }
+        stepper::contact_find(self, substep, NewtonStart::StepStart)?;
         let mut next = std::mem::replace(&mut self.next, Motion::new(0, 0));
         let mut impulses = std::mem::take(&mut self.impulses);
         let finite = self.stage("explicit_substep", |kernels| {
@@ -614,6 +696,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
                 aerodynamics: kernels.aerodynamics.as_ref(),
                 fabric: kernels.fabric.as_ref(),
                 contact: kernels.penalty().filter(|(contact, _)| contact.any()),
+                triangles: kernels.triangles.as_ref().filter(|triangles| triangles.any()),
                 colliders: if interrupted { &[] } else { colliders },
                 offsets: &kernels.offsets,
                 motion: MotionView::new(&kernels.present),
@@ -630,9 +713,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
         }
         if interrupted {
             stepper::explicit::after_integration(self, substep)?;
-            if !self.model.colliders().is_empty() {
-                self.collider_response(substep)?;
-            }
+            stepper::colliders_and_certificate(self, substep)?;
         }
         Ok(())
     }

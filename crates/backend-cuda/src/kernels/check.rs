@@ -21,8 +21,8 @@ pub(super) fn check_config(config: &SolverConfig) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use cloth_core::{
-        Error, ImplicitSettings, LinearMethod, MatrixForm, Preconditioner, SemiImplicitSettings,
-        SemiImplicitSolve,
+        Error, ImplicitSettings, LinearMethod, LinearStop, MatrixForm, Preconditioner,
+        SemiImplicitSettings, SemiImplicitSolve,
     };
 
     use super::*;
@@ -61,6 +61,11 @@ mod tests {
         let incomplete = Preconditioner::IncompleteCholesky;
         let incomplete = implicit(&|settings| settings.linear.preconditioner = incomplete);
         assert_eq!(incomplete, "the preconditioner incomplete-cholesky");
+        let schwarz = Preconditioner::Schwarz;
+        let schwarz = implicit(&|settings| settings.linear.preconditioner = schwarz);
+        assert_eq!(schwarz, "the preconditioner schwarz");
+        let energy = implicit(&|settings| settings.linear.stop = LinearStop::Energy);
+        assert_eq!(energy, "stopping by energy (it has residual)");
         let dense = semi_implicit(SemiImplicitSolve::DenseInverse);
         assert!(dense.contains("dense-inverse"), "{dense}");
         let negative = SolverConfig { time_step: -1.0, ..SolverConfig::default() };

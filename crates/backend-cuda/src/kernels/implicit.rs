@@ -4,7 +4,8 @@ use std::ffi::c_void;
 
 use cloth_core::{
     ConstraintStatistics, ContactResponse, Error, ImplicitKernels, LinearOutcome, LinearSettings,
-    LinearStart, LinearVector, MatrixBlock, MatrixForm, NewtonStart, Preconditioner, Result,
+    LinearStart, LinearStop, LinearVector, MatrixBlock, MatrixForm, NewtonStart, Preconditioner,
+    Result,
     stepper::{Substep, linear::block_sum},
 };
 
@@ -99,6 +100,7 @@ impl<T: CudaReal> CudaKernels<T> {
             residual: outcome.residual,
             converged: outcome.converged != 0,
             breakdown: outcome.breakdown != 0,
+            ..LinearOutcome::default()
         })
     }
 
@@ -144,6 +146,9 @@ fn check_preconditioner(preconditioner: Preconditioner) -> Result<bool> {
 /// `Unsupported` with what it has not.
 pub(super) fn check_settings(settings: &LinearSettings) -> Result<()> {
     use cloth_core::LinearMethod::{ConjugateGradient, Jacobi};
+    if settings.stop != LinearStop::Residual {
+        return unsupported(format!("stopping by {} (it has residual)", settings.stop));
+    }
     match settings.method {
         ConjugateGradient => check_preconditioner(settings.preconditioner).map(drop)?,
         Jacobi => {}
@@ -186,12 +191,12 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
         self.linear_stage(("spring_linearise", "spring_linearise"), &[])
     }
 
-    fn membrane_linearise(&mut self, _substep: &Substep, _start: NewtonStart) -> Result<()> {
-        self.model.check_springs_alone("cuda")
+    fn membrane_linearise(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        self.fabric_linearise("membrane_linearise", substep, start)
     }
 
-    fn bending_linearise(&mut self, _substep: &Substep, _start: NewtonStart) -> Result<()> {
-        self.model.check_springs_alone("cuda")
+    fn bending_linearise(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        self.fabric_linearise("bending_linearise", substep, start)
     }
 
     fn contact_linearise(&mut self, substep: &Substep) -> Result<()> {
@@ -229,6 +234,7 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
         }
         self.length_set(substep)?;
         self.substep_write(substep)?;
+        self.fabric_assemble()?;
         let is_iterate = u32::from(start == NewtonStart::Iterate);
         self.linear_stage(("implicit_assemble", "implicit_assemble"), &[argument(&is_iterate)])
     }
@@ -445,6 +451,9 @@ impl<T: CudaReal> CudaKernels<T> {
             pairs.factors.read(queue, &mut pair_factors)?;
             pairs.counts.read(queue, &mut counts)?;
         }
+        let elements =
+            linear.elements.as_ref().map(|rows| Ok::<_, Error>((rows, rows.read(queue)?)));
+        let elements = elements.transpose()?;
         let (n, tables) = (self.count(), &self.memory.springs);
         let dense = |row: usize, column: usize, on: [T; 3], off: [T; 3]| {
             let ([xx, yy, zz], [xy, xz, yz]) = (on.map(T::to_f64), off.map(T::to_f64));
@@ -480,6 +489,9 @@ impl<T: CudaReal> CudaKernels<T> {
             }
             for k in 0..counts.get(i).copied().unwrap_or(0) as usize {
                 out.push(minus(i, partners[k * n + i] as usize, pair_factors[k * n + i]));
+            }
+            if let Some((rows, numbers)) = &elements {
+                rows.row(numbers, i, |block| out.push(block));
             }
             out[start..].sort_by_key(|block| block.column);
         }

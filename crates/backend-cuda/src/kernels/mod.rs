@@ -4,6 +4,7 @@ mod check;
 mod contact;
 mod control_forces;
 mod explicit;
+mod fabric;
 mod implicit;
 mod impulses;
 mod semi_implicit;
@@ -13,7 +14,7 @@ use std::{ffi::c_void, sync::Arc};
 
 use cloth_core::{
     ColliderImpulse, ContactStatistics, DeferredOutcome, ForceControl, Integrator, Kernels,
-    Measures, Model, PinWrite, Result, SelfContact, SolverConfig, StageTime, State,
+    Measures, Model, NewtonStart, PinWrite, Result, SelfContact, SolverConfig, StageTime, State,
     stepper::{FramePlan, Substep},
 };
 
@@ -58,6 +59,7 @@ impl<T: CudaReal> CudaKernels<T> {
         config: &SolverConfig,
         options: CudaOptions,
     ) -> Result<Self> {
+        let config = &config.resolved(&model, false);
         check::check_config(config)?;
         let memory = Memory::new(device, &model, config, (options.fast, options.patches))?;
         let mut kernels = Self {
@@ -213,11 +215,11 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
     }
 
     fn membrane_forces(&mut self) -> Result<()> {
-        self.model.check_springs_alone("cuda")
+        self.fabric_forces("membrane_forces", "membrane_forces_gather")
     }
 
     fn bending_forces(&mut self) -> Result<()> {
-        self.model.check_springs_alone("cuda")
+        self.fabric_forces("bending_forces", "bending_forces_gather")
     }
 
     fn aerodynamic_forces(&mut self, substep: &Substep) -> Result<()> {
@@ -232,6 +234,18 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
     fn contact_candidates(&mut self) -> Result<()> {
         self.settle()?;
         self.stage("contact_candidates", Self::contacts_find)
+    }
+
+    fn contact_pairs(&mut self, _: &Substep) -> Result<()> {
+        self.model().check_contact_of_points("cuda")
+    }
+
+    fn contact_geometry(&mut self, _: &Substep, _: NewtonStart) -> Result<()> {
+        self.model().check_contact_of_points("cuda")
+    }
+
+    fn contact_certify(&mut self, _: &Substep) -> Result<()> {
+        self.model().check_contact_of_points("cuda")
     }
 
     fn contact_forces(&mut self) -> Result<()> {
@@ -270,6 +284,14 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
         self.stage("strain_limit", |kernels| kernels.colour_limit(substep.length, 0, colour))
     }
 
+    fn stretch_limit_colours(&self) -> usize {
+        0
+    }
+
+    fn stretch_limit(&mut self, _: &Substep, _: usize) -> Result<()> {
+        self.model.check_no_stretch_limit(self.config(), "cuda")
+    }
+
     fn start_keep(&mut self) -> Result<()> {
         self.settle()?;
         self.start_copy()
@@ -305,7 +327,7 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
         })?;
         let mut partials = Vec::new();
         self.memory.partials.read(&self.memory.queue, &mut partials)?;
-        let measures = crate::measure::total(&partials);
+        let measures = crate::measure::total(&partials, self.fabric_measure()?);
         let step = self.memory.status_read()?.non_finite_step;
         let non_finite_step = (step != u64::MAX).then_some(step);
         Ok(Measures { non_finite_step, ..measures })
@@ -316,7 +338,7 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
         self.contact_counts()
     }
 
-    fn contact_pairs(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {
+    fn contact_pairs_read(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {
         self.contact_candidates()?;
         self.pairs_read(out)
     }

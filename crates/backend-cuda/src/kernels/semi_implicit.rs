@@ -3,8 +3,9 @@
 
 use cloth_core::{
     Divergence, DivergenceCause, DivergenceOrigin, Error, ImplicitKernels, LinearMethod,
-    LinearSettings, LinearStart, LinearVector, MatrixForm, Model, ModelError, PieceBlocks,
-    Preconditioner, Result, SemiImplicitKernels, SemiImplicitSolve, SolverReport, stepper::Substep,
+    LinearSettings, LinearStart, LinearStop, LinearVector, MatrixForm, Model, ModelError,
+    PieceBlocks, Preconditioner, Result, SemiImplicitKernels, SemiImplicitSolve, SolverReport,
+    stepper::Substep,
 };
 
 use super::{CudaKernels, implicit};
@@ -32,6 +33,7 @@ fn settings<T: CudaReal>() -> LinearSettings {
         method: LinearMethod::ConjugateGradient,
         preconditioner: Preconditioner::Diagonal,
         matrix: MatrixForm::MatrixFree,
+        stop: LinearStop::Residual,
         tolerance: 0.5 * epsilon,
         iterations_max: ITERATIONS_MAX,
         warm_start: true,

@@ -1,10 +1,14 @@
 //! What a model is made of, as kernels read it: computed once on the host, never changed.
 
+mod elements;
+mod fabric;
 mod patch;
 mod springs;
 mod strain_limit;
 mod triangles;
 
+pub(crate) use elements::ElementMemory;
+pub(crate) use fabric::FabricTables;
 pub(crate) use patch::Patch;
 pub(crate) use springs::SpringTables;
 pub(crate) use strain_limit::StrainTables;

@@ -47,7 +47,7 @@ pub(crate) fn direct_solve(
     }
     solution.copy_from_slice(&answer);
     let converged = residual <= TOLERANCE;
-    LinearOutcome { iterations: 1, residual, converged, breakdown: false }
+    LinearOutcome { iterations: 1, residual, converged, ..LinearOutcome::default() }
 }
 
 /// A block of S A S + tr(D)/3 (I - S).

@@ -125,7 +125,7 @@ fn stiffness_share<N: Number>(model: &Model, h: N) -> N {
             let stiffness = h * N::rounded(stiffness);
             stiffness / (stiffness + N::rounded(damping))
         }
-        Some(ContactResponse::Impulse { .. }) | None => N::ZERO,
+        _ => N::ZERO,
     }
 }
 

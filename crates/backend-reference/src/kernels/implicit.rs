@@ -46,6 +46,9 @@ impl ImplicitKernels for ReferenceKernels {
             velocities: particles.velocities.clone(),
             impulses: self.impulses.clone(),
         };
+        if let Some(triangles) = &mut self.triangles {
+            triangles.set.keep();
+        }
         Ok(())
     }
 
@@ -54,17 +57,21 @@ impl ImplicitKernels for ReferenceKernels {
         self.particles.positions = positions;
         self.particles.velocities = velocities;
         self.impulses = impulses;
+        if let Some(triangles) = &mut self.triangles {
+            triangles.set.restore();
+        }
         Ok(())
     }
 
     fn spring_linearise(&mut self, substep: &Substep) -> Result<()> {
         self.linear.springs = spring_linearise(&self.model, &mut self.particles, substep.length);
+        self.linear.elements.clear();
         Ok(())
     }
 
     fn membrane_linearise(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
         let (model, length) = (&self.model, substep.length);
-        self.linear.elements = vec![membrane_linearise(model, &self.particles, length, start)];
+        self.linear.elements.push(membrane_linearise(model, &self.particles, length, start));
         Ok(())
     }
 
@@ -75,6 +82,10 @@ impl ImplicitKernels for ReferenceKernels {
     }
 
     fn contact_linearise(&mut self, substep: &Substep) -> Result<()> {
+        if let Some(triangles) = &self.triangles {
+            self.linear.elements.push(triangles.linearise(&self.particles));
+            return Ok(());
+        }
         self.linear.contacts =
             contact_linearise(&self.model, &mut self.particles, &self.pairs, substep.length);
         Ok(())

@@ -21,12 +21,12 @@ impl ImplicitKernels for WgpuKernels {
         self.stages.execute(Command::SpringLinearise(*substep))
     }
 
-    fn membrane_linearise(&mut self, _substep: &Substep, _start: NewtonStart) -> Result<()> {
-        self.stages.model().check_springs_alone("wgpu")
+    fn membrane_linearise(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        self.stages.execute(Command::MembraneLinearise(*substep, start))
     }
 
-    fn bending_linearise(&mut self, _substep: &Substep, _start: NewtonStart) -> Result<()> {
-        self.stages.model().check_springs_alone("wgpu")
+    fn bending_linearise(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        self.stages.execute(Command::BendingLinearise(*substep, start))
     }
 
     fn contact_linearise(&mut self, substep: &Substep) -> Result<()> {

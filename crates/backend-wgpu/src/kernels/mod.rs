@@ -90,11 +90,11 @@ impl Kernels for WgpuKernels {
     }
 
     fn membrane_forces(&mut self) -> Result<()> {
-        self.model().check_springs_alone("wgpu")
+        self.stages.execute(Command::MembraneForces)
     }
 
     fn bending_forces(&mut self) -> Result<()> {
-        self.model().check_springs_alone("wgpu")
+        self.stages.execute(Command::BendingForces)
     }
 
     fn aerodynamic_forces(&mut self, substep: &Substep) -> Result<()> {
@@ -103,6 +103,18 @@ impl Kernels for WgpuKernels {
 
     fn contact_candidates(&mut self) -> Result<()> {
         self.stages.execute(Command::ContactCandidates)
+    }
+
+    fn contact_pairs(&mut self, _: &Substep) -> Result<()> {
+        self.model().check_contact_of_points("wgpu")
+    }
+
+    fn contact_geometry(&mut self, _: &Substep, _: NewtonStart) -> Result<()> {
+        self.model().check_contact_of_points("wgpu")
+    }
+
+    fn contact_certify(&mut self, _: &Substep) -> Result<()> {
+        self.model().check_contact_of_points("wgpu")
     }
 
     fn contact_forces(&mut self) -> Result<()> {
@@ -123,6 +135,14 @@ impl Kernels for WgpuKernels {
 
     fn strain_limit(&mut self, substep: &Substep, colour: usize) -> Result<()> {
         self.stages.execute(Command::StrainLimit(*substep, colour))
+    }
+
+    fn stretch_limit_colours(&self) -> usize {
+        0
+    }
+
+    fn stretch_limit(&mut self, _: &Substep, _: usize) -> Result<()> {
+        self.model().check_no_stretch_limit(self.config(), "wgpu")
     }
 
     fn start_keep(&mut self) -> Result<()> {
@@ -149,7 +169,7 @@ impl Kernels for WgpuKernels {
         self.stages.contact_statistics()
     }
 
-    fn contact_pairs(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {
+    fn contact_pairs_read(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {
         self.stages.contact_pairs(out)
     }
 

@@ -1,8 +1,8 @@
 //! What is asked of a linear solver.
 
 use cloth_core::{
-    Error, ImplicitSettings, LinearMethod, LinearSettings, LinearStart, MatrixForm, Preconditioner,
-    Result,
+    Error, ImplicitSettings, LinearMethod, LinearSettings, LinearStart, LinearStop, MatrixForm,
+    Preconditioner, Result,
 };
 
 use crate::{
@@ -50,6 +50,9 @@ pub(crate) fn linear_check(linear: &LinearSettings) -> Result<()> {
     if !matches!(linear.method, LinearMethod::ConjugateGradient | LinearMethod::Jacobi) {
         let method = linear.method;
         return unsupported(format!("the linear solver {method} (it has cg and jacobi)"));
+    }
+    if linear.stop != LinearStop::Residual {
+        return unsupported(format!("stopping by {} (it has residual)", linear.stop));
     }
     if linear.method == LinearMethod::ConjugateGradient {
         preconditioner_check(linear.preconditioner)?;

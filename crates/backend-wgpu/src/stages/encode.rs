@@ -106,6 +106,10 @@ impl Stages {
                 self.over_particles("procedural_forces", slot)
             }
             Command::SpringForces => self.over_particles("spring_forces", 0),
+            Command::MembraneForces => {
+                self.fabric_forces("membrane_forces", "membrane_forces_gather")
+            }
+            Command::BendingForces => self.fabric_forces("bending_forces", "bending_forces_gather"),
             Command::AerodynamicForces(_) if self.model.air().is_none() => Ok(()),
             Command::AerodynamicForces(substep) => {
                 let slot = self.slot(substep)?;
@@ -125,6 +129,12 @@ impl Stages {
             Command::StartKeep => self.start_keep(),
             Command::StateRestore => self.state_restore(),
             Command::SpringLinearise(substep) => self.spring_linearise(substep),
+            Command::MembraneLinearise(substep, start) => {
+                self.fabric_linearise("membrane_linearise", substep, *start)
+            }
+            Command::BendingLinearise(substep, start) => {
+                self.fabric_linearise("bending_linearise", substep, *start)
+            }
             Command::ContactLinearise(substep) => self.contact_linearise(substep),
             Command::ImplicitAssemble(substep, start) => self.implicit_assemble(substep, *start),
             Command::ColliderConstraints(substep) => self.collider_constraints(substep),
@@ -213,6 +223,9 @@ impl Stages {
     /// All forces, integration and, where nothing comes between, colliders.
     fn explicit_pass(&mut self, substep: &Substep) -> Result<()> {
         let slot = self.slot_fresh(substep)?;
+        if self.model.has_fabric() {
+            self.over_elements("explicit_substep", "explicit_substep_fabric", slot)?;
+        }
         if self.is_penalty() {
             return self.groups_advance(slot);
         }

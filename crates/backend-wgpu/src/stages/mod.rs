@@ -4,6 +4,7 @@ mod confirm;
 mod contact;
 mod control_forces;
 mod encode;
+mod fabric;
 mod impulses;
 mod linear;
 mod motion;
@@ -14,7 +15,7 @@ use std::{collections::HashMap, sync::Arc};
 
 use cloth_core::{
     Collider, ColliderShape, DeferredOutcome, Error, Integrator, Model, Precision, Result,
-    SolverConfig, StageTime, stepper::FramePlan,
+    SlicedRows, SolverConfig, StageTime, stepper::FramePlan,
 };
 use wgpu::BindGroup;
 
@@ -84,6 +85,8 @@ pub(crate) struct Stages {
     /// Largest distance of the numbers of two particles that a spring joins, if an iteration of the conjugate
     /// gradient method is one kernel.
     solve_reach: Option<u32>,
+    /// The pattern of what triangles of fabric add to the matrix, once its memory is there.
+    element_rows: Option<SlicedRows>,
     semi_implicit: SemiImplicit,
     /// What came of recorded solves, for the next one who asks.
     deferred: DeferredOutcome,
@@ -192,6 +195,7 @@ impl Stages {
             calls: Vec::new(),
             solve_policy,
             solve_reach: None,
+            element_rows: None,
             semi_implicit: SemiImplicit::default(),
             deferred: DeferredOutcome::default(),
             constrained: None,
@@ -233,6 +237,17 @@ impl Stages {
                 other?;
             }
         }
+        if self.model.has_fabric() {
+            let forces: &[_] = if self.is_fused {
+                &["explicit_substep_fabric"]
+            } else {
+                &["membrane_forces", "bending_forces"]
+            };
+            for &name in forces {
+                self.kernel(name)?;
+            }
+            self.kernel("measure_fabric")?;
+        }
         self.kernel("measure")?;
         self.kernel("measure_total")?;
         Ok(())
@@ -263,6 +278,11 @@ impl Stages {
         self.model.particle_count() as u32
     }
 
+    /// Triangles of fabric.
+    fn element_count(&self) -> u32 {
+        self.model.elements().triangles().len() as u32
+    }
+
     /// The options of a module for this model.
     fn options(&self, name: &str) -> Vec<&'static str> {
         let contact = self.model.self_contact();
@@ -272,11 +292,14 @@ impl Stages {
         let is_grid = |collider: &Collider| matches!(collider.shape, ColliderShape::Grid(_));
         let grids = self.model.colliders().iter().any(is_grid).then_some("grids");
         let impulses = self.model.collider_impulses().then_some("impulses");
+        let fabric = self.model.has_fabric().then_some("fabric");
         match name {
             "explicit_substep" | "explicit_substep_wide" => {
                 let air = self.model.air().is_some().then_some("air");
-                let penalty = (is_penalty && name == "explicit_substep").then_some("penalty");
-                let forces = air.into_iter().chain(buckling).chain(penalty);
+                let is_general = name == "explicit_substep";
+                let general = [is_penalty.then_some("penalty"), fabric];
+                let general = general.into_iter().flatten().filter(|_| is_general);
+                let forces = air.into_iter().chain(buckling).chain(general);
                 forces.chain(grids).chain(impulses).collect()
             }
             "collider_response" => {
@@ -295,12 +318,14 @@ impl Stages {
             "implicit_assemble" => {
                 let air = self.model.air().is_some().then_some("air");
                 let penalty = is_penalty.then_some("penalty");
-                air.into_iter().chain(buckling).chain(colliders).chain(penalty).collect()
+                let others = [colliders, fabric, penalty].into_iter().flatten();
+                air.into_iter().chain(buckling).chain(others).collect()
             }
             "conjugate_gradient_image" | "linear_residual" => {
-                colliders.into_iter().chain(is_penalty.then_some("penalty")).collect()
+                let penalty = is_penalty.then_some("penalty");
+                colliders.into_iter().chain(fabric).chain(penalty).collect()
             }
-            "matrix_apply" => is_penalty.then_some("penalty").into_iter().collect(),
+            "matrix_apply" => fabric.into_iter().chain(is_penalty.then_some("penalty")).collect(),
             "conjugate_gradient_iteration"
             | "conjugate_gradient_step"
             | "constraint_filter"
@@ -366,7 +391,8 @@ impl Stages {
                 Some(cloth_core::ContactResponse::Impulse { restitution, friction }) => {
                     [0.0, 0.0, restitution, friction]
                 }
-                None => [0.0; 4],
+                // Contact of triangles is refused before.
+                Some(cloth_core::ContactResponse::Triangles { .. }) | None => [0.0; 4],
             };
         let [solve_blocks, solve_repeats] = solve_blocks(self.particle_count());
         let data = layout::Model {
@@ -380,7 +406,9 @@ impl Stages {
             contact_restitution: restitution as f32,
             contact_friction: friction as f32,
             colliders_in_pass: u32::from(self.colliders_in_pass()),
-            measure_blocks: self.particle_count().div_ceil(MEASURE_BLOCK),
+            measure_blocks: self.particle_count().div_ceil(MEASURE_BLOCK)
+                + self.element_count().div_ceil(MEASURE_BLOCK),
+            element_count: self.element_count(),
             solve_blocks,
             solve_repeats,
             ..layout::Model::default()

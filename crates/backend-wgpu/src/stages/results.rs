@@ -55,6 +55,7 @@ impl Stages {
             contacts,
             candidates: u64::from(self.status.contact_listed) * u64::from(GROUP * GROUP),
             rebuilds,
+            ..ContactStatistics::default()
         })
     }
 
@@ -84,6 +85,10 @@ impl Stages {
             let slot = self.slots.closing();
             let items = (self.particle_count(), MEASURE_BLOCK);
             self.dispatch("measure", "measure", items, self.present, (slot, 0))?;
+            if self.element_count() > 0 {
+                let items = (self.element_count(), MEASURE_BLOCK);
+                self.dispatch("measure", "measure_fabric", items, self.present, (slot, 0))?;
+            }
             self.dispatch("measure", "measure_total", (1, 1), self.present, (0, 0))?;
             let result = self.buffers.get("measure_result", 0, 0)?;
             self.recorder.copy(&self.context, result, 0, self.small.buffer(), 0, MEASURE_SIZE);

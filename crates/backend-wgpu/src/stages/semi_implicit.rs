@@ -2,8 +2,8 @@
 //! of the implicit one.
 
 use cloth_core::{
-    Error, LinearMethod, LinearSettings, LinearStart, MatrixForm, Model, ModelError, PieceBlocks,
-    Preconditioner, Result, SemiImplicitSolve, stepper::Substep,
+    Error, LinearMethod, LinearSettings, LinearStart, LinearStop, MatrixForm, Model, ModelError,
+    PieceBlocks, Preconditioner, Result, SemiImplicitSolve, stepper::Substep,
 };
 
 use super::Stages;
@@ -18,6 +18,7 @@ pub(super) const LINEAR: LinearSettings = LinearSettings {
     method: LinearMethod::ConjugateGradient,
     preconditioner: Preconditioner::Diagonal,
     matrix: MatrixForm::MatrixFree,
+    stop: LinearStop::Residual,
     tolerance: 3e-7,
     iterations_max: 4000,
     warm_start: true,

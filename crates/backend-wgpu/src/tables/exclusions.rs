@@ -2,13 +2,15 @@
 
 use std::collections::HashMap;
 
-use cloth_core::{Model, Neighbours, SelfContact};
+use cloth_core::{InteractionKind, Model, Neighbours, SelfContact};
 
-/// n + 1 offsets, then for each particle its partners, ascending: joined to it by a spring, or
-/// closer than the contact distance at the start. Decided in double precision.
+/// n + 1 offsets, then for each particle its partners, ascending: joined to it by a spring or an edge of a triangle
+/// of fabric, or closer than the contact distance at the start. Decided in double precision.
 pub(super) fn table(model: &Model, contact: &SelfContact) -> Vec<u32> {
     let count = model.particle_count();
-    let neighbours = Neighbours::new(&model.interactions().in_matrix());
+    let mut joined = model.interactions();
+    joined.retain(|kind| matches!(kind, InteractionKind::Spring | InteractionKind::Membrane));
+    let neighbours = Neighbours::new(&joined);
     let cells = Cells::new(model, contact.distance);
     let mut table = vec![0_u32; count + 1];
     let mut row = Vec::new();

@@ -2,6 +2,7 @@
 
 pub(crate) mod distance_grids;
 mod exclusions;
+mod fabric;
 mod groups;
 pub(crate) mod links;
 mod rows;
@@ -29,6 +30,7 @@ pub(crate) struct Tables {
     /// Particles by groups, if there is contact between cloths.
     pub(crate) group_members: Vec<u32>,
     pub(crate) distance_grids: Vec<u32>,
+    pub(crate) fabric: fabric::FabricTables,
 }
 
 impl Tables {
@@ -58,6 +60,7 @@ impl Tables {
             offsets: if common_offset(model).is_some() { Vec::new() } else { offsets(model) },
             colours,
             limited_springs,
+            fabric: fabric::FabricTables::new(model),
             exclusions,
             group_members,
             distance_grids: distance_grids::distance_grids(model),

@@ -2,7 +2,7 @@
 
 use clap::Args;
 use cloth::{
-    LinearMethod, Preconditioner,
+    LinearMethod, LinearStop, Preconditioner,
     scene::{Scene, SceneAdaptive, SceneSolver},
 };
 
@@ -17,10 +17,13 @@ pub(crate) struct SolverArguments {
     /// Method for the linear systems of the implicit solver: cg, jacobi or direct.
     #[arg(long, value_name = "METHOD")]
     pub(crate) linear: Option<LinearMethod>,
-    /// Preconditioner of the method cg: diagonal, block or incomplete-cholesky.
+    /// Preconditioner of the method cg: diagonal, block, incomplete-cholesky, schwarz or auto.
     #[arg(long)]
     pub(crate) preconditioner: Option<Preconditioner>,
-    /// Relative residual at which cg and jacobi stop, 0 to 1; 0 runs all iterations.
+    /// What cg measures to know when to stop: residual, or energy for the error in the norm of the energy.
+    #[arg(long)]
+    pub(crate) stop: Option<LinearStop>,
+    /// Relative residual, or what --stop says, at which cg and jacobi stop, 0 to 1; 0 runs all iterations.
     #[arg(long, value_parser = share)]
     pub(crate) tolerance: Option<f64>,
     /// Iterations of cg and jacobi for each system at most.
@@ -47,6 +50,7 @@ impl SolverArguments {
         let implicit = &mut simulation.implicit;
         set(&mut implicit.linear, self.linear);
         set(&mut implicit.preconditioner, self.preconditioner);
+        set(&mut implicit.stop, self.stop);
         set(&mut implicit.tolerance, self.tolerance);
         set(&mut implicit.iterations, self.iterations);
         set(&mut implicit.newton_iterations, self.newton);
@@ -65,6 +69,7 @@ impl SolverArguments {
         let given = [
             ("--linear", self.linear.is_some()),
             ("--preconditioner", self.preconditioner.is_some()),
+            ("--stop", self.stop.is_some()),
             ("--tolerance", self.tolerance.is_some()),
             ("--iterations", self.iterations.is_some()),
             ("--newton", self.newton.is_some()),
@@ -85,7 +90,7 @@ impl SolverArguments {
             )));
         }
         if linear != LinearMethod::ConjugateGradient
-            && let Some(name) = first(&["--preconditioner"])
+            && let Some(name) = first(&["--preconditioner", "--stop"])
         {
             return Err(Failure::Usage(format!(
                 "{name} belongs to the method cg, but {linear} is in use; add --linear cg or leave \

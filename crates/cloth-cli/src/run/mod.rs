@@ -10,8 +10,8 @@ mod summary;
 use std::time::Instant;
 
 use cloth::{
-    AUTO, Backend, BackendOptions, Checkpoint, PoseLog, Simulation, StepReport, backend_choose,
-    backend_open, frame_solids, picture_style, picture_style_moving, topology,
+    AUTO, Backend, BackendOptions, Checkpoint, PoseLog, SceneAudit, Simulation, StepReport,
+    backend_choose, backend_open, frame_solids, picture_style, picture_style_moving, topology,
 };
 use cloth::{io::PictureStyle, scene::CompiledScene};
 
@@ -48,6 +48,8 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     if !scene.choice.reason.is_empty() {
         say::note(format_args!("solver: {}", scene.choice.reason));
     }
+    scene.notes.iter().for_each(say::note);
+    scene.warnings.iter().for_each(say::warning);
     if let Some(warning) = stability_warning(&scene) {
         say::warning(warning);
     }
@@ -104,9 +106,12 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let mut summary =
         Summary::new(simulation.model().particle_count(), passages(simulation.model()));
     let mut progress = Progress::new(simulation.frame(), u64::from(simulation.scene().frames));
+    let audit = arguments.audit.then(|| SceneAudit::new(simulation.model()));
     let mut ended = Ok(());
     while ended.is_ok() && !simulation.is_finished() && signals.requested().is_none() {
-        ended = frame(&mut simulation, &mut outputs, &mut reports, &mut summary, &mut progress);
+        let audit = audit.as_ref();
+        ended =
+            frame(&mut simulation, audit, &mut outputs, &mut reports, &mut summary, &mut progress);
         if ended.is_ok() {
             ended = feedback.add(&mut simulation);
         }
@@ -218,6 +223,7 @@ fn scene_and_backend(
 /// Computes a frame and writes it.
 fn frame(
     simulation: &mut Simulation,
+    audit: Option<&SceneAudit>,
     outputs: &mut Outputs<'_>,
     reports: &mut ReportWriter,
     summary: &mut Summary,
@@ -228,8 +234,12 @@ fn frame(
     let (state, normals) = simulation.state_and_normals()?;
     outputs.write(frame, state, normals)?;
     let report = StepReport { audit: simulation.audit()?, ..simulation.report().clone() };
-    reports.write(frame, &report)?;
+    let intersections = audit.map(|audit| simulation.intersections(audit)).transpose()?;
+    reports.write(frame, &report, intersections.as_ref())?;
     summary.add(frame, &report);
+    if let (Some(audit), Some(found)) = (audit, &intersections) {
+        summary.intersections.add(audit, frame, found);
+    }
     progress.frame(frame, summary, &report);
     Ok(())
 }

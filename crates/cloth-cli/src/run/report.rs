@@ -8,12 +8,16 @@ use std::{
 };
 
 use cloth::{
-    Measures, SolverReport, StepReport, TimeStepChange, TimeStepReason,
+    FabricAudit, Measures, SolverReport, StepReport, TimeStepChange, TimeStepReason,
+    audit::Intersections,
     io::{file_read, file_replace},
 };
 use serde::Serialize;
 
-use crate::failure::{Failure, ReadError, WriteError};
+use crate::{
+    audit::IntersectionLine,
+    failure::{Failure, ReadError, WriteError},
+};
 
 /// One line: a [`StepReport`] and the frame it belongs to. Quantities are in SI units.
 #[derive(Serialize)]
@@ -25,6 +29,9 @@ struct ReportLine<'a> {
     solver_unconverged: u32,
     solver_iterations: u64,
     solver_residual: f64,
+    solver_energy_error: Option<f64>,
+    solver_restarted: u32,
+    solver_preconditioner: Option<&'static str>,
     solver_factorisations: u32,
     newton_iterations: u32,
     newton_residual: f64,
@@ -35,12 +42,18 @@ struct ReportLine<'a> {
     contacts: u64,
     contact_candidates: u64,
     contact_rebuilds: u32,
+    contact_truncated: u64,
+    contact_exempt: u64,
     strain_max: f64,
     strain_mean: f64,
     strain_particle: u32,
     compression_max: f64,
     compression_particle: u32,
     close_pairs: u64,
+    #[serde(flatten)]
+    intersections: Option<IntersectionLine>,
+    #[serde(flatten)]
+    fabric: Option<FabricColumns>,
     bodies_at_speed_limit: u32,
     penetration_max: f64,
     energy_kinetic: f64,
@@ -53,7 +66,7 @@ struct ReportLine<'a> {
 }
 
 impl<'a> ReportLine<'a> {
-    fn new(frame: u64, report: &'a StepReport) -> Self {
+    fn new(frame: u64, report: &'a StepReport, intersections: Option<&Intersections>) -> Self {
         let Measures {
             strain_max,
             strain_mean,
@@ -71,6 +84,9 @@ impl<'a> ReportLine<'a> {
             solves_unconverged,
             iterations,
             residual,
+            energy_error,
+            solves_restarted,
+            preconditioner,
             newton_iterations,
             newton_residual,
             factorisations,
@@ -88,6 +104,9 @@ impl<'a> ReportLine<'a> {
             solver_unconverged: *solves_unconverged,
             solver_iterations: *iterations,
             solver_residual: *residual,
+            solver_energy_error: *energy_error,
+            solver_restarted: *solves_restarted,
+            solver_preconditioner: preconditioner.map(|preconditioner| preconditioner.name()),
             solver_factorisations: *factorisations,
             newton_iterations: *newton_iterations,
             newton_residual: *newton_residual,
@@ -98,12 +117,16 @@ impl<'a> ReportLine<'a> {
             contacts: report.contacts,
             contact_candidates: report.contact_candidates,
             contact_rebuilds: report.contact_rebuilds,
+            contact_truncated: report.contact_truncated,
+            contact_exempt: report.contact_exempt,
             strain_max,
             strain_mean,
             strain_particle,
             compression_max: report.audit.compression_max,
             compression_particle: report.audit.compression_particle,
             close_pairs: report.audit.close_pairs,
+            intersections: intersections.map(IntersectionLine::from),
+            fabric: report.audit.fabric.map(FabricColumns::from),
             bodies_at_speed_limit: report.bodies_at_speed_limit,
             penetration_max,
             energy_kinetic,
@@ -113,6 +136,38 @@ impl<'a> ReportLine<'a> {
             momentum_drift,
             stage_times: times.map(|entry| (entry.stage, entry.time.as_secs_f64())).collect(),
             wall_time: report.wall_time.as_secs_f64(),
+        }
+    }
+}
+
+/// What is there only with fabric: E11, E22 and E12 with their smallest and largest value, and means of their absolute values.
+#[derive(Serialize)]
+struct FabricColumns {
+    energy_membrane: f64,
+    energy_bending: f64,
+    stretch_min: f64,
+    stretch_max: f64,
+    stretch_triangle: u32,
+    strain_warp: [f64; 2],
+    strain_weft: [f64; 2],
+    strain_shear: [f64; 2],
+    strain_means: [f64; 3],
+}
+
+impl From<FabricAudit> for FabricColumns {
+    fn from(audit: FabricAudit) -> Self {
+        let [stretch_min, stretch_max] = audit.stretches;
+        let [strain_warp, strain_weft, strain_shear] = audit.strains;
+        Self {
+            energy_membrane: audit.energy_membrane,
+            energy_bending: audit.energy_bending,
+            stretch_min,
+            stretch_max,
+            stretch_triangle: audit.stretched_triangle,
+            strain_warp,
+            strain_weft,
+            strain_shear,
+            strain_means: audit.strain_means,
         }
     }
 }
@@ -161,8 +216,13 @@ impl ReportWriter {
         Ok(Self { path: path.to_owned(), file, stdout })
     }
 
-    pub(super) fn write(&mut self, frame: u64, report: &StepReport) -> Result<(), Failure> {
-        let line = ReportLine::new(frame, report);
+    pub(super) fn write(
+        &mut self,
+        frame: u64,
+        report: &StepReport,
+        intersections: Option<&Intersections>,
+    ) -> Result<(), Failure> {
+        let line = ReportLine::new(frame, report, intersections);
         let mut line = serde_json::to_string(&line).map_err(Failure::other)?;
         line.push('\n');
         self.file.write_all(line.as_bytes()).map_err(WriteError::of(&self.path))?;
@@ -201,7 +261,7 @@ mod tests {
         let path = folder.path().join("report.jsonl");
         fs::write(&path, "1\n2\n3\n4\n").unwrap();
         let mut writer = ReportWriter::open(&path, 2, false).unwrap();
-        writer.write(3, &StepReport::default()).unwrap();
+        writer.write(3, &StepReport::default(), None).unwrap();
         let text = fs::read_to_string(&path).unwrap();
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[..2], ["1", "2"]);
@@ -222,7 +282,8 @@ mod tests {
             ..SolverReport::default()
         };
         let report = StepReport { solver, ..StepReport::default() };
-        let line = serde_json::to_value(ReportLine::new(1, &report)).unwrap();
+        let line = serde_json::to_value(ReportLine::new(1, &report, None)).unwrap();
+        assert!(line.get("intersections_within").is_none(), "not asked for");
         assert_eq!((&line["solver_solves"], &line["solver_unconverged"]), (&3.into(), &1.into()));
         let changes = &line["time_step_changes"];
         let first = serde_json::json!(

@@ -5,9 +5,10 @@ use std::{
     time::Duration,
 };
 
-use cloth::StepReport;
+use cloth::{FabricAudit, StepReport};
 
 use crate::{
+    audit::IntersectionSummary,
     failure::Failure,
     say::{self, Level, Shown},
     units::{count_text, number_text},
@@ -26,10 +27,18 @@ pub(super) struct Summary {
     penetration_max: f64,
     contacts_max: u64,
     compression_max: f64,
+    /// Largest principal stretch of fabric, and how it lies in the last frame.
+    stretch_max: f64,
+    fabric: Option<FabricAudit>,
     /// Most pairs of particles closer than half the contact distance, and the first frame with any.
     close_pairs_max: u64,
     close_pairs_first: Option<u64>,
+    /// Ways that contact of triangles has shortened, and the most pairs that it could not prove to be apart.
+    truncated: u64,
+    exempt_max: u64,
     bodies_at_speed_limit: u32,
+    /// What the audit found, if it was asked for.
+    pub(super) intersections: IntersectionSummary,
     /// What the scene is warned of before it runs.
     warnings: Vec<String>,
     solver: SolverSummary,
@@ -46,9 +55,14 @@ impl Summary {
             penetration_max: 0.0,
             contacts_max: 0,
             compression_max: 0.0,
+            stretch_max: 0.0,
+            fabric: None,
             close_pairs_max: 0,
             close_pairs_first: None,
+            truncated: 0,
+            exempt_max: 0,
             bodies_at_speed_limit: 0,
+            intersections: IntersectionSummary::new(),
             warnings,
             solver: SolverSummary::new(),
         }
@@ -62,6 +76,10 @@ impl Summary {
         if audit.close_pairs > 0 {
             self.close_pairs_first = self.close_pairs_first.or(Some(frame));
         }
+        if let Some(fabric) = &audit.fabric {
+            self.stretch_max = self.stretch_max.max(fabric.stretches[1]);
+            self.fabric = Some(*fabric);
+        }
         self.bodies_at_speed_limit = self.bodies_at_speed_limit.max(report.bodies_at_speed_limit);
         self.frames += 1;
         self.substeps += u64::from(report.substeps);
@@ -69,6 +87,8 @@ impl Summary {
         self.strain_max = self.strain_max.max(report.measures.strain_max);
         self.penetration_max = self.penetration_max.max(report.measures.penetration_max);
         self.contacts_max = self.contacts_max.max(report.contacts);
+        self.truncated += report.contact_truncated;
+        self.exempt_max = self.exempt_max.max(report.contact_exempt);
         self.solver.add(&report.solver);
     }
 
@@ -78,6 +98,20 @@ impl Summary {
         let seconds = self.solver_time.as_secs_f64();
         let rate = if seconds > 0.0 { steps / seconds } else { 0.0 };
         format!("{} particle-steps/s", number_text(rate))
+    }
+
+    /// How fabric lies at the end.
+    fn fabric_text(&self, fabric: &FabricAudit) -> String {
+        let percent = |strain: f64| 100.0 * strain;
+        let range = |[least, largest]: [f64; 2]| {
+            format!("{:.2} to {:.2} %", percent(least), percent(largest))
+        };
+        let [warp, weft, shear] = fabric.strains.map(range);
+        format!(
+            "fabric: stretched to {:.3} at most; at the end to {:.3}, E11 {warp}, E22 {weft}, E12 {shear}; {:.3e} J in stretch and shear, \
+             {:.3e} J in folds",
+            self.stretch_max, fabric.stretches[1], fabric.energy_membrane, fabric.energy_bending
+        )
     }
 
     pub(super) fn lines(&self, elapsed: Duration) -> Vec<String> {
@@ -98,7 +132,21 @@ impl Summary {
             count_text(self.contacts_max, "contact"),
         );
         let mut lines = vec![first, second];
+        lines.extend(self.fabric.map(|fabric| self.fabric_text(&fabric)));
         lines.extend(self.solver.lines(self.substeps));
+        if self.truncated > 0 {
+            lines.push(format!(
+                "contact of triangles shortened {} so that no cloth goes through cloth",
+                count_text(self.truncated, "way"),
+            ));
+        }
+        if self.exempt_max > 0 {
+            lines.push(format!(
+                "warning: up to {} of triangles go through each other from the start: contact cannot part them, and leaves them out of \
+                 its proof; let cloths start apart",
+                count_text(self.exempt_max, "pair"),
+            ));
+        }
         if let Some(frame) = self.close_pairs_first {
             lines.push(format!(
                 "warning: from frame {frame} on up to {} of particles came closer than half the contact distance: cloth may have gone \
@@ -106,6 +154,7 @@ impl Summary {
                 count_text(self.close_pairs_max, "pair"),
             ));
         }
+        lines.extend(self.intersections.line());
         if self.bodies_at_speed_limit > 0 {
             lines.push(format!(
                 "warning: rigid bodies reached the largest speed of their solver, 400 m/s or an eighth of a turn in a step, and would have \

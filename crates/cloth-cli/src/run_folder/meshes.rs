@@ -17,6 +17,9 @@ use toml::{Table, Value};
 use super::{text_read, text_write};
 use crate::failure::{Failure, ReadError, WriteError};
 
+/// Keys that name a file.
+const FILE_KEYS: [&str; 2] = ["file", "sheet"];
+
 /// Folder of the meshes.
 const FOLDER: &str = "meshes";
 
@@ -41,11 +44,11 @@ pub(super) fn rewritten(
     Ok((toml::to_string(&table).map_err(Failure::other)?, files))
 }
 
-/// Calls `found` with every table that names a mesh file.
+/// Calls `found` with every table that names a mesh file, or the sheet of a laboratory.
 fn visit(value: &mut Value, found: &mut impl FnMut(&mut Table)) {
     match value {
         Value::Table(table) => {
-            if matches!(table.get("file"), Some(Value::String(_))) {
+            if FILE_KEYS.iter().any(|key| matches!(table.get(*key), Some(Value::String(_)))) {
                 found(table);
             }
             table.iter_mut().for_each(|(_, value)| visit(value, found));
@@ -63,7 +66,8 @@ fn mesh_rewrite(
     options: &CompileOptions,
     files: &mut Vec<Copy>,
 ) {
-    let Some(Value::String(file)) = mesh.get("file").cloned() else { return };
+    let named = FILE_KEYS.iter().find_map(|&key| Some((key, mesh.get(key)?.as_str()?.to_owned())));
+    let Some((key, file)) = named else { return };
     let Some(name) = Path::new(&file).file_name().and_then(|name| name.to_str()) else { return };
     let integer = |key: &str| mesh.get(key).and_then(Value::as_integer);
     let numbers: Vec<Option<i64>> = match (integer("first"), integer("frames")) {
@@ -82,7 +86,7 @@ fn mesh_rewrite(
     }
     // A path of the scene has strokes on every system.
     let parts: Vec<_> = to.components().map(|part| part.as_os_str().to_string_lossy()).collect();
-    mesh.insert("file".into(), Value::String(format!("{}/{name}", parts.join("/"))));
+    mesh.insert(key.into(), Value::String(format!("{}/{name}", parts.join("/"))));
 }
 
 /// Where compiling the scene finds the mesh `file`, which it did.
@@ -120,7 +124,7 @@ pub(super) fn remove(root: &Path) -> Result<(), WriteError> {
     let mut folders = BTreeSet::new();
     for (_, value) in &mut table {
         visit(value, &mut |mesh| {
-            let file = mesh.get("file").and_then(Value::as_str).map(Path::new);
+            let file = FILE_KEYS.iter().find_map(|key| mesh.get(*key)?.as_str()).map(Path::new);
             // Nothing else but a folder with a number, as `rewritten` gives it.
             if let Some(folder) = file.and_then(Path::parent)
                 && folder.parent() == Some(Path::new(FOLDER))
@@ -137,8 +141,13 @@ pub(super) fn remove(root: &Path) -> Result<(), WriteError> {
     Ok(())
 }
 
-/// Files beside a glTF mesh with its numbers, by their relative paths; those of other meshes are in one file.
+/// Files beside a glTF mesh with its numbers, or beside a laboratory sheet with its curves, by their relative paths; other meshes are in
+/// one file.
 fn buffers(mesh: &Path) -> Vec<PathBuf> {
+    let is_sheet = mesh.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    if is_sheet {
+        return curves(mesh);
+    }
     let is_gltf = mesh.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gltf"));
     let text = if is_gltf { file_read(mesh, u64::MAX).unwrap_or_default() } else { Vec::new() };
     let Ok(json) = serde_json::from_slice::<serde_json::Value>(&text) else { return Vec::new() };
@@ -151,6 +160,17 @@ fn buffers(mesh: &Path) -> Vec<PathBuf> {
         path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
     };
     names.filter(is_below).collect()
+}
+
+/// The curves that a laboratory sheet names.
+fn curves(sheet: &Path) -> Vec<PathBuf> {
+    let Ok(text) = text_read(sheet) else { return Vec::new() };
+    let Ok(table) = text.parse::<Table>() else { return Vec::new() };
+    let curve = |thread: &str| table.get(thread)?.get("curve")?.as_str();
+    let names = ["warp", "weft"].into_iter().filter_map(curve).map(PathBuf::from);
+    let is_plain =
+        |path: &PathBuf| path.components().all(|part| matches!(part, Component::Normal(_)));
+    names.filter(is_plain).collect()
 }
 
 /// Writes `text`, the scene of a run that continues another.
@@ -167,7 +187,7 @@ mod tests {
         [[cloth]]
         name = "shirt"
         geometry.mesh.file = "models/shirt.gltf"
-        material.preset = "jersey"
+        material.sheet = "lab/sheet.toml"
         [[collider]]
         name = "body"
         shape.animation = { file = "walk/body-{}.obj", first = 3, frames = 2, rate = 30 }
@@ -183,6 +203,11 @@ mod tests {
             ("models/a b.bin", "numbers"),
             ("walk/body-3.obj", "three"),
             ("walk/body-4.obj", "four"),
+            (
+                "lab/sheet.toml",
+                "W = 12\n[warp]\ncurve = \"warp.csv\"\n[weft]\ncurve = \"../weft.csv\"\n",
+            ),
+            ("lab/warp.csv", "0.0, 0.0"),
         ] {
             fs::create_dir_all(at(name).parent().unwrap()).unwrap();
             fs::write(at(name), content).unwrap();
@@ -191,13 +216,14 @@ mod tests {
         scene.origin.directory = place.path().to_owned();
         let (text, files) = rewritten(&scene, &CompileOptions::default()).unwrap();
         assert!(text.contains("\"meshes/0/shirt.gltf\""), "{text}");
-        assert!(text.contains("\"meshes/1/body-{}.obj\""), "{text}");
+        assert!(text.contains("\"meshes/1/sheet.toml\""), "{text}");
+        assert!(text.contains("\"meshes/2/body-{}.obj\""), "{text}");
         let run = at("run");
         copy(&files, &run).unwrap();
         let read = |name: &str| fs::read_to_string(run.join("meshes").join(name)).unwrap();
         assert_eq!(read("0/shirt.gltf"), gltf);
-        let copies = ["0/a b.bin", "1/body-3.obj", "1/body-4.obj"].map(read);
-        assert_eq!(copies, ["numbers", "three", "four"]);
+        let copies = ["0/a b.bin", "1/warp.csv", "2/body-3.obj", "2/body-4.obj"].map(read);
+        assert_eq!(copies, ["numbers", "0.0, 0.0", "three", "four"]);
         fs::write(run.join("scene.toml"), text).unwrap();
         fs::write(run.join("meshes/mine.obj"), "mine").unwrap();
         remove(&run).unwrap();

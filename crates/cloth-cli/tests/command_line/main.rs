@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
+mod audit;
 mod backend;
 mod bad_input;
 mod commands;

@@ -1,7 +1,7 @@
 //! Settings of the solvers of linear systems.
 
 use crate::{
-    ModelError,
+    Model, ModelError,
     error::{in_range, positive},
 };
 
@@ -16,7 +16,9 @@ pub struct LinearSettings {
     pub preconditioner: Preconditioner,
     /// How the matrix is multiplied with a vector.
     pub matrix: MatrixForm,
-    /// Relative residual |b - A y| / |b| at which an iteration stops; 0 runs to the cap.
+    /// What an iteration measures to know when to stop.
+    pub stop: LinearStop,
+    /// What `stop` measures, relative to the start, at which an iteration stops; 0 runs to the cap.
     pub tolerance: f64,
     /// Cap on iterations. A solve that reaches it stands as it is, and the report says so.
     pub iterations_max: u32,
@@ -50,6 +52,44 @@ pub enum Preconditioner {
     /// Incomplete Cholesky factorisation without fill, in blocks of 3 x 3, of the matrix less
     /// what couples its parts of fixed size.
     IncompleteCholesky,
+    /// Inverses of the blocks of groups of 32 particles, and what rigid motions of these groups do to the system, by one
+    /// V-cycle over groups of groups: iterations that hardly grow with the number of particles.
+    Schwarz,
+    /// `Schwarz` where the backend has it and it was measured to win, else `Block`.
+    Auto,
+}
+
+/// When an iteration is good enough.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LinearStop {
+    /// By the residual |b - A y| / |b|.
+    #[default]
+    Residual,
+    /// By the error in the norm of the energy, sqrt(e A e), relative to that of the start, which conjugate gradients estimate
+    /// as they run (Hestenes and Stiefel 1952; Strakoš and Tichý 2002).
+    Energy,
+}
+
+/// Models of fabric with fewer particles than this are faster with blocks (INTEGRATORS.md has the measurements).
+const SCHWARZ_MIN: usize = 4096;
+
+impl Preconditioner {
+    /// What `Auto` stands for in a model, on a backend that may have `Schwarz`; the others stand for themselves.
+    ///
+    /// Cloth made of springs keeps `Block`, so that scenes that were made before give what they gave.
+    #[must_use]
+    pub fn resolved(self, model: &Model, has_schwarz: bool) -> Self {
+        match self {
+            Self::Auto if has_schwarz && wins(model) => Self::Schwarz,
+            Self::Auto => Self::Block,
+            given => given,
+        }
+    }
+}
+
+fn wins(model: &Model) -> bool {
+    model.has_fabric() && model.particle_count() >= SCHWARZ_MIN
 }
 
 /// How the matrix is multiplied with a vector.
@@ -69,6 +109,7 @@ impl Default for LinearSettings {
             method: LinearMethod::default(),
             preconditioner: Preconditioner::default(),
             matrix: MatrixForm::default(),
+            stop: LinearStop::default(),
             tolerance: 1e-3,
             iterations_max: 200,
             warm_start: false,
@@ -80,6 +121,9 @@ impl LinearSettings {
     pub(super) fn validate(&self) -> Result<(), ModelError> {
         in_range(|| "tolerance of the linear solver".into(), self.tolerance, [0.0, 1.0])?;
         positive(|| "iterations of the linear solver".into(), f64::from(self.iterations_max))?;
+        if self.stop == LinearStop::Energy && self.method != LinearMethod::ConjugateGradient {
+            return Err(ModelError::StopWithoutEstimate { method: self.method });
+        }
         Ok(())
     }
 }
@@ -91,7 +135,12 @@ names!(LinearMethod, "linear solver",
 names!(Preconditioner, "preconditioner",
     Preconditioner::Diagonal => "diagonal",
     Preconditioner::Block => "block",
-    Preconditioner::IncompleteCholesky => "incomplete-cholesky");
+    Preconditioner::IncompleteCholesky => "incomplete-cholesky",
+    Preconditioner::Schwarz => "schwarz",
+    Preconditioner::Auto => "auto");
+names!(LinearStop, "measure of the linear solver",
+    LinearStop::Residual => "residual",
+    LinearStop::Energy => "energy");
 names!(MatrixForm, "matrix form",
     MatrixForm::MatrixFree => "matrix-free",
     MatrixForm::Assembled => "assembled");

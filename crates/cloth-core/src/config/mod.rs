@@ -9,11 +9,11 @@ mod time_step;
 use std::{num::NonZeroUsize, str::FromStr};
 
 pub use implicit::{ImplicitSettings, NewtonSettings, SemiImplicitSettings, SemiImplicitSolve};
-pub use linear::{LinearMethod, LinearSettings, MatrixForm, Preconditioner};
+pub use linear::{LinearMethod, LinearSettings, LinearStop, MatrixForm, Preconditioner};
 pub use strain_limit::StrainLimit;
 pub use time_step::{AdaptiveSettings, TimeStepControl};
 
-use crate::{ModelError, error::positive};
+use crate::{Model, ModelError, error::positive};
 
 /// Settings of a solver. They hold for its whole life.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,6 +73,28 @@ impl Default for SolverConfig {
 }
 
 impl SolverConfig {
+    /// The same with a preconditioner in place of [`Preconditioner::Auto`], for a backend that may have
+    /// [`Preconditioner::Schwarz`].
+    #[must_use]
+    pub fn resolved(&self, model: &Model, has_schwarz: bool) -> Self {
+        let mut resolved = self.clone();
+        if let Integrator::Implicit(ImplicitSettings { linear, .. }) = &mut resolved.integrator {
+            linear.preconditioner = linear.preconditioner.resolved(model, has_schwarz);
+        }
+        resolved
+    }
+
+    /// The preconditioner that linear systems are solved with, if there is one.
+    #[must_use]
+    pub fn preconditioner(&self) -> Option<Preconditioner> {
+        match &self.integrator {
+            Integrator::Implicit(ImplicitSettings { linear, .. }) => {
+                (linear.method == LinearMethod::ConjugateGradient).then_some(linear.preconditioner)
+            }
+            _ => None,
+        }
+    }
+
     /// Checks every number.
     ///
     /// # Errors

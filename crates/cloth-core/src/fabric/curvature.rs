@@ -1,11 +1,14 @@
-//! The bending stiffness of a triangle in terms of the folds of its three edges (NUMERICS §12).
+//! The curvature of a triangle in terms of the folds around it, and its stiffness (NUMERICS §12).
 
 use super::PlateRigidity;
 use crate::Real;
 
-/// A stiffness of a triangle's folds is at most this many times that of its stiffest hinge on its own: where the six vertices
-/// around a triangle lie nearly on a conic, a curvature hardly folds its edges, and the exact stiffness would be any large number.
-const LARGEST_SHARE: f64 = 10.0;
+/// Eigenvalues of a triangle's fit are at least this share of the largest one: where the six vertices around a triangle lie nearly on a
+/// conic, a curvature hardly folds its edges, and folds would say any large curvature.
+const LEAST_SHARE: f64 = 0.002;
+
+/// Folds that tell the curvature of a triangle: of its three edges, and for each of these the two other edges of the triangle beyond.
+pub const FOLDS: usize = 9;
 
 /// A hinge as the triangle sees it, at rest and laid flat.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,27 +25,42 @@ pub struct HingeGeometry {
     pub feet: [f64; 2],
 }
 
-/// Moments of the three edges of a triangle for the folds of the three, a symmetric matrix without negative eigenvalues.
+/// The curvature of a triangle from its folds, and the rigidity that it meets.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CurvatureStiffness<T> {
-    /// Entries 00, 11, 22, 01, 02, 12 \[N m\]; zero for edges without a neighbour.
-    pub entries: [T; 6],
+    /// k11, k22 and k12 \[1/m\] for each fold \[rad\]; zero for folds that are not there.
+    pub map: [[T; FOLDS]; 3],
+    /// A D11, A D22, A D12 and 4 A D66 \[N m^3\].
+    pub plate: [T; 4],
+}
+
+/// What the folds of a triangle's own edges say of it: the quadratic surface through its corners and the vertices beyond its edges.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fit {
+    /// How much of the fold of each edge belongs to this triangle, the angle between it and the surface in the middle of the edge, for the folds
+    /// of its three edges.
+    pub(super) halves: [[f64; 3]; 3],
+    /// Whether the fit had to be limited.
+    pub(super) is_limited: bool,
 }
 
 impl HingeGeometry {
-    /// Derivatives of the fold by the curvatures k11, k22, k12 of a surface \[m\].
-    fn row(&self) -> [f64; 3] {
+    /// The angle between this triangle, and the next one, and a surface in the middle of the edge, for its curvatures k11, k22, k12 \[m\]. The sum
+    /// of both is the fold.
+    fn halves(&self) -> [[f64; 3]; 2] {
         let Self { tangent: t, normal: n, length, heights, feet } = *self;
-        let saddle = |k: usize| feet[k] * (length - feet[k]) / heights[k];
-        let along_normal = 0.5 * (heights[0] + heights[1]);
-        let along_edge = -0.5 * (saddle(0) + saddle(1));
-        let mixed = feet[0] - feet[1];
-        [
-            along_normal * n[0] * n[0] + along_edge * t[0] * t[0] + mixed * n[0] * t[0],
-            along_normal * n[1] * n[1] + along_edge * t[1] * t[1] + mixed * n[1] * t[1],
-            2.0 * (along_normal * n[0] * n[1] + along_edge * t[0] * t[1])
-                + mixed * (n[0] * t[1] + n[1] * t[0]),
-        ]
+        [0, 1].map(|k| {
+            let along_normal = 0.5 * heights[k];
+            let along_edge = -0.5 * feet[k] * (length - feet[k]) / heights[k];
+            // The other triangle sees its normal the other way.
+            let mixed = (feet[k] - 0.5 * length) * if k == 0 { 1.0 } else { -1.0 };
+            [
+                along_normal * n[0] * n[0] + along_edge * t[0] * t[0] + mixed * n[0] * t[0],
+                along_normal * n[1] * n[1] + along_edge * t[1] * t[1] + mixed * n[1] * t[1],
+                2.0 * (along_normal * n[0] * n[1] + along_edge * t[0] * t[1])
+                    + mixed * (n[0] * t[1] + n[1] * t[0]),
+            ]
+        })
     }
 
     /// How much the flat hinge folds for a motion out of the plane \[1/m\]: of its start and end, and of the third vertices of both
@@ -62,88 +80,178 @@ impl HingeGeometry {
     }
 }
 
-impl CurvatureStiffness<f64> {
-    /// The stiffness of a triangle with this area \[m^2\] and these hinges, `None` for edges without a neighbour; and whether it
-    /// had to be limited.
-    #[must_use]
-    pub fn new(
-        area: f64,
-        plate: &PlateRigidity,
-        hinges: &[Option<HingeGeometry>; 3],
-    ) -> (Self, bool) {
-        let determinant = plate.warp * plate.weft - plate.coupling * plate.coupling;
-        let compliance = |a: [f64; 3], b: [f64; 3]| {
-            (plate.weft * a[0] * b[0] + plate.warp * a[1] * b[1]
-                - plate.coupling * (a[0] * b[1] + a[1] * b[0]))
-                / determinant
-                + a[2] * b[2] / (4.0 * plate.twist)
-        };
-        let rows = hinges.map(|hinge| hinge.map(|hinge| hinge.row()));
+impl Fit {
+    /// By the hinges of a triangle, `None` for edges without a neighbour: of all curvatures with these folds the one with the least energy.
+    pub(super) fn new(plate: &PlateRigidity, hinges: &[Option<HingeGeometry>; 3]) -> Self {
+        let halves = hinges.map(|hinge| hinge.map(|hinge| hinge.halves()));
+        let rows = halves.map(|halves| {
+            halves.map(|[own, other]| [own[0] + other[0], own[1] + other[1], own[2] + other[2]])
+        });
         let mut matrix = [[0.0; 3]; 3];
         for (i, row) in matrix.iter_mut().enumerate() {
             for (j, entry) in row.iter_mut().enumerate() {
-                *entry = match (rows[i], rows[j]) {
-                    (Some(a), Some(b)) => compliance(a, b),
-                    _ => 0.0,
-                };
+                if let (Some(a), Some(b)) = (rows[i], rows[j]) {
+                    *entry = dot(a, plate.compliance(b));
+                }
             }
         }
-        let rigidity = plate.warp.max(plate.weft);
-        let stiffest = hinges.iter().flatten().map(|hinge| hinge.lone_stiffness(rigidity));
-        let largest = LARGEST_SHARE * stiffest.fold(0.0, f64::max);
         let (values, vectors) = eigen(matrix);
-        let mut limited = false;
-        let mut entries = [0.0; 6];
+        let least = LEAST_SHARE * values.iter().fold(0.0_f64, |m, v| m.max(*v));
+        let mut is_limited = false;
+        let mut inverse = [[0.0; 3]; 3];
         for (value, vector) in values.into_iter().zip(vectors) {
             // An edge without a neighbour has the eigenvector of its own axis and the value zero.
             let present = vector.iter().zip(&rows).any(|(v, row)| row.is_some() && v.abs() > 0.5);
-            if !present {
+            if !present || least == 0.0 {
                 continue;
             }
-            let exact = area / value;
-            let stiff = !(0.0..=largest).contains(&exact);
-            limited |= stiff;
-            let stiffness = if stiff { largest } else { exact };
-            for (entry, (i, j)) in entries.iter_mut().zip(PAIRS) {
-                *entry += stiffness * vector[i] * vector[j];
+            is_limited |= value < least;
+            for (i, row) in inverse.iter_mut().enumerate() {
+                for (j, entry) in row.iter_mut().enumerate() {
+                    *entry += vector[i] * vector[j] / value.max(least);
+                }
             }
         }
-        (Self { entries }, limited)
+        // halves = a D^-1 M^T (M D^-1 M^T)^-1
+        let mut result = [[0.0; 3]; 3];
+        for (edge, row) in result.iter_mut().enumerate() {
+            let Some([own, _]) = halves[edge] else { continue };
+            for (fold, entry) in row.iter_mut().enumerate() {
+                for (k, folded) in rows.iter().enumerate() {
+                    if let Some(folded) = folded {
+                        *entry += dot(own, plate.compliance(*folded)) * inverse[k][fold];
+                    }
+                }
+            }
+        }
+        Self { halves: result, is_limited }
+    }
+}
+
+impl PlateRigidity {
+    /// D^-1 of a moment.
+    fn compliance(&self, [a, b, c]: [f64; 3]) -> [f64; 3] {
+        let determinant = self.warp * self.weft - self.coupling * self.coupling;
+        [
+            (self.weft * a - self.coupling * b) / determinant,
+            (self.warp * b - self.coupling * a) / determinant,
+            c / (4.0 * self.twist),
+        ]
+    }
+
+    /// D of a curvature.
+    fn stress(&self, [a, b, c]: [f64; 3]) -> [f64; 3] {
+        [self.warp * a + self.coupling * b, self.weft * b + self.coupling * a, 4.0 * self.twist * c]
+    }
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+impl CurvatureStiffness<f64> {
+    /// The stiffness of a triangle with this area \[m^2\] and these edges, by its own fit and those of its neighbours: for each edge the normal in the
+    /// pattern and the length \[m\], and which edge of which fit lies beyond it, if any.
+    pub(super) fn new(
+        area: f64,
+        plate: &PlateRigidity,
+        own: &Fit,
+        edges: &[([f64; 2], f64); 3],
+        beyond: &[Option<(Fit, usize)>; 3],
+    ) -> Self {
+        // The curvature for the angle of each edge (Morley 1968).
+        let columns =
+            edges.map(|([x, y], length)| [x * x, y * y, x * y].map(|entry| entry * length / area));
+        let mut map = [[0.0; FOLDS]; 3];
+        for (edge, beyond) in beyond.iter().enumerate() {
+            let &Some((fit, other)) = beyond else { continue };
+            // Both fits say what the slope is in the middle of the edge: the mean of that.
+            let mut angle = [0.0; FOLDS];
+            for (fold, half) in own.halves[edge].iter().enumerate() {
+                angle[fold] += 0.5 * half;
+            }
+            angle[edge] += 0.5 * (1.0 - fit.halves[other][other]);
+            for (step, place) in [(1, 3 + 2 * edge), (2, 4 + 2 * edge)] {
+                angle[place] -= 0.5 * fit.halves[other][(other + step) % 3];
+            }
+            for (row, entry) in map.iter_mut().zip(columns[edge]) {
+                row.iter_mut().zip(angle).for_each(|(to, angle)| *to += entry * angle);
+            }
+        }
+        // A free border takes the angle with the least energy.
+        let free = || (0..3).filter(|&edge| beyond[edge].is_none());
+        for fold in 0..FOLDS {
+            let mut curvature = [map[0][fold], map[1][fold], map[2][fold]];
+            relax(&mut curvature, plate, free().map(|edge| columns[edge]).collect());
+            map.iter_mut().zip(curvature).for_each(|(row, entry)| row[fold] = entry);
+        }
+        let PlateRigidity { warp, weft, coupling, twist } = *plate;
+        Self { map, plate: [warp, weft, coupling, 4.0 * twist].map(|d| area * d) }
     }
 
     /// The same, rounded to the precision of a solver.
     #[must_use]
     pub fn rounded<T: Real>(&self) -> CurvatureStiffness<T> {
-        CurvatureStiffness { entries: self.entries.map(T::from_f64) }
+        CurvatureStiffness {
+            map: self.map.map(|row| row.map(T::from_f64)),
+            plate: self.plate.map(T::from_f64),
+        }
     }
 }
 
-/// Which entry is which.
-const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+/// Takes those multiples of the directions off a curvature that leave it with the least energy.
+fn relax(curvature: &mut [f64; 3], plate: &PlateRigidity, directions: Vec<[f64; 3]>) {
+    let mut taken: Vec<[f64; 3]> = Vec::new();
+    for mut direction in directions {
+        let take_off = |vector: &mut [f64; 3], direction: [f64; 3]| {
+            let share =
+                dot(*vector, plate.stress(direction)) / dot(direction, plate.stress(direction));
+            vector.iter_mut().zip(direction).for_each(|(v, d)| *v -= share * d);
+        };
+        taken.iter().for_each(|&other| take_off(&mut direction, other));
+        take_off(curvature, direction);
+        taken.push(direction);
+    }
+}
 
 impl<T: Real> CurvatureStiffness<T> {
-    /// Moments of the three edges \[N m\] for the differences of their folds from rest \[rad\].
+    /// Curvatures k11, k22, k12 \[1/m\] for the differences of folds from rest \[rad\].
     #[inline(always)]
     #[must_use]
-    pub fn moments(&self, [a, b, c]: [T; 3]) -> [T; 3] {
-        let [k00, k11, k22, k01, k02, k12] = self.entries;
-        [k00 * a + k01 * b + k02 * c, k01 * a + k11 * b + k12 * c, k02 * a + k12 * b + k22 * c]
+    pub fn curvature(&self, folds: [T; FOLDS]) -> [T; 3] {
+        self.map.map(|row| {
+            let mut sum = row[0] * folds[0];
+            for fold in 1..FOLDS {
+                sum += row[fold] * folds[fold];
+            }
+            sum
+        })
     }
 
-    /// The moment of edge `a` for the fold of edge `b` \[N m\].
+    /// The moments of a curvature, times the area \[N m^2\].
     #[inline(always)]
     #[must_use]
-    pub fn entry(&self, a: usize, b: usize) -> T {
-        const PLACES: [[usize; 3]; 3] = [[0, 3, 4], [3, 1, 5], [4, 5, 2]];
-        self.entries[PLACES[a][b]]
+    pub fn stress(&self, [a, b, c]: [T; 3]) -> [T; 3] {
+        let [d11, d22, d12, d66] = self.plate;
+        [d11 * a + d12 * b, d12 * a + d22 * b, d66 * c]
+    }
+
+    /// Moments of the folds \[N m\] for their differences from rest \[rad\].
+    #[inline(always)]
+    #[must_use]
+    pub fn moments(&self, folds: [T; FOLDS]) -> [T; FOLDS] {
+        let [a, b, c] = self.stress(self.curvature(folds));
+        let [p, q, r] = &self.map;
+        std::array::from_fn(|fold| p[fold] * a + q[fold] * b + r[fold] * c)
     }
 
     /// Energy \[J\].
     #[inline(always)]
     #[must_use]
-    pub fn energy(&self, folds: [T; 3]) -> T {
-        let m = self.moments(folds);
-        T::from_f64(0.5) * (m[0] * folds[0] + m[1] * folds[1] + m[2] * folds[2])
+    pub fn energy(&self, folds: [T; FOLDS]) -> T {
+        let k = self.curvature(folds);
+        let m = self.stress(k);
+        T::from_f64(0.5) * (m[0] * k[0] + m[1] * k[1] + m[2] * k[2])
     }
 }
 
@@ -190,9 +298,11 @@ mod tests {
     }
 
     #[test]
-    fn a_triangle_alone_has_no_stiffness() {
+    fn a_triangle_alone_has_no_curvature() {
         let plate = PlateRigidity { warp: 1.0, weft: 1.0, coupling: 0.0, twist: 0.5 };
-        let (stiffness, limited) = CurvatureStiffness::new(1.0, &plate, &[None; 3]);
-        assert_eq!((stiffness.entries, limited), ([0.0; 6], false));
+        let fit = Fit::new(&plate, &[None; 3]);
+        let edges = [([1.0, 0.0], 1.0), ([0.0, 1.0], 1.0), ([-0.6, 0.8], 1.0)];
+        let stiffness = CurvatureStiffness::new(1.0, &plate, &fit, &edges, &[None; 3]);
+        assert_eq!(stiffness.map, [[0.0; FOLDS]; 3]);
     }
 }

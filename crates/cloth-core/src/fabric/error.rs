@@ -77,6 +77,18 @@ pub enum FabricError {
         /// Triangles of the mesh.
         expected: usize,
     },
+    /// Not one angle of the warp for each triangle.
+    #[error(
+        "cloth {cloth:?}: {found} triangles have an angle of the warp, but there are {expected}: give one to each, or none"
+    )]
+    GrainLength {
+        /// Name of the cloth.
+        cloth: String,
+        /// Angles there are.
+        found: usize,
+        /// Triangles of the mesh.
+        expected: usize,
+    },
     /// A corner names a coordinate that does not exist.
     #[error(
         "cloth {cloth:?}: triangle {triangle} names pattern coordinate {coordinate}, but there are {coordinates}: correct the face"

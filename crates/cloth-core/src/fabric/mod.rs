@@ -13,16 +13,21 @@ pub mod hinge;
 mod law;
 pub mod membrane;
 mod rest;
+mod rest_warning;
 mod sheet;
+pub mod stretch_limit;
 mod tensile_fit;
 pub mod units;
 mod vector;
 
-pub use curvature::{CurvatureStiffness, HingeGeometry};
+pub use curvature::{CurvatureStiffness, FOLDS, HingeGeometry};
 pub use error::FabricError;
 pub use friction::InternalFriction;
-pub use law::{BendingRigidity, COUPLING_SHARE, Fabric, PlateRigidity, TensileCurve};
-pub use rest::{RestHinge, RestShape, RestTriangle, RestWarning};
+pub use law::{
+    BendingRigidity, COUPLING_SHARE, Fabric, PlateRigidity, TensileCurve, USUAL_DAMPING,
+};
+pub use rest::{RestHinge, RestShape, RestTriangle};
+pub use rest_warning::RestWarning;
 pub use sheet::{BendingSheet, FabricSheet, FitReport, TensileSheet, overhang_rigidity};
 pub use tensile_fit::{TensileFit, TensileSample};
 

@@ -3,8 +3,12 @@
 use glam::{DVec2, DVec3};
 
 use super::{
-    BendingRigidity, CurvatureStiffness, FabricError, HingeGeometry, hinge,
+    BendingRigidity, CurvatureStiffness, FabricError, HingeGeometry, RestWarning,
+    bending::{FOLD_PLACES, PATCH},
+    curvature::{FOLDS, Fit},
+    hinge,
     membrane::{self, RestState},
+    rest_warning,
 };
 use crate::{NONE, TextureMap, TriangleMesh, WingedEdge, WingedEdges};
 
@@ -31,7 +35,12 @@ pub struct RestTriangle {
     pub state: RestState<f64>,
     /// Hinges of its edges ab, bc, ca; [`NONE`] on a border.
     pub hinges: [u32; 3],
-    /// How it resists the folds of these hinges.
+    /// Its patch, as the folds of [`bending`](super::bending) take it: its vertices, those beyond its edges, and those beyond the other edges of its neighbours. Where
+    /// there is none a corner stands there, whose fold has no stiffness.
+    pub patch: [u32; PATCH],
+    /// The hinges of the folds of its patch; [`NONE`] where there is none.
+    pub folds: [u32; FOLDS],
+    /// How it resists these folds.
     pub bending: CurvatureStiffness<f64>,
     /// How much each of these folds changes by a motion out of the plane, of the flat triangle \[1/m\]: at the edge's start and end in the
     /// direction of the triangle, at the third corner, and at the vertex beyond. Zero for a border.
@@ -51,42 +60,6 @@ pub struct RestHinge {
     /// Its energy depends on the mesh, that of [`RestTriangle::bending`] does not.
     pub stiffness: f64,
 }
-
-/// Something about a rest shape that looks like a slip.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum RestWarning {
-    /// The pattern is much larger or smaller than the cloth in space: its coordinates are hardly metres.
-    Scale {
-        /// Square root of the area of the pattern over that in space.
-        ratio: f64,
-    },
-    /// Triangles whose bending stiffness had to be limited, as their neighbours leave their curvature nearly undetermined.
-    Limited {
-        /// How many.
-        triangles: usize,
-    },
-}
-
-impl std::fmt::Display for RestWarning {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Scale { ratio } => write!(
-                formatter,
-                "the pattern is {ratio:.3} times as large as the cloth in space: if its coordinates are not metres, give the scale that \
-                 makes them so, about {:.3e}",
-                1.0 / ratio
-            ),
-            Self::Limited { triangles } => write!(
-                formatter,
-                "{triangles} triangles bend more easily than the fabric, as of their neighbours some lie nearly on one conic with them: \
-                 mesh the cloth more evenly"
-            ),
-        }
-    }
-}
-
-/// Ratio of sizes from which on pattern coordinates are hardly metres.
-const SUSPICIOUS_SCALE: f64 = 10.0;
 
 impl RestShape {
     /// From pattern coordinates \[m\], u along the warp. Rest angles are zero: the cloth was cut from flat fabric.
@@ -131,8 +104,11 @@ impl RestShape {
             corners.push(uv);
         }
         flips_check(&edges, &mesh.triangles, &corners, cloth)?;
+        let overlap = rest_warning::overlap(&corners);
+        grain_apply(&mut corners, &mesh.grain, cloth)?;
         let mut shape = Self::new(&mesh.triangles, &edges, &corners, bending, cloth)?;
         shape.scale_check(mesh);
+        shape.warnings.extend(overlap);
         Ok(shape)
     }
 
@@ -163,6 +139,7 @@ impl RestShape {
                 flat.ok_or_else(|| FabricError::WarpUpright { cloth: cloth.into(), triangle })?,
             );
         }
+        grain_apply(&mut corners, &mesh.grain, cloth)?;
         let mut shape = Self::new(&mesh.triangles, &edges, &corners, bending, cloth)?;
         for rest in &mut shape.hinges {
             let places = rest.vertices.map(|vertex| mesh.positions[vertex as usize]);
@@ -200,7 +177,7 @@ impl RestShape {
             Side::new(triangles[triangle], corners[triangle], hinge.vertices[0], hinge.vertices[1])
         };
         let mut shape = Self { triangles: Vec::with_capacity(triangles.len()), ..Self::default() };
-        let mut limited = 0;
+        let mut fits = Vec::with_capacity(triangles.len());
         for (t, &vertices) in triangles.iter().enumerate() {
             let state = membrane::rest_state(corners[t]).ok_or_else(|| {
                 FabricError::PatternDegenerate { cloth: cloth.into(), triangle: t }
@@ -211,8 +188,7 @@ impl RestShape {
                 let own = usize::from(rest.triangles[1] == t as u32);
                 Some(side(rest, own).beside(&side(rest, 1 - own)))
             });
-            let (bending, is_limited) = CurvatureStiffness::new(state.area, &plate, &geometry);
-            limited += usize::from(is_limited);
+            fits.push(Fit::new(&plate, &geometry));
             let fold_weights = std::array::from_fn(|edge| {
                 let Some(geometry) = &geometry[edge] else { return [0.0; 4] };
                 let [start, end, own, beyond] = geometry.weights();
@@ -224,9 +200,26 @@ impl RestShape {
                 vertices,
                 state,
                 hinges: own,
-                bending,
+                patch: [0; PATCH],
+                folds: [NONE; FOLDS],
+                bending: CurvatureStiffness::default(),
                 fold_weights,
             });
+        }
+        let limited = fits.iter().filter(|fit| fit.is_limited).count();
+        for t in 0..triangles.len() {
+            let neighbours = [0, 1, 2].map(|edge| shape.beyond(&hinges, t, edge));
+            let (patch, folds) = shape.patch(&hinges, t, &neighbours);
+            let sides = [0, 1, 2].map(|k| {
+                let side =
+                    Side::new(triangles[t], corners[t], triangles[t][k], triangles[t][(k + 1) % 3]);
+                (side.normal.into(), side.length)
+            });
+            let beyond = neighbours.map(|n| n.map(|(other, edge)| (fits[other], edge)));
+            let triangle = &mut shape.triangles[t];
+            triangle.bending =
+                CurvatureStiffness::new(triangle.state.area, &plate, &fits[t], &sides, &beyond);
+            (triangle.patch, triangle.folds) = (patch, folds);
         }
         for rest in &mut hinges {
             let sides = [side(rest, 0), side(rest, 1)];
@@ -235,11 +228,63 @@ impl RestShape {
             let geometry = sides[0].beside(&sides[1]);
             rest.stiffness = geometry.lone_stiffness(0.5 * (rigidity[0] + rigidity[1]));
         }
+        shape.warnings.extend(rest_warning::needles(corners));
         if limited > 0 {
             shape.warnings.push(RestWarning::Limited { triangles: limited });
         }
         shape.hinges = hinges;
         Ok(shape)
+    }
+
+    /// How much each fold of the patch of a triangle changes by a motion out of the plane \[1/m\], as in [`RestTriangle::fold_weights`].
+    pub(crate) fn fold_weights(&self, triangle: &RestTriangle) -> [[f64; 4]; FOLDS] {
+        std::array::from_fn(|fold| {
+            let [start, _, own, _] = FOLD_PLACES[fold].map(|place| triangle.patch[place]);
+            let Some(hinge) = self.hinges.get(triangle.folds[fold] as usize) else {
+                return [0.0; 4];
+            };
+            let has_own = |&&t: &&u32| self.triangles[t as usize].vertices.contains(&own);
+            let Some(&t) = hinge.triangles.iter().find(has_own) else { return [0.0; 4] };
+            let side = &self.triangles[t as usize];
+            let edge = side.vertices.iter().position(|&vertex| vertex == start);
+            edge.map_or([0.0; 4], |edge| side.fold_weights[edge])
+        })
+    }
+
+    /// The triangle beyond an edge of one, and which of its edges that is.
+    fn beyond(&self, hinges: &[RestHinge], t: usize, edge: usize) -> Option<(usize, usize)> {
+        let hinge = self.triangles[t].hinges[edge];
+        let [one, other] = hinges.get(hinge as usize)?.triangles;
+        let other = if one as usize == t { other } else { one } as usize;
+        let own = self.triangles.get(other)?.hinges.iter().position(|&h| h == hinge)?;
+        Some((other, own))
+    }
+
+    /// The vertices and hinges of the patch of a triangle.
+    fn patch(
+        &self,
+        hinges: &[RestHinge],
+        t: usize,
+        neighbours: &[Option<(usize, usize)>; 3],
+    ) -> ([u32; PATCH], [u32; FOLDS]) {
+        let triangle = &self.triangles[t];
+        let [a, b, c] = triangle.vertices;
+        let mut patch = [a, b, c, c, a, b, b, a, c, b, a, c];
+        let mut folds = [NONE; FOLDS];
+        for (edge, neighbour) in neighbours.iter().enumerate() {
+            let &Some((other, own)) = neighbour else { continue };
+            folds[edge] = triangle.hinges[edge];
+            let beyond = &self.triangles[other];
+            patch[3 + edge] = beyond.vertices[(own + 2) % 3];
+            for step in [0, 1] {
+                let place = (own + 1 + step) % 3;
+                folds[3 + 2 * edge + step] = beyond.hinges[place];
+                if let Some((farther, their)) = self.beyond(hinges, other, place) {
+                    patch[6 + 2 * edge + step] = self.triangles[farther].vertices[(their + 2) % 3];
+                }
+            }
+        }
+        (patch, folds)
     }
 
     fn scale_check(&mut self, mesh: &TriangleMesh) {
@@ -249,10 +294,7 @@ impl RestShape {
             .triangles
             .iter()
             .map(|&[a, b, c]| 0.5 * (place(b) - place(a)).cross(place(c) - place(a)).length());
-        let ratio = (pattern / areas.sum::<f64>()).sqrt();
-        if !(1.0 / SUSPICIOUS_SCALE..=SUSPICIOUS_SCALE).contains(&ratio) {
-            self.warnings.push(RestWarning::Scale { ratio });
-        }
+        self.warnings.extend(RestWarning::of_scale((pattern / areas.sum::<f64>()).sqrt()));
     }
 
     /// Masses of the vertices \[kg\]: each triangle gives a third of its mass at rest to each corner.
@@ -302,6 +344,32 @@ impl Side {
             feet: [self.foot, neighbour.foot * self.length / neighbour.length],
         }
     }
+}
+
+/// Turns the corners of each triangle so that u runs along the warp.
+fn grain_apply(
+    corners: &mut [[[f64; 2]; 3]],
+    grain: &[f64],
+    cloth: &str,
+) -> Result<(), FabricError> {
+    if grain.is_empty() {
+        return Ok(());
+    }
+    if grain.len() != corners.len() {
+        let [found, expected] = [grain.len(), corners.len()];
+        return Err(FabricError::GrainLength { cloth: cloth.into(), found, expected });
+    }
+    for ((triangle, corners), &angle) in corners.iter_mut().enumerate().zip(grain) {
+        crate::error::finite(
+            || format!("angle of the warp of triangle {triangle} of cloth {cloth:?}"),
+            angle,
+        )?;
+        let (sine, cosine) = angle.sin_cos();
+        for [u, v] in corners {
+            [*u, *v] = [cosine * *u + sine * *v, cosine * *v - sine * *u];
+        }
+    }
+    Ok(())
 }
 
 /// Refuses neighbours that share an edge of the pattern and lie on the same side of it.

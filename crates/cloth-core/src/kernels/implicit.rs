@@ -61,7 +61,13 @@ pub struct LinearOutcome {
     pub iterations: u32,
     /// Relative residual that is left, |S (b - A y)| / |S (b - A z)|.
     pub residual: f64,
-    /// Whether the residual is within the tolerance.
+    /// Estimate of the error in the norm of the energy that is left, relative to that of the start, where one is made. It is
+    /// of some iterations before the last one, so that the error is smaller.
+    pub energy: Option<f64>,
+    /// Whether the iteration went on with the diagonal as preconditioner, because rounding had made the matrix or the
+    /// preconditioner indefinite.
+    pub restarted: bool,
+    /// Whether what is measured is within the tolerance.
     pub converged: bool,
     /// Whether a number stopped being finite, or the matrix was not positive definite. The solution
     /// is then of no use.
@@ -194,7 +200,8 @@ pub trait ImplicitKernels: Send {
         to: LinearVector,
     ) -> Result<()>;
 
-    /// NUMERICS §5: makes the preconditioner of the present matrix and constraints.
+    /// NUMERICS §5: makes the preconditioner of the present matrix and constraints. That of the name `schwarz` may be one
+    /// made before in this frame.
     ///
     /// # Errors
     /// `Unsupported` for one that the backend does not have; what the device reports.

@@ -14,6 +14,7 @@ pub use semi_implicit::SemiImplicitKernels;
 use crate::{
     ContactResponse, ForceControl, ImplicitSettings, Measures, Model, PinAction, Result,
     SolverConfig, SolverReport, StageTime, State,
+    contact::Contacts,
     stepper::{self, FramePlan, Substep},
 };
 
@@ -133,7 +134,39 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     /// `Overflow` or `OutOfMemory` if the list cannot grow.
     fn contact_candidates(&mut self) -> Result<()>;
 
-    /// NUMERICS §8: adds the penalty force of all pairs in contact to f.
+    /// NUMERICS §15: makes sure that every pair of a vertex and a triangle, and of two edges, that can touch now or meet in this
+    /// substep is in the candidate list.
+    ///
+    /// # Errors
+    /// `Overflow` if there are more than can be counted; `Unsupported` by a backend without contact of triangles.
+    fn contact_pairs(&mut self, substep: &Substep) -> Result<()>;
+
+    /// NUMERICS §15: finds out which of these touch, where, and how far they have slipped. `start` says whether particles are
+    /// where the substep starts, or at an iterate of its end.
+    ///
+    /// # Errors
+    /// `Unsupported` by a backend without contact of triangles.
+    fn contact_geometry(&mut self, substep: &Substep, start: NewtonStart) -> Result<()>;
+
+    /// NUMERICS §15: shortens the ways of particles since the last `start_keep` until it is proven that no two features meet, and
+    /// takes what is left of them from the velocities. Ways that are prescribed are gone first, and take cloth near them along:
+    /// the stage `contact_carry`.
+    ///
+    /// # Errors
+    /// `Pinched` if prescribed ways go through cloth that cannot make way; `Unsupported` by a backend without contact of triangles.
+    fn contact_certify(&mut self, substep: &Substep) -> Result<()>;
+
+    /// All contacts between triangles as the last `contact_geometry` and `contact_forces` have found them, ascending by key. `out`
+    /// is emptied first. A backend without contact of triangles has none.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn contacts_read(&mut self, out: &mut Contacts) -> Result<()> {
+        out.contacts.clear();
+        Ok(())
+    }
+
+    /// NUMERICS §8, §15: adds the force of all pairs in contact to f, that of the penalty response or of triangles.
     ///
     /// # Errors
     /// What the device reports.
@@ -159,6 +192,15 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     /// # Errors
     /// What the device reports.
     fn strain_limit(&mut self, substep: &Substep, colour: usize) -> Result<()>;
+
+    /// NUMERICS §4: number of colours of the triangles of fabric that are limited; 0 without a limit.
+    fn stretch_limit_colours(&self) -> usize;
+
+    /// NUMERICS §4: shortens the over-stretched triangles of one colour.
+    ///
+    /// # Errors
+    /// What the device reports; `Unsupported` by a backend that has none.
+    fn stretch_limit(&mut self, substep: &Substep, colour: usize) -> Result<()>;
 
     /// NUMERICS §7: notes where particles are at the start of a substep. The next `collider_response` then finds
     /// those that a collider has passed meanwhile.
@@ -204,7 +246,7 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     ///
     /// # Errors
     /// What the device reports.
-    fn contact_pairs(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()>;
+    fn contact_pairs_read(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()>;
 
     /// Wall time by stage since the last call.
     fn stage_times(&mut self) -> Vec<StageTime>;
@@ -252,11 +294,18 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
         work(self)
     }
 
-    /// Whether contact acts through forces (the penalty response) rather than impulses.
+    /// Whether contact acts through forces between points, the penalty response.
     fn contact_is_penalty(&self) -> bool {
         self.model()
             .self_contact()
             .is_some_and(|contact| matches!(contact.response, ContactResponse::Penalty { .. }))
+    }
+
+    /// Whether contact acts through impulses between points.
+    fn contact_is_impulse(&self) -> bool {
+        self.model()
+            .self_contact()
+            .is_some_and(|contact| matches!(contact.response, ContactResponse::Impulse { .. }))
     }
 }
 
@@ -331,4 +380,9 @@ pub struct ContactStatistics {
     pub candidates: u64,
     /// Times the list was built.
     pub rebuilds: u32,
+    /// Particles whose way was shortened so that triangles do not meet, all substeps together.
+    pub truncated: u64,
+    /// Pairs of features that cannot be proven to be apart since they were given, in the last substep: cloth that goes through
+    /// cloth from the start. They are left out of the proof.
+    pub exempt: u64,
 }

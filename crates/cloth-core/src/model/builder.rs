@@ -105,6 +105,11 @@ impl ModelBuilder {
         for cloth in self.cloths {
             parts.add(cloth)?;
         }
+        if self.self_contact.as_ref().is_some_and(SelfContact::is_of_triangles)
+            && let Some(cloth) = parts.cloths.iter().find(|cloth| cloth.triangles.is_empty())
+        {
+            return Err(ModelError::ContactWithoutSurface { cloth: cloth.name.clone() });
+        }
         Ok(Model {
             positions: parts.positions,
             masses: parts.masses,

@@ -158,6 +158,51 @@ impl Cloth {
         Self::new(name.into(), Geometry::Mesh(mesh), fabric)
     }
 
+    /// A rectangular patch of a fabric by its laboratory numbers, at rest and not held anywhere. Its warp runs along the columns, and
+    /// the diagonals of its cells alternate; [`GridPatch::mesh`] with [`Self::fabric_mesh`] has other meshings.
+    ///
+    /// ```
+    /// use cloth_core::{Cloth, GridPatch, ModelBuilder, fabric::{BendingSheet, FabricSheet}};
+    ///
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// // A strip that hangs down by 41.5 degrees when 5 cm of it are over the edge.
+    /// let sheet = FabricSheet {
+    ///     area_density: 0.15,
+    ///     bending: [Some(BendingSheet::Overhang(0.05)), None, None],
+    ///     ..FabricSheet::default()
+    /// };
+    /// let (poplin, _) = sheet.fit("poplin")?;
+    /// let patch = GridPatch::new([31, 21], 0.02).with_centre([0.0, 0.0, 1.0]);
+    /// let towel = Cloth::fabric("towel", patch, poplin.with_usual_damping());
+    /// let model = ModelBuilder::new().cloth(towel).build()?;
+    /// assert_eq!(model.elements().triangles().len(), 1200);
+    /// # Ok(())
+    /// # }
+    /// ```
+    #[must_use]
+    pub fn fabric(name: impl Into<String>, patch: GridPatch, fabric: Fabric) -> Self {
+        let rest = RestSource::Pattern { scale: 1.0 };
+        Self::of_fabric(name.into(), Geometry::Grid(patch), fabric, rest)
+    }
+
+    /// A triangle mesh of a fabric by its laboratory numbers, at rest and not held anywhere. `rest` says where its pattern comes from,
+    /// [`TriangleMesh::grain`] turns the warp.
+    #[must_use]
+    pub fn fabric_mesh(
+        name: impl Into<String>,
+        mesh: TriangleMesh,
+        fabric: Fabric,
+        rest: RestSource,
+    ) -> Self {
+        Self::of_fabric(name.into(), Geometry::Mesh(mesh), fabric, rest)
+    }
+
+    fn of_fabric(name: String, geometry: Geometry, fabric: Fabric, rest: RestSource) -> Self {
+        let aerodynamics = Aerodynamics::default();
+        let material = FabricMaterial { fabric, rest, aerodynamics }.into();
+        Self { name, geometry, material, pins: Vec::new(), velocity: [0.0; 3] }
+    }
+
     fn new(name: String, geometry: Geometry, fabric: &MaterialPreset) -> Self {
         // A mesh without edges has none; the model refuses it for what it is.
         let spacing = Some(geometry.spacing()).filter(|&spacing| spacing > 0.0).unwrap_or(1.0);

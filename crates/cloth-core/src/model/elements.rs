@@ -1,7 +1,9 @@
 //! The triangles of the cloths that are made of fabric, in the composite model (NUMERICS §11, §12).
 
 use crate::fabric::{
-    CurvatureStiffness, Fabric, RestShape, RestTriangle, bending::FOLD_PLACES, membrane::RestState,
+    CurvatureStiffness, FOLDS, Fabric, RestShape, RestTriangle,
+    bending::{FOLD_PLACES, PATCH},
+    membrane::RestState,
 };
 
 /// All triangles of fabric of a model. A cloth of springs has none.
@@ -9,7 +11,7 @@ use crate::fabric::{
 pub struct FabricElements {
     fabrics: Vec<Fabric>,
     triangles: Vec<FabricTriangle>,
-    patches: Vec<[u32; 6]>,
+    patches: Vec<[u32; PATCH]>,
     /// Edges of all triangles, sorted, the smaller particle first.
     edges: Vec<[u32; 2]>,
 }
@@ -23,20 +25,20 @@ pub struct FabricTriangle {
     pub fabric: u32,
     /// D_m^-1 and area.
     pub rest: RestState<f64>,
-    /// Angles at rest \[rad\] of the folds of its edges ab, bc and ca; zero on a border.
-    pub angles: [f64; 3],
-    /// How it resists the folds of these edges; zero for a border.
+    /// Angles at rest \[rad\] of the folds of its patch; zero where there is none.
+    pub angles: [f64; FOLDS],
+    /// How it resists these folds.
     pub bending: CurvatureStiffness<f64>,
     /// How much each of these folds changes by a motion out of the plane, of the flat triangle \[1/m\]: at the edge's start and end in the
     /// direction of the triangle, at the third corner, and at the vertex beyond. Zero for a border.
-    pub fold_weights: [[f64; 4]; 3],
+    pub fold_weights: [[f64; 4]; FOLDS],
 }
 
 impl FabricTriangle {
-    /// The same by the six vertices of the patch.
+    /// The same by the vertices of the patch.
     #[must_use]
-    pub fn patch_weights(&self) -> [[f64; 6]; 3] {
-        let mut weights = [[0.0; 6]; 3];
+    pub fn patch_weights(&self) -> [[f64; PATCH]; FOLDS] {
+        let mut weights = [[0.0; PATCH]; FOLDS];
         for ((row, places), own) in weights.iter_mut().zip(FOLD_PLACES).zip(self.fold_weights) {
             places.into_iter().zip(own).for_each(|(place, weight)| row[place] = weight);
         }
@@ -57,10 +59,10 @@ impl FabricElements {
         &self.triangles
     }
 
-    /// For each triangle its corners a, b, c, and the vertices opposite to its edges ab, bc, ca beyond them. On a border the third
-    /// corner stands there, whose fold has no stiffness.
+    /// For each triangle its corners a, b, c, the vertices opposite to its edges ab, bc, ca beyond them, and those beyond the other edges of these
+    /// neighbours. Where there is none a corner stands there, whose fold has no stiffness.
     #[must_use]
-    pub fn patches(&self) -> &[[u32; 6]] {
+    pub fn patches(&self) -> &[[u32; PATCH]] {
         &self.patches
     }
 
@@ -87,23 +89,15 @@ impl FabricElements {
         let number = self.fabrics.len() as u32;
         self.fabrics.push(fabric);
         for triangle in &shape.triangles {
-            let hinge = |edge: usize| shape.hinges.get(triangle.hinges[edge] as usize);
-            let corner = |place: usize| triangle.vertices[place % 3];
-            let apex = |edge: usize| {
-                let own = corner(edge + 2);
-                let Some(hinge) = hinge(edge) else { return own };
-                let [_, _, one, other] = hinge.vertices;
-                if one == own { other } else { one }
-            };
-            let [a, b, c] = triangle.vertices;
-            self.patches.push([a, b, c, apex(0), apex(1), apex(2)].map(|v| v + first));
+            let angle = |hinge: u32| shape.hinges.get(hinge as usize).map_or(0.0, |h| h.angle);
+            self.patches.push(triangle.patch.map(|vertex| vertex + first));
             self.triangles.push(FabricTriangle {
                 particles: triangle.vertices.map(|vertex| vertex + first),
                 fabric: number,
                 rest: triangle.state,
-                angles: [0, 1, 2].map(|edge| hinge(edge).map_or(0.0, |hinge| hinge.angle)),
+                angles: triangle.folds.map(angle),
                 bending: triangle.bending,
-                fold_weights: triangle.fold_weights,
+                fold_weights: shape.fold_weights(triangle),
             });
         }
         // Particles of later cloths are larger, and so are their edges.

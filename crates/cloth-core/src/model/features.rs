@@ -1,7 +1,7 @@
 //! What a model asks of a kernel: the one list by which special forms of kernels are allowed.
 
 use super::{ContactResponse, InteractionKind, Model, RegularPatch};
-use crate::{Error, Precision, SolverConfig};
+use crate::{Error, Integrator, Precision, SolverConfig};
 
 /// One thing that a model and its settings ask of a kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -18,6 +18,8 @@ pub enum Feature {
     PenaltyContact,
     /// Contact of cloth with cloth by impulses.
     ImpulseContact,
+    /// Contact of the triangles of cloth.
+    TriangleContact,
     /// Springs that are shortened after each substep.
     StrainLimit,
     /// Colliders.
@@ -36,13 +38,14 @@ pub enum Feature {
 
 impl Feature {
     /// All of them.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Springs,
         Self::Buckling,
         Self::Fabric,
         Self::Air,
         Self::PenaltyContact,
         Self::ImpulseContact,
+        Self::TriangleContact,
         Self::StrainLimit,
         Self::Colliders,
         Self::ColliderImpulses,
@@ -62,6 +65,7 @@ impl Feature {
             Self::Air => "the force of the air",
             Self::PenaltyContact => "contact by penalty forces",
             Self::ImpulseContact => "contact by impulses",
+            Self::TriangleContact => "contact of triangles",
             Self::StrainLimit => "a strain limit",
             Self::Colliders => "colliders",
             Self::ColliderImpulses => "the sum of what colliders do to cloth",
@@ -161,18 +165,48 @@ pub enum ContactFeature {
     Penalty,
     /// [`ContactResponse::Impulse`].
     Impulse,
+    /// [`ContactResponse::Triangles`].
+    Triangles,
 }
 
 impl Model {
-    /// Checks, for a backend that has springs alone, that no cloth is made of fabric.
+    /// Checks, for a backend that has contact of points alone, that no triangles touch.
     ///
     /// # Errors
-    /// `Unsupported`, with the backends that have fabric.
-    pub fn check_springs_alone(&self, backend: &'static str) -> Result<(), Error> {
-        if !self.has_fabric() {
+    /// `Unsupported`, with the backends that have contact of triangles.
+    pub fn check_contact_of_points(&self, backend: &'static str) -> Result<(), Error> {
+        if !self.has_triangle_contact() {
             return Ok(());
         }
-        let feature = "triangles of fabric (the backends cpu and reference do)".into();
+        let feature = "contact of triangles (the backends cpu and reference do)".into();
+        Err(Error::Unsupported { backend, feature })
+    }
+
+    /// Checks, for a backend, that fabric is not to be solved by the semi-implicit integrator: no backend has a constant matrix of it.
+    ///
+    /// # Errors
+    /// `Unsupported`, with the integrators that take fabric.
+    pub fn check_fabric(&self, config: &SolverConfig, backend: &'static str) -> Result<(), Error> {
+        if !(self.has_fabric() && matches!(config.integrator, Integrator::SemiImplicit(_))) {
+            return Ok(());
+        }
+        let with = "the semi-implicit integrator (it has explicit and implicit)";
+        Err(Error::Unsupported { backend, feature: format!("triangles of fabric with {with}") })
+    }
+
+    /// Checks, for a backend without the stage `stretch_limit`, that no triangles are limited.
+    ///
+    /// # Errors
+    /// `Unsupported`, with the backends that have it.
+    pub fn check_no_stretch_limit(
+        &self,
+        config: &SolverConfig,
+        backend: &'static str,
+    ) -> Result<(), Error> {
+        if !self.has_fabric() || config.strain_limit.is_none() {
+            return Ok(());
+        }
+        let feature = "a strain limit of fabric (the backends cpu and reference do)".into();
         Err(Error::Unsupported { backend, feature })
     }
 }
@@ -188,6 +222,7 @@ impl ModelFeatures {
             contact: model.self_contact().map(|contact| match contact.response {
                 ContactResponse::Penalty { .. } => ContactFeature::Penalty,
                 ContactResponse::Impulse { .. } => ContactFeature::Impulse,
+                ContactResponse::Triangles { .. } => ContactFeature::Triangles,
             }),
             strain_limit: config.strain_limit.is_some(),
             colliders: !model.colliders().is_empty(),
@@ -227,6 +262,7 @@ impl ModelFeatures {
         match contact {
             Some(ContactFeature::Penalty) => found.push(Feature::PenaltyContact),
             Some(ContactFeature::Impulse) => found.push(Feature::ImpulseContact),
+            Some(ContactFeature::Triangles) => found.push(Feature::TriangleContact),
             None => {}
         }
         match precision {

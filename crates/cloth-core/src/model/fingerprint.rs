@@ -39,7 +39,8 @@ impl Model {
             particles.iter().for_each(|&particle| hasher.write_u32(particle));
             hasher.write_u32(*fabric);
             let numbers = rest.inverse.iter().flatten().chain([&rest.area]).chain(angles);
-            numbers.chain(&bending.entries).for_each(|x| hasher.write_u64(x.to_bits()));
+            let numbers = numbers.chain(bending.map.iter().flatten()).chain(&bending.plate);
+            numbers.for_each(|x| hasher.write_u64(x.to_bits()));
         }
         for fabric in self.elements.fabrics() {
             fabric.numbers().iter().for_each(|number| hasher.write_u64(number.to_bits()));

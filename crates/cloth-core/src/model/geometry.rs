@@ -225,7 +225,11 @@ impl GridPatch {
         })
     }
 
-    pub(crate) fn validate(&self, cloth: &str) -> Result<(), ModelError> {
+    /// Checks counts, spacing and axes; `cloth` is whose patch it is, for the error.
+    ///
+    /// # Errors
+    /// The first of them that makes no sense.
+    pub fn validate(&self, cloth: &str) -> Result<(), ModelError> {
         use crate::error::{finite_all, in_range, positive};
         if self.columns < 2 || self.rows < 2 {
             return Err(ModelError::GridTooSmall {

@@ -23,6 +23,33 @@ impl Model {
 }
 
 fn bisect(positions: &[[f64; 3]], particles: &mut [u32], size: usize) {
+    bisect_at(positions, particles, size, &|_| size);
+}
+
+/// Sorts particles by recursive bisection across the longest side of their positions, into runs of `size`, runs of `cluster` such runs,
+/// and so on: each half but the last has a whole number of the largest runs that leave it between a third and two thirds.
+pub(super) fn bisect_aligned(
+    positions: &[[f64; 3]],
+    particles: &mut [u32],
+    size: usize,
+    cluster: usize,
+) {
+    bisect_at(positions, particles, size, &|count| {
+        let mut run = size;
+        while 2 * run * cluster <= count {
+            run *= cluster;
+        }
+        run
+    });
+}
+
+/// Bisection into runs of `size`, the first half of each with a multiple of `run(length)`.
+fn bisect_at(
+    positions: &[[f64; 3]],
+    particles: &mut [u32],
+    size: usize,
+    run: &impl Fn(usize) -> usize,
+) {
     if particles.len() <= size {
         return;
     }
@@ -38,14 +65,14 @@ fn bisect(positions: &[[f64; 3]], particles: &mut [u32], size: usize) {
     let side = |axis: usize| high[axis] - low[axis];
     let axis =
         (1..3).fold(0, |longest, axis| if side(axis) > side(longest) { axis } else { longest });
-    let middle = (particles.len() / 2).next_multiple_of(size);
+    let middle = (particles.len() / 2).next_multiple_of(run(particles.len()));
     particles.select_nth_unstable_by(middle.min(particles.len() - 1), |&a, &b| {
         let key = |particle: u32| positions[particle as usize][axis];
         key(a).total_cmp(&key(b)).then(a.cmp(&b))
     });
     let (low, high) = particles.split_at_mut(middle.min(particles.len()));
-    bisect(positions, low, size);
-    bisect(positions, high, size);
+    bisect_at(positions, low, size, run);
+    bisect_at(positions, high, size, run);
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ mod features;
 mod fingerprint;
 mod geometry;
 mod groups;
+mod hierarchy;
 mod interactions;
 mod material;
 mod material_preset;
@@ -23,6 +24,7 @@ mod regular_patch;
 mod springs;
 mod stability;
 mod strain;
+mod strain_gauge;
 mod winged_edge;
 
 use std::{ops::Range, sync::Arc};
@@ -37,9 +39,10 @@ pub use elements::{FabricElements, FabricTriangle};
 pub use environment::{Air, Field, Gust};
 pub use features::{ContactFeature, Feature, FeatureSet, ModelFeatures, ModelShape};
 pub use geometry::{Geometry, GridPatch, NetworkSpring, SpringNetwork, Stencil};
+pub use hierarchy::GroupHierarchy;
 pub use interactions::{
     BlockDependencies, ColourRegion, ColourRegions, Colouring, Incidence, InteractionKind,
-    InteractionList, Interactions, Neighbours, SpringColouring,
+    InteractionList, Interactions, Neighbours, SlicedRows, SpringColouring,
 };
 pub use material::{Aerodynamics, BendModel, Mass, Material, SpringCoefficients};
 pub use material_preset::MaterialPreset;
@@ -47,6 +50,7 @@ pub use meshing::Meshing;
 pub use piece_blocks::PieceBlocks;
 pub use regular_patch::RegularPatch;
 pub use springs::{Spring, SpringClass, SpringKind, SpringRows, Springs};
+pub use strain_gauge::{FabricAudit, StrainGauge, TriangleStrain};
 pub use winged_edge::{NONE, WingedEdge, WingedEdges};
 
 use crate::{FieldProgram, State, TextureMap, fabric::RestWarning};
@@ -207,6 +211,12 @@ impl Model {
     #[must_use]
     pub fn self_contact(&self) -> Option<&SelfContact> {
         self.self_contact.as_ref()
+    }
+
+    /// Whether the triangles of cloths touch each other ([`ContactResponse::Triangles`]).
+    #[must_use]
+    pub fn has_triangle_contact(&self) -> bool {
+        self.self_contact.as_ref().is_some_and(SelfContact::is_of_triangles)
     }
 
     /// Whether a solver sums up what colliders do to the cloths.

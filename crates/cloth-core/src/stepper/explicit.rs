@@ -1,17 +1,16 @@
 //! Symplectic Euler with strain limiting (NUMERICS §4).
 
-use crate::{Kernels, Result};
+use crate::{Kernels, NewtonStart, Result};
 
 use super::{Substep, finish, forces};
 
 /// One explicit substep, stage by stage: forces at the present state, integration, contact between
-/// cloths, strain limiting, and colliders last, so that no particle ends inside one.
+/// cloths, strain limiting, and colliders, so that no particle ends inside one; then the proof that no triangles meet, which may
+/// shorten ways.
 ///
 /// # Errors
 /// Those of the stages.
 pub fn substep<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Result<()> {
-    let contact = kernels.model().self_contact().is_some();
-    let penalty = kernels.contact_is_penalty();
     finish::collider_start(kernels)?;
     kernels.field_forces()?;
     if kernels.model().has_procedural_fields() {
@@ -22,16 +21,10 @@ pub fn substep<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Resul
     if kernels.model().air().is_some() {
         kernels.aerodynamic_forces(substep)?;
     }
-    if contact && penalty {
-        kernels.contact_candidates()?;
-        kernels.contact_forces()?;
-    }
+    forces::contact(kernels, substep, NewtonStart::StepStart)?;
     kernels.integrate_explicit(substep)?;
     after_integration(kernels, substep)?;
-    if !kernels.model().colliders().is_empty() {
-        kernels.collider_response(substep)?;
-    }
-    Ok(())
+    finish::colliders_and_certificate(kernels, substep)
 }
 
 /// The stages between integration and colliders: impulses of contact, strain limiting. A fused
@@ -40,16 +33,19 @@ pub fn substep<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Resul
 /// # Errors
 /// Those of the stages.
 pub fn after_integration<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Result<()> {
-    if kernels.model().self_contact().is_some() && !kernels.contact_is_penalty() {
+    if kernels.contact_is_impulse() {
         kernels.contact_candidates()?;
         kernels.contact_impulses(substep)?;
     }
     finish::strain_limit(kernels, substep)
 }
 
-/// Whether [`after_integration`] does anything for this model and these settings.
+/// Whether [`after_integration`] does anything for this model and these settings, or contact of triangles is to be certified at
+/// the end.
 #[must_use]
 pub fn has_work_after_integration<K: Kernels + ?Sized>(kernels: &K) -> bool {
-    let impulses = kernels.model().self_contact().is_some() && !kernels.contact_is_penalty();
-    impulses || kernels.strain_limit_colours() > 0
+    kernels.contact_is_impulse()
+        || kernels.model().has_triangle_contact()
+        || kernels.strain_limit_colours() > 0
+        || kernels.stretch_limit_colours() > 0
 }

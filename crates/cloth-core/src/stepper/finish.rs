@@ -10,8 +10,7 @@ use super::Substep;
 /// # Errors
 /// Those of the stages.
 pub(super) fn advance<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Result<()> {
-    let impulses = kernels.model().self_contact().is_some() && !kernels.contact_is_penalty();
-    if impulses {
+    if kernels.contact_is_impulse() {
         let moves = SelfContact::moves(substep.length);
         let part = substep.length / f64::from(moves);
         let length = SelfContact::recovery_length(part, substep.length);
@@ -25,21 +24,40 @@ pub(super) fn advance<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -
         kernels.position_advance(substep.length)?;
     }
     strain_limit(kernels, substep)?;
+    colliders_and_certificate(kernels, substep)
+}
+
+/// What comes last in a substep: colliders, then the proof that no triangles meet. Nothing may move particles after it.
+///
+/// # Errors
+/// Those of the stages.
+pub fn colliders_and_certificate<K: Kernels + ?Sized>(
+    kernels: &mut K,
+    substep: &Substep,
+) -> Result<()> {
     if !kernels.model().colliders().is_empty() {
         kernels.collider_response(substep)?;
+    }
+    if kernels.model().has_triangle_contact() {
+        kernels.contact_certify(substep)?;
     }
     Ok(())
 }
 
-/// Notes where a substep starts, for colliders that something could pass: all but half spaces.
+/// Notes where a substep starts, for colliders that something could pass, all but half spaces, and for contact of triangles.
 ///
 /// # Errors
 /// Those of the stages.
 pub fn collider_start<K: Kernels + ?Sized>(kernels: &mut K) -> Result<()> {
-    if kernels.model().has_passable_colliders() { kernels.start_keep() } else { Ok(()) }
+    let model = kernels.model();
+    if model.has_passable_colliders() || model.has_triangle_contact() {
+        kernels.start_keep()
+    } else {
+        Ok(())
+    }
 }
 
-/// All sweeps of the strain limit.
+/// All sweeps of the strain limit, of springs and then of triangles.
 ///
 /// # Errors
 /// Those of the stages.
@@ -48,6 +66,9 @@ pub(super) fn strain_limit<K: Kernels + ?Sized>(kernels: &mut K, substep: &Subst
     for _ in 0..sweeps {
         for colour in 0..kernels.strain_limit_colours() {
             kernels.strain_limit(substep, colour)?;
+        }
+        for colour in 0..kernels.stretch_limit_colours() {
+            kernels.stretch_limit(substep, colour)?;
         }
     }
     Ok(())

@@ -90,9 +90,8 @@ pub fn system<K: Kernels + ?Sized>(
         kernels.membrane_linearise(substep, start)?;
         kernels.bending_linearise(substep, start)?;
     }
-    if kernels.contact_is_penalty() {
-        kernels.contact_candidates()?;
-        kernels.contact_forces()?;
+    forces::contact(kernels, substep, start)?;
+    if kernels.contact_is_penalty() || kernels.model().has_triangle_contact() {
         kernels.contact_linearise(substep)?;
     }
     kernels.implicit_assemble(substep, start)

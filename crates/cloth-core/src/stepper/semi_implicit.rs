@@ -1,6 +1,6 @@
 //! Backward Euler with a constant matrix (NUMERICS §6).
 
-use crate::{Kernels, Result, SemiImplicitSettings, SolverReport};
+use crate::{Kernels, NewtonStart, Result, SemiImplicitSettings, SolverReport};
 
 use super::{Substep, finish, forces};
 
@@ -21,10 +21,7 @@ pub fn substep<K: Kernels + ?Sized>(
     forces::external(kernels, substep)?;
     kernels.spring_forces()?;
     forces::fabric(kernels)?;
-    if kernels.contact_is_penalty() {
-        kernels.contact_candidates()?;
-        kernels.contact_forces()?;
-    }
+    forces::contact(kernels, substep, NewtonStart::StepStart)?;
     kernels.semi_implicit_solve(substep)?;
     kernels.torque_correct(substep)?;
     kernels.velocity_add(1.0)?;

@@ -250,7 +250,7 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
         if let Some(start) = self.frame_start.take() {
             let measures = self.kernels.measure()?;
             self.deferred_settle()?;
-            let ContactStatistics { contacts, candidates, rebuilds } =
+            let ContactStatistics { contacts, candidates, rebuilds, truncated, exempt } =
                 self.kernels.contact_statistics()?;
             let ConstraintStatistics { constrained, released } =
                 self.kernels.constraint_statistics()?;
@@ -260,11 +260,14 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
                 solver: SolverReport {
                     constrained,
                     released,
+                    preconditioner: self.kernels.config().preconditioner(),
                     ..std::mem::take(&mut self.solver_report)
                 },
                 contacts,
                 contact_candidates: candidates,
                 contact_rebuilds: rebuilds,
+                contact_truncated: truncated,
+                contact_exempt: exempt,
                 measures,
                 stage_times: self.kernels.stage_times(),
                 wall_time: start.elapsed(),

@@ -3,7 +3,7 @@
 use std::hash::Hasher;
 use std::ops::Range;
 
-use cloth_core::TextureMap;
+use cloth_core::{StrainGauge, TextureMap};
 use siphasher::sip::SipHasher13;
 
 use super::FrameError;
@@ -23,6 +23,8 @@ pub struct Topology {
     pub cloths: Vec<TopologyCloth>,
     /// Frames in a second of simulated time \[1/s\].
     pub frames_per_second: f64,
+    /// What tells strain and stress of the triangles of fabric; empty if there are none.
+    pub gauge: StrainGauge,
 }
 
 /// One cloth of a [`Topology`].
@@ -55,7 +57,8 @@ impl Topology {
             lines: 0..0,
         };
         let (lines, cloths) = (Vec::new(), vec![cloth]);
-        Self { triangles, lines, texture, particle_count, cloths, frames_per_second }
+        let gauge = StrainGauge::default();
+        Self { triangles, lines, texture, particle_count, cloths, frames_per_second, gauge }
     }
 
     /// A hash of particle count, triangles and lines, the same on all machines and in all versions. Two
@@ -108,6 +111,9 @@ impl Topology {
             if let Some(number) = out_of_range(&texture.triangles, count) {
                 return fail(format!("triangle {number} uses a texture coordinate beyond {count}"));
             }
+        }
+        if !self.gauge.fits(count, self.triangles.len()) {
+            return fail("the gauge of its strains is of another model".to_owned());
         }
         let mut particles_end = 0;
         let mut triangles_end = 0;

@@ -40,6 +40,8 @@ pub(super) struct MeshAssembly {
     runs: Vec<(usize, usize)>,
     /// Vertices that belong to groups by themselves.
     members: Vec<Member>,
+    /// Faces with more than three corners.
+    polygons: usize,
 }
 
 /// A vertex that belongs to groups without any face.
@@ -78,6 +80,7 @@ impl MeshAssembly {
             names: Names::default(),
             runs: Vec::new(),
             members: Vec::new(),
+            polygons: 0,
         }
     }
 
@@ -133,6 +136,7 @@ impl MeshAssembly {
         if count as u64 > MESH_COUNT_MAX {
             return Err(too_large(file, "triangles", count, MESH_COUNT_MAX as usize));
         }
+        self.polygons += usize::from(rest.len() > 2);
         for pair in rest.windows(2) {
             let fan = [first, &pair[0], &pair[1]];
             let [mut triangle, mut textured] = [[0; 3], [UNTEXTURED; 3]];
@@ -221,8 +225,9 @@ impl MeshAssembly {
             coordinates: self.coordinates,
             triangles: self.texture_triangles,
         });
-        let Self { positions, triangles, attributes, .. } = self;
-        Ok(TriangleMesh { positions, triangles, texture, groups, attributes })
+        let Self { positions, triangles, attributes, polygons, .. } = self;
+        let grain = Vec::new();
+        Ok(TriangleMesh { positions, triangles, texture, groups, attributes, grain, polygons })
     }
 
     fn check_sizes(&self, file: &str) -> Result<(), MeshError> {

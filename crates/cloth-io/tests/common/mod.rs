@@ -21,6 +21,7 @@ pub(crate) fn topology() -> Topology {
         particle_count: 8,
         cloths: vec![cloth("front & back", 0), cloth("sleeve", 1)],
         frames_per_second: 25.0,
+        ..Topology::default()
     }
 }
 

@@ -50,6 +50,7 @@ pub fn bench_scene(kind: BenchKind, particles_per_side: u32, contact: bool) -> S
     };
     scene.cloths.push(SceneCloth {
         name: "patch".into(),
+        model: None,
         velocity: [0.0; 3],
         colour: None,
         pins: match kind {
@@ -60,6 +61,7 @@ pub fn bench_scene(kind: BenchKind, particles_per_side: u32, contact: bool) -> S
             origin: Some([0.0; 3]),
             ..SceneGrid::new(particles_per_side, particles_per_side, SPACING)
         }),
+        pattern: None,
         material: SceneMaterial {
             thickness: Some(CONTACT_DISTANCE),
             mass: Some(SceneMass::PerParticle(1e-4)),

@@ -61,10 +61,28 @@ const BUILTIN: &[BuiltinScene] = &[
         text: include_str!("../../scenes/drape.toml"),
     },
     BuiltinScene {
+        name: "tablecloth",
+        summary: "a cotton tablecloth, of fabric as measured, on a round table",
+        extension: "toml",
+        text: include_str!("../../scenes/tablecloth.toml"),
+    },
+    BuiltinScene {
+        name: "napkins",
+        summary: "three napkins of different fabrics, as measured, over round stands",
+        extension: "toml",
+        text: include_str!("../../scenes/napkins.toml"),
+    },
+    BuiltinScene {
         name: "stack",
         summary: "four cloths of different fabrics fall onto a box, one on top of the other",
         extension: "toml",
         text: include_str!("../../scenes/stack.toml"),
+    },
+    BuiltinScene {
+        name: "layers",
+        summary: "sheets fall on each other over a ball, and none goes through another",
+        extension: "toml",
+        text: include_str!("../../scenes/layers.toml"),
     },
     BuiltinScene {
         name: "patch-160",

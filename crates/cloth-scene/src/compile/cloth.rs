@@ -2,53 +2,88 @@
 
 use std::collections::HashSet;
 
-use cloth_core::{Cloth, Geometry, TriangleMesh};
+use cloth_core::{Cloth, ClothMaterial, Geometry, TriangleMesh};
 
-use crate::{SceneCloth, SceneError, SceneGeometry};
+use crate::{Scene, SceneCloth, SceneError, SceneGeometry, SceneModel};
 
 use super::{
-    Check, CompileOptions, CompiledCloth, grid, material, mesh, network,
+    Check, CompileOptions, CompiledCloth, fabric, grid, material, mesh, model_error, network,
     pins::{MeshSets, NAMED_MAX, PinSets},
 };
 
-/// The cloth for the model, and the names of its sets of particles.
+/// The cloth for the model, and the names of its sets of particles. What is worth knowing of it goes to `notes`.
 pub(super) fn compile(
-    check: &Check<'_>,
+    (scene, check): (&Scene, &Check<'_>),
     index: usize,
     cloth: &SceneCloth,
     options: &CompileOptions,
+    notes: &mut Vec<String>,
 ) -> Result<(Cloth, PinSets), SceneError> {
     let key = format!("cloth[{index}]");
-    let (geometry, sets) = match &cloth.geometry {
-        SceneGeometry::Grid(patch) => {
-            let counts = [patch.columns, patch.rows];
-            let patch = grid::compile(check, &format!("{key}.geometry.grid"), patch)?;
-            (Geometry::Grid(patch), PinSets::Grid(counts))
+    let is_fabric = cloth.model_chosen() == SceneModel::Fabric;
+    if !is_fabric {
+        fabric::fabric_alone(check, &key, cloth)?;
+    }
+    let place = |error| model_error::place(scene, error);
+    // A mesh keeps the sets that pins and panels name until its fabric is known.
+    let (mut geometry, mut sets) = match &cloth.geometry {
+        SceneGeometry::Grid(described) => {
+            let counts = [described.columns, described.rows];
+            let patch = grid::compile(check, &format!("{key}.geometry.grid"), described)?;
+            let geometry = if is_fabric {
+                patch.validate(&cloth.name).map_err(place)?;
+                Geometry::Mesh(patch.mesh(grid::meshing(described)))
+            } else {
+                Geometry::Grid(patch)
+            };
+            let particles = u32::try_from(geometry.particle_count()).unwrap_or(u32::MAX);
+            (geometry, PinSets::Grid(counts, particles))
         }
         SceneGeometry::Mesh(mesh) => {
-            let mut mesh = mesh::compile(check, &format!("{key}.geometry.mesh"), mesh, options)?;
-            let sets = MeshSets::take(&mut mesh);
+            let mesh = mesh::compile(check, &format!("{key}.geometry.mesh"), mesh, options)?;
+            if mesh.polygons > 0 {
+                notes.push(format!(
+                    "cloth {:?}: {} faces of its mesh have more than three corners and became fans of triangles around their first corner",
+                    cloth.name, mesh.polygons
+                ));
+            }
             // The model refuses more vertices than an index can name.
             let vertices = u32::try_from(mesh.positions.len()).unwrap_or(u32::MAX);
-            (Geometry::Mesh(mesh), PinSets::Mesh(vertices, sets))
+            (Geometry::Mesh(mesh), PinSets::Mesh(vertices, MeshSets::default()))
         }
         SceneGeometry::Triangles(triangles) => {
+            let key = format!("{key}.geometry.triangles");
             let mesh = TriangleMesh {
                 positions: triangles.vertices.clone(),
                 triangles: triangles.faces.clone(),
+                texture: fabric::texture(check, &key, triangles)?,
                 ..TriangleMesh::default()
             };
             let vertices = u32::try_from(mesh.positions.len()).unwrap_or(u32::MAX);
             (Geometry::Mesh(mesh), PinSets::Mesh(vertices, MeshSets::default()))
         }
         SceneGeometry::Network(network) => {
+            if is_fabric {
+                let problem = "has no triangles to be of fabric: give `model = \"springs\"`, or a grid or mesh";
+                return Err(check.error(&format!("{key}.geometry.network"), problem));
+            }
             let network = network::compile(check, &format!("{key}.geometry.network"), network)?;
             let particles = u32::try_from(network.positions.len()).unwrap_or(u32::MAX);
             (Geometry::Network(network), PinSets::Mesh(particles, MeshSets::default()))
         }
     };
-    let material =
-        material::compile(check, &format!("{key}.material"), &cloth.material, geometry.spacing())?;
+    let material: ClothMaterial = match &mut geometry {
+        Geometry::Mesh(mesh) if is_fabric => {
+            fabric::compile(check, &key, cloth, options, mesh, notes)?.into()
+        }
+        other => {
+            let key = format!("{key}.material");
+            material::compile(check, &key, &cloth.material, other.spacing())?.into()
+        }
+    };
+    if let (Geometry::Mesh(mesh), PinSets::Mesh(_, sets)) = (&mut geometry, &mut sets) {
+        *sets = MeshSets::take(mesh);
+    }
     let mut pins = Vec::new();
     let mut seen = HashSet::new();
     // A set that is named again holds nothing new.
@@ -61,7 +96,7 @@ pub(super) fn compile(
         }
     }
     let name = cloth.name.clone();
-    Ok((Cloth { name, geometry, material: material.into(), pins, velocity: cloth.velocity }, sets))
+    Ok((Cloth { name, geometry, material, pins, velocity: cloth.velocity }, sets))
 }
 
 impl CompiledCloth {

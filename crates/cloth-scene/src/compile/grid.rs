@@ -1,9 +1,9 @@
 //! Rectangular patches of a scene.
 
-use cloth_core::{GridPatch, Stencil, TextureMap};
+use cloth_core::{GridPatch, Meshing, Stencil, TextureMap};
 use glam::DVec3;
 
-use crate::{SceneError, SceneGrid, SceneStencil};
+use crate::{SceneError, SceneGrid, SceneMeshing, SceneStencil};
 
 use super::Check;
 
@@ -63,6 +63,15 @@ pub(super) fn compile(
     })
 }
 
+/// A grid of fabric in triangles.
+pub(super) fn meshing(grid: &SceneGrid) -> Meshing {
+    match grid.meshing {
+        None | Some(SceneMeshing::Alternating) => Meshing::Alternating,
+        Some(SceneMeshing::UnionJack) => Meshing::UnionJack,
+        Some(SceneMeshing::OneWay) => Meshing::OneWay,
+    }
+}
+
 /// Texture coordinates from (0, 0) at particle 0 to (1, 1) at the last.
 pub(super) fn texture(columns: u32, rows: u32) -> TextureMap {
     let share = |index: u32, count: u32| f64::from(index) / f64::from(count.max(2) - 1);
@@ -74,5 +83,16 @@ pub(super) fn texture(columns: u32, rows: u32) -> TextureMap {
             .map(|(column, row)| [share(column, columns), share(row, rows)])
             .collect(),
         triangles: patch.triangles().collect(),
+    }
+}
+
+/// The pattern of a grid, from (0, 0) to (1, 1).
+pub(super) fn texture_of_pattern(pattern: &TextureMap) -> TextureMap {
+    let largest = |axis: usize| pattern.coordinates.iter().map(|c| c[axis]).fold(0.0, f64::max);
+    let [width, height] = [largest(0), largest(1)];
+    let scaled = |&[u, v]: &[f64; 2]| [u / width, v / height];
+    TextureMap {
+        coordinates: pattern.coordinates.iter().map(scaled).collect(),
+        triangles: pattern.triangles.clone(),
     }
 }

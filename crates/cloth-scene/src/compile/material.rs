@@ -2,7 +2,10 @@
 
 use cloth_core::{Aerodynamics, BendModel, Mass, Material, MaterialPreset, SpringCoefficients};
 
-use crate::{SceneBend, SceneError, SceneMass, SceneMaterial, SceneSpring, error::SceneUnknown};
+use crate::{
+    MeasuredFabric, SceneBend, SceneError, SceneMass, SceneMaterial, SceneSpring,
+    error::SceneUnknown, measured_fabrics,
+};
 
 use super::Check;
 
@@ -75,8 +78,15 @@ pub(super) fn compile(
 
 fn preset(check: &Check<'_>, key: &str, name: &str) -> Result<&'static MaterialPreset, SceneError> {
     MaterialPreset::find(name).ok_or_else(|| {
-        let known = MaterialPreset::ALL.map(|preset| preset.name.to_owned());
+        if MeasuredFabric::find(name).is_ok() {
+            let problem =
+                format!("`{name}` is a fabric that springs do not have: give `model = \"fabric\"`");
+            return check.error(&format!("{key}.preset"), &problem);
+        }
+        let springs = MaterialPreset::ALL.iter().map(|preset| preset.name.to_owned());
+        let fabrics = measured_fabrics().iter().map(|fabric| fabric.name.clone());
+        let known: Vec<_> = springs.chain(fabrics).collect();
         let place = check.place(&format!("{key}.preset"));
-        SceneUnknown::error(place, "material preset", name, known.into())
+        SceneUnknown::error(place, "material preset", name, known)
     })
 }

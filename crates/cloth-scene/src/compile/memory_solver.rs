@@ -19,6 +19,10 @@ const BLOCK_NUMBERS: u64 = 12;
 /// Numbers for each spring of the incomplete factorisation, its blocks included.
 const INCOMPLETE_NUMBERS: u64 = 40;
 
+/// Numbers in single precision for each particle of the preconditioner `schwarz`: rows of inverse factors, prolongation, and the
+/// levels above in double precision.
+const SCHWARZ_NUMBERS: u64 = 260;
+
 /// Entries of the sparse factor of the constant matrix, in thirds, for each particle and for each spring, in units of the binary
 /// logarithm of the number of particles: so the fill of a grid grows with nested dissection (George 1973).
 const FILL: [u64; 2] = [39, 1];
@@ -54,8 +58,13 @@ pub(super) fn bytes(
                 0
             };
             let incomplete = implicit.preconditioner == Preconditioner::IncompleteCholesky;
+            let schwarz =
+                matches!(implicit.preconditioner, Preconditioner::Schwarz | Preconditioner::Auto);
             let method = match implicit.linear {
                 LinearMethod::ConjugateGradient if incomplete => numbers(0, INCOMPLETE_NUMBERS),
+                LinearMethod::ConjugateGradient if schwarz => {
+                    particles.saturating_mul(SCHWARZ_NUMBERS).saturating_mul(4)
+                }
                 // Blocks of 3 x 3 in double precision.
                 LinearMethod::Direct => fill(BLOCK_FILL, 2.0).saturating_mul(9 * 8),
                 _ => 0,

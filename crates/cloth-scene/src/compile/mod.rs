@@ -4,6 +4,7 @@ mod check;
 mod choice;
 mod cloth;
 mod collider;
+mod fabric;
 mod grid;
 mod material;
 mod memory;
@@ -22,7 +23,9 @@ mod timeline;
 
 use std::{borrow::Cow, sync::Arc};
 
-use cloth_core::{ClothMaterial, Collider, Model, ModelBuilder, SolverConfig, TextureMap};
+use cloth_core::{
+    ClothMaterial, ClothRange, Collider, Model, ModelBuilder, SolverConfig, TextureMap,
+};
 use cloth_rigid::{RigidBody, RigidJoint};
 
 pub use choice::SolverChoice;
@@ -62,6 +65,10 @@ pub struct CompiledScene {
     pub rigid_joints: Vec<RigidJoint>,
     /// What the model does not keep of each cloth, in the order of the model's cloths.
     pub cloths: Vec<CompiledCloth>,
+    /// What is worth knowing of how cloths were made: what was not measured of a fabric, faces that were divided.
+    pub notes: Vec<String>,
+    /// What is allowed but looks like a slip.
+    pub warnings: Vec<String>,
 }
 
 /// What the model does not keep of a cloth.
@@ -84,9 +91,12 @@ impl CompiledScene {
     /// (1, 1) at the last. `None` for a mesh without, or if there is no such cloth.
     #[must_use]
     pub fn texture(&self, cloth: usize) -> Option<Cow<'_, TextureMap>> {
-        match self.cloths.get(cloth)?.grid {
-            Some([columns, rows]) => Some(Cow::Owned(grid::texture(columns, rows))),
-            None => self.model.textures().get(cloth)?.as_ref().map(Cow::Borrowed),
+        let own = self.model.textures().get(cloth)?.as_ref();
+        match (self.cloths.get(cloth)?.grid, own) {
+            (Some([columns, rows]), None) => Some(Cow::Owned(grid::texture(columns, rows))),
+            // The pattern of a grid of fabric is in metres.
+            (Some(_), Some(pattern)) => Some(Cow::Owned(grid::texture_of_pattern(pattern))),
+            (None, own) => own.map(Cow::Borrowed),
         }
     }
 }
@@ -122,8 +132,10 @@ impl Scene {
         // Events name pins by sets of the geometry, which the model does not keep.
         let mut pin_sets = Vec::with_capacity(self.cloths.len());
         let mut cloths = Vec::with_capacity(self.cloths.len());
+        let mut notes = Vec::new();
         for (index, described) in self.cloths.iter().enumerate() {
-            let (cloth, sets) = cloth::compile(&check, index, described, options)?;
+            let (cloth, sets) =
+                cloth::compile((self, &check), index, described, options, &mut notes)?;
             cloths.push(CompiledCloth::new(described, &cloth));
             builder = builder.cloth(cloth);
             pin_sets.push(sets);
@@ -152,6 +164,15 @@ impl Scene {
             plans.carry_out(&check, &mut colliders, progress)?;
         }
         let model = build(builder, colliders)?;
+        let of_cloth = |cloth: &ClothRange| {
+            let name = cloth.name.clone();
+            cloth
+                .warnings
+                .iter()
+                .map(move |warning| format!("cloth {name:?}: {warning}"))
+                .collect::<Vec<_>>()
+        };
+        let warnings = model.cloths().iter().flat_map(of_cloth).collect();
         let choice = SolverChoice::new(self, &model);
         let config = settings::solver_config(self, &choice)?;
         let timeline = timeline::compile(self, &check, &model, &pin_sets)?;
@@ -168,6 +189,8 @@ impl Scene {
             rigids,
             rigid_joints,
             cloths,
+            notes,
+            warnings,
         })
     }
 }

@@ -1,6 +1,6 @@
 //! The line that an error of the model is about.
 
-use cloth_core::ModelError;
+use cloth_core::{ModelError, fabric::FabricError};
 
 use crate::{Scene, SceneError};
 
@@ -16,6 +16,13 @@ pub(super) fn place(scene: &Scene, source: ModelError) -> SceneError {
         | ModelError::OutOfRange { what, .. } => key(scene, &table, what),
         ModelError::PinOutOfRange { .. } => format!("{table}.pins"),
         ModelError::NameTaken { .. } => format!("{table}.name"),
+        ModelError::Fabric(error) => match **error {
+            FabricError::Coupling { .. }
+            | FabricError::BiasRigidity { .. }
+            | FabricError::TensileCurve { .. } => format!("{table}.material"),
+            _ => format!("{table}.pattern"),
+        },
+        ModelError::PatternMissing { .. } => format!("{table}.pattern.from"),
         _ => format!("{table}.geometry"),
     };
     SceneError::Model { place: scene.origin.place(&key), source }

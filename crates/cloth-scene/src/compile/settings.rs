@@ -123,6 +123,7 @@ pub(super) fn surroundings(
             SceneContactResponse::Penalty { stiffness, damping } => {
                 ContactResponse::Penalty { stiffness, damping }
             }
+            SceneContactResponse::Triangles { friction } => ContactResponse::Triangles { friction },
         };
         builder = builder.self_contact(SelfContact { distance: contact.distance, response });
     }

@@ -110,6 +110,7 @@ const fn implicit(scene: &SceneImplicit) -> ImplicitSettings {
             method: scene.linear,
             preconditioner: scene.preconditioner,
             matrix: scene.matrix,
+            stop: scene.stop,
             tolerance: scene.tolerance,
             iterations_max: scene.iterations,
             warm_start: scene.warm_start,

@@ -49,6 +49,15 @@ enum Data {
     Wang(Wang),
 }
 
+/// Names of presets for springs, and the same fabrics here.
+const PRESETS: [(&str, &str); 5] = [
+    ("denim", "11oz-black-denim"),
+    ("jersey", "gray-interlock"),
+    ("jet-set", "tango-red-jet-set"),
+    ("ponte-roma", "camel-ponte-roma"),
+    ("rib-knit", "ivory-rib-knit"),
+];
+
 /// All fabrics that come with the engine, in the order of the data file.
 #[must_use]
 pub fn measured_fabrics() -> &'static [MeasuredFabric] {
@@ -56,12 +65,13 @@ pub fn measured_fabrics() -> &'static [MeasuredFabric] {
 }
 
 impl MeasuredFabric {
-    /// The fabric called `name`.
+    /// The fabric called `name`, which may be that of a preset for springs.
     ///
     /// # Errors
     /// There is none; the error has the most similar name.
     pub fn find(name: &str) -> Result<&'static Self, SceneError> {
-        FABRICS.iter().find(|fabric| fabric.name == name).ok_or_else(|| {
+        let own = PRESETS.iter().find(|(preset, _)| *preset == name).map_or(name, |(_, own)| own);
+        FABRICS.iter().find(|fabric| fabric.name == own).ok_or_else(|| {
             let known = FABRICS.iter().map(|fabric| fabric.name.clone()).collect();
             SceneUnknown::error(ScenePlace::default(), "fabric", name, known)
         })
@@ -128,6 +138,15 @@ fn rigidity(value: f64) -> Option<BendingSheet> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn presets_for_springs_are_fabrics_too() {
+        for preset in cloth_core::MaterialPreset::ALL {
+            let fabric = MeasuredFabric::find(preset.name).unwrap();
+            assert!(fabric.description.contains(preset.fabric.split(',').next().unwrap()));
+            assert_eq!(fabric.fit().unwrap().0.area_density, preset.mass_per_area);
+        }
+    }
 
     #[test]
     fn data_without_source_or_kind_are_refused() {

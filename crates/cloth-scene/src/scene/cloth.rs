@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{SceneColour, SceneMaterial, SceneNetwork, ScenePin, SceneRotation, SceneTriangles};
+use super::{
+    SceneColour, SceneMaterial, SceneMeshing, SceneModel, SceneNetwork, ScenePattern, ScenePin,
+    SceneRotation, SceneTriangles,
+};
 
 /// One cloth.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -11,6 +14,9 @@ use super::{SceneColour, SceneMaterial, SceneNetwork, ScenePin, SceneRotation, S
 pub struct SceneCloth {
     /// Name, unique among the cloths.
     pub name: String,
+    /// `fabric` or `springs`; if not given, fabric where `material` has a sheet or a preset that only fabrics have.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<SceneModel>,
     /// Velocity of all its particles at the start \[m/s\]; zero if not given.
     #[serde(default)]
     pub velocity: [f64; 3],
@@ -22,6 +28,9 @@ pub struct SceneCloth {
     pub pins: Vec<ScenePin>,
     /// Particles and springs.
     pub geometry: SceneGeometry,
+    /// Shape without forces and direction of the warp, of fabric.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pattern: Option<ScenePattern>,
     /// What it is made of.
     pub material: SceneMaterial,
 }
@@ -75,9 +84,12 @@ pub struct SceneGrid {
     /// (0, 1, 0) if not given.
     #[serde(default = "axis_y")]
     pub row_axis: [f64; 3],
-    /// Neighbours that each particle is joined to: 12 (the default) or 24.
+    /// Neighbours that each particle is joined to by springs: 12 (the default) or 24.
     #[serde(default)]
     pub stencil: SceneStencil,
+    /// How its cells are divided into triangles, of fabric: `alternating` (the default), `union-jack` or `one-way`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub meshing: Option<SceneMeshing>,
 }
 
 impl SceneGrid {
@@ -94,6 +106,7 @@ impl SceneGrid {
             column_axis: axis_x(),
             row_axis: axis_y(),
             stencil: SceneStencil::default(),
+            meshing: None,
         }
     }
 }

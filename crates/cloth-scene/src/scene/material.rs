@@ -2,16 +2,25 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A material. What is not given comes from the preset; without a preset, mass, thickness and the
+use super::SceneFabricDamping;
+
+/// A material. What is not given comes from the preset, or from a laboratory sheet; without both, mass, thickness and the
 /// stiffness of every class of springs must be given, dampings are a twentieth of the critical ones and the
 /// coefficients of the air are those of a flat plate.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneMaterial {
-    /// Name of a fabric, one of [`MaterialPreset::ALL`](cloth_core::MaterialPreset::ALL).
+    /// Name of a fabric: for `model = "fabric"` one that `cloth fabrics` lists, for springs one of
+    /// [`MaterialPreset::ALL`](cloth_core::MaterialPreset::ALL); `denim`, `jersey`, `jet-set`, `ponte-roma` and `rib-knit` are both.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preset: Option<String>,
+    /// File with the sheet of a laboratory, relative to the folder of the scene file; a cloth of fabric instead of a preset.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sheet: Option<String>,
+    /// Damping of fabric.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<SceneFabricDamping>,
     /// Thickness of the cloth \[m\]: colliders stop its particles at half of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
@@ -31,6 +40,20 @@ pub struct SceneMaterial {
     /// Coefficients of the force of the air.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub aerodynamics: Option<SceneAerodynamics>,
+}
+
+impl SceneMaterial {
+    /// A key that is given and that springs alone have.
+    pub(crate) fn springs_key(&self) -> Option<&'static str> {
+        let mass = matches!(self.mass, Some(SceneMass::PerParticle(_)));
+        let keys = [
+            ("stretch", self.stretch.is_some()),
+            ("shear", self.shear.is_some()),
+            ("bend", self.bend.is_some()),
+            ("mass.per_particle", mass),
+        ];
+        keys.into_iter().find_map(|(key, is_given)| is_given.then_some(key))
+    }
 }
 
 /// How mass is given to the particles.

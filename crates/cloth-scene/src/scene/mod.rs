@@ -7,6 +7,7 @@ mod colour;
 mod contact;
 mod environment;
 mod event;
+mod fabric;
 mod material;
 mod named;
 mod network;
@@ -29,6 +30,10 @@ pub use colour::SceneColour;
 pub use contact::{SceneContact, SceneContactResponse};
 pub use environment::{SceneField, SceneGust, SceneWind};
 pub use event::{SceneAction, SceneEvent};
+pub use fabric::{
+    MODEL_OF_PRESETS, SceneFabricDamping, SceneMeshing, SceneModel, ScenePanel, ScenePattern,
+    ScenePatternSource,
+};
 pub use material::{SceneAerodynamics, SceneBend, SceneMass, SceneMaterial, SceneSpring};
 pub use network::{SceneJoint, SceneNetwork, ScenePrototype};
 pub use origin::SceneOrigin;

@@ -1,6 +1,6 @@
 //! Values of the engine that scene files know by name, for `serde(with)`.
 
-use cloth_core::{LinearMethod, MatrixForm, Preconditioner, SemiImplicitSolve};
+use cloth_core::{LinearMethod, LinearStop, MatrixForm, Preconditioner, SemiImplicitSolve};
 use serde::{Deserialize, Deserializer, Serializer, de::Error};
 
 /// A value with a name.
@@ -22,7 +22,7 @@ macro_rules! named {
     };
 }
 
-named!(LinearMethod, Preconditioner, MatrixForm, SemiImplicitSolve);
+named!(LinearMethod, LinearStop, Preconditioner, MatrixForm, SemiImplicitSolve);
 
 pub(super) fn serialize<T: Named, S: Serializer>(
     value: &T,

@@ -100,15 +100,15 @@ pub enum ScenePrecision {
     F64,
 }
 
-/// Springs that are too long are shortened after every substep.
+/// Springs and triangles of fabric that are too long are shortened after every substep.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneStrainLimit {
-    /// Largest length in units of the rest length, at least 1; 1.1 if not given.
+    /// Largest length in units of the rest length, at least 1; 1.1 if not given. Of fabric, the largest principal stretch.
     #[cfg_attr(test, schemars(range(min = 1.0, max = 1e6)))]
     pub ratio: f64,
-    /// Sweeps over all springs in each substep; 1 if not given.
+    /// Sweeps over all springs and triangles in each substep; 1 if not given.
     #[cfg_attr(test, schemars(range(min = 1, max = 1000)))]
     pub sweeps: u32,
     /// Classes of springs that are limited; stretch and shear if not given.

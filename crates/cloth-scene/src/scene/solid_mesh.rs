@@ -46,7 +46,7 @@ impl SceneSolidMesh {
 }
 
 impl From<SceneTriangles> for SceneSolidMesh {
-    fn from(SceneTriangles { vertices, faces }: SceneTriangles) -> Self {
+    fn from(SceneTriangles { vertices, faces, .. }: SceneTriangles) -> Self {
         Self {
             file: None,
             vertices,

@@ -1,8 +1,8 @@
 //! How the state of a scene is advanced.
 
 use cloth_core::{
-    AdaptiveSettings, ImplicitSettings, LinearMethod, MatrixForm, NewtonSettings, Preconditioner,
-    SemiImplicitSettings, SemiImplicitSolve,
+    AdaptiveSettings, ImplicitSettings, LinearMethod, LinearStop, MatrixForm, NewtonSettings,
+    Preconditioner, SemiImplicitSettings, SemiImplicitSolve,
 };
 use serde::{Deserialize, Serialize};
 
@@ -62,7 +62,8 @@ pub struct SceneImplicit {
     #[serde(with = "named")]
     #[cfg_attr(test, schemars(schema_with = "named::schema::<LinearMethod>"))]
     pub linear: LinearMethod,
-    /// Preconditioner of `cg`: `diagonal`, `block` (the default) or `incomplete-cholesky`.
+    /// Preconditioner of `cg`: `diagonal`, `block` (the default), `incomplete-cholesky`, `schwarz`, whose iterations hardly
+    /// grow with the number of particles, or `auto`, which takes `schwarz` for large cloths of fabric on the CPU, else `block`.
     #[serde(with = "named")]
     #[cfg_attr(test, schemars(schema_with = "named::schema::<Preconditioner>"))]
     pub preconditioner: Preconditioner,
@@ -70,7 +71,12 @@ pub struct SceneImplicit {
     #[serde(with = "named")]
     #[cfg_attr(test, schemars(schema_with = "named::schema::<MatrixForm>"))]
     pub matrix: MatrixForm,
-    /// Relative residual at which an iteration stops, 0 to 1; 0.001 if not given, 0 runs to the cap.
+    /// What an iteration measures to know when to stop: `residual` (the default), or `energy` with `cg`, the error in the norm
+    /// of the energy.
+    #[serde(with = "named")]
+    #[cfg_attr(test, schemars(schema_with = "named::schema::<LinearStop>"))]
+    pub stop: LinearStop,
+    /// What `stop` measures, relative to the start, at which an iteration stops, 0 to 1; 0.001 if not given, 0 runs to the cap.
     #[cfg_attr(test, schemars(range(min = 0.0, max = 1.0)))]
     pub tolerance: f64,
     /// Cap on iterations of each solve; 200 if not given.
@@ -98,6 +104,7 @@ impl Default for SceneImplicit {
             linear: linear.method,
             preconditioner: linear.preconditioner,
             matrix: linear.matrix,
+            stop: linear.stop,
             tolerance: linear.tolerance,
             iterations: linear.iterations_max,
             warm_start: linear.warm_start,

@@ -203,6 +203,8 @@ fn bounds_are_those_of_the_compiler() {
             || (pointer.contains("/limits/"))
             || (pointer.contains("/vertices/")
                 || pointer.contains("/faces/")
+                || pointer.contains("/uv/")
+                || pointer.contains("/uv_faces/")
                 || pointer.contains("/positions/"))
             || (pointer.contains("axis/")
                 || pointer.contains("/eye/")

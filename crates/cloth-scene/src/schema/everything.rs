@@ -5,7 +5,14 @@ use std::path::Path;
 use serde_json::Value;
 
 /// The texts.
-pub(super) const SCENES: [&str; 4] = [
+pub(super) const SCENES: [&str; 6] = [
+    r##"name = "triangles"
+contact = { distance = 0.002, response.triangles.friction = 0.3 }
+[[cloth]]
+name = "a"
+material.preset = "jersey"
+geometry.grid = { columns = 4, rows = 3, spacing = 0.1, centre = [0.0, 0.0, 1.0] }
+"##,
     r##"name = "springs"
 description = "every key of cloths, solvers and surroundings"
 gravity = [0.0, 0.0, -9.8]
@@ -17,7 +24,7 @@ simulation.precision = "f64"
 simulation.strain_bound = 5.0
 simulation.strain_limit = { ratio = 1.1, sweeps = 2, classes = ["stretch", "bend"] }
 simulation.adaptive = { strain_max = 0.25, halvings = 3, grow_after = 2 }
-simulation.implicit = { time_step = 0.01, linear = "cg", preconditioner = "block", matrix = "assembled", tolerance = 0.1, iterations = 30, warm_start = true, newton_iterations = 2, newton_tolerance = 0.5, constraint_passes = 3 }
+simulation.implicit = { time_step = 0.01, linear = "cg", preconditioner = "block", matrix = "assembled", stop = "residual", tolerance = 0.1, iterations = 30, warm_start = true, newton_iterations = 2, newton_tolerance = 0.5, constraint_passes = 3 }
 simulation.semi_implicit = { time_step = 0.01, solve = "dense-inverse" }
 field = [{ uniform.acceleration = [0.5, 0.0, 0.0] }, { drag.rate = [0.5, 0.25, 0.0] }, { expression = "m * v" }, { expression_left_handed = "m * x" }]
 wind = { velocity = [1.0, 0.0, 0.0], density = 1.25, gust = { amplitude = 0.5, frequency = 2.0 } }
@@ -72,6 +79,25 @@ time = 0.5
 cloth = "m"
 pins = [{ attribute = "pin", above = 0.5 }]
 action = "release"
+"##,
+    r##"name = "fabrics"
+[[cloth]]
+name = "grid"
+model = "fabric"
+pattern.warp = 30.5
+geometry.grid = { columns = 4, rows = 3, spacing = 0.1, meshing = "union-jack" }
+material = { preset = "cotton-broad", thickness = 0.001, mass.per_area = 0.3, damping = { stretch = 1e-5, bend = 1e-3 }, aerodynamics = { pressure = 1.5, friction = 0.1 } }
+[[cloth]]
+name = "triangles"
+model = "fabric"
+pattern = { from = "uv", scale = 0.5 }
+material.sheet = "sheet.toml"
+geometry.triangles = { vertices = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]], faces = [[0, 1, 2]], uv = [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]], uv_faces = [[0, 1, 2]] }
+[[cloth]]
+name = "mesh"
+pattern = { from = "shape", axis = [0.5, 1.0, 0.0], warp = 10.5, panels = [{ group = "panel", warp = 45.5 }] }
+material.preset = "drape-001"
+geometry.mesh = { file = "panels.obj", translation = [0.0, 0.0, 9.0] }
 "##,
     r##"name = "solids"
 [[cloth]]
@@ -172,7 +198,15 @@ pub(super) fn meshes_write(folder: &Path) {
         property float pin\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
         0 0 0 9\n1 0 0 9\n0 1 0 0\n3 0 1 2\n";
     let solid = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
-    for (name, text) in [("sheet.ply", sheet), ("solid1.obj", solid), ("solid2.obj", solid)] {
+    let panels = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\ng panel\nf 1 2 3\ng other\nf 1 3 4\n";
+    let laboratory = "W = 12\n[warp]\noverhang = 40\n";
+    for (name, text) in [
+        ("sheet.toml", laboratory),
+        ("panels.obj", panels),
+        ("sheet.ply", sheet),
+        ("solid1.obj", solid),
+        ("solid2.obj", solid),
+    ] {
         std::fs::write(folder.join(name), text).unwrap();
     }
 }

@@ -27,6 +27,14 @@ pub(super) struct LineEnd {
     colour: [u8; 4],
 }
 
+/// A triangle of fabric as `strain.wgsl` has it.
+#[derive(Clone, Copy, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+struct FabricTriangle {
+    corners: [u32; 4],
+    inverse: [f32; 4],
+}
+
 /// Colours of wires and of the springs of each class: sRGB and opacity.
 const WIRE: [u8; 4] = [16, 18, 22, 150];
 const STRETCH: [u8; 4] = [222, 74, 52, 220];
@@ -42,6 +50,8 @@ pub struct ClothMesh {
     strains: wgpu::Buffer,
     /// Offsets, columns and rest lengths of the springs of each particle.
     spring_rows: Option<[wgpu::Buffer; 3]>,
+    /// Offsets of each particle and its triangles of fabric.
+    fabric_rows: Option<[wgpu::Buffer; 2]>,
     /// Cloths without triangles.
     strands: Option<Lines>,
     wires: Option<Lines>,
@@ -78,6 +88,7 @@ impl ClothMesh {
             colours: gpu.buffer("colours", &colours, storage),
             strains: gpu.empty_buffer("strains", 4 * model.particle_count() as u64, storage),
             spring_rows: None,
+            fabric_rows: None,
             strands: (!strands.is_empty()).then(|| Lines::new(gpu, &strands)),
             wires: None,
             springs: [const { None }; 3],
@@ -115,6 +126,7 @@ impl ClothMesh {
                 gpu.buffer("spring columns", &rows.columns, storage),
                 gpu.buffer("spring rest lengths", &rest, storage),
             ]);
+            self.fabric_rows = Some(self.fabric_rows(gpu));
         }
         if overlays.wires && self.wires.is_none() {
             self.wires = Some(self.edge_lines(gpu));
@@ -128,6 +140,38 @@ impl ClothMesh {
                 self.springs[slot] = Some(self.spring_lines(gpu, class, colour));
             }
         }
+    }
+
+    /// The triangles of fabric around each particle.
+    fn fabric_rows(&self, gpu: &Gpu) -> [wgpu::Buffer; 2] {
+        let triangles = self.model.elements().triangles();
+        let mut offsets = vec![0_u32; self.model.particle_count() + 1];
+        for particle in triangles.iter().flat_map(|triangle| triangle.particles) {
+            offsets[particle as usize + 1] += 1;
+        }
+        for place in 1..offsets.len() {
+            offsets[place] += offsets[place - 1];
+        }
+        // One at least, as a shader wants it.
+        let mut entries = vec![FabricTriangle::default(); (3 * triangles.len()).max(1)];
+        let mut next = offsets.clone();
+        for triangle in triangles {
+            let [a, b, c] = triangle.particles;
+            let inverse = triangle.rest.inverse.as_flattened();
+            let entry = FabricTriangle {
+                corners: [a, b, c, 0],
+                inverse: std::array::from_fn(|k| inverse[k] as f32),
+            };
+            for particle in triangle.particles {
+                entries[next[particle as usize] as usize] = entry;
+                next[particle as usize] += 1;
+            }
+        }
+        let storage = wgpu::BufferUsages::STORAGE;
+        [
+            gpu.buffer("fabric offsets", &offsets, storage),
+            gpu.buffer("fabric triangles", &entries, storage),
+        ]
     }
 
     fn edge_lines(&self, gpu: &Gpu) -> Lines {
@@ -159,7 +203,9 @@ impl ClothMesh {
         frame: &FrameBuffers,
     ) -> Option<wgpu::BindGroup> {
         let [offsets, columns, rest] = self.spring_rows.as_ref()?;
-        let buffers = [&frame.positions, offsets, columns, rest, &self.strains];
+        let [fabric_offsets, fabric] = self.fabric_rows.as_ref()?;
+        let buffers =
+            [&frame.positions, offsets, columns, rest, &self.strains, fabric_offsets, fabric];
         Some(pipelines.group(device, &pipelines.strain.get_bind_group_layout(0), &buffers))
     }
 

@@ -17,7 +17,7 @@ pub struct Overlays {
     pub wires: bool,
     /// Springs by class: stretch, shear, bend.
     pub springs: [bool; 3],
-    /// Colours of the surface by the strain of the springs.
+    /// Colours of the surface by the strain of springs and of triangles of fabric.
     pub strain: bool,
     /// Relative elongation shown in red.
     pub strain_scale: f64,

@@ -26,7 +26,7 @@ impl Stages {
         let calls = uniform_stride(&self.context.limits, size_of::<Call>()) * CALLS_MAX as u64;
         let memory = self.context.limits.max_compute_workgroup_storage_size;
         let fits = iterates_at_once(particles as u32, links.reach, memory);
-        let at_once = fits && !self.is_penalty();
+        let at_once = fits && !self.is_penalty() && !self.model.has_fabric();
         self.solve_reach = at_once.then_some(links.reach);
         let copies = if at_once { VECTOR_COPIES } else { 0 };
         let mut zeroed = vec![
@@ -59,6 +59,7 @@ impl Stages {
             self.buffers.create(&self.context, name, contents.len() as u64, Some(contents))?;
         }
         self.contact_factors_create()?;
+        self.fabric_linear_prepare()?;
         self.buffers.create(&self.context, "solve", size_of::<Solve>() as u64, None)
     }
 

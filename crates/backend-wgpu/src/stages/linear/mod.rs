@@ -74,6 +74,8 @@ impl Stages {
         }
         self.semi_implicit.length = None;
         let slot = self.slot(substep)?;
+        self.linear_prepare()?;
+        self.fabric_assemble(slot)?;
         let flags = if start == NewtonStart::Iterate { CALL_ITERATE } else { 0 };
         self.linear_kernel("implicit_assemble", slot, Call { flags, ..Call::default() })
     }

@@ -58,6 +58,7 @@ impl Stages {
         let diagonal: Vec<[f32; 4]> = self.read_words("matrix_diagonal", 8 * count as u64)?;
         let factors: Vec<[f32; 4]> = self.read_words("factors", 4 * links.places as u64)?;
         let pairs = self.contact_blocks()?;
+        let elements = self.fabric_blocks()?;
         for (row, pairs) in pairs.iter().enumerate() {
             let [a, b] = [diagonal[2 * row], diagonal[2 * row + 1]];
             let start = out.len();
@@ -69,6 +70,7 @@ impl Stages {
             for &(column, u) in pairs {
                 out.push(dense(row, column, block(u, 0.0)));
             }
+            out.extend(elements.get(row).into_iter().flatten());
             out[start..].sort_by_key(|block| block.column);
             out.dedup_by(|later, kept| {
                 let is_same = (later.row, later.column) == (kept.row, kept.column);

@@ -251,5 +251,6 @@ fn outcome(solve: &Solve) -> LinearOutcome {
         residual: if breakdown { f64::INFINITY } else { residual },
         converged: phase == SOLVE_CONVERGED,
         breakdown,
+        ..LinearOutcome::default()
     }
 }

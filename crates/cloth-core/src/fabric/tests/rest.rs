@@ -31,7 +31,7 @@ fn a_pattern_and_the_same_shape_in_space_are_one() {
             let [[a, b], [c, d]] = t.state.inverse;
             [
                 vec![t.state.area, a, b.abs(), c, d.abs()],
-                t.bending.entries.map(|k| 1e6 * k).to_vec(),
+                t.bending.map.iter().flatten().map(|k| k.abs()).collect(),
             ]
             .concat()
         };

@@ -1,6 +1,6 @@
 //! Interactions in groups without a common particle (NUMERICS §4).
 
-use crate::{SpringClass, Springs};
+use crate::{FabricTriangle, SpringClass, Springs};
 
 /// Interactions sorted into colours: no two of one colour share a particle, so that all of a colour can be changed at the same time.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -45,6 +45,13 @@ impl Colouring {
             }
         }
         colouring
+    }
+
+    /// Greedy colouring of the triangles of fabric, in their order.
+    #[must_use]
+    pub fn of_triangles(triangles: &[FabricTriangle], particle_count: usize) -> Self {
+        let corners: Vec<u32> = triangles.iter().flat_map(|triangle| triangle.particles).collect();
+        Self::greedy(&corners, 3, particle_count)
     }
 
     /// Number of colours.

@@ -10,14 +10,17 @@ mod incidence;
 mod neighbours;
 mod pieces;
 mod regions;
+mod sliced;
 
 pub use blocks::BlockDependencies;
 pub use colouring::{Colouring, SpringColouring};
 pub use incidence::Incidence;
 pub use neighbours::Neighbours;
 pub use regions::{ColourRegion, ColourRegions};
+pub use sliced::SlicedRows;
 
 use super::{FabricTriangle, Model, Springs};
+use crate::fabric::bending::PATCH;
 
 /// A way in which particles act on each other. Each kind couples a fixed number of particles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -26,7 +29,7 @@ pub enum InteractionKind {
     Spring,
     /// A triangle of fabric that stretches and shears (NUMERICS §11).
     Membrane,
-    /// The folds of the three edges of a triangle of fabric: its corners and the vertices opposite to its edges (NUMERICS §12).
+    /// The folds that tell the curvature of a triangle of fabric: the vertices of its patch (NUMERICS §12).
     Bending,
     /// The air on the three particles of a triangle (NUMERICS §3).
     AirTriangle,
@@ -42,7 +45,7 @@ impl InteractionKind {
         match self {
             Self::Spring => 2,
             Self::Membrane | Self::AirTriangle => 3,
-            Self::Bending => 6,
+            Self::Bending => PATCH,
         }
     }
 
@@ -81,7 +84,7 @@ enum Particles<'a> {
     Springs(&'a Springs),
     Triangles(&'a [[u32; 3]]),
     Fabric(&'a [FabricTriangle]),
-    Patches(&'a [[u32; 6]]),
+    Patches(&'a [[u32; PATCH]]),
 }
 
 impl<'a> InteractionList<'a> {
@@ -154,6 +157,14 @@ impl<'a> Interactions<'a> {
     /// Keeps the lists of some kinds.
     pub fn retain(&mut self, keep: impl Fn(InteractionKind) -> bool) {
         self.lists.retain(|list| keep(list.kind));
+    }
+
+    /// Those of fabric alone.
+    #[must_use]
+    pub fn of_fabric(mut self) -> Self {
+        let is_kept = |kind| matches!(kind, InteractionKind::Membrane | InteractionKind::Bending);
+        self.lists.retain(|list| is_kept(list.kind));
+        self
     }
 
     /// Those alone that have blocks off the diagonal of the matrix of an implicit step.

@@ -4,8 +4,8 @@ use super::operators::Pair;
 use crate::{
     FabricElements, FabricTriangle,
     fabric::{
-        Fabric,
-        bending::{BendingRest, Folds},
+        FOLDS, Fabric,
+        bending::{BendingRest, Folds, PATCH},
         membrane::{self, Law, Tangent},
     },
 };
@@ -44,7 +44,7 @@ impl<'a> AnyFabric<'a> {
             let moments =
                 triangle.bending.moments(fold).map(|moment| h * (h + 2.0 * damping) * moment);
             for (place, &particle) in patch.iter().enumerate() {
-                let force: f64 = (0..3).map(|edge| weights[edge][place] * moments[edge]).sum();
+                let force: f64 = (0..FOLDS).map(|fold| weights[fold][place] * moments[fold]).sum();
                 y[particle as usize] += force;
             }
         }
@@ -78,7 +78,7 @@ struct AtStart {
 
 impl<'a> FabricAtStart<'a> {
     pub(super) fn new(elements: &'a FabricElements, positions: &[[f64; 3]]) -> Self {
-        let at_start = |(triangle, patch): (&FabricTriangle, &[u32; 6])| {
+        let at_start = |(triangle, patch): (&FabricTriangle, &[u32; PATCH])| {
             let fabric = &elements.fabrics()[triangle.fabric as usize];
             // Fabrics of a model are valid.
             let law = Law::new(fabric, "").ok()?;

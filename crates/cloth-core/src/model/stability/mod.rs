@@ -4,7 +4,7 @@ mod fabric;
 mod lanczos;
 mod operators;
 
-use crate::Integrator;
+use crate::{Integrator, contact::EXPLICIT_EIGENVALUE};
 
 use super::Model;
 use lanczos::largest_eigenvalue;
@@ -25,6 +25,9 @@ const ROUNDS: usize = 6;
 
 /// Where they start \[s\].
 const START: f64 = 1e-4;
+
+/// Largest eigenvalue of h^2 K + 2 h C by M with which symplectic Euler is stable.
+const LIMIT: f64 = 4.0;
 
 /// Largest time step that is told \[s\]: nothing that acts limits it.
 const LONGEST: f64 = 1e3;
@@ -47,7 +50,13 @@ impl Model {
     #[must_use]
     pub fn stable_time_step(&self) -> f64 {
         let mut operator = AnyShape::new(self, Coefficients::All);
-        self.longest_step(self.particle_count(), |h, x, y| operator.apply(h, x, y))
+        let limit = LIMIT - self.contact_eigenvalue();
+        self.longest_step(self.particle_count(), limit, |h, x, y| operator.apply(h, x, y))
+    }
+
+    /// What contact of triangles takes of the limit, whatever the step: its stiffness follows it (NUMERICS §15).
+    fn contact_eigenvalue(&self) -> f64 {
+        if self.has_triangle_contact() { EXPLICIT_EIGENVALUE } else { 0.0 }
     }
 
     /// The time step \[s\] above which symplectic Euler is unstable even while the cloth is as at the
@@ -56,7 +65,7 @@ impl Model {
     #[must_use]
     pub fn stable_time_step_at_rest(&self) -> f64 {
         let mut operator = RestShape::new(self);
-        self.longest_step(3 * self.particle_count(), |h, x, y| operator.apply(h, x, y))
+        self.longest_step(3 * self.particle_count(), LIMIT, |h, x, y| operator.apply(h, x, y))
     }
 
     /// The time step \[s\] up to which an integrator is stable, or `None` if it is at any.
@@ -71,16 +80,22 @@ impl Model {
             Integrator::Implicit(_) => None,
             Integrator::SemiImplicit(_) => {
                 let mut operator = AnyShape::new(self, Coefficients::WithoutSprings);
-                let step =
-                    self.longest_step(self.particle_count(), |h, x, y| operator.apply(h, x, y));
+                let limit = LIMIT - self.contact_eigenvalue();
+                let count = self.particle_count();
+                let step = self.longest_step(count, limit, |h, x, y| operator.apply(h, x, y));
                 (step < LONGEST).then_some(step)
             }
         }
     }
 
-    /// The largest h for which the eigenvalues of h^2 K + 2 h C by M are at most 4. `apply`
+    /// The largest h for which the eigenvalues of h^2 K + 2 h C by M are at most `limit`. `apply`
     /// multiplies by this matrix, made symmetric.
-    fn longest_step(&self, size: usize, mut apply: impl FnMut(f64, &[f64], &mut [f64])) -> f64 {
+    fn longest_step(
+        &self,
+        size: usize,
+        limit: f64,
+        mut apply: impl FnMut(f64, &[f64], &mut [f64]),
+    ) -> f64 {
         let elements = ELEMENT_VISITS * self.elements.triangles().len();
         let visits = ROUNDS * (self.springs.len() + elements + self.particle_count());
         let steps = (VISITS / visits.max(1)).clamp(STEPS[0], STEPS[1]);
@@ -98,7 +113,7 @@ impl Model {
             }
             // K and C have no negative eigenvalue: the largest of s h is at most s times that of h for s < 1, and
             // s^2 times for s > 1. A step by that rule ends where all are at most 4.
-            let ratio = 4.0 / largest;
+            let ratio = limit / largest;
             let safe = if ratio < 1.0 { ratio } else { ratio.sqrt() };
             // A power between the two fits better, but may end a little beyond; the last step is a safe one.
             let power = before.map(|[h_before, largest_before]| {

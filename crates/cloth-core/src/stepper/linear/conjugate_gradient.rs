@@ -1,8 +1,11 @@
 //! The modified preconditioned conjugate gradient method.
 
-use crate::{ImplicitKernels, LinearOutcome, LinearSettings, LinearStart, LinearVector, Result};
+use crate::{
+    ImplicitKernels, LinearOutcome, LinearSettings, LinearStart, LinearVector, Preconditioner,
+    Result,
+};
 
-use super::{Begin, begin};
+use super::{Begin, Next, Progress, begin, residual_of};
 
 /// Solves S A S y = S b with y = z in the constrained directions (Ascher and Boxerman 2003), in the
 /// form with one pass of reductions for each iteration (Chronopoulos and Gear 1989): the image of
@@ -16,46 +19,60 @@ pub fn conjugate_gradient<K: ImplicitKernels + ?Sized>(
     start: LinearStart,
 ) -> Result<LinearOutcome> {
     use LinearVector::{Direction, DirectionImage, Image, Preconditioned, Residual, Solution};
-    let (reference, mut residual) = match begin(kernels, settings, start)? {
+    let mut progress = match begin(kernels, settings, start)? {
         Begin::Done(outcome) => return Ok(outcome),
-        Begin::Iterate { reference, residual } => (reference, residual),
+        Begin::Iterate(progress) => progress,
     };
     kernels.preconditioner_apply(Residual, Preconditioned)?;
     let mut gamma = kernels.vector_dot(Residual, Preconditioned)?;
-    let mut recurrence = Recurrence::default();
-    for iteration in 0..=settings.iterations_max {
-        let outcome = LinearOutcome {
-            iterations: iteration,
-            residual: residual / reference,
-            converged: residual <= settings.tolerance * reference,
-            breakdown: !(residual.is_finite() && gamma.is_finite()),
-        };
-        let done = outcome.converged || outcome.breakdown || gamma == 0.0;
-        if done || iteration == settings.iterations_max {
-            return Ok(outcome);
+    loop {
+        let mut next = progress.next(gamma);
+        if next == Next::Iterate {
+            kernels.matrix_apply(settings.matrix, Preconditioned, Image)?;
+            kernels.constraint_filter(Image)?;
+            let delta = kernels.vector_dot(Preconditioned, Image)?;
+            match progress.advance(gamma, delta) {
+                Ok((alpha, beta)) => {
+                    kernels.vector_combine((1.0, Preconditioned), (beta, Direction))?;
+                    kernels.vector_combine((1.0, Image), (beta, DirectionImage))?;
+                    kernels.vector_combine((alpha, Direction), (1.0, Solution))?;
+                    kernels.vector_combine((-alpha, DirectionImage), (1.0, Residual))?;
+                    kernels.preconditioner_apply(Residual, Preconditioned)?;
+                    gamma = kernels.vector_dot(Residual, Preconditioned)?;
+                    progress.end(kernels.vector_dot(Residual, Residual)?.sqrt());
+                }
+                Err(instead) => next = instead,
+            }
         }
-        kernels.matrix_apply(settings.matrix, Preconditioned, Image)?;
-        kernels.constraint_filter(Image)?;
-        let delta = kernels.vector_dot(Preconditioned, Image)?;
-        let Some((alpha, beta)) = recurrence.advance(gamma, delta) else {
-            return Ok(LinearOutcome { breakdown: iteration == 0, ..outcome });
-        };
-        kernels.vector_combine((1.0, Preconditioned), (beta, Direction))?;
-        kernels.vector_combine((1.0, Image), (beta, DirectionImage))?;
-        kernels.vector_combine((alpha, Direction), (1.0, Solution))?;
-        kernels.vector_combine((-alpha, DirectionImage), (1.0, Residual))?;
-        kernels.preconditioner_apply(Residual, Preconditioned)?;
-        gamma = kernels.vector_dot(Residual, Preconditioned)?;
-        residual = kernels.vector_dot(Residual, Residual)?.sqrt();
+        match next {
+            Next::Iterate => {}
+            Next::Restart => gamma = restart(kernels, settings, &mut progress)?,
+            Next::Done(outcome) => return Ok(outcome),
+        }
     }
-    Ok(LinearOutcome::default())
+}
+
+/// Begins anew from the present solution with the diagonal as preconditioner. Returns r . c.
+///
+/// # Errors
+/// Those of the stages.
+pub fn restart<K: ImplicitKernels + ?Sized>(
+    kernels: &mut K,
+    settings: &LinearSettings,
+    progress: &mut Progress,
+) -> Result<f64> {
+    use LinearVector::{Preconditioned, Residual, Solution};
+    kernels.preconditioner_build(Preconditioner::Diagonal)?;
+    progress.restart(residual_of(kernels, settings, Solution)?);
+    kernels.preconditioner_apply(Residual, Preconditioned)?;
+    kernels.vector_dot(Residual, Preconditioned)
 }
 
 /// The scalars that are carried from one iteration to the next.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Recurrence {
-    alpha: f64,
-    gamma: f64,
+    pub(super) alpha: f64,
+    pub(super) gamma: f64,
 }
 
 impl Recurrence {

@@ -25,7 +25,7 @@ pub fn jacobi<K: ImplicitKernels + ?Sized>(
     use LinearVector::{Preconditioned, Residual, Solution};
     let (reference, mut residual) = match begin(kernels, settings, start)? {
         Begin::Done(outcome) => return Ok(outcome),
-        Begin::Iterate { reference, residual } => (reference, residual),
+        Begin::Iterate(progress) => progress.residuals(),
     };
     kernels.preconditioner_apply(Residual, Preconditioned)?;
     let mut norm = kernels.vector_dot(Residual, Preconditioned)?;
@@ -35,6 +35,8 @@ pub fn jacobi<K: ImplicitKernels + ?Sized>(
         let outcome = LinearOutcome {
             iterations: iteration,
             residual: residual / reference,
+            energy: None,
+            restarted: false,
             converged: residual <= settings.tolerance * reference,
             breakdown: !(residual.is_finite() && norm.is_finite()),
         };

@@ -3,15 +3,18 @@
 
 mod block_sum;
 mod conjugate_gradient;
+mod energy;
 mod jacobi;
+mod progress;
 
 pub use block_sum::block_sum;
-pub use conjugate_gradient::{Recurrence, conjugate_gradient};
+pub use conjugate_gradient::{Recurrence, conjugate_gradient, restart};
 pub use jacobi::jacobi;
+pub use progress::{Next, Progress};
 
 use crate::{
-    ImplicitKernels, LinearMethod, LinearOutcome, LinearSettings, LinearStart, LinearVector,
-    Preconditioner, Result,
+    ImplicitKernels, LinearMethod, LinearOutcome, LinearSettings, LinearStart, LinearStop,
+    LinearVector, Preconditioner, Result,
 };
 
 /// A solver of A y = b under constraints.
@@ -94,16 +97,12 @@ impl<K: ImplicitKernels + ?Sized> LinearSolver<K> for Direct {
 }
 
 /// How an iteration begins.
+#[expect(clippy::large_enum_variant, reason = "one for each solve, which is taken apart at once")]
 pub enum Begin {
     /// There is nothing left to do.
     Done(LinearOutcome),
     /// There is.
-    Iterate {
-        /// |S (b - A z)|, what relative residuals are relative to.
-        reference: f64,
-        /// |r| of the start.
-        residual: f64,
-    },
+    Iterate(Progress),
 }
 
 /// Puts the solution where an iteration starts, and its residual with it. Uses image and direction.
@@ -131,17 +130,33 @@ pub fn begin<K: ImplicitKernels + ?Sized>(
     if reference == 0.0 {
         return Ok(Begin::Done(LinearOutcome { converged: true, ..LinearOutcome::default() }));
     }
+    // (y - z) A (y - z) + 2 (y - z) r = (y - z) (r_z + r) of the start y: what it is closer than z.
+    let mut closer = 0.0;
     let residual = if start == LinearStart::Constraints {
         reference
     } else {
+        let measures = settings.stop == LinearStop::Energy;
         kernels.constraint_project(Solution)?;
-        residual_of(kernels, settings, Solution)?
+        if measures {
+            closer += step_times_residual(kernels)?;
+        }
+        let residual = residual_of(kernels, settings, Solution)?;
+        if measures {
+            closer += step_times_residual(kernels)?;
+        }
+        residual
     };
     if !(reference.is_finite() && residual.is_finite()) {
         let outcome = LinearOutcome { breakdown: true, ..LinearOutcome::default() };
         return Ok(Begin::Done(LinearOutcome { residual: f64::INFINITY, ..outcome }));
     }
-    Ok(Begin::Iterate { reference, residual })
+    Ok(Begin::Iterate(Progress::new(settings, [reference, residual, closer])))
+}
+
+/// (y - z) r, z as the direction.
+fn step_times_residual<K: ImplicitKernels + ?Sized>(kernels: &mut K) -> Result<f64> {
+    use LinearVector::{Direction, Residual, Solution};
+    Ok(kernels.vector_dot(Solution, Residual)? - kernels.vector_dot(Direction, Residual)?)
 }
 
 /// r = S (b - A y) for a vector y; uses the image. Returns |r|.

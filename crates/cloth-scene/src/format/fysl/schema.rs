@@ -27,6 +27,8 @@ pub(super) enum Kind {
     Vectors,
     /// Four of them.
     Corners,
+    /// Any number of pairs of numbers.
+    Pairs,
     /// Any number of triples of whole numbers.
     Faces,
     /// Positive and unique among the siblings; names an actor within the file alone.
@@ -103,8 +105,8 @@ const fn leaf(tag: &'static str, target: Target, attributes: &'static [Attribute
 }
 
 use Kind::{
-    Axis, Corners, Count, Faces, Id, Matrix, Number, Numbers, Particle, Switch, Text, Vector,
-    Vectors, Word, Words,
+    Axis, Corners, Count, Faces, Id, Matrix, Number, Numbers, Pairs, Particle, Switch, Text,
+    Vector, Vectors, Word, Words,
 };
 use Target::{Inline, Item, Table, Value};
 
@@ -169,7 +171,7 @@ static CONTACT: Element = Element {
     tag: "contact",
     target: Table("contact"),
     attributes: &[required("distance", "distance", Number)],
-    children: &[&IMPULSE, &PENALTY],
+    children: &[&IMPULSE, &PENALTY, &CONTACT_TRIANGLES],
     ..EMPTY
 };
 static IMPULSE: Element = leaf(
@@ -177,6 +179,8 @@ static IMPULSE: Element = leaf(
     Table("response.impulse"),
     &[same("restitution", Number), same("friction", Number)],
 );
+static CONTACT_TRIANGLES: Element =
+    leaf("triangles", Table("response.triangles"), &[same("friction", Number)]);
 static PENALTY: Element = leaf(
     "penalty",
     Table("response.penalty"),
@@ -223,8 +227,12 @@ static IMPLICIT: Element = leaf(
     &[
         optional("interval", "time_step", Number),
         same("linear", Word(&["cg", "jacobi", "direct"])),
-        same("preconditioner", Word(&["diagonal", "block", "incomplete-cholesky"])),
+        same(
+            "preconditioner",
+            Word(&["diagonal", "block", "incomplete-cholesky", "schwarz", "auto"]),
+        ),
         same("matrix", Word(&["matrix-free", "assembled"])),
+        same("stop", Word(&["residual", "energy"])),
         same("tolerance", Number),
         same("iterations", Count),
         same("warm_start", Switch),
@@ -338,8 +346,9 @@ static GROUP: Element = Element {
         optional("type", "", Word(&["particle"])),
         same("colour", Text),
         same("pins", Words),
+        same("model", Word(&["fabric", "springs"])),
     ],
-    children: &[&LINEAR_GROUP, &GRID, &MESH_FILE, &TRIANGLES, &NETWORK, &FABRIC],
+    children: &[&LINEAR_GROUP, &GRID, &MESH_FILE, &TRIANGLES, &NETWORK, &PATTERN, &FABRIC],
     needs: &[("geometry", "<grid>, <mesh>, <mesh_file> or <particles>"), ("material", "<fabric>")],
     ..EMPTY
 };
@@ -357,6 +366,7 @@ static GRID: Element = leaf(
         optional("width_axis", "column_axis", Vector),
         optional("height_axis", "row_axis", Vector),
         optional("neighbours", "stencil", Count),
+        same("meshing", Word(&["alternating", "union-jack", "one-way"])),
     ],
 );
 static MESH_FILE: Element = Element {
@@ -378,13 +388,32 @@ static ROTATION: Element = leaf(
 static TRIANGLES: Element = Element {
     tag: "mesh",
     target: Table("geometry.triangles"),
-    children: &[&VERTICES, &FACES],
+    children: &[&VERTICES, &FACES, &UV, &UV_FACES],
     needs: &[("vertices", "<vertices>"), ("faces", "<faces>")],
     ..EMPTY
 };
 static VERTICES: Element = Element { tag: "vertices", text: Some(("vertices", Vectors)), ..EMPTY };
 static CORNERS: Element = Element { tag: "vertices", text: Some(("vertices", Corners)), ..EMPTY };
 static FACES: Element = Element { tag: "faces", text: Some(("faces", Faces)), ..EMPTY };
+static UV: Element = Element { tag: "uv", text: Some(("uv", Pairs)), ..EMPTY };
+static UV_FACES: Element = Element { tag: "uv_faces", text: Some(("uv_faces", Faces)), ..EMPTY };
+static PATTERN: Element = Element {
+    tag: "pattern",
+    target: Table("pattern"),
+    attributes: &[
+        same("from", Word(&["uv", "shape"])),
+        same("scale", Number),
+        same("axis", Vector),
+        same("warp", Number),
+    ],
+    children: &[&PANEL],
+    ..EMPTY
+};
+static PANEL: Element = leaf(
+    "panel",
+    Item("panels", ""),
+    &[required("group", "group", Text), required("warp", "warp", Number)],
+);
 static NETWORK: Element = Element {
     tag: "particles",
     target: Table("geometry.network"),
@@ -424,11 +453,12 @@ static FABRIC: Element = Element {
     target: Table("material"),
     attributes: &[
         same("preset", Text),
+        same("sheet", Text),
         same("thickness", Number),
         optional("density", "mass.per_area", Number),
         optional("mass", "mass.per_particle", Number),
     ],
-    children: &[&STRETCH, &SHEAR, &BEND, &AERODYNAMICS],
+    children: &[&STRETCH, &SHEAR, &BEND, &DAMPING, &AERODYNAMICS],
     ..EMPTY
 };
 static STRETCH: Element =
@@ -440,6 +470,8 @@ static BEND: Element = leaf(
     Table("bend"),
     &[same("stiffness", Number), same("damping", Number), same("rigidity", Number)],
 );
+static DAMPING: Element =
+    leaf("damping", Table("damping"), &[same("stretch", Number), same("bend", Number)]);
 static AERODYNAMICS: Element = leaf(
     "aerodynamics",
     Table("aerodynamics"),

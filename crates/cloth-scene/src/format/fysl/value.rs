@@ -38,6 +38,14 @@ pub(super) fn parse(kind: Kind, text: &str) -> Result<Value, String> {
             let numbers = triples(numbers(text, Some(12))?)?;
             Ok(Value::Array(numbers.iter().map(|triple| vector(triple)).collect()))
         }
+        Kind::Pairs => {
+            let numbers = numbers(text, None)?;
+            let (pairs, []) = numbers.as_chunks::<2>() else {
+                return Err(format!("has {} numbers: give two for each entry", numbers.len()));
+            };
+            let pair = |pair: &[f64; 2]| Value::Array(pair.map(Value::Float).to_vec());
+            Ok(Value::Array(pairs.iter().map(pair).collect()))
+        }
         Kind::Faces => {
             let indices = text.split_whitespace().map(count).collect::<Result<Vec<_>, _>>()?;
             let faces = triples(indices)?;
@@ -69,6 +77,11 @@ pub(super) fn print(kind: Kind, value: &Value) -> Option<String> {
         Kind::Vectors | Kind::Corners => {
             let lines: Option<Vec<_>> =
                 value.as_array()?.iter().map(|vector| print_vector(vector, 1.0)).collect();
+            Some(lines?.join("\n"))
+        }
+        Kind::Pairs => {
+            let line = |pair: &Value| print(Kind::Numbers(2), pair);
+            let lines: Option<Vec<_>> = value.as_array()?.iter().map(line).collect();
             Some(lines?.join("\n"))
         }
         Kind::Faces => {

@@ -101,6 +101,8 @@ impl Engine {
                 velocities: Vec::new(),
                 held: self.held.clone(),
                 colliders,
+                // The wgpu backend has no contact of triangles.
+                slips: Vec::new(),
             };
             let source = solver.device_buffers()?;
             let buffers = self.pool.take(&self.gpu, particles);
@@ -119,7 +121,8 @@ impl Engine {
             (self.state()?.clone(), None)
         };
         let bodies = self.rigid.as_ref().map_or_else(Vec::new, |rigid| rigid.world().motions());
-        let numbers = 48 * particles + state.held.len() + 56 * state.colliders.len();
+        let numbers =
+            48 * particles + state.held.len() + 56 * state.colliders.len() + 36 * state.slips.len();
         let bytes = (numbers + 104 * bodies.len()) as u64;
         let (report, duration) = (self.report.clone(), self.duration);
         let frame = PastFrame { state, device, bodies, report, duration };

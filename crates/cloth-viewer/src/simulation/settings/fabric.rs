@@ -1,7 +1,7 @@
 //! What a cloth is made of, as the panel shows it.
 
 use cloth::{
-    BendModel, Mass, Material, MaterialPreset, SpringCoefficients,
+    BendModel, ClothMaterial, FabricMaterial, Mass, Material, MaterialPreset, SpringCoefficients,
     scene::{
         CompiledCloth, SceneAerodynamics, SceneBend, SceneCloth, SceneGeometry, SceneMass,
         SceneMaterial, SceneSpring, SceneSpringClass,
@@ -15,6 +15,8 @@ pub struct ClothSettings {
     pub name: String,
     /// The preset that its values come from, if any.
     pub preset: Option<String>,
+    /// Whether it is made of triangles: then mass, thickness and air are its values, and springs mean nothing.
+    pub is_fabric: bool,
     /// Its values. Of a network whose springs have values of their own, those of the first spring of each class.
     pub material: Material,
     /// Mean distance of its particles \[m\], at which a preset gives the values of its springs.
@@ -23,9 +25,15 @@ pub struct ClothSettings {
 
 impl ClothSettings {
     pub(super) fn new(cloth: &SceneCloth, compiled: &CompiledCloth) -> Self {
-        let springs = compiled.material.springs();
-        let mut material =
-            springs.unwrap_or_else(|| MaterialPreset::DENIM.material(compiled.spacing));
+        let mut material = match compiled.material {
+            ClothMaterial::Springs(material) => material,
+            ClothMaterial::Fabric(FabricMaterial { fabric, aerodynamics, .. }) => Material {
+                mass: Mass::PerArea(fabric.area_density),
+                thickness: fabric.thickness,
+                aerodynamics,
+                ..MaterialPreset::DENIM.material(compiled.spacing)
+            },
+        };
         if let SceneGeometry::Network(network) = &cloth.geometry {
             let prototypes = network.prototypes.iter().map(|p| (p.class, p.stiffness, p.damping));
             let joints = network.joints.iter().map(|j| (j.class, j.stiffness, j.damping));
@@ -42,6 +50,7 @@ impl ClothSettings {
         Self {
             name: cloth.name.clone(),
             preset: cloth.material.preset.clone(),
+            is_fabric: compiled.material.springs().is_none(),
             material,
             spacing: compiled.spacing,
         }
@@ -50,12 +59,29 @@ impl ClothSettings {
     /// Takes all values from a preset.
     pub fn preset_choose(&mut self, preset: &MaterialPreset) {
         self.preset = Some(preset.name.into());
-        self.material = preset.material(self.spacing);
+        // A fabric of that name has more than these, and brings them itself.
+        if !self.is_fabric {
+            self.material = preset.material(self.spacing);
+        }
     }
 
     /// Writes down what differs from `original`, the settings that `cloth` comes with.
     pub(super) fn apply(&self, original: &Self, cloth: &mut SceneCloth) {
         let mut base = original.material;
+        if self.is_fabric {
+            if self.preset != original.preset {
+                cloth.material.preset.clone_from(&self.preset);
+                cloth.material.sheet = None;
+            }
+            let own = Material {
+                mass: self.material.mass,
+                thickness: self.material.thickness,
+                aerodynamics: self.material.aerodynamics,
+                ..base
+            };
+            material_change(&base, &own, &mut cloth.material);
+            return;
+        }
         if self.preset != original.preset
             && let Some(preset) = self.preset.as_deref().and_then(MaterialPreset::find)
         {

@@ -1,6 +1,6 @@
 //! What each cloth is made of.
 
-use cloth::{BendModel, Mass, MaterialPreset};
+use cloth::{BendModel, Mass, Material, MaterialPreset};
 use eframe::egui::{ComboBox, Ui};
 
 use super::heading;
@@ -60,6 +60,16 @@ pub(super) fn show(ui: &mut Ui, chosen: &mut usize, settings: &mut Settings) {
         Mass::PerParticle(mass) => MASS_PER_PARTICLE.row(ui, "mass", table, mass),
     };
     THICKNESS.row(ui, "thickness", table, &mut material.thickness);
+    if !cloth.is_fabric {
+        springs(ui, table, material);
+    }
+    heading(ui, "Drag of the air");
+    PRESSURE.row(ui, "air pressure", table, &mut material.aerodynamics.pressure);
+    SKIN_FRICTION.row(ui, "air friction", table, &mut material.aerodynamics.friction);
+}
+
+/// The springs of a cloth that is made of them.
+fn springs(ui: &mut Ui, table: Option<&str>, material: &mut Material) {
     heading(ui, "Springs");
     let springs = [&mut material.stretch, &mut material.shear, &mut material.bend];
     for ((spring, [stiffness, damping]), marks) in springs.into_iter().zip(SPRINGS).zip(MARKS) {
@@ -69,7 +79,4 @@ pub(super) fn show(ui: &mut Ui, chosen: &mut usize, settings: &mut Settings) {
     if let BendModel::ImmediateBuckling { rigidity } = &mut material.bend_model {
         RIGIDITY.row(ui, "rigidity", table, rigidity);
     }
-    heading(ui, "Drag of the air");
-    PRESSURE.row(ui, "air pressure", table, &mut material.aerodynamics.pressure);
-    SKIN_FRICTION.row(ui, "air friction", table, &mut material.aerodynamics.friction);
 }

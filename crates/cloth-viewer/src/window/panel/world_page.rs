@@ -67,7 +67,8 @@ fn contact(ui: &mut Ui, contact: &mut Option<SceneContact>, spacing: f64) {
     let Some(contact) = contact else { return };
     CONTACT_DISTANCE.row(ui, "contact distance", None, &mut contact.distance);
     match &mut contact.response {
-        SceneContactResponse::Impulse { friction, .. } => {
+        SceneContactResponse::Impulse { friction, .. }
+        | SceneContactResponse::Triangles { friction } => {
             CONTACT_FRICTION.row(ui, "contact friction", None, friction);
         }
         SceneContactResponse::Penalty { stiffness, damping } => {

@@ -1,0 +1,140 @@
+//! NUMERICS §15, `contact_linearise`: contacts of triangles as part of the matrix, up to four particles each.
+
+use cloth_core::{NewtonStart, Real, contact::ContactSet};
+
+use super::{block_matrix::times, matrix::Symmetric};
+use crate::memory::FieldView;
+
+/// Blocks w_a w_b S, kept as weights and S; each particle finds the contacts that it is part of.
+#[derive(Debug)]
+pub(super) struct ContactRows<T> {
+    contacts: Vec<Row<T>>,
+    /// Contacts of each particle: where they start, and each with the weight there.
+    offsets: Vec<u32>,
+    places: Vec<(u32, T)>,
+    /// Whether the right-hand side has the velocities at the start.
+    from_start: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Row<T> {
+    particles: [u32; 4],
+    weights: [T; 4],
+    rows: Symmetric<T>,
+}
+
+impl<T: Real> Row<T> {
+    /// S sum w_b v_b.
+    #[inline(always)]
+    fn times(&self, vector: FieldView<'_, T>) -> [T; 3] {
+        let [a, b, c, d] = self.particles.map(|particle| vector.get(particle as usize));
+        let [wa, wb, wc, wd] = self.weights;
+        let relative = std::array::from_fn(|k| ((wa * a[k] + wb * b[k]) + wc * c[k]) + wd * d[k]);
+        times(&self.rows, relative)
+    }
+}
+
+impl<T: Real> ContactRows<T> {
+    /// No contacts, of so many particles.
+    pub(super) fn new(count: usize) -> Self {
+        Self {
+            contacts: Vec::new(),
+            offsets: vec![0; count + 1],
+            places: Vec::new(),
+            from_start: false,
+        }
+    }
+
+    /// Forgets all contacts.
+    pub(super) fn clear(&mut self) {
+        self.contacts.clear();
+    }
+
+    /// Takes in what contacts do now.
+    pub(super) fn fill(&mut self, set: &ContactSet<T>, start: NewtonStart) {
+        self.from_start = start == NewtonStart::StepStart;
+        self.contacts.clear();
+        let all = set.stencils().iter().zip(set.states());
+        self.contacts.extend(all.map(|(stencil, state)| Row {
+            particles: stencil.particles,
+            weights: stencil.weights,
+            rows: state.action.rows,
+        }));
+        self.places.clear();
+        for particle in 0..self.offsets.len() - 1 {
+            self.offsets[particle] = self.places.len() as u32;
+            self.places.extend(set.of(particle).map(|(contact, weight)| (contact as u32, weight)));
+        }
+        if let Some(last) = self.offsets.last_mut() {
+            *last = self.places.len() as u32;
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn is_empty(&self) -> bool {
+        self.contacts.is_empty()
+    }
+
+    #[inline(always)]
+    fn of(&self, particle: usize) -> &[(u32, T)] {
+        if self.is_empty() {
+            return &[];
+        }
+        &self.places[self.offsets[particle] as usize..self.offsets[particle + 1] as usize]
+    }
+
+    /// The row of a particle times a vector, if it touches anything.
+    #[inline(always)]
+    pub(super) fn times(&self, particle: usize, vector: FieldView<'_, T>) -> Option<[T; 3]> {
+        let places = self.of(particle);
+        if places.is_empty() {
+            return None;
+        }
+        let mut sum = [T::ZERO; 3];
+        for &(contact, weight) in places {
+            let product = self.contacts[contact as usize].times(vector);
+            for axis in 0..3 {
+                sum[axis] += weight * product[axis];
+            }
+        }
+        Some(sum)
+    }
+
+    /// What a particle adds to the right-hand side and to the diagonal block, if it touches anything.
+    #[inline(always)]
+    pub(super) fn of_particle(
+        &self,
+        particle: usize,
+        velocity: FieldView<'_, T>,
+    ) -> Option<([T; 3], Symmetric<T>)> {
+        let places = self.of(particle);
+        if places.is_empty() {
+            return None;
+        }
+        let change = match self.from_start {
+            true => self.times(particle, velocity)?.map(|component| -component),
+            false => [T::ZERO; 3],
+        };
+        let mut block = [T::ZERO; 6];
+        for &(contact, weight) in places {
+            let rows = &self.contacts[contact as usize].rows;
+            for entry in 0..6 {
+                block[entry] += (weight * weight) * rows[entry];
+            }
+        }
+        Some((change, block))
+    }
+
+    /// The blocks of a row off the diagonal; a column can come several times.
+    pub(super) fn row(&self, particle: usize, mut visit: impl FnMut(usize, Symmetric<T>)) {
+        for &(contact, weight) in self.of(particle) {
+            let row = &self.contacts[contact as usize];
+            for (other, other_weight) in row.particles.into_iter().zip(row.weights) {
+                if other as usize != particle && other_weight != T::ZERO {
+                    let factor = weight * other_weight;
+                    visit(other as usize, row.rows.map(|entry| factor * entry));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,349 @@
+//! Inverse Cholesky factors of dense diagonal blocks.
+//!
+//! A block A is scaled to unit diagonal, d A d with d_k = 1/sqrt(A_kk), and factorised as L L^T in double precision. Kept are the
+//! rows w_k of L^-1 in single precision and d, so that the approximate inverse is
+//!
+//! ```text
+//! d (sum over k of w_k w_k^T) d,
+//! ```
+//!
+//! symmetric and positive definite whatever rounding and however old it is, and one stream of memory in which each row is read once.
+//! Rows are filled up with zeros to whole chunks of 16: row k has k / 16 + 1 of them.
+
+use cloth_core::Real;
+use pulp::NullaryFnOnce;
+
+/// Entries that are worked on together; the order of a sum over a row follows from it.
+const CHUNK: usize = 16;
+
+/// Rows that an elimination takes at once.
+const STEP: usize = 4;
+
+/// A pivot that is not above this share of its diagonal entry counts as 1: rounding has left nothing of it, or it has no entry.
+const PIVOT_MIN: f64 = 1e-12;
+
+/// Factors of blocks along the diagonal of a matrix.
+#[derive(Debug, Default)]
+pub(super) struct BlockFactors<T> {
+    /// Where the unknowns of each block start, and the end.
+    starts: Vec<usize>,
+    /// Where the rows of each block start, and the end.
+    row_starts: Vec<usize>,
+    rows: Vec<f32>,
+    scale: Vec<T>,
+}
+
+/// One block to factorise into.
+pub(super) struct FactorTask<'a, T> {
+    rows: &'a mut [f32],
+    scale: &'a mut [T],
+}
+
+/// Memory for factorisations of blocks up to some size.
+#[derive(Debug, Default)]
+pub(super) struct Workspace {
+    size: usize,
+    stride: usize,
+    matrix: Vec<f64>,
+    inverse: Vec<f64>,
+    scale: Vec<f64>,
+}
+
+impl Workspace {
+    /// A matrix of zeros.
+    pub(super) fn begin(&mut self, size: usize) {
+        self.size = size;
+        self.stride = size.next_multiple_of(CHUNK);
+        self.matrix.clear();
+        self.matrix.resize(size * self.stride, 0.0);
+        self.inverse.clear();
+        self.inverse.resize(size * self.stride, 0.0);
+    }
+
+    /// Adds to an entry on the diagonal or right of it; others are those of the transpose.
+    #[inline(always)]
+    pub(super) fn add(&mut self, row: usize, column: usize, value: f64) {
+        self.matrix[row * self.stride + column] += value;
+    }
+}
+
+impl<T: Real> BlockFactors<T> {
+    /// Memory for blocks of these sizes.
+    pub(super) fn new(sizes: impl Iterator<Item = usize>) -> Self {
+        let (mut starts, mut row_starts) = (vec![0], vec![0]);
+        for size in sizes {
+            starts.push(starts[starts.len() - 1] + size);
+            row_starts.push(row_starts[row_starts.len() - 1] + packed(size));
+        }
+        let [unknowns, entries] = [&starts, &row_starts].map(|starts| starts[starts.len() - 1]);
+        Self { starts, row_starts, rows: vec![0.0; entries], scale: vec![T::ZERO; unknowns] }
+    }
+
+    /// The blocks, in order, to factorise into.
+    pub(super) fn tasks(&mut self) -> Vec<FactorTask<'_, T>> {
+        let mut rows = self.rows.as_mut_slice();
+        let mut scale = self.scale.as_mut_slice();
+        let ends = self.starts.windows(2).zip(self.row_starts.windows(2));
+        ends.map(|(unknowns, entries)| FactorTask {
+            rows: rows.split_off_mut(..entries[1] - entries[0]).unwrap_or_default(),
+            scale: scale.split_off_mut(..unknowns[1] - unknowns[0]).unwrap_or_default(),
+        })
+        .collect()
+    }
+
+    /// out = the inverse of a block, as it is kept, times `from`. `scratch` may be of any length.
+    #[inline(always)]
+    pub(super) fn apply(&self, block: usize, from: &[T], out: &mut [T], scratch: &mut Vec<T>) {
+        let size = from.len();
+        let padded = size.next_multiple_of(CHUNK);
+        scratch.clear();
+        scratch.resize(2 * padded, T::ZERO);
+        let (scaled, sums) = scratch.split_at_mut(padded);
+        let scale = &self.scale[self.starts[block]..][..size];
+        for ((scaled, from), scale) in scaled.iter_mut().zip(from).zip(scale) {
+            *scaled = *scale * *from;
+        }
+        let (scaled, _) = scaled.as_chunks::<CHUNK>();
+        let (chunks, _) = sums.as_chunks_mut::<CHUNK>();
+        let (mut rows, _) = self.rows[self.row_starts[block]..].as_chunks::<CHUNK>();
+        for k in 0..size {
+            let (row, rest) = rows.split_at(k / CHUNK + 1);
+            rows = rest;
+            let mut lanes = [T::ZERO; CHUNK];
+            for (row, scaled) in row.iter().zip(scaled) {
+                for lane in 0..CHUNK {
+                    lanes[lane] += number::<T>(row[lane]) * scaled[lane];
+                }
+            }
+            let product = tree(lanes);
+            for (row, sums) in row.iter().zip(chunks.iter_mut()) {
+                for lane in 0..CHUNK {
+                    sums[lane] += number::<T>(row[lane]) * product;
+                }
+            }
+        }
+        for ((out, sum), scale) in out.iter_mut().zip(sums.iter()).zip(scale) {
+            *out = *scale * *sum;
+        }
+    }
+}
+
+/// Entries of the rows of a block.
+const fn packed(size: usize) -> usize {
+    let whole = size / CHUNK;
+    CHUNK * (CHUNK * whole * (whole + 1) / 2 + (size % CHUNK) * (whole + 1))
+}
+
+#[inline(always)]
+fn number<T: Real>(value: f32) -> T {
+    T::from_f64(f64::from(value))
+}
+
+/// The sum of all lanes: the second half is added to the first, until one is left.
+#[inline(always)]
+fn tree<T: Real>(mut lanes: [T; CHUNK]) -> T {
+    let mut half = CHUNK / 2;
+    while half > 0 {
+        for lane in 0..half {
+            lanes[lane] += lanes[lane + half];
+        }
+        half /= 2;
+    }
+    lanes[0]
+}
+
+impl<T: Real> FactorTask<'_, T> {
+    /// Factorises the matrix of the workspace, which is used up.
+    pub(super) fn factorise(&mut self, work: &mut Workspace, arch: pulp::Arch) {
+        arch.dispatch(Factorise { work });
+        let Workspace { size, stride, inverse, scale, .. } = &*work;
+        let mut rows = &mut *self.rows;
+        for k in 0..*size {
+            let (row, rest) = rows.split_at_mut(CHUNK * (k / CHUNK + 1));
+            for (to, from) in row.iter_mut().zip(&inverse[k * stride..]) {
+                *to = *from as f32;
+            }
+            rows = rest;
+        }
+        for (to, from) in self.scale.iter_mut().zip(scale) {
+            *to = T::from_f64(*from);
+        }
+    }
+}
+
+/// Scaling, factorisation and inverse of the factor, compiled for each instruction set.
+struct Factorise<'a> {
+    work: &'a mut Workspace,
+}
+
+impl NullaryFnOnce for Factorise<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Workspace { size, stride, matrix, inverse, scale } = self.work;
+        let (size, stride) = (*size, *stride);
+        scale.clear();
+        scale.extend((0..size).map(|k| {
+            let entry = matrix[k * stride + k];
+            if entry > 0.0 && entry.is_finite() { 1.0 / entry.sqrt() } else { 1.0 }
+        }));
+        for k in 0..size {
+            let row = &mut matrix[k * stride + k..k * stride + size];
+            for (entry, other) in row.iter_mut().zip(&scale[k..]) {
+                *entry *= scale[k] * other;
+            }
+        }
+        cholesky(matrix, size, stride);
+        invert(matrix, inverse, size, stride);
+    }
+}
+
+/// The transposed factor in place of the upper triangle, its diagonal as reciprocals.
+#[inline(always)]
+fn cholesky(matrix: &mut [f64], size: usize, stride: usize) {
+    for first in (0..size).step_by(STEP) {
+        let end = size.min(first + STEP);
+        let (head, rest) = matrix.split_at_mut(end * stride);
+        let panel = &mut head[first * stride..];
+        for k in first..end {
+            let (above, below) = panel.split_at_mut((k - first + 1) * stride);
+            let row = &mut above[(k - first) * stride..][..size];
+            let pivot = if row[k] > PIVOT_MIN { row[k] } else { 1.0 };
+            let reciprocal = 1.0 / pivot.sqrt();
+            row[k + 1..].iter_mut().for_each(|entry| *entry *= reciprocal);
+            row[k] = reciprocal;
+            for (i, below) in (k + 1..end).zip(below.chunks_exact_mut(stride)) {
+                let factor = row[i];
+                for (entry, other) in below[i..size].iter_mut().zip(&row[i..]) {
+                    *entry -= factor * other;
+                }
+            }
+        }
+        for (i, to) in (end..size).zip(rest.chunks_exact_mut(stride)) {
+            eliminate(panel, stride, i, &mut to[i..size], |row| row * stride + i);
+        }
+    }
+}
+
+/// to -= the rows of a panel of [`STEP`] or fewer, each times its entry of column i; they start where `place` says.
+#[inline(always)]
+fn eliminate(
+    panel: &[f64],
+    stride: usize,
+    i: usize,
+    to: &mut [f64],
+    place: impl Fn(usize) -> usize,
+) {
+    let length = to.len();
+    let count = panel.len() / stride;
+    if count == STEP {
+        let factors: [f64; STEP] = std::array::from_fn(|row| panel[row * stride + i]);
+        let rows: [&[f64]; STEP] = std::array::from_fn(|row| &panel[place(row)..][..length]);
+        for j in 0..length {
+            to[j] = to[j]
+                - factors[0] * rows[0][j]
+                - factors[1] * rows[1][j]
+                - factors[2] * rows[2][j]
+                - factors[3] * rows[3][j];
+        }
+    } else {
+        for row in 0..count {
+            let factor = panel[row * stride + i];
+            for (to, other) in to.iter_mut().zip(&panel[place(row)..][..length]) {
+                *to -= factor * other;
+            }
+        }
+    }
+}
+
+/// The inverse of the factor, row by row: w_i = (e_i - sum over j < i of L_ij w_j) / L_ii.
+#[inline(always)]
+fn invert(matrix: &[f64], inverse: &mut [f64], size: usize, stride: usize) {
+    for i in 0..size {
+        let (done, rest) = inverse.split_at_mut(i * stride);
+        let row = &mut rest[..stride];
+        for first in (0..i).step_by(STEP) {
+            let end = i.min(first + STEP);
+            let to = &mut row[..end];
+            if end == first + STEP {
+                let rows: [&[f64]; STEP] =
+                    std::array::from_fn(|k| &done[(first + k) * stride..][..end]);
+                let factors: [f64; STEP] =
+                    std::array::from_fn(|k| matrix[(first + k) * stride + i]);
+                for j in 0..end {
+                    to[j] = to[j]
+                        - factors[0] * rows[0][j]
+                        - factors[1] * rows[1][j]
+                        - factors[2] * rows[2][j]
+                        - factors[3] * rows[3][j];
+                }
+            } else {
+                for k in first..end {
+                    let factor = matrix[k * stride + i];
+                    for (to, other) in to.iter_mut().zip(&done[k * stride..][..end]) {
+                        *to -= factor * other;
+                    }
+                }
+            }
+        }
+        let reciprocal = matrix[i * stride + i];
+        row[..i].iter_mut().for_each(|entry| *entry *= reciprocal);
+        row[i] = reciprocal;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn factors(size: usize, entry: impl Fn(usize, usize) -> f64) -> BlockFactors<f64> {
+        let mut factors = BlockFactors::new([size].into_iter());
+        let mut work = Workspace::default();
+        work.begin(size);
+        for row in 0..size {
+            (row..size).for_each(|column| work.add(row, column, entry(row, column)));
+        }
+        factors.tasks()[0].factorise(&mut work, pulp::Arch::new());
+        factors
+    }
+
+    #[test]
+    fn blocks_are_inverted_at_every_size() {
+        for size in [1, 2, 3, 4, 5, 15, 16, 17, 31, 48, 93, 96, 384] {
+            // Inverse of a matrix with 1 / (1 + |i - j|) off a heavy diagonal; masses over ten decades.
+            let mass = |k: usize| 10_f64.powi((k % 11) as i32 - 5);
+            let entry = |i: usize, j: usize| {
+                let distance = i.abs_diff(j) as f64;
+                let heavy = if i == j { 2.0 } else { 0.0 };
+                (mass(i) * mass(j)).sqrt() * (heavy + 1.0 / (1.0 + distance))
+            };
+            let factors = factors(size, entry);
+            let x: Vec<f64> = (0..size).map(|k| (k as f64).sin() / mass(k).sqrt()).collect();
+            let product: Vec<f64> =
+                (0..size).map(|i| (0..size).map(|j| entry(i, j) * x[j]).sum()).collect();
+            let mut found = vec![0.0; size];
+            factors.apply(0, &product, &mut found, &mut Vec::new());
+            for k in 0..size {
+                let error = (found[k] - x[k]).abs() * mass(k).sqrt();
+                assert!(error < 1e-5, "{size}: {} {}", found[k], x[k]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_matrix_that_is_not_definite_gives_one_that_is() {
+        for entry in [
+            (|_, _| 0.0) as fn(usize, usize) -> f64,
+            |i, j| if i == j { 1.0 } else { 1.0 + 1e-9 },
+            |i, j| if i == j { -1.0 } else { 0.5 },
+        ] {
+            let factors = factors(20, entry);
+            let from: Vec<f64> = (0..20).map(|k| f64::from(k) - 9.7).collect();
+            let mut found = vec![0.0; 20];
+            factors.apply(0, &from, &mut found, &mut Vec::new());
+            let product: f64 = from.iter().zip(&found).map(|(a, b)| a * b).sum();
+            assert!(product > 0.0 && product.is_finite());
+        }
+    }
+}

@@ -1,0 +1,346 @@
+//! NUMERICS §5: the preconditioner `schwarz`, in two levels of which the upper one is solved by a V-cycle.
+//!
+//! Data layout, the same for all backends: particles stand in the order of [`GroupHierarchy`]; unknown 3 s + axis is that of the
+//! particle at place s. Each group has the rows of its inverse factor ([`block_factors`]), each particle the three rows of its
+//! prolongation, six numbers each. Above, a node has six unknowns, and all matrices are blocks of 6 x 6.
+
+mod block_factors;
+mod coarse_level;
+mod node_matrix;
+mod reuse;
+mod rigid_modes;
+mod rows;
+#[cfg(test)]
+mod tests;
+
+use cloth_core::{GroupHierarchy, Real};
+use pulp::NullaryFnOnce;
+use rayon::prelude::*;
+
+use block_factors::{BlockFactors, Workspace};
+use coarse_level::{CoarseLevel, Nodes, cycle};
+use node_matrix::{NodeMatrix, RowSum, UpperRow, congruent};
+pub(super) use reuse::{BuiltFor, Reuse};
+use rigid_modes::{Matrix6, Modes, ZERO6, centre, point_motion, product, transposed_product_add};
+pub(super) use rows::SystemRows;
+use rows::{Block, Coupling, Rows};
+
+use crate::memory::{BLOCK, FieldView, VectorField};
+
+/// Groups in one task.
+const TASK: usize = 16;
+
+/// The preconditioner of the matrix that it was built for.
+#[derive(Debug)]
+pub(super) struct Schwarz<T> {
+    hierarchy: GroupHierarchy,
+    /// The place of each particle in the order of the hierarchy, and its group.
+    places: Vec<u32>,
+    group_of: Vec<u32>,
+    factors: BlockFactors<T>,
+    /// What unit unknowns of its group do to the particle at each place, S included.
+    prolongation: Vec<[[f32; 6]; 3]>,
+    levels: Vec<CoarseLevel>,
+    /// What the factors of groups make of a vector, by places.
+    local: Vec<[T; 3]>,
+}
+
+/// Which couplings the coarse matrices have: all but in a negative control.
+type Couplings = fn(Coupling) -> bool;
+
+impl<T: Real> Schwarz<T> {
+    /// The tables for groups, nothing built yet.
+    pub(super) fn new(hierarchy: GroupHierarchy) -> Self {
+        let order = hierarchy.order();
+        let count = order.len();
+        let (mut places, mut group_of) = (vec![0; count], vec![0; count]);
+        for (place, &particle) in order.iter().enumerate() {
+            places[particle as usize] = place as u32;
+        }
+        let starts = &hierarchy.levels()[0];
+        for (group, ends) in starts.windows(2).enumerate() {
+            for &particle in &order[ends[0] as usize..ends[1] as usize] {
+                group_of[particle as usize] = group as u32;
+            }
+        }
+        let sizes = starts.windows(2).map(|ends| 3 * (ends[1] - ends[0]) as usize);
+        Self {
+            factors: BlockFactors::new(sizes),
+            prolongation: vec![[[0.0; 6]; 3]; count],
+            levels: Vec::new(),
+            local: vec![[T::ZERO; 3]; count],
+            places,
+            group_of,
+            hierarchy,
+        }
+    }
+
+    /// Builds it for a matrix.
+    pub(super) fn build(&mut self, rows: &impl Rows, arch: pulp::Arch) {
+        self.build_with(rows, |_| true, arch);
+    }
+
+    fn build_with(&mut self, rows: &impl Rows, couplings: Couplings, arch: pulp::Arch) {
+        self.factorise(rows, arch);
+        let nodes = self.modes_find(rows);
+        let matrix = self.coarse_matrix(rows, couplings);
+        let groups = &self.hierarchy.levels()[1..];
+        self.levels = coarse_level::levels(matrix, nodes, groups, arch);
+    }
+
+    fn particles(&self, group: usize) -> &[u32] {
+        members(&self.hierarchy, group)
+    }
+
+    fn group_count(&self) -> usize {
+        self.hierarchy.levels()[0].len() - 1
+    }
+
+    /// The inverse factors of the blocks of groups of S A S + tr(D) (I - S).
+    fn factorise(&mut self, rows: &impl Rows, arch: pulp::Arch) {
+        let Self { hierarchy, places, group_of, factors, .. } = self;
+        let (hierarchy, places, group_of) = (&*hierarchy, &*places, &*group_of);
+        factors.tasks().into_par_iter().enumerate().with_min_len(TASK).for_each_init(
+            Workspace::default,
+            |work, (group, mut task)| {
+                let particles = members(hierarchy, group);
+                work.begin(3 * particles.len());
+                let first = hierarchy.levels()[0][group] as usize;
+                for (local, &particle) in particles.iter().enumerate() {
+                    let i = particle as usize;
+                    let filter = rows.filter(i);
+                    let mut diagonal = rows.base(i);
+                    rows.row(i, &mut |j, block, _| {
+                        diagonal_subtract(&mut diagonal, &block);
+                        let other = places[j] as usize;
+                        if group_of[j] as usize == group && other > first + local {
+                            let block = filtered(&block, filter.as_ref(), rows.filter(j).as_ref());
+                            let other = other - first;
+                            entries(&block, |k, l, entry| {
+                                work.add(3 * local + k, 3 * other + l, entry);
+                            });
+                        }
+                    });
+                    let block = restricted(&diagonal, filter.as_ref());
+                    entries(&block, |k, l, entry| {
+                        if k <= l {
+                            work.add(3 * local + k, 3 * local + l, entry);
+                        }
+                    });
+                }
+                task.factorise(work, arch);
+            },
+        );
+    }
+
+    /// The rigid modes of groups, and the groups as nodes.
+    fn modes_find(&mut self, rows: &impl Rows) -> Nodes {
+        let mut nodes = Nodes { centres: Vec::new(), unknowns: Vec::new() };
+        let mut motions: Vec<[[f64; 6]; 3]> = Vec::new();
+        for group in 0..self.group_count() {
+            let particles = members(&self.hierarchy, group);
+            let centre = centre(particles.iter().map(|&i| rows.position(i as usize)));
+            let mut gram = ZERO6;
+            motions.clear();
+            for &particle in particles {
+                let place = rows.position(particle as usize);
+                let mut motion =
+                    point_motion(std::array::from_fn(|axis| place[axis] - centre[axis]));
+                if let Some(filter) = rows.filter(particle as usize) {
+                    let free = motion;
+                    motion = std::array::from_fn(|row| {
+                        std::array::from_fn(|k| {
+                            (0..3).fold(0.0, |sum, axis| sum + filter[row][axis] * free[axis][k])
+                        })
+                    });
+                }
+                transposed_product_add(&mut gram, &motion, &motion);
+                motions.push(motion);
+            }
+            let modes = Modes::new(&gram);
+            let first = self.hierarchy.levels()[0][group] as usize;
+            for (to, motion) in self.prolongation[first..].iter_mut().zip(&motions) {
+                *to = product(motion, &modes.motions).map(|row| row.map(|entry| entry as f32));
+            }
+            nodes.centres.push(centre);
+            nodes.unknowns.push(modes.unknowns);
+        }
+        nodes
+    }
+
+    /// P^T A P.
+    fn coarse_matrix(&self, rows: &impl Rows, couplings: Couplings) -> NodeMatrix {
+        let upper: Vec<UpperRow> = (0..self.group_count())
+            .into_par_iter()
+            .with_min_len(TASK)
+            .map(|group| {
+                let mut sum = RowSum::new(group as u32);
+                for &particle in self.particles(group) {
+                    let i = particle as usize;
+                    let own = self.prolongation_of(i);
+                    let mut diagonal = rows.base(i);
+                    rows.row(i, &mut |j, block, coupling| {
+                        if !couplings(coupling) {
+                            return;
+                        }
+                        diagonal_subtract(&mut diagonal, &block);
+                        if let Some(to) = sum.block(self.group_of[j]) {
+                            add(to, &congruent(&own, &block, &self.prolongation_of(j)));
+                        }
+                    });
+                    if let Some(to) = sum.block(group as u32) {
+                        add(to, &congruent(&own, &diagonal, &own));
+                    }
+                }
+                sum.finish()
+            })
+            .collect();
+        NodeMatrix::from_upper(&upper)
+    }
+
+    fn prolongation_of(&self, particle: usize) -> [[f64; 6]; 3] {
+        self.prolongation[self.places[particle] as usize].map(|row| row.map(f64::from))
+    }
+
+    /// to = P^-1 from, unfiltered.
+    pub(super) fn apply(
+        &mut self,
+        from: &VectorField<T>,
+        to: &mut VectorField<T>,
+        arch: pulp::Arch,
+    ) {
+        let Some(first) = self.levels.first_mut() else { return };
+        let Self { hierarchy, factors, prolongation, local, .. } = self;
+        let (hierarchy, factors) = (&*hierarchy, &*factors);
+        let from = FieldView::new(from);
+        let mut rest = local.as_mut_slice();
+        let tasks: Vec<_> = (hierarchy.levels()[0].windows(2))
+            .map(|ends| rest.split_off_mut(..(ends[1] - ends[0]) as usize).unwrap_or_default())
+            .collect();
+        tasks
+            .into_par_iter()
+            .zip(first.right_side_mut().par_chunks_mut(6))
+            .enumerate()
+            .with_min_len(TASK)
+            .for_each_init(Vec::new, |scratch, (group, (local, right_side))| {
+                let start = hierarchy.levels()[0][group] as usize;
+                let particles = members(hierarchy, group);
+                let prolongation = &prolongation[start..][..particles.len()];
+                let task =
+                    GroupTask { factors, prolongation, particles, group, from, local, right_side };
+                arch.dispatch(GroupCall { task, scratch });
+            });
+        cycle(&mut self.levels);
+        let coarse = self.levels[0].solution();
+        let (places, group_of, prolongation, local) =
+            (&self.places, &self.group_of, &self.prolongation, &self.local);
+        let count = places.len();
+        to.chunks_mut(BLOCK).enumerate().for_each(|(block, to)| {
+            for i in block * BLOCK..count.min((block + 1) * BLOCK) {
+                let place = places[i] as usize;
+                let coarse = &coarse[6 * group_of[i] as usize..][..6];
+                for axis in 0..3 {
+                    let row = &prolongation[place][axis];
+                    let sum = (0..6).fold(0.0, |sum, k| sum + f64::from(row[k]) * coarse[k]);
+                    to[axis][i - block * BLOCK] = local[place][axis] + T::from_f64(sum);
+                }
+            }
+        });
+    }
+}
+
+/// A vector on one group: what its factor makes of it, and P^T of it.
+struct GroupTask<'a, 'b, T> {
+    factors: &'a BlockFactors<T>,
+    prolongation: &'a [[[f32; 6]; 3]],
+    particles: &'a [u32],
+    group: usize,
+    from: FieldView<'a, T>,
+    local: &'b mut [[T; 3]],
+    right_side: &'b mut [f64],
+}
+
+/// It, compiled for each instruction set.
+struct GroupCall<'a, 'b, 'c, T> {
+    task: GroupTask<'a, 'b, T>,
+    scratch: &'c mut Vec<T>,
+}
+
+impl<T: Real> NullaryFnOnce for GroupCall<'_, '_, '_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let GroupTask { factors, prolongation, particles, group, from, local, right_side } =
+            self.task;
+        let mut vector = [[T::ZERO; 3]; GroupHierarchy::GROUP];
+        let vector = &mut vector[..particles.len()];
+        let mut coarse = [0.0; 6];
+        for ((vector, &particle), rows) in vector.iter_mut().zip(particles).zip(prolongation) {
+            *vector = from.get(particle as usize);
+            for (row, entry) in rows.iter().zip(*vector) {
+                let entry = entry.to_f64();
+                (0..6).for_each(|k| coarse[k] += f64::from(row[k]) * entry);
+            }
+        }
+        right_side.copy_from_slice(&coarse);
+        factors.apply(group, vector.as_flattened(), local.as_flattened_mut(), self.scratch);
+    }
+}
+
+fn members(hierarchy: &GroupHierarchy, group: usize) -> &[u32] {
+    let starts = &hierarchy.levels()[0];
+    &hierarchy.order()[starts[group] as usize..starts[group + 1] as usize]
+}
+
+fn add(to: &mut Matrix6, block: &Matrix6) {
+    for (to, entry) in to.as_flattened_mut().iter_mut().zip(block.as_flattened()) {
+        *to += entry;
+    }
+}
+
+/// Takes the symmetric part of a block of the row from the diagonal.
+#[inline(always)]
+fn diagonal_subtract(diagonal: &mut Block, block: &Block) {
+    for row in 0..3 {
+        for column in 0..3 {
+            diagonal[row][column] -= 0.5 * (block[row][column] + block[column][row]);
+        }
+    }
+}
+
+/// S_i A S_j.
+#[inline(always)]
+fn filtered(block: &Block, left: Option<&Block>, right: Option<&Block>) -> Block {
+    let mut filtered = *block;
+    if let Some(filter) = left {
+        filtered = rows::product(filter, &filtered);
+    }
+    if let Some(filter) = right {
+        filtered = rows::product(&filtered, filter);
+    }
+    filtered
+}
+
+/// S D S + tr(D) (I - S).
+fn restricted(diagonal: &Block, filter: Option<&Block>) -> Block {
+    let mut restricted = filtered(diagonal, filter, filter);
+    if let Some(filter) = filter {
+        let trace = diagonal[0][0] + diagonal[1][1] + diagonal[2][2];
+        for (row, entries) in restricted.iter_mut().enumerate() {
+            for (column, entry) in entries.iter_mut().enumerate() {
+                *entry += trace * (f64::from(u8::from(row == column)) - filter[row][column]);
+            }
+        }
+    }
+    restricted
+}
+
+#[inline(always)]
+fn entries(block: &Block, mut visit: impl FnMut(usize, usize, f64)) {
+    for (k, row) in block.iter().enumerate() {
+        for (l, entry) in row.iter().enumerate() {
+            visit(k, l, *entry);
+        }
+    }
+}

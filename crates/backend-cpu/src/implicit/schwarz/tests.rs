@@ -1,0 +1,358 @@
+//! The preconditioner against dense matrices, and what must hold of it whatever the matrix.
+
+use cloth_core::{
+    Cloth, Geometry, GroupHierarchy, Mass, MaterialPreset, Model, ModelBuilder, NetworkSpring,
+    SpringClass, SpringNetwork,
+};
+
+use super::{rows::product, *};
+use crate::implicit::block_matrix::tests::{Numbers, random_pairs};
+
+/// Springs g I + u u^T between points, some of them contacts, under random filters.
+struct RandomRows {
+    positions: Vec<[f64; 3]>,
+    masses: Vec<f64>,
+    filters: Vec<Option<Block>>,
+    /// For each particle its partners.
+    rows: Vec<Vec<(usize, Block, Coupling)>>,
+}
+
+impl Rows for RandomRows {
+    fn base(&self, particle: usize) -> Block {
+        diagonal(self.masses[particle])
+    }
+
+    fn filter(&self, particle: usize) -> Option<Block> {
+        self.filters[particle]
+    }
+
+    fn position(&self, particle: usize) -> [f64; 3] {
+        self.positions[particle]
+    }
+
+    fn row(&self, particle: usize, visit: &mut impl FnMut(usize, Block, Coupling)) {
+        self.rows[particle].iter().for_each(|&(j, block, coupling)| visit(j, block, coupling));
+    }
+}
+
+fn diagonal(entry: f64) -> Block {
+    std::array::from_fn(|row| std::array::from_fn(|k| if row == k { entry } else { 0.0 }))
+}
+
+/// What a random matrix is like.
+#[derive(Clone, Copy, Debug)]
+struct Case {
+    count: usize,
+    springs: usize,
+    /// Stiffness by decades, and decades of masses.
+    stiffness: f64,
+    masses: f64,
+    seed: u64,
+}
+
+impl RandomRows {
+    fn new(case: Case, pairs: &[[u32; 2]]) -> Self {
+        let numbers = &mut Numbers::new(case.seed);
+        let positions: Vec<_> = (0..case.count)
+            .map(|i| {
+                let [x, y, z] = numbers.vector();
+                [i as f64 + 0.3 * x, (i % 7) as f64 + 0.3 * y, 0.3 * z]
+            })
+            .collect();
+        let masses =
+            (0..case.count).map(|_| 10_f64.powf(0.5 * case.masses * numbers.next())).collect();
+        let filters = (0..case.count)
+            .map(|_| match numbers.index(12) {
+                0 => Some(diagonal(0.0)),
+                1 => {
+                    let normal = numbers.vector();
+                    let square: f64 = normal.iter().map(|n| n * n).sum();
+                    let one = diagonal(1.0);
+                    Some(std::array::from_fn(|r| {
+                        std::array::from_fn(|c| one[r][c] - normal[r] * normal[c] / square)
+                    }))
+                }
+                _ => None,
+            })
+            .collect();
+        let mut rows = vec![Vec::new(); case.count];
+        for (number, &[i, j]) in pairs.iter().enumerate() {
+            let [i, j] = [i as usize, j as usize];
+            let u = numbers.vector().map(|u| u * 10_f64.powf(0.5 * case.stiffness));
+            let g = numbers.next().max(0.0);
+            let block: Block = std::array::from_fn(|r| {
+                std::array::from_fn(|c| -(u[r] * u[c] + if r == c { g } else { 0.0 }))
+            });
+            let coupling = if number % 5 == 4 { Coupling::Contact } else { Coupling::Elastic };
+            rows[i].push((j, block, coupling));
+            rows[j].push((i, block, coupling));
+        }
+        Self { positions, masses, filters, rows }
+    }
+
+    /// S A S x.
+    fn apply(&self, x: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let times = |block: &Block, x: [f64; 3]| block.map(|row| dot3(row, x));
+        let free = |i: usize, x: [f64; 3]| self.filters[i].map_or(x, |filter| times(&filter, x));
+        (0..x.len())
+            .map(|i| {
+                let own = free(i, x[i]);
+                let mut sum = own.map(|x| self.masses[i] * x);
+                for (j, block, _) in &self.rows[i] {
+                    let other = free(*j, x[*j]);
+                    let difference = std::array::from_fn(|k| other[k] - own[k]);
+                    let force = times(block, difference);
+                    (0..3).for_each(|k| sum[k] += force[k]);
+                }
+                free(i, sum)
+            })
+            .collect()
+    }
+
+    fn filtered(&self, x: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let free = |(x, filter): (&[f64; 3], &Option<Block>)| {
+            filter.map_or(*x, |filter| filter.map(|row| dot3(row, *x)))
+        };
+        x.iter().zip(&self.filters).map(free).collect()
+    }
+}
+
+fn dot3(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn dot(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| dot3(*a, *b)).sum()
+}
+
+/// A model of these springs, for its groups.
+fn model(count: usize, pairs: &[[u32; 2]]) -> Model {
+    let springs = pairs
+        .iter()
+        .map(|&particles| NetworkSpring {
+            particles,
+            class: SpringClass::Stretch,
+            rest_length: Some(1.0),
+            coefficients: None,
+        })
+        .collect();
+    let positions = (0..count).map(|i| [i as f64, (i % 7) as f64, 0.0]).collect();
+    let mut material = MaterialPreset::ALL[0].material(1.0);
+    material.mass = Mass::PerParticle(1.0);
+    let cloth = Cloth {
+        name: "net".into(),
+        geometry: Geometry::Network(SpringNetwork { positions, springs }),
+        material: material.into(),
+        pins: vec![],
+        velocity: [0.0; 3],
+    };
+    ModelBuilder::new().cloth(cloth).build().unwrap()
+}
+
+/// Springs between particles that are near by their numbers, and some far ones.
+fn pairs(case: Case, numbers: &mut Numbers) -> Vec<[u32; 2]> {
+    let mut pairs = random_pairs(case.count, case.springs / 8, numbers);
+    for _ in 0..case.springs {
+        let i = numbers.index(case.count);
+        let j = (i + 1 + numbers.index(9)).min(case.count - 1);
+        if i < j {
+            pairs.push([i as u32, j as u32]);
+        }
+    }
+    pairs.sort_unstable();
+    pairs.dedup();
+    pairs
+}
+
+fn built<T: Real>(case: Case) -> (Schwarz<T>, RandomRows) {
+    let pairs = pairs(case, &mut Numbers::new(case.seed + 1));
+    let rows = RandomRows::new(case, &pairs);
+    let mut schwarz = Schwarz::new(GroupHierarchy::new(&model(case.count, &pairs)));
+    schwarz.build(&rows, pulp::Arch::new());
+    (schwarz, rows)
+}
+
+fn applied<T: Real>(schwarz: &mut Schwarz<T>, x: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let (mut from, mut to) = (VectorField::new(x.len(), 0), VectorField::new(x.len(), 0));
+    from.write(x);
+    schwarz.apply(&from, &mut to, pulp::Arch::new());
+    let mut out = Vec::new();
+    to.read(&mut out);
+    out
+}
+
+#[test]
+fn coarse_matrices_have_the_energy_of_what_they_move() {
+    let case = Case { count: 5000, springs: 20_000, stiffness: 3.0, masses: 2.0, seed: 5 };
+    let (schwarz, rows) = built::<f64>(case);
+    assert!(schwarz.levels.len() > 1);
+    let matrix = schwarz.levels[0].matrix();
+    let mut numbers = Numbers::new(9);
+    for _ in 0..5 {
+        let coarse: Vec<f64> = (0..6 * matrix.len()).map(|_| numbers.next()).collect();
+        let moved: Vec<[f64; 3]> = (0..case.count)
+            .map(|i| {
+                let at = 6 * schwarz.group_of[i] as usize;
+                schwarz.prolongation_of(i).map(|row| (0..6).map(|k| row[k] * coarse[at + k]).sum())
+            })
+            .collect();
+        let expected = dot(&moved, &rows.apply(&moved));
+        let mut image = vec![0.0; coarse.len()];
+        matrix.residual(None, &coarse, &mut image);
+        let found: f64 = coarse.iter().zip(&image).map(|(a, b)| a * b).sum();
+        assert!((found - expected).abs() < 1e-5 * expected, "{found} {expected}");
+    }
+}
+
+/// 400 systems in double and single precision, stiffness and masses over ten decades.
+#[test]
+fn it_is_symmetric_and_positive_and_stays_so_when_it_is_stale() {
+    let mut numbers = Numbers::new(77);
+    for seed in 0..200 {
+        let count = 1 + numbers.index(if seed % 20 == 0 { 4000 } else { 200 });
+        let case = Case {
+            count,
+            springs: numbers.index(5 * count),
+            stiffness: 5.0 + 5.0 * numbers.next(),
+            masses: 5.0 + 5.0 * numbers.next(),
+            seed,
+        };
+        symmetric_positive::<f64>(case, 1e-9, &mut numbers);
+        symmetric_positive::<f32>(case, 1e-3, &mut numbers);
+    }
+}
+
+fn symmetric_positive<T: Real>(case: Case, tolerance: f64, numbers: &mut Numbers) {
+    let (mut schwarz, rows) = built::<T>(case);
+    for _ in 0..2 {
+        let mut random = || -> Vec<[f64; 3]> {
+            let x: Vec<_> = (0..case.count).map(|_| numbers.vector()).collect();
+            rows.filtered(&x)
+        };
+        let [x, y] = [random(), random()];
+        let [mx, my] = [&x, &y].map(|v| rows.filtered(&applied(&mut schwarz, v)));
+        let [xx, yy, xy, yx] = [dot(&x, &mx), dot(&y, &my), dot(&x, &my), dot(&y, &mx)];
+        if dot(&x, &x) > 0.0 {
+            assert!(xx > 0.0 && yy > 0.0 && xx.is_finite(), "{case:?}: {xx} {yy}");
+        }
+        let scale = (xx * yy).sqrt();
+        assert!((xy - yx).abs() <= tolerance * scale, "{case:?}: {xy} {yx} {scale}");
+        // Stale: of other filters.
+        let others = RandomRows::new(Case { seed: case.seed + 9, ..case }, &[]);
+        let z = others.filtered(&x);
+        let mz = others.filtered(&applied(&mut schwarz, &z));
+        assert!(dot(&z, &z) == 0.0 || dot(&z, &mz) > 0.0, "{case:?}");
+    }
+}
+
+/// Of as many particles as are in a group nothing is left to iterate.
+#[test]
+fn one_group_is_solved_at_once() {
+    let case = Case { count: 30, springs: 100, stiffness: 2.0, masses: 1.0, seed: 3 };
+    let (mut schwarz, rows) = built::<f64>(case);
+    // Without rigid modes.
+    schwarz.prolongation.fill([[0.0; 6]; 3]);
+    let mut numbers = Numbers::new(4);
+    let x: Vec<_> = (0..case.count).map(|_| numbers.vector()).collect();
+    let x = rows.filtered(&x);
+    let found = rows.filtered(&applied(&mut schwarz, &rows.apply(&x)));
+    for (x, found) in x.iter().zip(&found) {
+        (0..3).for_each(|k| assert!((x[k] - found[k]).abs() < 1e-4, "{x:?} {found:?}"));
+    }
+}
+
+#[test]
+fn filters_are_projectors() {
+    let case = Case { count: 100, springs: 0, stiffness: 1.0, masses: 1.0, seed: 8 };
+    for filter in RandomRows::new(case, &[]).filters.iter().flatten() {
+        let square = product(filter, filter);
+        for (a, b) in square.as_flattened().iter().zip(filter.as_flattened()) {
+            assert!((a - b).abs() < 1e-12);
+        }
+    }
+}
+
+/// Sheets on top of each other, 24 x 24 particles each, springs along both directions and contacts between them.
+fn stack(layers: usize) -> (RandomRows, Vec<[u32; 2]>) {
+    const SIDE: usize = 24;
+    let count = layers * SIDE * SIDE;
+    let place = |i: usize| [i % SIDE, i / SIDE % SIDE, i / (SIDE * SIDE)];
+    let positions = (0..count).map(|i| place(i).map(|k| k as f64)).collect();
+    let mut rows = RandomRows {
+        positions,
+        masses: vec![1.0; count],
+        filters: vec![None; count],
+        rows: vec![Vec::new(); count],
+    };
+    let mut pairs = Vec::new();
+    for i in 0..count {
+        let [x, y, z] = place(i);
+        let mut join = |j: usize, u: [f64; 3], g: f64, coupling| {
+            let block: Block = std::array::from_fn(|r| {
+                std::array::from_fn(|c| -(u[r] * u[c] + if r == c { g } else { 0.0 }))
+            });
+            rows.rows[i].push((j, block, coupling));
+            rows.rows[j].push((i, block, coupling));
+            if coupling == Coupling::Elastic {
+                pairs.push([i as u32, j as u32]);
+            }
+        };
+        if x + 1 < SIDE {
+            join(i + 1, [100.0, 0.0, 0.0], 1.0, Coupling::Elastic);
+        }
+        if y + 1 < SIDE {
+            join(i + SIDE, [0.0, 100.0, 0.0], 1.0, Coupling::Elastic);
+        }
+        if z + 1 < layers {
+            join(i + SIDE * SIDE, [0.0, 0.0, 300.0], 0.0, Coupling::Contact);
+        }
+    }
+    (rows, pairs)
+}
+
+/// Iterations after which the negative control has shown what it is to show.
+const ITERATIONS_MAX: usize = 5_000;
+
+/// Iterations of conjugate gradients to a residual of a thousandth.
+fn iterations(rows: &RandomRows, schwarz: &mut Schwarz<f64>) -> usize {
+    let mut numbers = Numbers::new(11);
+    let mut r: Vec<[f64; 3]> = (0..rows.masses.len()).map(|_| numbers.vector()).collect();
+    let start = dot(&r, &r);
+    let mut c = applied(schwarz, &r);
+    let mut p = c.clone();
+    let mut gamma = dot(&r, &c);
+    let combine = |to: &mut Vec<[f64; 3]>, scale: [f64; 2], from: &[[f64; 3]]| {
+        for (to, from) in to.iter_mut().zip(from) {
+            (0..3).for_each(|k| to[k] = scale[0] * to[k] + scale[1] * from[k]);
+        }
+    };
+    for iteration in 1..ITERATIONS_MAX {
+        let q = rows.apply(&p);
+        let alpha = gamma / dot(&p, &q);
+        combine(&mut r, [1.0, -alpha], &q);
+        if dot(&r, &r) <= 1e-6 * start {
+            return iteration;
+        }
+        c = applied(schwarz, &r);
+        let next = dot(&r, &c);
+        combine(&mut p, [next / gamma, 1.0], &c);
+        gamma = next;
+    }
+    ITERATIONS_MAX
+}
+
+/// The negative control of the coarse matrices. Contacts here are nine times as stiff as springs, which no group of one layer knows
+/// anything of: 823 iterations with them in the coarse matrices, more than the cap without.
+#[test]
+fn contacts_belong_to_coarse_matrices() {
+    let (rows, pairs) = stack(6);
+    let hierarchy = GroupHierarchy::new(&model(rows.masses.len(), &pairs));
+    let mut schwarz = Schwarz::<f64>::new(hierarchy);
+    schwarz.build(&rows, pulp::Arch::new());
+    let with = iterations(&rows, &mut schwarz);
+    let elastic: Couplings = |coupling| coupling == Coupling::Elastic;
+    schwarz.build_with(&rows, elastic, pulp::Arch::new());
+    let without = iterations(&rows, &mut schwarz);
+    println!("with contacts {with}, without {without}");
+    assert!(with < 900 && without > 5 * with, "{with} {without}");
+}

@@ -1,0 +1,355 @@
+//! `contact_pairs`: the list of pairs that can touch or meet, and the proof that it is complete.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use cloth_core::{
+    Error, Real, Result,
+    contact::{ContactStencil, ContactSurface, PairSearch, UnprovenPair, Ways},
+};
+use rayon::prelude::*;
+
+use super::tree::{Bounds, Tree};
+
+/// Groups whose pairs are one run.
+const RUN: usize = 8;
+
+/// Pairs of a list at most: some 8 GB.
+const PAIRS_MAX: u64 = 1 << 28;
+
+/// What the list reaches beyond the distance of contact, relative to it.
+const SKIN: f64 = 1.0;
+
+/// What rounding may do to the proof, relative to the reach of the list.
+const ROUNDING: f64 = 1e-3;
+
+/// All pairs of features whose boxes, around both sets of positions, are closer than `reach`.
+#[derive(Debug)]
+pub(super) struct PairList<T> {
+    runs: Vec<Vec<UnprovenPair>>,
+    /// The sets of positions \[m\]; none before the first.
+    references: [Vec<[T; 3]>; 2],
+    reach: T,
+    pub(super) rebuilds: u32,
+}
+
+impl<T: Real> PairList<T> {
+    pub(super) fn new(distance: f64) -> Self {
+        Self {
+            runs: Vec::new(),
+            references: [Vec::new(), Vec::new()],
+            reach: T::from_f64((1.0 + SKIN) * distance),
+            rebuilds: 0,
+        }
+    }
+
+    pub(super) fn len(&self) -> u64 {
+        self.runs.iter().map(|run| run.len() as u64).sum()
+    }
+
+    /// Whether no pair is missing whose features are `distance` or less apart at these positions along all axes.
+    ///
+    /// A pair that is missing was `reach` apart along an axis at both sets of positions, and between these. Say that since one of
+    /// these all particles have moved by c, and each by at most e along each axis beside that: it is reach - 2 e apart. So
+    /// is it if each is e away from the box around its two places.
+    pub(super) fn holds(&self, positions: &[[T; 3]], distance: T) -> bool {
+        if self.references[0].len() != positions.len() {
+            return false;
+        }
+        let room = (T::ONE - T::from_f64(ROUNDING)) * self.reach - distance;
+        let [first, second] = &self.references;
+        let moved = positions.par_iter().zip(first).zip(second).with_min_len(4096);
+        let moved = moved.fold(Moved::new, |moved, ((x, a), b)| moved.with(x, a, b));
+        let moved = moved.reduce(Moved::new, Moved::join);
+        moved.wide(0) <= room || moved.wide(1) <= room || moved.outside + moved.outside <= room
+    }
+
+    /// Builds the list for two sets of positions and all between them, the second one less a common motion if `is_common`.
+    pub(super) fn build(
+        &mut self,
+        (surface, tree): (&ContactSurface, &mut Tree<T>),
+        [from, to]: [&[[T; 3]]; 2],
+        is_common: bool,
+    ) -> Result<()> {
+        let common = if is_common { common_motion(from, to) } else { [T::ZERO; 3] };
+        let [first, second] = &mut self.references;
+        first.clear();
+        first.extend_from_slice(from);
+        second.clear();
+        second.extend(to.iter().map(|x| {
+            let moved: [T; 3] = std::array::from_fn(|k| x[k] - common[k]);
+            moved
+        }));
+        let (first, second, reach) = (&**first, &**second, self.reach);
+        tree.refit(surface, [first, second]);
+        let tree = &*tree;
+        let total = AtomicU64::new(0);
+        self.runs.resize_with(tree.groups().div_ceil(RUN), Vec::new);
+        self.runs.par_iter_mut().enumerate().for_each(|(number, run)| {
+            run.clear();
+            for group in number * RUN..((number + 1) * RUN).min(tree.groups()) {
+                tree.near(group, reach, |other| {
+                    if total.load(Ordering::Relaxed) <= PAIRS_MAX {
+                        between((surface, tree), [group, other], ([first, second], reach), run);
+                    }
+                });
+            }
+            total.fetch_add(run.len() as u64, Ordering::Relaxed);
+        });
+        self.rebuilds += 1;
+        let needed = total.into_inner();
+        if needed > PAIRS_MAX {
+            self.references[0].clear();
+            return Err(Error::Overflow {
+                buffer: "pairs of triangles that may touch",
+                needed,
+                capacity: PAIRS_MAX,
+            });
+        }
+        Ok(())
+    }
+
+    /// The contacts among the pairs.
+    pub(super) fn contacts(
+        &self,
+        surface: &ContactSurface,
+        x: &[[T; 3]],
+    ) -> Vec<ContactStencil<T>> {
+        let distance = T::from_f64(surface.reach());
+        let at = |i: u32| x[i as usize];
+        let found = self.runs.par_iter().flat_map_iter(|run| {
+            run.iter().filter_map(move |pair| {
+                let [a, b, c, d] = pair.particles.map(at);
+                let apart = match pair.candidate.split() {
+                    cloth_core::contact::Split::VertexTriangle => {
+                        Bounds::around([a]).is_apart(&Bounds::around([b, c, d]), distance)
+                    }
+                    cloth_core::contact::Split::EdgeEdge => {
+                        Bounds::around([a, b]).is_apart(&Bounds::around([c, d]), distance)
+                    }
+                };
+                if apart { None } else { surface.contact(pair.candidate, at) }
+            })
+        });
+        found.collect()
+    }
+
+    #[cfg(test)]
+    pub(super) fn pairs(&self) -> impl Iterator<Item = &UnprovenPair> {
+        self.runs.iter().flatten()
+    }
+}
+
+/// How particles have moved since both sets of positions.
+#[derive(Clone, Copy)]
+struct Moved<T> {
+    low: [[T; 3]; 2],
+    high: [[T; 3]; 2],
+    outside: T,
+}
+
+impl<T: Real> Moved<T> {
+    fn new() -> Self {
+        let (low, high) = ([[T::INFINITY; 3]; 2], [[-T::INFINITY; 3]; 2]);
+        Self { low, high, outside: T::ZERO }
+    }
+
+    #[inline(always)]
+    fn with(mut self, x: &[T; 3], a: &[T; 3], b: &[T; 3]) -> Self {
+        for axis in 0..3 {
+            for (set, reference) in [a, b].into_iter().enumerate() {
+                let way = x[axis] - reference[axis];
+                self.low[set][axis] = self.low[set][axis].minimum(way);
+                self.high[set][axis] = self.high[set][axis].maximum(way);
+            }
+            let below = a[axis].minimum(b[axis]) - x[axis];
+            let above = x[axis] - a[axis].maximum(b[axis]);
+            self.outside = self.outside.maximum(below).maximum(above);
+        }
+        self
+    }
+
+    fn join(mut self, other: Self) -> Self {
+        for set in 0..2 {
+            for axis in 0..3 {
+                self.low[set][axis] = self.low[set][axis].minimum(other.low[set][axis]);
+                self.high[set][axis] = self.high[set][axis].maximum(other.high[set][axis]);
+            }
+        }
+        self.outside = self.outside.maximum(other.outside);
+        self
+    }
+
+    /// The longest side of the box around the ways since a set: twice what particles have moved beside their common motion.
+    fn wide(&self, set: usize) -> T {
+        let side = |axis: usize| self.high[set][axis] - self.low[set][axis];
+        side(0).maximum(side(1)).maximum(side(2))
+    }
+}
+
+/// The centre of the box around all ways.
+fn common_motion<T: Real>(from: &[[T; 3]], to: &[[T; 3]]) -> [T; 3] {
+    let mut moved = Moved::new();
+    for (to, from) in to.iter().zip(from) {
+        moved = moved.with(to, from, from);
+    }
+    std::array::from_fn(|k| T::from_f64(0.5) * (moved.low[0][k] + moved.high[0][k]))
+}
+
+/// The pairs of features of two groups that are closer than `reach`.
+#[inline(always)]
+fn between<T: Real>(
+    (surface, tree): (&ContactSurface, &Tree<T>),
+    [group, other]: [usize; 2],
+    ([from, to], reach): ([&[[T; 3]]; 2], T),
+    out: &mut Vec<UnprovenPair>,
+) {
+    let (own, own_bounds) = tree.group(group);
+    let (others, other_bounds) = tree.group(other);
+    for (k, (&a, bounds)) in own.iter().zip(own_bounds).enumerate() {
+        let skipped = if group == other { k + 1 } else { 0 };
+        for (&b, other) in others.iter().zip(other_bounds).skip(skipped) {
+            if bounds.is_apart(other, reach) {
+                continue;
+            }
+            surface.candidates_between(a, b, |candidate, particles| {
+                let [a, b, c, d] = particles.map(|particle| particle as usize);
+                let apart = match candidate.split() {
+                    cloth_core::contact::Split::VertexTriangle => {
+                        let vertex = Bounds::around([from[a], to[a]]);
+                        let all = [from[b], to[b], from[c], to[c], from[d], to[d]];
+                        vertex.is_apart(&Bounds::around(all), reach)
+                    }
+                    cloth_core::contact::Split::EdgeEdge => {
+                        let first = Bounds::around([from[a], to[a], from[b], to[b]]);
+                        let second = Bounds::around([from[c], to[c], from[d], to[d]]);
+                        first.is_apart(&second, reach)
+                    }
+                };
+                if !apart {
+                    out.push(UnprovenPair { candidate, particles });
+                }
+            });
+        }
+    }
+}
+
+/// The list as a search that builds it when it does not hold.
+pub(super) struct ListSearch<'a, T> {
+    pub(super) surface: &'a ContactSurface,
+    pub(super) tree: &'a mut Tree<T>,
+    pub(super) list: &'a mut PairList<T>,
+}
+
+impl<T: Real> PairSearch<T> for ListSearch<'_, T> {
+    fn unproven(
+        &mut self,
+        ways: &Ways<'_, T>,
+        marked: Option<&[bool]>,
+        out: &mut Vec<UnprovenPair>,
+    ) -> Result<()> {
+        let Ways { start, end, delta, is_new } = *ways;
+        let distance = delta + delta;
+        if !(self.list.holds(start, distance) && self.list.holds(end, distance)) {
+            // Marked particles lag behind the others, which the next rounds will make worse: then boxes are around whole ways.
+            let is_common = marked.is_none();
+            self.list.build((self.surface, self.tree), [start, end], is_common)?;
+        }
+        let found = self.list.runs.par_iter().flat_map_iter(|run| {
+            run.iter().copied().filter(move |pair| {
+                let is_marked =
+                    marked.is_none_or(|marked| pair.particles.iter().any(|&i| marked[i as usize]));
+                is_marked && pair.is_unproven(start, end, (delta, is_new))
+            })
+        });
+        out.par_extend(found);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cloth_core::{
+        Cloth, ContactResponse, Geometry, GridPatch, MaterialPreset, ModelBuilder, SelfContact,
+        contact::Candidate,
+    };
+
+    use super::*;
+
+    /// A number in [-1, 1), the same on every run.
+    fn number(seed: &mut u64) -> f64 {
+        *seed =
+            seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    /// Around the points of the first feature, and those of the second.
+    fn boxes(
+        surface: &ContactSurface,
+        candidate: Candidate,
+        sets: [&[[f64; 3]]; 2],
+    ) -> [Bounds<f64>; 2] {
+        let [a, b, c, d] = surface.particles(candidate).map(|i| i as usize);
+        let [p, q] = sets;
+        match candidate {
+            Candidate::VertexTriangle(_) => {
+                [Bounds::around([p[a], q[a]]), Bounds::around([p[b], p[c], p[d], q[b], q[c], q[d]])]
+            }
+            Candidate::EdgeEdge(_) => {
+                [Bounds::around([p[a], p[b], q[a], q[b]]), Bounds::around([p[c], p[d], q[c], q[d]])]
+            }
+        }
+    }
+
+    #[test]
+    fn the_list_is_that_of_all_pairs_and_says_how_long_it_holds() {
+        let distance = 0.01;
+        let response = ContactResponse::Triangles { friction: 0.0 };
+        let contact = SelfContact { distance, response };
+        let mut builder = ModelBuilder::new().self_contact(contact);
+        for name in ["a", "b"] {
+            builder = builder.cloth(Cloth {
+                name: name.into(),
+                geometry: Geometry::Grid(GridPatch::horizontal(8, 0.02, 0.0)),
+                material: MaterialPreset::JERSEY.material(0.02).into(),
+                pins: vec![],
+                velocity: [0.0; 3],
+            });
+        }
+        let model = builder.build().unwrap();
+        let surface = ContactSurface::new(&model, &contact);
+        let mut tree = Tree::new(&surface, model.positions());
+        let mut list = PairList::<f64>::new(distance);
+        let mut seed = 1;
+        for size in [0.0, 1e-3, 0.03, 0.3] {
+            let mut shaken = |size: f64, from: &[[f64; 3]]| -> Vec<[f64; 3]> {
+                from.iter().map(|x| x.map(|c| c + size * number(&mut seed))).collect()
+            };
+            let from = shaken(size, model.positions());
+            let to = shaken(0.5 * size, &from);
+            list.build((&surface, &mut tree), [&from, &to], false).unwrap();
+            let mut found: Vec<_> = list.pairs().map(|pair| pair.candidate).collect();
+            found.sort_unstable();
+            let reach = list.reach;
+            let expected: Vec<_> = (surface.candidates())
+                .filter(|&candidate| {
+                    let [a, b] = boxes(&surface, candidate, [&from, &to]);
+                    !a.is_apart(&b, reach)
+                })
+                .collect();
+            assert_eq!(found, expected, "{size}");
+            // As long as the list says that it holds, whoever is missing is apart.
+            for moved in [1e-3, 4e-3, 0.01] {
+                let now: Vec<_> =
+                    shaken(moved, &to).iter().map(|x| [x[0] + 0.7, x[1], x[2] - 0.4]).collect();
+                if list.holds(&now, distance) {
+                    let missing = surface.candidates().filter(|c| found.binary_search(c).is_err());
+                    for candidate in missing {
+                        let [a, b] = boxes(&surface, candidate, [&now, &now]);
+                        assert!(a.is_apart(&b, distance), "{candidate:?}");
+                    }
+                }
+                assert_eq!(list.holds(&now, distance), moved < 5e-3, "{moved}");
+            }
+        }
+    }
+}

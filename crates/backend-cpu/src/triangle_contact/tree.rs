@@ -1,0 +1,192 @@
+//! `contact_groups`: triangles in groups that lie close together at the start, and boxes around them in a binary tree.
+
+use cloth_core::{Real, contact::ContactSurface};
+use rayon::prelude::*;
+
+/// Triangles in a group.
+pub(super) const GROUP: usize = 8;
+
+/// A box with sides along the axes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds<T> {
+    pub(super) low: [T; 3],
+    pub(super) high: [T; 3],
+}
+
+impl<T: Real> Bounds<T> {
+    /// No box: it is apart from all.
+    const EMPTY: Self = Self { low: [T::INFINITY; 3], high: [T::MAX; 3] };
+
+    /// Around some points.
+    #[inline(always)]
+    pub(super) fn around<const N: usize>(points: [[T; 3]; N]) -> Self {
+        let mut bounds = Self { low: points[0], high: points[0] };
+        for point in &points[1..] {
+            for axis in 0..3 {
+                bounds.low[axis] = bounds.low[axis].minimum(point[axis]);
+                bounds.high[axis] = bounds.high[axis].maximum(point[axis]);
+            }
+        }
+        bounds
+    }
+
+    #[inline(always)]
+    fn with(mut self, other: &Self) -> Self {
+        if self.low[0] == T::INFINITY {
+            return *other;
+        }
+        if other.low[0] != T::INFINITY {
+            for axis in 0..3 {
+                self.low[axis] = self.low[axis].minimum(other.low[axis]);
+                self.high[axis] = self.high[axis].maximum(other.high[axis]);
+            }
+        }
+        self
+    }
+
+    /// Whether along some axis it is `reach` or more away from another.
+    #[inline(always)]
+    pub(super) fn is_apart(&self, other: &Self, reach: T) -> bool {
+        let mut apart = false;
+        for axis in 0..3 {
+            apart |= self.low[axis] - other.high[axis] >= reach;
+            apart |= other.low[axis] - self.high[axis] >= reach;
+        }
+        apart
+    }
+}
+
+/// Groups of triangles, and the boxes around all that these do between two sets of positions.
+#[derive(Debug)]
+pub(super) struct Tree<T> {
+    /// Triangles, group by group.
+    order: Vec<u32>,
+    /// Around each triangle, in that order.
+    triangles: Vec<Bounds<T>>,
+    /// A heap: children of node k are 2 k and 2 k + 1, and groups are its last nodes.
+    nodes: Vec<Bounds<T>>,
+}
+
+impl<T: Real> Tree<T> {
+    /// Sorts the triangles by where they start.
+    pub(super) fn new(surface: &ContactSurface, start: &[[f64; 3]]) -> Self {
+        let centres: Vec<[f64; 3]> = (surface.triangles().iter())
+            .map(|corners| {
+                let [a, b, c] = corners.map(|corner| start[corner as usize]);
+                std::array::from_fn(|k| a[k] + b[k] + c[k])
+            })
+            .collect();
+        let mut order: Vec<u32> = (0..centres.len() as u32).collect();
+        bisect(&centres, &mut order);
+        let groups = order.len().div_ceil(GROUP).next_power_of_two();
+        Self {
+            triangles: vec![Bounds::EMPTY; order.len()],
+            nodes: vec![Bounds::EMPTY; 2 * groups],
+            order,
+        }
+    }
+
+    /// Groups, some of which are empty at the end.
+    pub(super) fn groups(&self) -> usize {
+        self.nodes.len() / 2
+    }
+
+    /// The triangles of a group, with the boxes around them.
+    #[inline(always)]
+    pub(super) fn group(&self, group: usize) -> (&[u32], &[Bounds<T>]) {
+        let start = (group * GROUP).min(self.order.len());
+        let end = (start + GROUP).min(self.order.len());
+        (&self.order[start..end], &self.triangles[start..end])
+    }
+
+    /// Puts boxes around where triangles are at both sets of positions.
+    pub(super) fn refit(&mut self, surface: &ContactSurface, [from, to]: [&[[T; 3]]; 2]) {
+        let Self { order, triangles, nodes } = self;
+        let groups = nodes.len() / 2;
+        let (inner, leaves) = nodes.split_at_mut(groups);
+        leaves
+            .par_iter_mut()
+            .zip(triangles.par_chunks_mut(GROUP).zip(order.par_chunks(GROUP)))
+            .with_min_len(64)
+            .for_each(|(node, (triangles, order))| {
+                *node = Bounds::EMPTY;
+                for (bounds, &triangle) in triangles.iter_mut().zip(order) {
+                    let [a, b, c] = surface.triangles()[triangle as usize].map(|i| i as usize);
+                    *bounds = Bounds::around([from[a], from[b], from[c], to[a], to[b], to[c]]);
+                    *node = node.with(bounds);
+                }
+            });
+        for k in (1..groups).rev() {
+            let child = |k: usize, inner: &[Bounds<T>]| {
+                if k < groups { inner[k] } else { leaves[k - groups] }
+            };
+            let [left, right] = [child(2 * k, inner), child(2 * k + 1, inner)];
+            inner[k] = left.with(&right);
+        }
+    }
+
+    /// Visits the groups from `group` on whose boxes are closer to that of `group` than `reach`, ascending.
+    #[inline(always)]
+    pub(super) fn near(&self, group: usize, reach: T, mut visit: impl FnMut(usize)) {
+        let groups = self.groups();
+        let own = self.nodes[groups + group];
+        if own.low[0] == T::INFINITY {
+            return;
+        }
+        // One node of each level waits at most, and the root.
+        let mut stack = [0_usize; 66];
+        let mut depth = 1;
+        stack[0] = 1;
+        while depth > 0 {
+            depth -= 1;
+            let node = stack[depth];
+            let bounds = &self.nodes[node];
+            if bounds.low[0] == T::INFINITY || own.is_apart(bounds, reach) {
+                continue;
+            }
+            if node >= groups {
+                if node - groups >= group {
+                    visit(node - groups);
+                }
+                continue;
+            }
+            let level = groups.ilog2() - (2 * node + 1).ilog2();
+            let last = (((2 * node + 1) + 1) << level) - 1 - groups;
+            let last_left = (((2 * node) + 1) << level) - 1 - groups;
+            if last >= group {
+                stack[depth] = 2 * node + 1;
+                depth += 1;
+            }
+            if last_left >= group {
+                stack[depth] = 2 * node;
+                depth += 1;
+            }
+        }
+    }
+}
+
+/// Sorts by recursive bisection across the longest side, so that halves are those of the tree.
+fn bisect(centres: &[[f64; 3]], order: &mut [u32]) {
+    let groups = order.len().div_ceil(GROUP).next_power_of_two();
+    if groups <= 1 {
+        return;
+    }
+    let mut low = [f64::INFINITY; 3];
+    let mut high = [f64::NEG_INFINITY; 3];
+    for &triangle in &*order {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(centres[triangle as usize][axis]);
+            high[axis] = high[axis].max(centres[triangle as usize][axis]);
+        }
+    }
+    let side = |axis: usize| high[axis] - low[axis];
+    let axis = (1..3).fold(0, |most, axis| if side(axis) > side(most) { axis } else { most });
+    let middle = groups / 2 * GROUP;
+    order.select_nth_unstable_by(middle, |&a, &b| {
+        let key = |triangle: u32| centres[triangle as usize][axis];
+        key(a).total_cmp(&key(b)).then(a.cmp(&b))
+    });
+    let (left, right) = order.split_at_mut(middle);
+    bisect(centres, left);
+    bisect(centres, right);
+}

@@ -1,0 +1,129 @@
+//! Sheets on sheets.
+
+use cloth_core::{ImplicitSettings, Integrator, ModelBuilder, Precision};
+
+use crate::rig::{Numbers, Run, contact, integrators, sheet};
+
+const SPACING: f64 = 5e-3;
+const SIDE: u32 = 10;
+const LAYERS: usize = 10;
+const DROP: f64 = 0.05;
+const GAP: f64 = 1.5e-3;
+
+/// A pinned sheet and others above it, turned and shifted at random.
+fn layers(drop: f64) -> ModelBuilder {
+    let mut numbers = Numbers(5);
+    let mut builder = ModelBuilder::new().self_contact(contact(1e-3, 0.3));
+    for layer in 0..LAYERS {
+        let [x, y, turn] = std::array::from_fn(|_| numbers.next());
+        let height = if layer == 0 { 0.0 } else { drop + GAP * layer as f64 };
+        let centre = [SPACING * x, SPACING * y, height];
+        let mut cloth = sheet(&format!("{layer}"), SIDE, SPACING, centre, turn);
+        if layer == 0 {
+            cloth.pins = (0..SIDE * SIDE).collect();
+        }
+        builder = builder.cloth(cloth);
+    }
+    builder
+}
+
+#[test]
+fn ten_layers_fall_freely_and_do_not_pass() {
+    for (integrator, time_step) in integrators(&layers(DROP).build().unwrap()) {
+        for precision in [Precision::F32, Precision::F64] {
+            let mut run = Run::new(layers(DROP), integrator.clone(), time_step, precision, 2);
+            let steps = |time: f64| (time / time_step).round();
+            for frame in 1..=10 {
+                run.frame(1.0 / 60.0);
+                assert_eq!(run.crossings(), 0, "frame {frame} {integrator:?} {precision:?}");
+                assert_eq!(run.report.contact_exempt, 0);
+                let time = f64::from(frame) / 60.0;
+                // Symplectic steps: g h^2 n (n + 1) / 2.
+                let n = steps(time);
+                let free = 0.5 * 9.81 * time_step * time_step * n * (n + 1.0);
+                let fallen = DROP + GAP * (LAYERS - 1) as f64 - run.height(LAYERS - 1);
+                if frame <= 5 {
+                    assert!((fallen - free).abs() < 3e-3 * free, "{fallen} {free} {integrator:?}");
+                    assert_eq!(run.truncated, 0, "{integrator:?}");
+                }
+            }
+            assert!(run.truncated > 0, "they have met");
+        }
+    }
+}
+
+#[test]
+fn a_stack_at_rest_keeps_its_order_and_height() {
+    let implicit = Integrator::Implicit(ImplicitSettings::default());
+    let mut run = Run::new(layers(0.0), implicit, 1.0 / 120.0, Precision::F32, 2);
+    for frame in 0..40 {
+        run.frame(1.0 / 60.0);
+        assert_eq!(run.crossings(), 0, "frame {frame}");
+    }
+    let heights: Vec<f64> = (0..LAYERS).map(|layer| run.height(layer)).collect();
+    for pair in heights.windows(2) {
+        let gap = pair[1] - pair[0];
+        assert!((0.5e-3..1.1e-3).contains(&gap), "{heights:?}");
+    }
+}
+
+#[test]
+fn a_patch_lies_on_a_pinned_sheet() {
+    let builder = || {
+        let mut below = sheet("below", 30, SPACING, [0.0; 3], 0.0);
+        below.pins = vec![0, 29, 870, 899];
+        let above = sheet("above", 10, SPACING, [0.003, 0.001, 0.01], 0.3);
+        ModelBuilder::new().cloth(below).cloth(above).self_contact(contact(1e-3, 0.3))
+    };
+    let implicit = Integrator::Implicit(ImplicitSettings::default());
+    let mut run = Run::new(builder(), implicit, 1.0 / 60.0, Precision::F32, 2);
+    for frame in 0..30 {
+        run.frame(1.0 / 60.0);
+        assert_eq!(run.crossings(), 0, "frame {frame}");
+    }
+    let above = &run.state.positions[900..];
+    assert!(above.iter().all(|x| x[2] > -0.1), "it has fallen through");
+}
+
+#[test]
+fn a_patch_that_is_shot_at_a_strip_does_not_pass() {
+    let builder = || {
+        let mut strip = sheet("strip", 24, SPACING, [0.0; 3], 0.0);
+        strip.pins = (0..24).chain(23 * 24..24 * 24).collect();
+        let mut patch = sheet("patch", 8, SPACING, [0.003, 0.001, 0.03], 0.3);
+        patch.velocity = [0.0, 1.0, -20.0];
+        ModelBuilder::new().cloth(strip).cloth(patch).self_contact(contact(1e-3, 0.3))
+    };
+    for (integrator, time_step) in integrators(&builder().build().unwrap()) {
+        let mut run = Run::new(builder(), integrator.clone(), time_step, Precision::F32, 2);
+        for frame in 0..6 {
+            run.frame(1.0 / 60.0);
+            assert_eq!(run.crossings(), 0, "frame {frame} {integrator:?}");
+        }
+    }
+}
+
+#[test]
+fn bits_do_not_depend_on_threads() {
+    let implicit = Integrator::Implicit(ImplicitSettings::default());
+    let states = [1, 2].map(|threads| {
+        let mut run =
+            Run::new(layers(2e-3), implicit.clone(), 1.0 / 120.0, Precision::F32, threads);
+        (0..6).for_each(|_| run.frame(1.0 / 60.0));
+        assert!(run.truncated > 0);
+        run.state
+    });
+    assert_eq!(states[0], states[1]);
+}
+
+#[test]
+fn without_the_response_the_same_layers_pass() {
+    let bare = || {
+        let response = cloth_core::ContactResponse::Impulse { restitution: 0.0, friction: 0.3 };
+        layers(DROP).self_contact(cloth_core::SelfContact { distance: 1e-3, response })
+    };
+    let implicit = Integrator::Implicit(ImplicitSettings::default());
+    let mut run = Run::new(bare(), implicit, 1.0 / 120.0, Precision::F32, 2);
+    (0..10).for_each(|_| run.frame(1.0 / 60.0));
+    assert!(run.crossings() > 0, "the count sees nothing");
+}

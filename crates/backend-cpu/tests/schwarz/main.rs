@@ -1,0 +1,151 @@
+//! The preconditioner `schwarz` (NUMERICS §5) on systems of cloth.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod rig;
+
+use std::{sync::Arc, time::Instant};
+
+use cloth_core::{
+    Cloth, Geometry, LinearSettings, LinearStop, LinearVector, Mass, MaterialPreset, Model,
+    ModelBuilder, NetworkSpring, Precision, Preconditioner, SpringClass, SpringNetwork,
+};
+
+use rig::{assembled, fabric, folded, numbers, settings, sheet, solve, springs};
+
+/// To a hundredth of the first error in the norm of the energy.
+const fn energy(preconditioner: Preconditioner) -> LinearSettings {
+    LinearSettings { stop: LinearStop::Energy, tolerance: 1e-2, ..settings(preconditioner) }
+}
+
+fn iterations(model: &Arc<Model>, settings: &LinearSettings) -> u32 {
+    solve(&mut *folded(model, Precision::F32, 2), settings).iterations
+}
+
+#[test]
+fn iterations_are_few_and_hardly_grow_with_the_mesh() {
+    for material in [|_| fabric(), springs] {
+        let [small, large] = [64, 128].map(|side| sheet(side, material));
+        let [few, more] =
+            [&small, &large].map(|model| iterations(model, &energy(Preconditioner::Schwarz)));
+        let block = iterations(&large, &energy(Preconditioner::Block));
+        println!("schwarz {few} {more}, block {block}");
+        assert!(5 * more <= block, "{more} of {block}");
+        assert!(f64::from(more) < 1.4 * f64::from(few), "{few} {more}");
+    }
+}
+
+#[test]
+fn the_answer_is_that_of_blocks() {
+    for model in [sheet(40, |_| fabric()), sheet(40, springs)] {
+        let [a, b] = [Preconditioner::Block, Preconditioner::Schwarz].map(|preconditioner| {
+            let mut kernels = folded(&model, Precision::F64, 2);
+            let settings = LinearSettings { tolerance: 1e-11, ..settings(preconditioner) };
+            solve(&mut *kernels, &settings);
+            let mut solution = Vec::new();
+            kernels.vector_read(LinearVector::Solution, &mut solution).unwrap();
+            solution
+        });
+        let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|x| x * x).sum::<f64>().sqrt();
+        let size = norm(&mut a.as_flattened().iter().copied());
+        let apart = norm(&mut a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a - b));
+        assert!(apart < 1e-6 * size, "{apart} {size}");
+    }
+}
+
+#[test]
+fn bits_do_not_depend_on_the_number_of_threads() {
+    for precision in [Precision::F32, Precision::F64] {
+        let model = sheet(70, |_| fabric());
+        let all = [1, 2, 3].map(|threads| {
+            let mut kernels = folded(&model, precision, threads);
+            solve(&mut *kernels, &settings(Preconditioner::Schwarz));
+            let mut solution = Vec::new();
+            kernels.vector_read(LinearVector::Solution, &mut solution).unwrap();
+            solution
+        });
+        assert!(all[0] == all[1] && all[0] == all[2], "{precision}");
+    }
+}
+
+/// Points and springs between them.
+fn network(positions: Vec<[f64; 3]>, pairs: &[[u32; 2]]) -> Arc<Model> {
+    let springs = pairs
+        .iter()
+        .map(|&particles| NetworkSpring {
+            particles,
+            class: SpringClass::Stretch,
+            rest_length: None,
+            coefficients: None,
+        })
+        .collect();
+    let mut material = MaterialPreset::ALL[0].material(0.01);
+    material.mass = Mass::PerParticle(1e-4);
+    material.stretch.stiffness = 1000.0;
+    let cloth = Cloth {
+        name: "net".into(),
+        geometry: Geometry::Network(SpringNetwork { positions, springs }),
+        material: material.into(),
+        pins: vec![],
+        velocity: [0.0; 3],
+    };
+    Arc::new(ModelBuilder::new().cloth(cloth).build().unwrap())
+}
+
+fn is_solved(model: &Arc<Model>, iterations_max: u32) {
+    let mut random = numbers();
+    let mut kernels = assembled(model, model.positions(), Precision::F32, 2);
+    let right_side: Vec<[f64; 3]> =
+        (0..model.particle_count()).map(|_| std::array::from_fn(|_| 1e-5 * random())).collect();
+    kernels.vector_write(LinearVector::RightSide, &right_side).unwrap();
+    let outcome = solve(&mut *kernels, &settings(Preconditioner::Schwarz));
+    println!("{outcome:?}");
+    assert!(outcome.iterations <= iterations_max, "{outcome:?}");
+}
+
+#[test]
+fn ropes_and_pieces_are_solved() {
+    // A long rope along no axis, many short ones of which several share a group, and single particles.
+    let rope = |first: u32, length: u32| (1..length).map(move |k| [first + k - 1, first + k]);
+    let place = |k: u32| [0.003, -0.004, 0.0086].map(|step| step * f64::from(k));
+    let mut pairs: Vec<[u32; 2]> = rope(0, 3000).collect();
+    let mut count = 3000;
+    for length in [1, 2, 5, 31, 32, 33, 40].into_iter().cycle().take(200) {
+        pairs.extend(rope(count, length));
+        count += length;
+    }
+    is_solved(&network((0..count).map(place).collect(), &pairs), 200);
+}
+
+#[test]
+fn particles_that_nothing_connects_are_solved_at_once() {
+    is_solved(&network((0..100_000).map(|k| [f64::from(k), 0.0, 0.0]).collect(), &[]), 3);
+}
+
+/// Not of tests: `cargo test -p cloth-backend-cpu --test schwarz measure -- --ignored --nocapture` prints iterations and times.
+#[test]
+#[ignore = "measures"]
+fn measure() {
+    let sides = std::env::var("SIDES").unwrap_or_else(|_| "64,128,256".into());
+    for side in sides.split(',').map(|side| side.parse().unwrap()) {
+        for (name, material) in [("fabric", (|_| fabric()) as fn(f64) -> _), ("springs", springs)] {
+            let model = sheet(side, material);
+            let mut kernels = folded(&model, Precision::F32, 2);
+            for preconditioner in [Preconditioner::Block, Preconditioner::Schwarz] {
+                let residual = |tolerance| LinearSettings { tolerance, ..settings(preconditioner) };
+                for settings in [energy(preconditioner), residual(1e-3), residual(1e-6)] {
+                    let start = Instant::now();
+                    kernels.preconditioner_build(preconditioner).unwrap();
+                    let built = start.elapsed();
+                    let outcome = solve(&mut *kernels, &settings);
+                    println!(
+                        "{name} {side}^2 {preconditioner} {} {:e}: {} iterations, build {built:.1?}, all {:.1?}",
+                        settings.stop,
+                        settings.tolerance,
+                        outcome.iterations,
+                        start.elapsed(),
+                    );
+                }
+            }
+        }
+    }
+}

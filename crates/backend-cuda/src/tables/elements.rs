@@ -1,0 +1,77 @@
+//! The blocks of the matrix that triangles of fabric add, as `shared/linear.cuh` lays them out.
+
+use cloth_core::{MatrixBlock, Model, Neighbours, Result, SlicedRows, fabric::bending::PATCH};
+
+use crate::{
+    layout::{CudaReal, Real4},
+    linear::LinearData,
+    queue::{Buffer, Queue},
+};
+
+/// Numbers of what the blocks of a triangle and those of its folds are made of, and of a block.
+const MEMBRANE: usize = 13;
+const BENDING: usize = 9 * PATCH + 1;
+const BLOCK: usize = 9;
+
+/// Device memory of these blocks, whose pattern never changes.
+pub(crate) struct ElementMemory<T> {
+    rows: SlicedRows,
+    tangents: [Buffer<T>; 2],
+    sums: Buffer<Real4<T>>,
+    pattern: [Buffer<u32>; 2],
+    blocks: Buffer<T>,
+}
+
+impl<T: CudaReal> ElementMemory<T> {
+    /// Memory for the triangles of a model.
+    ///
+    /// # Errors
+    /// `OutOfMemory`.
+    pub(crate) fn new(queue: &Queue, model: &Model) -> Result<Self> {
+        let rows = SlicedRows::new(&Neighbours::new(&model.interactions().of_fabric()));
+        let triangles = model.elements().triangles().len();
+        Ok(Self {
+            tangents: [
+                Buffer::zeros(queue, MEMBRANE * triangles)?,
+                Buffer::zeros(queue, BENDING * triangles)?,
+            ],
+            sums: Buffer::zeros(queue, 3 * model.particle_count())?,
+            pattern: [Buffer::of(queue, &rows.slices)?, Buffer::of(queue, &rows.columns)?],
+            blocks: Buffer::zeros(queue, BLOCK * rows.columns.len())?,
+            rows,
+        })
+    }
+
+    /// Tells kernels where it is.
+    pub(crate) fn describe(&self, data: &mut LinearData<T>) {
+        data.has_elements = 1;
+        [data.membrane_tangents, data.bending_tangents] =
+            self.tangents.each_ref().map(Buffer::address);
+        data.element_sums = self.sums.address();
+        [data.element_slices, data.element_columns] = self.pattern.each_ref().map(Buffer::address);
+        data.element_blocks = self.blocks.address();
+    }
+
+    /// Threads that assemble it: for each row, whole slices of them, one more than the longest has blocks.
+    pub(crate) fn assemble_items(&self, particles: usize) -> usize {
+        particles.next_multiple_of(SlicedRows::SLICE) * (self.rows.longest as usize + 1)
+    }
+
+    /// The numbers of all blocks.
+    pub(crate) fn read(&self, queue: &Queue) -> Result<Vec<T>> {
+        let mut numbers = Vec::new();
+        self.blocks.read(queue, &mut numbers)?;
+        Ok(numbers)
+    }
+
+    /// The blocks of a row among `numbers`.
+    pub(crate) fn row(&self, numbers: &[T], i: usize, mut visit: impl FnMut(MatrixBlock)) {
+        for (entry, column) in self.rows.row(i) {
+            let at = |k: usize| {
+                numbers[(BLOCK * entry + k) * SlicedRows::SLICE + i % SlicedRows::SLICE].to_f64()
+            };
+            let entries = [0, 3, 6].map(|row| [at(row), at(row + 1), at(row + 2)]);
+            visit(MatrixBlock { row: i as u32, column, entries });
+        }
+    }
+}

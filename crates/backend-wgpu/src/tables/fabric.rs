@@ -1,0 +1,78 @@
+//! Triangles of fabric, in the form of `shared/fabric.wgsl` and `shared/fabric_gather.wgsl`.
+
+use cloth_core::{
+    FabricTriangle, Incidence, InteractionKind, InteractionList, Model,
+    fabric::{FOLDS, bending::PATCH},
+};
+
+/// Entries of `fabric_elements` for a triangle: its patch, three more, and one for each fold.
+const ELEMENT_WORDS: usize = PATCH / 4 + 3 + FOLDS;
+
+/// Contents of the buffers of fabric; empty without any.
+#[derive(Debug, Default)]
+pub(crate) struct FabricTables {
+    /// `fabric_elements`.
+    pub(crate) elements: Vec<[[u32; 4]; ELEMENT_WORDS]>,
+    /// `fabric_laws`.
+    pub(crate) laws: Vec<[[f32; 4]; 3]>,
+    /// `fabric_rows`.
+    pub(crate) rows: Vec<u32>,
+}
+
+impl FabricTables {
+    pub(super) fn new(model: &Model) -> Self {
+        let elements = model.elements();
+        if elements.is_empty() {
+            return Self::default();
+        }
+        let triangles = elements.triangles().iter().zip(elements.patches());
+        let element = |(triangle, particles): (&FabricTriangle, &[u32; PATCH])| {
+            let rest = triangle.rest.rounded::<f32>();
+            let damping = elements.fabrics()[triangle.fabric as usize].damping[1] as f32;
+            let stiffness = triangle.bending.rounded::<f32>();
+            let [k11, k22, k12] = stiffness.map;
+            let mut words = [[0; 4]; ELEMENT_WORDS];
+            words.as_flattened_mut()[..PATCH].copy_from_slice(particles);
+            words[3] = [triangle.fabric, rest.area.to_bits(), damping.to_bits(), 0];
+            let [[p, q], [r, s]] = rest.inverse;
+            words[4] = [p, q, r, s].map(f32::to_bits);
+            words[5] = stiffness.plate.map(f32::to_bits);
+            for (fold, words) in words[6..].iter_mut().enumerate() {
+                let angle = triangle.angles[fold] as f32;
+                *words = [angle, k11[fold], k22[fold], k12[fold]].map(f32::to_bits);
+            }
+            words
+        };
+        let law = |fabric: &cloth_core::fabric::Fabric| {
+            let curve = |curve: cloth_core::fabric::TensileCurve, more: f64| {
+                [curve.linear, curve.cubic, curve.end, more].map(|number| number as f32)
+            };
+            let damping = [fabric.damping[0] as f32, 0.0, 0.0, 0.0];
+            [curve(fabric.warp, fabric.coupling), curve(fabric.weft, fabric.shear), damping]
+        };
+        Self {
+            elements: triangles.map(element).collect(),
+            laws: elements.fabrics().iter().map(law).collect(),
+            rows: rows(model),
+        }
+    }
+}
+
+/// Where the rows of every particle start among those of triangles, and of patches; then the rows themselves.
+fn rows(model: &Model) -> Vec<u32> {
+    let count = model.particle_count();
+    let interactions = model.interactions();
+    let incidence = |kind| {
+        let list: Option<&InteractionList<'_>> = interactions.list(kind);
+        list.map_or_else(Incidence::default, |list| Incidence::new(list, count))
+    };
+    let [triangles, patches] = [InteractionKind::Membrane, InteractionKind::Bending].map(incidence);
+    let start = 2 * (count as u32 + 1);
+    let middle = start + triangles.entries().len() as u32;
+    let corners = triangles.entries().len() as u32;
+    let mut rows: Vec<u32> = triangles.offsets().iter().map(|at| start + at).collect();
+    rows.extend(patches.offsets().iter().map(|at| middle + at));
+    rows.extend(triangles.entries());
+    rows.extend(patches.entries().iter().map(|place| corners + place));
+    rows
+}

@@ -1,0 +1,104 @@
+//! Two triangles, which may share particles.
+
+use crate::predicate::{Point, edge_meets_triangle, edges_meet, is_in_triangle, side};
+
+/// The corner of a triangle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Corner {
+    /// Number of the particle among those of all surfaces.
+    pub(crate) particle: u64,
+    pub(crate) point: Point,
+}
+
+/// An edge of one triangle that meets the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Crossing {
+    /// Whether the edge is of the second triangle.
+    pub(crate) is_second: bool,
+    /// Particles of the edge.
+    pub(crate) edge: [u64; 2],
+    /// A point of both, to rounding.
+    pub(crate) place: Point,
+}
+
+/// What two triangles have in common beyond the particles and edges that they share.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Common {
+    /// Edges of one that meet the other and share no particle with it.
+    pub(crate) crossings: Vec<Crossing>,
+    /// A place where they meet, to rounding.
+    pub(crate) place: Option<Point>,
+}
+
+/// Looks at two triangles. Those that share nothing intersect where an edge of one meets the other. Those that share one particle meet beyond
+/// it only if the edge opposite to it of one meets the other: from the shared particle a common ray leaves one of them first, there. Those
+/// that share an edge meet beyond it only if they are folded onto each other, in one plane.
+pub(crate) fn common(first: &[Corner; 3], second: &[Corner; 3]) -> Common {
+    let is_of =
+        |of: &[Corner; 3], corner: &Corner| of.iter().any(|c| c.particle == corner.particle);
+    let shared = first.iter().filter(|corner| is_of(second, corner)).count();
+    match shared {
+        0 | 1 => apart(first, second),
+        2 => {
+            let own = |of: &[Corner; 3], other: &[Corner; 3]| {
+                of.iter().find(|corner| !is_of(other, corner)).map(|corner| corner.point)
+            };
+            let edge: Vec<Point> =
+                first.iter().filter(|c| is_of(second, c)).map(|c| c.point).collect();
+            let place = match (edge.as_slice(), own(first, second), own(second, first)) {
+                (&[p, q], Some(a), Some(b)) => folded([p, q], a, b),
+                // A triangle with one particle twice has no area of its own.
+                _ => None,
+            };
+            Common { crossings: vec![], place }
+        }
+        // The same triangle twice.
+        _ => Common { crossings: vec![], place: Some(middle(&first.map(|corner| corner.point))) },
+    }
+}
+
+/// Triangles that share no edge.
+fn apart(first: &[Corner; 3], second: &[Corner; 3]) -> Common {
+    let mut crossings = vec![];
+    for (is_second, of, other) in [(false, first, second), (true, second, first)] {
+        let triangle = other.map(|corner| corner.point);
+        for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+            let edge = [of[i], of[j]];
+            let shares = other.iter().any(|c| edge.iter().any(|e| e.particle == c.particle));
+            let points = edge.map(|corner| corner.point);
+            if !shares && edge_meets_triangle(points, triangle) {
+                let edge = edge.map(|corner| corner.particle);
+                crossings.push(Crossing { is_second, edge, place: place(points, triangle) });
+            }
+        }
+    }
+    let place = crossings.first().map(|crossing| crossing.place);
+    Common { crossings, place }
+}
+
+/// Two triangles that share the edge p q and have the corners a and b: where they meet beyond it.
+fn folded([p, q]: [Point; 2], a: Point, b: Point) -> Option<Point> {
+    if side(p, q, a, b) != 0 {
+        return None;
+    }
+    let meets = is_in_triangle(a, [p, q, b])
+        || is_in_triangle(b, [p, q, a])
+        || edges_meet([p, a], [q, b])
+        || edges_meet([q, a], [p, b]);
+    meets.then(|| middle(&[p, q, a, b]))
+}
+
+/// About where an edge goes through a triangle.
+fn place([p, q]: [Point; 2], [a, b, c]: [Point; 3]) -> Point {
+    let minus = |a: Point, b: Point| -> Point { std::array::from_fn(|k| a[k] - b[k]) };
+    let (u, v) = (minus(b, a), minus(c, a));
+    let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    let height = |x: Point| -> f64 { minus(x, a).iter().zip(normal).map(|(d, n)| d * n).sum() };
+    let [of_p, of_q] = [height(p), height(q)];
+    let share = if of_p == of_q { 0.5 } else { (of_p / (of_p - of_q)).clamp(0.0, 1.0) };
+    std::array::from_fn(|k| p[k] + share * (q[k] - p[k]))
+}
+
+fn middle(points: &[Point]) -> Point {
+    std::array::from_fn(|k| points.iter().map(|p| p[k]).sum::<f64>() / points.len() as f64)
+}

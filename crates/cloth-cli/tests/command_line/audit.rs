@@ -1,0 +1,69 @@
+//! `cloth audit`, `cloth run --audit`, and what `cloth check` says of intersections.
+
+use crate::place::{MESH, Place, SQUARE, TINY};
+
+/// A square, and a triangle that goes through it.
+const PIERCED: &str = "v 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nv .6 .2 .5\nv .7 .2 1.5\nv .6 .3 1.5\nf 1 2 3\nf 1 3 4\nf 5 6 7\n";
+
+#[test]
+fn a_mesh_is_audited() {
+    let place = Place::with("square.obj", SQUARE);
+    let text = place.succeeds(&["audit", "square.obj"]);
+    assert!(text.contains("frame 0: 0 pairs of triangles within cloths"), "{text}");
+    place.write("pierced.obj", PIERCED);
+    let message = place.fails(5, &["audit", "pierced.obj"]);
+    assert!(
+        message.contains("`pierced.obj`: triangles intersect in 1 of 1 frame, at most 1 pair")
+            && message.contains("triangles 0 and 2 near [0.6"),
+        "{message}"
+    );
+    // Vertices in one place are one: a square whose triangles share no vertex.
+    let split = "v 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 0 1\nv 1 1 1\nv 0 1 1\nf 1 2 3\nf 4 5 6\n";
+    place.write("split.obj", split);
+    place.succeeds(&["audit", "split.obj"]);
+    let message = place.fails(3, &["audit", "."]);
+    assert!(!message.is_empty());
+    place.write("notes.txt", "mine");
+    let message = place.fails(2, &["audit", "notes.txt"]);
+    assert!(message.contains("give the folder of a run or a mesh"), "{message}");
+    place.fails(3, &["audit", "missing.obj"]);
+}
+
+#[test]
+fn frames_of_a_run_are_audited() {
+    let place = Place::with("tiny.toml", TINY);
+    let arguments = ["run", "tiny.toml", "--audit", "--format", "none", "--out", "o"];
+    let text = place.succeeds(&arguments);
+    assert!(text.contains("audit: no triangles intersect in 3 frames"), "{text}");
+    let report = String::from_utf8(place.read("o/report.jsonl")).unwrap();
+    assert_eq!(report.matches("\"intersections_within\":0,").count(), 3, "{report}");
+    let text = place.succeeds(&["audit", "o"]);
+    assert_eq!(text.lines().count(), 4, "{text}");
+    let json = place.succeeds(&["audit", "o", "--json", "--frame-stride", "2"]);
+    let frames: Vec<serde_json::Value> =
+        json.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let numbers: Vec<_> = frames.iter().map(|line| line["frame"].as_u64().unwrap()).collect();
+    assert_eq!(numbers, [0, 2, 3], "the last one is always there");
+    assert_eq!(frames[1]["intersections_between"], 0);
+    place.succeeds(&["run", "tiny.toml", "--format", "none", "--out", "p"]);
+    let report = String::from_utf8(place.read("p/report.jsonl")).unwrap();
+    assert!(!report.contains("intersections"), "nobody asked for it: {report}");
+}
+
+/// The negative control: cloth that intersects is seen, by all three.
+#[test]
+fn input_that_intersects_is_reported() {
+    let place = Place::with("mesh.obj", PIERCED);
+    place.write("meshed.toml", MESH);
+    let text = place.succeeds(&["check", "meshed.toml"]);
+    assert!(text.contains("intersecting 1 pair of triangles within cloths"), "{text}");
+    assert!(
+        text.contains("warning: cloth intersects at the start, first triangle 0 of `shirt` and 2"),
+        "{text}"
+    );
+    let arguments = ["run", "meshed.toml", "--audit", "--format", "none", "--out", "o"];
+    let text = place.succeeds(&arguments);
+    assert!(text.contains("warning: triangles intersect in 2 of 2 frames"), "{text}");
+    let message = place.fails(5, &["audit", "o"]);
+    assert!(message.contains("first in frame 0: triangle 0 of `shirt`"), "{message}");
+}

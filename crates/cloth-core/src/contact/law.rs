@@ -1,0 +1,219 @@
+//! `contact_forces` and `contact_linearise` (NUMERICS §15): what a contact does.
+
+use crate::{Integrator, NewtonStart, Real, model::SelfContact};
+
+use super::{ContactStencil, along_plane, dot, plus};
+
+/// Stiffness of a contact, relative to its mass over the square of the time step, where its force is computed at the start of a
+/// substep. The force is sixteen times as stiff at most: all contacts together take half of what is stable.
+const EXPLICIT_STIFFNESS: f64 = 1.0 / 32.0;
+
+/// Damping of a contact, relative to its mass over the time step, along the normal and along the plane: another half.
+const EXPLICIT_DAMPING: f64 = 0.25;
+
+/// The same stiffness where it is part of the matrix.
+const IMPLICIT_STIFFNESS: f64 = 30.0;
+
+/// Largest stiffness in a matrix \[N/m\]: with more, iterations of the linear solver multiply.
+const STIFFNESS_MAX: f64 = 200.0;
+
+/// What contact of triangles may add to the eigenvalues of h^2 K + 2 h C by M where its force is computed at the start of a substep
+/// (NUMERICS §15).
+pub(crate) const EXPLICIT_EIGENVALUE: f64 = 16.0 * EXPLICIT_STIFFNESS + 2.0 * EXPLICIT_DAMPING;
+
+/// The law of contact in a substep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactLaw<T> {
+    is_implicit: bool,
+    length: T,
+    friction: T,
+}
+
+/// What a contact does to its first point, and minus that to its second.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactAction<T> {
+    /// Force along the normal \[N\].
+    pub normal_force: T,
+    /// Force of friction \[N\].
+    pub friction: [T; 3],
+    /// Both together \[N\].
+    pub force: [T; 3],
+    /// Stiffness along the plane \[N/m\].
+    pub tangential_stiffness: T,
+    /// h^2 times the derivative of minus the force by the relative place: xx, yy, zz, xy, xz, yz \[kg\]; zero where force is
+    /// computed at the start of a substep.
+    pub rows: [T; 6],
+    /// Whether both points stick to each other.
+    pub sticks: bool,
+}
+
+impl<T: Real> ContactLaw<T> {
+    /// The law for a substep of `length` \[s\] with Coulomb friction of this coefficient.
+    #[must_use]
+    pub fn new(contact: &SelfContact, integrator: &Integrator, length: f64) -> Self {
+        Self {
+            is_implicit: matches!(integrator, Integrator::Implicit(_)),
+            length: T::from_f64(length),
+            friction: T::from_f64(contact.friction()),
+        }
+    }
+
+    /// The force of a contact whose mass is `mass` \[kg\], that of 1 / sum w^2 / m, shared by `crowd` contacts of one particle.
+    ///
+    /// `velocity` \[m/s\] is that of the first point past the second, `slip` \[m\] the displacement along the plane from where both
+    /// stick. `start` says whether they are those at the start of a substep or of an iterate at its end.
+    #[inline(always)]
+    #[must_use]
+    pub fn action(
+        &self,
+        stencil: &ContactStencil<T>,
+        (mass, crowd): (T, u32),
+        (velocity, slip): ([T; 3], [T; 3]),
+        start: NewtonStart,
+    ) -> ContactAction<T> {
+        let h = self.length;
+        let crowd = T::from_f64(f64::from(crowd));
+        let inertia = mass / h;
+        let stiffness = if self.is_implicit {
+            let stiffness = T::from_f64(IMPLICIT_STIFFNESS) * (inertia / h);
+            stiffness.minimum(T::from_f64(STIFFNESS_MAX))
+        } else {
+            T::from_f64(EXPLICIT_STIFFNESS) * (inertia / h) / crowd
+        };
+        let [push, slope] = normal_force(stiffness, stencil.reach, stencil.gap);
+        let parting = dot(stencil.normal, velocity);
+        let across = along_plane(velocity, stencil.normal);
+        if self.is_implicit {
+            self.implicit(stencil, (stiffness, push, slope), (parting, across, slip), start)
+        } else {
+            let damping = T::from_f64(EXPLICIT_DAMPING) * inertia / crowd;
+            let push = (push - damping * parting).maximum(T::ZERO);
+            let trial = plus(slip.map(|s| stiffness * s), damping, across);
+            let [_, share, sticks] = self.cone(push, trial);
+            let friction = trial.map(|t| -(share * t));
+            ContactAction {
+                normal_force: push,
+                friction,
+                force: plus(friction, push, stencil.normal),
+                tangential_stiffness: stiffness,
+                rows: [T::ZERO; 6],
+                sticks: sticks == T::ONE,
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn implicit(
+        &self,
+        stencil: &ContactStencil<T>,
+        (stiffness, push, slope): (T, T, T),
+        (parting, across, slip): (T, [T; 3], [T; 3]),
+        start: NewtonStart,
+    ) -> ContactAction<T> {
+        let h = self.length;
+        let (ahead, push_end) = match start {
+            NewtonStart::StepStart => (plus(slip, h, across), push - slope * (h * parting)),
+            NewtonStart::Iterate => (slip, push),
+        };
+        if push_end <= T::ZERO {
+            // It parts by itself: rows would hold it back.
+            return ContactAction {
+                normal_force: T::ZERO,
+                friction: [T::ZERO; 3],
+                force: [T::ZERO; 3],
+                tangential_stiffness: stiffness,
+                rows: [T::ZERO; 6],
+                sticks: false,
+            };
+        }
+        let limited = push_end.minimum(push + push);
+        let [limit, share, sticks] = self.cone(limited, ahead.map(|s| stiffness * s));
+        let [square, h_square] = [dot(ahead, ahead), h * h];
+        let sticks = sticks == T::ONE;
+        let normal = stencil.normal;
+        let (friction, across_stiffness, along) = if sticks {
+            (slip.map(|s| -(stiffness * s)), stiffness, T::ZERO)
+        } else {
+            let across_stiffness = if square > T::ZERO { limit / square.sqrt() } else { T::ZERO };
+            let inverse = if square > T::ZERO { T::ONE / square } else { T::ZERO };
+            (
+                ahead.map(|s| -(share * (stiffness * s))),
+                across_stiffness,
+                across_stiffness * inverse,
+            )
+        };
+        let (a, b, c) =
+            (h_square * (slope - across_stiffness), h_square * across_stiffness, h_square * along);
+        let entry = |i: usize, j: usize| a * (normal[i] * normal[j]) - c * (ahead[i] * ahead[j]);
+        ContactAction {
+            normal_force: push,
+            friction,
+            force: plus(friction, push, normal),
+            tangential_stiffness: stiffness,
+            rows: [
+                b + entry(0, 0),
+                b + entry(1, 1),
+                b + entry(2, 2),
+                entry(0, 1),
+                entry(0, 2),
+                entry(1, 2),
+            ],
+            sticks,
+        }
+    }
+
+    /// The limit of friction \[N\], the share of a trial force that it leaves, and 1 if that is all of it.
+    #[inline(always)]
+    fn cone(&self, push: T, trial: [T; 3]) -> [T; 3] {
+        let limit = self.friction * push;
+        let size = dot(trial, trial).sqrt();
+        if size <= limit { [limit, T::ONE, T::ONE] } else { [limit, limit / size, T::ZERO] }
+    }
+
+    /// What is left of a slip \[m\] once friction has given way: no more than the cone holds.
+    #[inline(always)]
+    #[must_use]
+    pub fn slip_left(&self, action: &ContactAction<T>, slip: [T; 3]) -> [T; 3] {
+        let trial = slip.map(|s| action.tangential_stiffness * s);
+        let [_, share, _] = self.cone(action.normal_force, trial);
+        slip.map(|s| share * s)
+    }
+}
+
+/// The force that pushes apart \[N\] and minus its derivative by the gap: k (r - d) down to d = tau = r / 2, k tau^2 / d down to tau / 4,
+/// and a line below that.
+#[inline(always)]
+fn normal_force<T: Real>(stiffness: T, reach: T, gap: T) -> [T; 2] {
+    let tau = T::from_f64(0.5) * reach;
+    let low = T::from_f64(0.25) * tau;
+    if gap >= tau {
+        return [stiffness * (reach - gap).maximum(T::ZERO), stiffness];
+    }
+    if gap >= low {
+        let force = stiffness * tau * tau / gap;
+        return [force, force / gap];
+    }
+    let slope = T::from_f64(16.0) * stiffness;
+    [T::from_f64(4.0) * stiffness * tau + slope * (low - gap), slope]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_force_has_no_step_and_no_kink() {
+        let (k, r) = (3.0, 2e-3);
+        for gap in [r, 0.5 * r, 0.125 * r] {
+            let [above, slope_above] = normal_force(k, r, gap * (1.0 + 1e-9));
+            let [below, slope_below] = normal_force(k, r, gap * (1.0 - 1e-9));
+            assert!((above - below).abs() < 1e-8 * k * r, "{gap}");
+            assert!((slope_above - slope_below).abs() < 1e-6 * k, "{gap}");
+        }
+        for gap in [1.7e-3, 0.7e-3, 0.3e-3, 1e-4] {
+            let difference = normal_force(k, r, gap - 1e-9)[0] - normal_force(k, r, gap + 1e-9)[0];
+            let slope = normal_force::<f64>(k, r, gap)[1];
+            assert!((difference / 2e-9 - slope).abs() < 1e-4 * slope, "{gap}");
+        }
+    }
+}

@@ -1,0 +1,286 @@
+//! The contacts of a substep, with what they remember of the last one.
+
+use crate::{NewtonStart, Real};
+
+use super::{
+    Contact, ContactAction, ContactKey, ContactLaw, ContactSlip, ContactStencil, Contacts, sub,
+};
+
+/// All contacts of a substep, ascending by key, and friction's memory from one substep to the next.
+#[derive(Clone, Debug)]
+pub struct ContactSet<T> {
+    law: Option<ContactLaw<T>>,
+    stencils: Vec<ContactStencil<T>>,
+    /// How far each had slipped when the substep started \[m\].
+    slips_start: Vec<[T; 3]>,
+    /// How far it has slipped, and what it does.
+    states: Vec<ContactState<T>>,
+    /// Contacts of each particle that takes part, with its place there: 4 c + a.
+    offsets: Vec<u32>,
+    places: Vec<u32>,
+    memory: Memory<T>,
+    kept: Memory<T>,
+}
+
+/// What friction remembers: slips by key, ascending.
+type Memory<T> = Vec<(ContactKey, [T; 3])>;
+
+/// What a contact does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactState<T> {
+    /// How far it has slipped \[m\].
+    pub slip: [T; 3],
+    /// Its forces.
+    pub action: ContactAction<T>,
+}
+
+/// What the state of a contact follows from, besides its geometry.
+pub struct ContactMotion<X, V, S, M> {
+    /// Present positions \[m\].
+    pub position: X,
+    /// Present velocities \[m/s\].
+    pub velocity: V,
+    /// Positions at the start of the substep \[m\].
+    pub start: S,
+    /// Inverse masses \[1/kg\], 0 while held.
+    pub inverse_mass: M,
+}
+
+impl<T: Real> ContactSet<T> {
+    /// No contacts, of so many particles.
+    #[must_use]
+    pub fn new(count: usize) -> Self {
+        Self {
+            law: None,
+            stencils: Vec::new(),
+            slips_start: Vec::new(),
+            states: Vec::new(),
+            offsets: vec![0; count + 1],
+            places: Vec::new(),
+            memory: Vec::new(),
+            kept: Vec::new(),
+        }
+    }
+
+    /// Takes in all contacts, in any order, which act by this law.
+    pub fn stencils_set(&mut self, law: ContactLaw<T>, mut stencils: Vec<ContactStencil<T>>) {
+        stencils.sort_unstable_by_key(|stencil| stencil.key);
+        self.law = Some(law);
+        self.states.clear();
+        self.slips_start.clear();
+        let mut memory = self.memory.iter().peekable();
+        for stencil in &stencils {
+            while memory.next_if(|(key, _)| *key < stencil.key).is_some() {}
+            let slip = match memory.peek() {
+                Some((key, slip)) if *key == stencil.key => *slip,
+                _ => [T::ZERO; 3],
+            };
+            self.slips_start.push(slip);
+        }
+        self.stencils = stencils;
+        self.places_link();
+    }
+
+    fn places_link(&mut self) {
+        let Self { stencils, offsets, places, .. } = self;
+        offsets.fill(0);
+        let parts = |stencil: &ContactStencil<T>| {
+            let parts = stencil.particles.into_iter().zip(stencil.weights).enumerate();
+            parts.filter(|(_, (_, weight))| *weight != T::ZERO).map(|(a, (i, _))| (a, i as usize))
+        };
+        for stencil in &*stencils {
+            parts(stencil).for_each(|(_, i)| offsets[i + 1] += 1);
+        }
+        for i in 1..offsets.len() {
+            offsets[i] += offsets[i - 1];
+        }
+        places.clear();
+        places.resize(offsets.last().map_or(0, |&end| end as usize), 0);
+        // Filled from the end, so that offsets are again where rows start.
+        for (c, stencil) in stencils.iter().enumerate().rev() {
+            for (a, i) in parts(stencil) {
+                offsets[i + 1] -= 1;
+                places[offsets[i + 1] as usize] = 4 * c as u32 + a as u32;
+            }
+        }
+        offsets.rotate_left(1);
+        if let Some(last) = offsets.last_mut() {
+            *last = places.len() as u32;
+        }
+    }
+
+    /// The contacts.
+    #[must_use]
+    pub fn stencils(&self) -> &[ContactStencil<T>] {
+        &self.stencils
+    }
+
+    /// What a contact does in this motion.
+    #[inline(always)]
+    pub fn state<X, V, S, M>(
+        &self,
+        contact: usize,
+        motion: &ContactMotion<X, V, S, M>,
+        start: NewtonStart,
+    ) -> Option<ContactState<T>>
+    where
+        X: Fn(u32) -> [T; 3],
+        V: Fn(u32) -> [T; 3],
+        S: Fn(u32) -> [T; 3],
+        M: Fn(u32) -> T,
+    {
+        let (law, stencil) = (self.law.as_ref()?, &self.stencils[contact]);
+        let (mut inverse, mut crowd) = (T::ZERO, 1);
+        for (particle, weight) in stencil.particles.into_iter().zip(stencil.weights) {
+            if weight != T::ZERO {
+                inverse += weight * weight * (motion.inverse_mass)(particle);
+                crowd = crowd.max(self.places_of(particle as usize).len() as u32);
+            }
+        }
+        let mass = if inverse > T::ZERO { T::ONE / inverse } else { T::ZERO };
+        let velocity = stencil.relative(&motion.velocity);
+        let way = |i: u32| sub((motion.position)(i), (motion.start)(i));
+        let moved = stencil.relative(way);
+        let before = self.slips_start[contact];
+        let slip: [T; 3] = std::array::from_fn(|k| before[k] + moved[k]);
+        let slip = stencil.tangential(slip);
+        let action = law.action(stencil, (mass, crowd), (velocity, slip), start);
+        Some(ContactState { slip, action })
+    }
+
+    /// Takes in what all contacts do, in their order.
+    pub fn states_set(&mut self, states: Vec<ContactState<T>>) {
+        self.states = states;
+    }
+
+    /// What all contacts do.
+    #[must_use]
+    pub fn states(&self) -> &[ContactState<T>] {
+        &self.states
+    }
+
+    #[inline(always)]
+    fn places_of(&self, particle: usize) -> &[u32] {
+        &self.places[self.offsets[particle] as usize..self.offsets[particle + 1] as usize]
+    }
+
+    /// The contacts of a particle, ascending, with its weight in each.
+    #[inline(always)]
+    pub fn of(&self, particle: usize) -> impl Iterator<Item = (usize, T)> + '_ {
+        self.places_of(particle).iter().map(|&place| {
+            let contact = place as usize / 4;
+            (contact, self.stencils[contact].weights[place as usize % 4])
+        })
+    }
+
+    /// Whether a particle has contacts.
+    #[inline(always)]
+    #[must_use]
+    pub fn touches(&self, particle: usize) -> bool {
+        self.offsets[particle] != self.offsets[particle + 1]
+    }
+
+    /// The force of all contacts on a particle \[N\].
+    #[inline(always)]
+    #[must_use]
+    pub fn force_on(&self, particle: usize) -> [T; 3] {
+        let mut sum = [T::ZERO; 3];
+        if self.states.len() == self.stencils.len() {
+            for (contact, weight) in self.of(particle) {
+                let force = self.states[contact].action.force;
+                for axis in 0..3 {
+                    sum[axis] += weight * force[axis];
+                }
+            }
+        }
+        sum
+    }
+
+    /// Ends a substep: remembers how far contacts have slipped now that particles are at `position`, less where friction gave way.
+    pub fn settle(&mut self, position: impl Fn(u32) -> [T; 3], start: impl Fn(u32) -> [T; 3]) {
+        let Some(law) = &self.law else { return };
+        let mut memory = std::mem::take(&mut self.memory);
+        memory.clear();
+        let contacts = self.stencils.iter().zip(&self.slips_start).zip(&self.states);
+        memory.extend(contacts.map(|((stencil, before), state)| {
+            let moved = stencil.relative(|i| sub(position(i), start(i)));
+            let slip: [T; 3] = std::array::from_fn(|k| before[k] + moved[k]);
+            (stencil.key, law.slip_left(&state.action, stencil.tangential(slip)))
+        }));
+        memory.retain(|(_, slip)| *slip != [T::ZERO; 3]);
+        self.memory = memory;
+    }
+
+    /// Takes in how far contacts have slipped in a state from outside.
+    pub fn slips_write(&mut self, slips: &[ContactSlip]) {
+        self.memory.clear();
+        self.memory.extend(slips.iter().map(|slip| (slip.key, slip.slip.map(T::from_f64))));
+        self.memory.sort_unstable_by_key(|(key, _)| *key);
+    }
+
+    /// How far contacts have slipped, ascending by key; `out` is resized.
+    pub fn slips_read(&self, out: &mut Vec<ContactSlip>) {
+        out.clear();
+        let all = self.memory.iter();
+        out.extend(all.map(|&(key, slip)| ContactSlip { key, slip: slip.map(T::to_f64) }));
+    }
+
+    /// Keeps what friction remembers, for a substep that may be taken back.
+    pub fn keep(&mut self) {
+        self.kept.clone_from(&self.memory);
+    }
+
+    /// Takes it back.
+    pub fn restore(&mut self) {
+        self.memory.clone_from(&self.kept);
+    }
+
+    /// The contacts as whoever looks at a simulation sees them.
+    pub fn read(&self, out: &mut Contacts) {
+        out.contacts.clear();
+        let of = |(stencil, state): (&ContactStencil<T>, &ContactState<T>)| Contact {
+            key: stencil.key,
+            particles: stencil.particles,
+            weights: stencil.weights.map(T::to_f64),
+            gap: stencil.gap.to_f64(),
+            reach: stencil.reach.to_f64(),
+            normal: stencil.normal.map(T::to_f64),
+            force: state.action.normal_force.to_f64(),
+            friction: state.action.friction.map(T::to_f64),
+            slip: state.slip.map(T::to_f64),
+            sticks: state.action.sticks,
+        };
+        out.contacts.extend(self.stencils.iter().zip(&self.states).map(of));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::ContactKind;
+
+    #[test]
+    fn a_particle_finds_its_contacts_in_order() {
+        let stencil = |first: u32, particles: [u32; 4]| ContactStencil {
+            key: ContactKey { kind: ContactKind::VertexFace, first, second: 0 },
+            particles,
+            weights: [1.0, -0.5, -0.5, 0.0],
+            normal: [0.0, 0.0, 1.0],
+            gap: 1e-3,
+            reach: 2e-3,
+        };
+        let contact = crate::SelfContact {
+            distance: 2e-3,
+            response: crate::ContactResponse::Triangles { friction: 0.0 },
+        };
+        let law = ContactLaw::new(&contact, &crate::Integrator::Explicit, 1e-3);
+        let mut set = ContactSet::<f64>::new(6);
+        set.stencils_set(law, vec![stencil(4, [4, 0, 1, 2]), stencil(3, [3, 1, 0, 2])]);
+        let found: Vec<_> = (0..6).map(|i| set.of(i).collect::<Vec<_>>()).collect();
+        assert_eq!(found[0], [(0, -0.5), (1, -0.5)]);
+        assert_eq!(found[1], [(0, -0.5), (1, -0.5)]);
+        assert_eq!((found[2].len(), found[5].len()), (0, 0));
+        assert_eq!((&found[3][..], &found[4][..]), (&[(0, 1.0)][..], &[(1, 1.0)][..]));
+        assert!(set.touches(3) && !set.touches(2));
+    }
+}

@@ -1,0 +1,263 @@
+//! `contact_geometry` (NUMERICS §15): where two features touch.
+
+use crate::Real;
+
+use super::{Candidate, ContactSurface, along_plane, dot, plus, sub};
+
+/// What touches what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ContactKind {
+    /// A vertex and the inside of a triangle.
+    VertexFace,
+    /// A vertex and the inside of an edge.
+    VertexEdge,
+    /// Two vertices.
+    VertexVertex,
+    /// The insides of two edges.
+    EdgeEdge,
+}
+
+impl ContactKind {
+    /// All of them; files have the place here.
+    pub const ALL: [Self; 4] =
+        [Self::VertexFace, Self::VertexEdge, Self::VertexVertex, Self::EdgeEdge];
+}
+
+/// Names a contact from one step to the next: its kind, and two numbers. A vertex has the number of its particle; triangles and
+/// edges have theirs in a [`ContactSurface`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ContactKey {
+    /// The kind of both features.
+    pub kind: ContactKind,
+    /// The first one.
+    pub first: u32,
+    /// The second one.
+    pub second: u32,
+}
+
+/// Two points of features that are close.
+///
+/// Sum w_a x_a is the vector from the second point to the first; it has the length `gap` and the direction `normal`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactStencil<T> {
+    /// Its name.
+    pub key: ContactKey,
+    /// The particles; where fewer than four take part, others have weight 0.
+    pub particles: [u32; 4],
+    /// Weights, positive those of the first feature, 1 together; those of the second are -1 together.
+    pub weights: [T; 4],
+    /// Unit vector to the first feature.
+    pub normal: [T; 3],
+    /// Distance \[m\].
+    pub gap: T,
+    /// Distance at which the force begins \[m\].
+    pub reach: T,
+}
+
+impl<T: Real> ContactStencil<T> {
+    /// Sum w_a v_a of some vectors of the particles.
+    #[inline(always)]
+    pub fn relative(&self, mut at: impl FnMut(u32) -> [T; 3]) -> [T; 3] {
+        let [a, b, c, d] = self.particles.map(&mut at);
+        let [wa, wb, wc, wd] = self.weights;
+        std::array::from_fn(|k| ((wa * a[k] + wb * b[k]) + wc * c[k]) + wd * d[k])
+    }
+
+    /// The part of such a sum along the plane of contact.
+    #[inline(always)]
+    pub fn tangential(&self, vector: [T; 3]) -> [T; 3] {
+        along_plane(vector, self.normal)
+    }
+}
+
+/// Distances below this share of a length are no distance \[m\].
+const NORMAL_MIN: f64 = 1e-12;
+
+/// Share of the distance at the start at which contact of a cloth with itself begins, if that is less than its reach: what lies
+/// next to each other in a cloth does not push itself apart.
+const REST_SHARE: f64 = 0.9;
+
+/// Closest place of a triangle to a vertex.
+enum Region {
+    Face,
+    Edge(usize),
+    Vertex(usize),
+}
+
+impl ContactSurface {
+    /// The contact of a candidate, if its features are closer than their reach, and closest to each other there: each pair of a
+    /// vertex with a face, an edge or a vertex, and each pair of edges, is found from one candidate alone, and only if it is in the
+    /// region in which no other place of the surface around it is closer (Chen and others 2025).
+    #[inline(always)]
+    pub fn contact<T: Real>(
+        &self,
+        candidate: Candidate,
+        at: impl Fn(u32) -> [T; 3],
+    ) -> Option<ContactStencil<T>> {
+        let particles = self.particles(candidate);
+        let x = particles.map(&at);
+        let reach = T::from_f64(self.reach());
+        let (weights, place) = match candidate {
+            Candidate::VertexTriangle(_) => vertex_triangle(&x),
+            Candidate::EdgeEdge(_) => (edge_edge(&x)?, Region::Face),
+        };
+        let r = [1, 2, 3].map(|i| sub(x[i], x[0]));
+        // Weights add up to 0: positions count from the first particle.
+        let difference: [T; 3] = std::array::from_fn(|k| {
+            (weights[1] * r[0][k] + weights[2] * r[1][k]) + weights[3] * r[2][k]
+        });
+        let gap = dot(difference, difference).sqrt();
+        if !(gap < reach && gap > T::from_f64(NORMAL_MIN)) {
+            return None;
+        }
+        let key = match (candidate, place) {
+            (Candidate::EdgeEdge([first, second]), _) => {
+                ContactKey { kind: ContactKind::EdgeEdge, first, second }
+            }
+            (Candidate::VertexTriangle([first, second]), Region::Face) => {
+                ContactKey { kind: ContactKind::VertexFace, first, second }
+            }
+            (Candidate::VertexTriangle([vertex, triangle]), Region::Edge(k)) => {
+                let edge = self.triangle_edge(triangle, k);
+                let foot: [T; 3] = std::array::from_fn(|k| x[0][k] - difference[k]);
+                let is_closer =
+                    |&o: &u32| o != vertex && dot(difference, sub(at(o), foot)) > T::ZERO;
+                if !self.owns(triangle, k, true) || self.opposites(edge).iter().any(is_closer) {
+                    return None;
+                }
+                ContactKey { kind: ContactKind::VertexEdge, first: vertex, second: edge }
+            }
+            (Candidate::VertexTriangle([vertex, triangle]), Region::Vertex(k)) => {
+                let other = particles[1 + k];
+                let leads = |from: u32, along: [T; 3]| {
+                    let origin = at(from);
+                    let mut row = self.neighbours(from).iter();
+                    row.any(|&n| dot(along, sub(at(n), origin)) > T::ZERO)
+                };
+                if !self.owns(triangle, k, false)
+                    || vertex > other
+                    || self.neighbours(vertex).contains(&other)
+                    || leads(other, difference)
+                    || leads(vertex, difference.map(|c| -c))
+                {
+                    return None;
+                }
+                ContactKey { kind: ContactKind::VertexVertex, first: vertex, second: other }
+            }
+        };
+        let reach = self.reach_of(candidate, particles, reach);
+        let inverse = T::ONE / gap;
+        (gap < reach).then(|| ContactStencil {
+            key,
+            particles,
+            weights,
+            normal: difference.map(|component| component * inverse),
+            gap,
+            reach,
+        })
+    }
+
+    /// The distance at which the force of two features begins: the reach, or less within a cloth where they are close at the start.
+    #[inline(always)]
+    fn reach_of<T: Real>(&self, candidate: Candidate, particles: [u32; 4], reach: T) -> T {
+        if !self.is_one_cloth(particles[0], particles[3]) {
+            return reach;
+        }
+        let x = particles.map(|particle| self.start(particle));
+        let weights = match candidate {
+            Candidate::VertexTriangle(_) => vertex_triangle(&x).0,
+            Candidate::EdgeEdge(_) => segments(&x),
+        };
+        let difference: [f64; 3] =
+            std::array::from_fn(|k| (0..4).map(|a| weights[a] * x[a][k]).sum());
+        T::from_f64(REST_SHARE * dot(difference, difference).sqrt()).minimum(reach)
+    }
+}
+
+/// Weights of the vertex and of the closest point of the triangle, and where that lies (Ericson 2005, 5.1.5).
+#[inline(always)]
+fn vertex_triangle<T: Real>(&[p, a, b, c]: &[[T; 3]; 4]) -> ([T; 4], Region) {
+    let (ab, ac) = (sub(b, a), sub(c, a));
+    let corner = |k: usize| {
+        let mut weights = [T::ONE, T::ZERO, T::ZERO, T::ZERO];
+        weights[1 + k] = -T::ONE;
+        (weights, Region::Vertex(k))
+    };
+    let ap = sub(p, a);
+    let (d1, d2) = (dot(ab, ap), dot(ac, ap));
+    if d1 <= T::ZERO && d2 <= T::ZERO {
+        return corner(0);
+    }
+    let bp = sub(p, b);
+    let (d3, d4) = (dot(ab, bp), dot(ac, bp));
+    if d3 >= T::ZERO && d4 <= d3 {
+        return corner(1);
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= T::ZERO && d1 >= T::ZERO && d3 <= T::ZERO {
+        let v = d1 / (d1 - d3);
+        return ([T::ONE, v - T::ONE, -v, T::ZERO], Region::Edge(0));
+    }
+    let cp = sub(p, c);
+    let (d5, d6) = (dot(ab, cp), dot(ac, cp));
+    if d6 >= T::ZERO && d5 <= d6 {
+        return corner(2);
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= T::ZERO && d2 >= T::ZERO && d6 <= T::ZERO {
+        let w = d2 / (d2 - d6);
+        return ([T::ONE, w - T::ONE, T::ZERO, -w], Region::Edge(2));
+    }
+    let va = d3 * d6 - d5 * d4;
+    let (along_b, along_c) = (d4 - d3, d5 - d6);
+    if va <= T::ZERO && along_b >= T::ZERO && along_c >= T::ZERO {
+        let w = along_b / (along_b + along_c);
+        return ([T::ONE, T::ZERO, w - T::ONE, -w], Region::Edge(1));
+    }
+    let sum = va + vb + vc;
+    let (v, w) = (vb / sum, vc / sum);
+    ([T::ONE, (v + w) - T::ONE, -v, -w], Region::Face)
+}
+
+/// Weights of the closest points of two edges, if both lie inside.
+#[inline(always)]
+fn edge_edge<T: Real>(&[a, b, c, d]: &[[T; 3]; 4]) -> Option<[T; 4]> {
+    let (u, v, r) = (sub(b, a), sub(d, c), sub(a, c));
+    let (uu, vv, uv) = (dot(u, u), dot(v, v), dot(u, v));
+    let (ur, vr) = (dot(u, r), dot(v, r));
+    let square = uu * vv - uv * uv;
+    // Edges that are parallel meet all along: their ends touch them.
+    if square <= T::from_f64(1e-4) * (uu * vv) {
+        return None;
+    }
+    let s = (uv * vr - vv * ur) / square;
+    let t = (uu * vr - uv * ur) / square;
+    let is_inside = s > T::ZERO && s < T::ONE && t > T::ZERO && t < T::ONE;
+    is_inside.then(|| [T::ONE - s, s, t - T::ONE, -t])
+}
+
+/// Weights of the closest points of two segments.
+fn segments(x: &[[f64; 3]; 4]) -> [f64; 4] {
+    if let Some(weights) = edge_edge(x) {
+        return weights;
+    }
+    let [a, b, c, d] = *x;
+    let share = |p: [f64; 3], from: [f64; 3], to: [f64; 3]| {
+        let edge = sub(to, from);
+        (dot(sub(p, from), edge) / dot(edge, edge).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
+    };
+    let [at_a, at_b] = [share(a, c, d), share(b, c, d)];
+    let [at_c, at_d] = [share(c, a, b), share(d, a, b)];
+    let candidates = [
+        [1.0, 0.0, at_a - 1.0, -at_a],
+        [0.0, 1.0, at_b - 1.0, -at_b],
+        [1.0 - at_c, at_c, -1.0, 0.0],
+        [1.0 - at_d, at_d, 0.0, -1.0],
+    ];
+    let square = |w: &[f64; 4]| {
+        let sum = (0..4).fold([0.0; 3], |sum, k| plus(sum, w[k], x[k]));
+        dot(sum, sum)
+    };
+    let closest = candidates.into_iter().min_by(|p, q| square(p).total_cmp(&square(q)));
+    closest.unwrap_or([1.0, 0.0, -1.0, 0.0])
+}

@@ -1,0 +1,242 @@
+//! The triangles, edges and vertices of all cloths, and the pairs of them that may meet.
+
+use crate::{Model, model::SelfContact};
+
+use super::Split;
+
+/// Two features that may meet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Candidate {
+    /// A vertex, by its particle, and a triangle.
+    VertexTriangle([u32; 2]),
+    /// Two edges, the smaller one first.
+    EdgeEdge([u32; 2]),
+}
+
+impl Candidate {
+    /// How its four particles are two features.
+    #[inline(always)]
+    #[must_use]
+    pub const fn split(self) -> Split {
+        match self {
+            Self::VertexTriangle(_) => Split::VertexTriangle,
+            Self::EdgeEdge(_) => Split::EdgeEdge,
+        }
+    }
+}
+
+/// Lists of particles, one behind the other.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct Rows {
+    offsets: Vec<u32>,
+    entries: Vec<u32>,
+}
+
+impl Rows {
+    /// Of pairs (row, entry), each once.
+    fn new(count: usize, mut pairs: Vec<[u32; 2]>) -> Self {
+        pairs.sort_unstable();
+        pairs.dedup();
+        let mut offsets = vec![0_u32; count + 1];
+        pairs.iter().for_each(|[row, _]| offsets[*row as usize + 1] += 1);
+        for row in 0..count {
+            offsets[row + 1] += offsets[row];
+        }
+        Self { offsets, entries: pairs.into_iter().map(|[_, entry]| entry).collect() }
+    }
+
+    #[inline(always)]
+    fn row(&self, row: u32) -> &[u32] {
+        let row = row as usize;
+        &self.entries[self.offsets[row] as usize..self.offsets[row + 1] as usize]
+    }
+}
+
+/// All triangles of a model as a surface that can touch itself.
+///
+/// Each vertex and each edge belongs to one of the triangles that have it, the first: whoever compares pairs of triangles by what
+/// belongs to them finds each pair of features once (Curtis, Tamstorf and Manocha 2008).
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactSurface {
+    triangles: Vec<[u32; 3]>,
+    /// The smaller particle first, ascending.
+    edges: Vec<[u32; 2]>,
+    /// Edge k of a triangle joins its corners k and k + 1.
+    triangle_edges: Vec<[u32; 3]>,
+    /// Bits 0 to 2: corners that belong to a triangle; 3 to 5: edges that do.
+    owned: Vec<u8>,
+    /// The corners across of each edge.
+    opposites: Rows,
+    /// The particles that edges join each particle with.
+    neighbours: Rows,
+    /// Where particles start \[m\].
+    start: Vec<[f64; 3]>,
+    /// The cloth of each particle.
+    cloths: Vec<u32>,
+    /// Distance at which forces begin \[m\].
+    reach: f64,
+}
+
+impl ContactSurface {
+    /// The surface of a model, and the reach of this contact.
+    #[must_use]
+    pub fn new(model: &Model, contact: &SelfContact) -> Self {
+        let triangles = model.triangles().to_vec();
+        let sides = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]].map(sorted);
+        let mut edges: Vec<_> = triangles.iter().flat_map(sides).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        // All of them are there.
+        let number = |side: [u32; 2]| edges.binary_search(&side).unwrap_or_default() as u32;
+        let triangle_edges: Vec<_> = triangles.iter().map(|t| sides(t).map(number)).collect();
+        let mut has_vertex = vec![false; model.particle_count()];
+        let mut has_edge = vec![false; edges.len()];
+        let owned = triangles.iter().zip(&triangle_edges).map(|(corners, sides)| {
+            let mut bits = 0;
+            for k in 0..3 {
+                let (corner, side) = (corners[k] as usize, sides[k] as usize);
+                bits |= u8::from(!std::mem::replace(&mut has_vertex[corner], true)) << k;
+                bits |= u8::from(!std::mem::replace(&mut has_edge[side], true)) << (3 + k);
+            }
+            bits
+        });
+        let owned = owned.collect();
+        let mut opposites = Vec::with_capacity(3 * triangles.len());
+        for (corners, sides) in triangles.iter().zip(&triangle_edges) {
+            opposites.extend((0..3).map(|k| [sides[k], corners[(k + 2) % 3]]));
+        }
+        let neighbours = edges.iter().flat_map(|&[a, b]| [[a, b], [b, a]]).collect();
+        let particles = model.cloths().iter().enumerate();
+        let cloths =
+            particles.flat_map(|(c, cloth)| cloth.particles.clone().map(move |_| c as u32));
+        Self {
+            opposites: Rows::new(edges.len(), opposites),
+            neighbours: Rows::new(model.particle_count(), neighbours),
+            start: model.positions().to_vec(),
+            cloths: cloths.collect(),
+            reach: contact.distance,
+            triangles,
+            edges,
+            triangle_edges,
+            owned,
+        }
+    }
+
+    /// Particles of the triangles.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Particles of the edges, the smaller one first, ascending.
+    #[must_use]
+    pub fn edges(&self) -> &[[u32; 2]] {
+        &self.edges
+    }
+
+    /// Distance below which cloths push each other apart \[m\].
+    #[must_use]
+    pub const fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    /// The four particles of a candidate, in the order of its [`Split`].
+    #[inline(always)]
+    #[must_use]
+    pub fn particles(&self, candidate: Candidate) -> [u32; 4] {
+        match candidate {
+            Candidate::VertexTriangle([vertex, triangle]) => {
+                let [a, b, c] = self.triangles[triangle as usize];
+                [vertex, a, b, c]
+            }
+            Candidate::EdgeEdge([first, second]) => {
+                let ([a, b], [c, d]) = (self.edges[first as usize], self.edges[second as usize]);
+                [a, b, c, d]
+            }
+        }
+    }
+
+    /// Visits the pairs of what belongs to two triangles, less those that share a particle.
+    #[inline(always)]
+    pub fn candidates_between(&self, a: u32, b: u32, mut visit: impl FnMut(Candidate, [u32; 4])) {
+        let [corners_a, corners_b] = [a, b].map(|t| self.triangles[t as usize]);
+        let [owned_a, owned_b] = [a, b].map(|t| self.owned[t as usize]);
+        for k in 0..3 {
+            if owned_a >> k & 1 == 1 && !corners_b.contains(&corners_a[k]) {
+                let [x, y, z] = corners_b;
+                let candidate = Candidate::VertexTriangle([corners_a[k], b]);
+                visit(candidate, [corners_a[k], x, y, z]);
+            }
+            if owned_b >> k & 1 == 1 && !corners_a.contains(&corners_b[k]) {
+                let [x, y, z] = corners_a;
+                let candidate = Candidate::VertexTriangle([corners_b[k], a]);
+                visit(candidate, [corners_b[k], x, y, z]);
+            }
+        }
+        if owned_a >> 3 == 0 || owned_b >> 3 == 0 {
+            return;
+        }
+        for k in (0..3).filter(|k| owned_a >> (3 + k) & 1 == 1) {
+            for l in (0..3).filter(|l| owned_b >> (3 + l) & 1 == 1) {
+                let [first, second] = sorted([
+                    self.triangle_edges[a as usize][k],
+                    self.triangle_edges[b as usize][l],
+                ]);
+                let [p, q] = [first, second].map(|edge| self.edges[edge as usize]);
+                if !p.contains(&q[0]) && !p.contains(&q[1]) {
+                    visit(Candidate::EdgeEdge([first, second]), [p[0], p[1], q[0], q[1]]);
+                }
+            }
+        }
+    }
+
+    /// Every pair of features that share no particle, ascending: for tests, and for whoever has time.
+    pub fn candidates(&self) -> impl Iterator<Item = Candidate> + '_ {
+        let (vertices, triangles) = (self.start.len() as u32, self.triangles.len() as u32);
+        let vertex_triangle = (0..vertices)
+            .filter(|&v| !self.neighbours.row(v).is_empty())
+            .flat_map(move |v| (0..triangles).map(move |t| [v, t]))
+            .filter(|&[v, t]| !self.triangles[t as usize].contains(&v))
+            .map(Candidate::VertexTriangle);
+        let edges = self.edges.len() as u32;
+        let edge_edge = (0..edges)
+            .flat_map(move |first| (first + 1..edges).map(move |second| [first, second]))
+            .filter(|pair| {
+                let [p, q] = pair.map(|edge| self.edges[edge as usize]);
+                !p.contains(&q[0]) && !p.contains(&q[1])
+            })
+            .map(Candidate::EdgeEdge);
+        vertex_triangle.chain(edge_edge)
+    }
+
+    /// Whether an edge, or a corner, belongs to a triangle: edge or corner `k` of it.
+    pub(super) fn owns(&self, triangle: u32, k: usize, is_edge: bool) -> bool {
+        self.owned[triangle as usize] >> (k + 3 * usize::from(is_edge)) & 1 == 1
+    }
+
+    /// Edge k of a triangle.
+    pub(super) fn triangle_edge(&self, triangle: u32, k: usize) -> u32 {
+        self.triangle_edges[triangle as usize][k]
+    }
+
+    pub(super) fn opposites(&self, edge: u32) -> &[u32] {
+        self.opposites.row(edge)
+    }
+
+    pub(super) fn neighbours(&self, particle: u32) -> &[u32] {
+        self.neighbours.row(particle)
+    }
+
+    /// Where a particle starts \[m\].
+    pub(super) fn start(&self, particle: u32) -> [f64; 3] {
+        self.start[particle as usize]
+    }
+
+    pub(super) fn is_one_cloth(&self, a: u32, b: u32) -> bool {
+        self.cloths[a as usize] == self.cloths[b as usize]
+    }
+}
+
+fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}

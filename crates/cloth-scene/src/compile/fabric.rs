@@ -1,0 +1,266 @@
+//! Cloth of triangles: what it is made of, its rest shape and its warp.
+
+use cloth_core::{
+    Aerodynamics, FabricMaterial, ModelError, RestSource, TextureMap, TriangleMesh,
+    fabric::{Fabric, FitReport, USUAL_DAMPING},
+};
+use glam::DVec3;
+
+use crate::{
+    MeasuredFabric, SceneCloth, SceneError, SceneGeometry, SceneMass, ScenePattern,
+    ScenePatternSource, SceneTriangles, error::SceneUnknown, fabric_sheet_read,
+};
+
+use super::{Check, CompileOptions, mesh};
+
+/// The fabric of the cloth at `key` in a mesh, whose warp is turned as its pattern says. What is worth knowing of it goes to `notes`.
+pub(super) fn compile(
+    check: &Check<'_>,
+    key: &str,
+    cloth: &SceneCloth,
+    options: &CompileOptions,
+    mesh: &mut TriangleMesh,
+    notes: &mut Vec<String>,
+) -> Result<FabricMaterial, SceneError> {
+    springs_alone(check, key, cloth)?;
+    let mut fabric = base(check, &format!("{key}.material"), cloth, options, notes)?;
+    let scene = &cloth.material;
+    if let Some(SceneMass::PerArea(density)) = scene.mass {
+        fabric.area_density = density;
+    }
+    if let Some(thickness) = scene.thickness {
+        fabric.thickness = thickness;
+    }
+    let given = scene.damping.unwrap_or_default();
+    for (damping, (name, given)) in
+        fabric.damping.iter_mut().zip([("stretch", given.stretch), ("bend", given.bend)])
+    {
+        let Some(given) = given else { continue };
+        check.not_negative(&format!("{key}.material.damping.{name}"), given)?;
+        *damping = given;
+    }
+    let air = Aerodynamics::default();
+    let given = scene.aerodynamics.unwrap_or_default();
+    let aerodynamics = Aerodynamics {
+        pressure: given.pressure.unwrap_or(air.pressure),
+        friction: given.friction.unwrap_or(air.friction),
+    };
+    for (name, value) in [("pressure", aerodynamics.pressure), ("friction", aerodynamics.friction)]
+    {
+        check.not_negative(&format!("{key}.material.aerodynamics.{name}"), value)?;
+    }
+    let rest = pattern(check, &format!("{key}.pattern"), cloth, mesh)?;
+    Ok(FabricMaterial { fabric, rest, aerodynamics })
+}
+
+/// Refuses keys that springs alone have.
+fn springs_alone(check: &Check<'_>, key: &str, cloth: &SceneCloth) -> Result<(), SceneError> {
+    let mend =
+        "is of springs, and this cloth is of fabric: remove it, or give `model = \"springs\"`";
+    if let Some(name) = cloth.material.springs_key() {
+        return Err(check.error(&format!("{key}.material.{name}"), mend));
+    }
+    if cloth.stencil_is_given() {
+        return Err(check.error(&format!("{key}.geometry.grid.stencil"), mend));
+    }
+    Ok(())
+}
+
+/// Refuses keys that fabric alone has.
+pub(super) fn fabric_alone(
+    check: &Check<'_>,
+    key: &str,
+    cloth: &SceneCloth,
+) -> Result<(), SceneError> {
+    let material = &cloth.material;
+    let meshing = match &cloth.geometry {
+        SceneGeometry::Grid(grid) => grid.meshing.is_some(),
+        _ => false,
+    };
+    let keys = [
+        ("material.sheet", material.sheet.is_some()),
+        ("material.damping", material.damping.is_some()),
+        ("geometry.grid.meshing", meshing),
+        ("pattern", cloth.pattern.is_some()),
+    ];
+    match keys.into_iter().find(|(_, is_given)| *is_given) {
+        Some((name, _)) => {
+            let mend = "is of fabric, and this cloth is of springs: remove it, or give `model = \"fabric\"`";
+            Err(check.error(&format!("{key}.{name}"), mend))
+        }
+        None => Ok(()),
+    }
+}
+
+/// The fabric of the preset or sheet.
+fn base(
+    check: &Check<'_>,
+    key: &str,
+    cloth: &SceneCloth,
+    options: &CompileOptions,
+    notes: &mut Vec<String>,
+) -> Result<Fabric, SceneError> {
+    let material = &cloth.material;
+    let (what, fitted) = match (&material.preset, &material.sheet) {
+        (Some(_), Some(_)) => {
+            return Err(check.error(key, "has a `preset` and a `sheet`: remove one"));
+        }
+        (Some(name), None) => {
+            let fabric = MeasuredFabric::find(name).map_err(|error| match error {
+                SceneError::Unknown(unknown) => SceneError::Unknown(Box::new(SceneUnknown {
+                    place: check.place(&format!("{key}.preset")),
+                    ..*unknown
+                })),
+                other => other,
+            })?;
+            (format!("{key}.preset"), (fabric.name.clone(), fabric.fit()))
+        }
+        (None, Some(file)) => {
+            let key = format!("{key}.sheet");
+            let path = mesh::resolve(&check.origin().directory, file, options).ok_or_else(|| {
+                let problem = format!(
+                    "`{file}` is not a plain path below the folder of the scene: keep it there, or allow its folder as a mesh root"
+                );
+                check.error(&key, &problem)
+            })?;
+            let sheet = fabric_sheet_read(&path)
+                .map_err(|error| check.error(&key, &format!("cannot be used: {error}")))?;
+            let owner = format!("laboratory sheet `{file}`");
+            let fit = sheet.fit(&owner);
+            (key, (owner, fit))
+        }
+        (None, None) => {
+            let problem = "has no `preset`: give one that `cloth fabrics` lists, or a `sheet`";
+            return Err(check.error(key, problem));
+        }
+    };
+    let (name, fit) = fitted;
+    let (fabric, report) = fit.map_err(|error| SceneError::Model {
+        place: check.place(&what),
+        source: ModelError::from(error),
+    })?;
+    notes.extend(fit_note(&cloth.name, &name, &report));
+    Ok(Fabric { damping: USUAL_DAMPING, ..fabric })
+}
+
+/// What was not measured, in one line.
+fn fit_note(cloth: &str, fabric: &str, report: &FitReport) -> Option<String> {
+    let mut parts = report.notes.clone();
+    if !report.assumed.is_empty() {
+        parts.push(format!("not measured, and assumed: {}", report.assumed.join("; ")));
+    }
+    (!parts.is_empty()).then(|| format!("cloth {cloth:?}, {fabric}: {}", parts.join("; ")))
+}
+
+/// Where the rest shape comes from; the angles of the warp go into the mesh.
+fn pattern(
+    check: &Check<'_>,
+    key: &str,
+    cloth: &SceneCloth,
+    mesh: &mut TriangleMesh,
+) -> Result<RestSource, SceneError> {
+    let nothing = ScenePattern::default();
+    let ScenePattern { from, scale, axis, warp, panels } =
+        cloth.pattern.as_ref().unwrap_or(&nothing);
+    if matches!(cloth.geometry, SceneGeometry::Grid(_)) {
+        let keys = [
+            ("from", from.is_some()),
+            ("scale", scale.is_some()),
+            ("axis", axis.is_some()),
+            ("panels", !panels.is_empty()),
+        ];
+        if let Some((name, _)) = keys.into_iter().find(|(_, is_given)| *is_given) {
+            let problem = "is of meshes: remove it, the pattern of a grid is its columns and rows";
+            return Err(check.error(&format!("{key}.{name}"), problem));
+        }
+    }
+    grain(check, key, (warp.unwrap_or(0.0), panels), mesh)?;
+    let is_grid = matches!(cloth.geometry, SceneGeometry::Grid(_));
+    if is_grid || *from == Some(ScenePatternSource::Uv) {
+        if axis.is_some() {
+            let problem = "is of `from = \"shape\"`: remove it, in a pattern the warp runs along u";
+            return Err(check.error(&format!("{key}.axis"), problem));
+        }
+        let scale = scale.unwrap_or(1.0);
+        check.positive(&format!("{key}.scale"), scale)?;
+        return Ok(RestSource::Pattern { scale });
+    }
+    if scale.is_some() {
+        let problem = "is of texture coordinates: give `from = \"uv\"`, or remove it";
+        return Err(check.error(&format!("{key}.scale"), problem));
+    }
+    if let Some(axis) = axis {
+        check.direction(&format!("{key}.axis"), *axis)?;
+    }
+    Ok(RestSource::Start { warp: axis.unwrap_or_else(|| longest_axis(mesh)) })
+}
+
+/// Gives each triangle of `mesh` the angle of its warp.
+fn grain(
+    check: &Check<'_>,
+    key: &str,
+    (warp, panels): (f64, &[crate::ScenePanel]),
+    mesh: &mut TriangleMesh,
+) -> Result<(), SceneError> {
+    check.finite(&format!("{key}.warp"), &[warp])?;
+    if warp == 0.0 && panels.is_empty() {
+        return Ok(());
+    }
+    let mut grain = vec![None; mesh.triangles.len()];
+    for (index, panel) in panels.iter().enumerate() {
+        let key = format!("{key}.panels[{index}]");
+        check.finite(&format!("{key}.warp"), &[panel.warp])?;
+        let Some(group) = mesh.group(&panel.group) else {
+            let known = mesh.groups.iter().map(|group| group.name.clone()).collect();
+            let place = check.place(&format!("{key}.group"));
+            return Err(SceneUnknown::error(place, "group of the mesh", &panel.group, known));
+        };
+        let mut is_in = vec![false; mesh.positions.len()];
+        group.vertices.iter().for_each(|&vertex| is_in[vertex as usize] = true);
+        for (triangle, angle) in mesh.triangles.iter().zip(&mut grain) {
+            if triangle.iter().all(|&vertex| is_in[vertex as usize]) {
+                angle.get_or_insert(panel.warp);
+            }
+        }
+    }
+    mesh.grain = grain.into_iter().map(|angle| angle.unwrap_or(warp).to_radians()).collect();
+    Ok(())
+}
+
+/// The axis of the world along which a mesh is longest.
+fn longest_axis(mesh: &TriangleMesh) -> [f64; 3] {
+    let places = || mesh.positions.iter().map(|&position| DVec3::from(position));
+    let low = places().fold(DVec3::INFINITY, DVec3::min);
+    let high = places().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let size = high - low;
+    [DVec3::X, DVec3::Y, DVec3::Z]
+        .into_iter()
+        .fold(DVec3::X, |best, axis| if axis.dot(size) > best.dot(size) { axis } else { best })
+        .into()
+}
+
+/// The pattern coordinates that a mesh in the scene itself gives.
+pub(super) fn texture(
+    check: &Check<'_>,
+    key: &str,
+    triangles: &SceneTriangles,
+) -> Result<Option<TextureMap>, SceneError> {
+    let SceneTriangles { vertices, faces, uv, uv_faces } = triangles;
+    if uv.is_empty() {
+        if uv_faces.is_empty() {
+            return Ok(None);
+        }
+        return Err(check.error(&format!("{key}.uv_faces"), "name coordinates of no `uv`: give it"));
+    }
+    let by_vertex = uv_faces.is_empty();
+    if by_vertex && uv.len() != vertices.len() {
+        let problem = format!(
+            "has {} coordinates, and there are {} vertices: give one to each, or `uv_faces`",
+            uv.len(),
+            vertices.len()
+        );
+        return Err(check.error(&format!("{key}.uv"), &problem));
+    }
+    let triangles = if by_vertex { faces.clone() } else { uv_faces.clone() };
+    Ok(Some(TextureMap { coordinates: uv.clone(), triangles }))
+}

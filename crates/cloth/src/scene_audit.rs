@@ -1,0 +1,139 @@
+//! The triangles of a scene that intersect at one moment.
+
+use std::{ops::Range, sync::Arc};
+
+use cloth_audit::{Intersection, Intersections, Surface, intersections};
+use cloth_core::{ColliderShape, Model, Pose};
+
+/// Counts triangles that intersect in states and stored frames of a model, see [`cloth_audit`].
+///
+/// Its surfaces are the cloths, in their order, and after them the colliders that are meshes. Other colliders are no triangles and are
+/// left out; so are ropes and nets.
+#[derive(Clone, Debug)]
+pub struct SceneAudit {
+    model: Arc<Model>,
+    cloths: Vec<ClothSurface>,
+    /// Colliders that are meshes.
+    bodies: Vec<usize>,
+}
+
+/// Positions \[m\] and triangles of a collider.
+type Body<'a> = (Vec<[f64; 3]>, &'a [[u32; 3]]);
+
+#[derive(Clone, Debug)]
+struct ClothSurface {
+    particles: Range<usize>,
+    /// By particles of the cloth.
+    triangles: Vec<[u32; 3]>,
+}
+
+impl SceneAudit {
+    /// For the cloths and colliders of `model`.
+    #[must_use]
+    pub fn new(model: &Arc<Model>) -> Self {
+        let cloths = model.cloths().iter().map(|cloth| {
+            let first = cloth.particles.start;
+            let of_cloth = cloth.triangles.start as usize..cloth.triangles.end as usize;
+            let triangles = model.triangles()[of_cloth].iter();
+            ClothSurface {
+                particles: first as usize..cloth.particles.end as usize,
+                triangles: triangles.map(|triangle| triangle.map(|i| i - first)).collect(),
+            }
+        });
+        let cloths = cloths.collect();
+        let is_mesh = |&i: &usize| matches!(model.colliders()[i].shape, ColliderShape::Grid(_));
+        let bodies = (0..model.colliders().len()).filter(is_mesh).collect();
+        Self { model: Arc::clone(model), cloths, bodies }
+    }
+
+    /// Looks at particles at `positions` \[m\] and colliders at `poses` at `time` \[s\]. Missing particles make their triangles
+    /// [unusable](Intersections::unusable); a mesh collider without a pose is where it was at the start.
+    #[must_use]
+    pub fn at(&self, positions: &[[f64; 3]], poses: &[Pose], time: f64) -> Intersections {
+        let bodies: Vec<Body<'_>> =
+            self.bodies.iter().filter_map(|&body| self.body(body, poses, time)).collect();
+        let cloths = self.cloths.iter().map(|cloth| {
+            let positions = positions.get(cloth.particles.clone()).unwrap_or_default();
+            Surface::cloth(positions, &cloth.triangles)
+        });
+        let bodies =
+            bodies.iter().map(|(positions, triangles)| Surface::body(positions, triangles));
+        intersections(&cloths.chain(bodies).collect::<Vec<_>>())
+    }
+
+    fn body(&self, body: usize, poses: &[Pose], time: f64) -> Option<Body<'_>> {
+        let collider = &self.model.colliders()[body];
+        let ColliderShape::Grid(grid) = &collider.shape else { return None };
+        let pose = poses.get(body).unwrap_or(&collider.pose);
+        let rotation = pose.rotation_rows();
+        let place = |at: &[f64; 3]| -> [f64; 3] {
+            std::array::from_fn(|k| {
+                pose.translation[k] + (0..3).map(|j| rotation[k][j] * at[j]).sum::<f64>()
+            })
+        };
+        Some((grid.positions_at(time).iter().map(place).collect(), &grid.surface.triangles))
+    }
+
+    /// Name of a surface.
+    #[must_use]
+    pub fn name(&self, surface: usize) -> &str {
+        match surface.checked_sub(self.cloths.len()) {
+            None => &self.model.cloths()[surface].name,
+            Some(body) => &self.model.colliders()[self.bodies[body]].name,
+        }
+    }
+
+    /// Where and what a pair is, in words.
+    #[must_use]
+    pub fn describe(&self, pair: &Intersection) -> String {
+        let [a, b] = pair.surfaces.map(|surface| self.name(surface));
+        let [i, j] = pair.triangles;
+        let [x, y, z] = pair.place;
+        format!("triangle {i} of `{a}` and {j} of `{b}` near [{x:.4}, {y:.4}, {z:.4}] m")
+    }
+
+    /// Names of the colliders that are no triangles.
+    pub fn left_out(&self) -> impl Iterator<Item = &str> {
+        let all = self.model.colliders().iter().enumerate();
+        all.filter(|(i, _)| !self.bodies.contains(i)).map(|(_, collider)| collider.name.as_str())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cloth_scene::{CompileOptions, Scene};
+
+    const SCENE: &str = r#"
+        name = "two"
+        [[cloth]]
+        name = "low"
+        geometry.grid = { columns = 5, rows = 5, spacing = 0.1 }
+        material.preset = "jersey"
+        [[cloth]]
+        name = "high"
+        geometry.grid = { columns = 4, rows = 4, spacing = 0.1, centre = [0, 0, 0.2] }
+        material.preset = "jersey"
+        [[collider]]
+        name = "ball"
+        shape.sphere.radius = 0.1
+        translation = [0, 0, -1]
+    "#;
+
+    #[test]
+    fn cloths_are_surfaces_of_their_own() {
+        let scene = Scene::from_toml(SCENE, "two.toml").unwrap();
+        let scene = scene.compile(&CompileOptions::default()).unwrap();
+        let audit = SceneAudit::new(&scene.model);
+        let mut positions = scene.model.positions().to_vec();
+        assert!(audit.at(&positions, &[], 0.0).is_clean());
+        assert_eq!(audit.left_out().collect::<Vec<_>>(), ["ball"]);
+        // A corner of the high one below the low one: its only triangle goes through.
+        positions[25][2] = -0.1;
+        let found = audit.at(&positions, &[], 0.0);
+        assert!(found.between > 0 && found.within == 0 && found.bodies == 0, "{found:?}");
+        let text = audit.describe(&found.first.unwrap());
+        assert!(text.contains("of `low` and 0 of `high` near"), "{text}");
+        assert!(audit.at(&positions[..20], &[], 0.0).unusable > 0);
+    }
+}

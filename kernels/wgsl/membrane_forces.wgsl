@@ -1,0 +1,13 @@
+// NUMERICS section 11: the forces of stretched triangles of fabric on their corners.
+//!include model status motion fabric membrane fabric_vectors membrane_store membrane_element
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let number = particle_index(id, groups);
+    if number < model.element_count && !is_stopped() {
+        membrane_element(number);
+    }
+}

@@ -1,0 +1,38 @@
+// NUMERICS sections 11 and 12: triangles of fabric.
+
+// ELEMENT_WORDS entries for each triangle: the twelve particles of its patch, corners first; fabric, area, damping of bending; D_m^-1 by rows; A D11,
+// A D22, A D12 and 4 A D66 [N m^3]; then, for each of the nine folds of its patch, the angle at rest and its k11, k22, k12 [1/m].
+@group(0) @binding(61) var<storage, read> fabric_elements: array<vec4<u32>>;
+// Three entries for each fabric: the tensile curves of warp and weft with c and G behind them; the damping of stretching.
+@group(0) @binding(62) var<storage, read> fabric_laws: array<vec4f>;
+
+const ELEMENT_WORDS: u32 = 15u;
+const ELEMENT_LAW: u32 = 3u;
+const ELEMENT_INVERSE: u32 = 4u;
+const ELEMENT_PLATE: u32 = 5u;
+const ELEMENT_FOLDS: u32 = 6u;
+
+// The corners, fabric and rest state of a triangle.
+struct Membrane {
+    particles: vec3<u32>,
+    fabric: u32,
+    // Rows of D_m^-1 [1/m]: (p, q).
+    inverse: vec4f,
+    area: f32,
+}
+
+fn membrane_of(number: u32) -> Membrane {
+    let at = number * ELEMENT_WORDS;
+    let law = fabric_elements[at + ELEMENT_LAW];
+    return Membrane(
+        fabric_elements[at].xyz,
+        law.x,
+        bitcast<vec4f>(fabric_elements[at + ELEMENT_INVERSE]),
+        bitcast<f32>(law.y),
+    );
+}
+
+// The particle at a place of the patch of a triangle.
+fn patch_particle(number: u32, place: u32) -> u32 {
+    return fabric_elements[number * ELEMENT_WORDS + place / 4u][place % 4u];
+}

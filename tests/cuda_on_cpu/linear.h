@@ -1,0 +1,85 @@
+// Assembles the implicit system of a patch of fabric and multiplies its right-hand side by the matrix, with the kernels that come before this
+// text: `program INPUT OUTPUT`. The input is what `linear.rs` writes; the output has the right-hand side and the product.
+
+// A kernel over so many items. Nobody waits for anybody.
+template <typename Kernel> static void launch_over(uint items, Kernel kernel) {
+    blockDim.x = 64;
+    gridDim.x = (items + 63) / 64;
+    for (blockIdx.x = 0; blockIdx.x < gridDim.x; blockIdx.x++) {
+        for (threadIdx.x = 0; threadIdx.x < 64; threadIdx.x++) kernel();
+    }
+}
+
+static std::vector<uint> input_words;
+static size_t input_next = 0;
+
+static uint input_integer() { return input_words.at(input_next++); }
+static float input_number() { return bits_as<float>(input_integer()); }
+
+template <typename T> static T* zeros(size_t count) { return (T*)calloc(count + 1, sizeof(T)); }
+
+static uint list_length = 0;
+
+static uint* input_list() {
+    list_length = input_integer();
+    uint* words = zeros<uint>(list_length);
+    for (uint k = 0; k < list_length; k++) words[k] = input_integer();
+    return words;
+}
+
+int main(int, char** arguments) {
+    FILE* file = fopen(arguments[1], "rb");
+    uint word;
+    while (file && fread(&word, sizeof word, 1, file) == 1) input_words.push_back(word);
+    if (file) fclose(file);
+    Solver s = {};
+    Linear l = {};
+    s.count = input_integer();
+    uint from_start = input_integer();
+    uint longest = input_integer();
+    l.length = input_number();
+    for (real& a : s.acceleration) a = input_number();
+    s.fabric_laws = (const FabricLaw*)input_list();
+    s.membranes = (const MembraneTriangle*)input_list();
+    s.element_count = list_length * sizeof(uint) / sizeof(MembraneTriangle);
+    s.patches = (const BendingPatch*)input_list();
+    s.membrane_rows = input_list();
+    s.membrane_entries = input_list();
+    s.bending_rows = input_list();
+    s.bending_entries = input_list();
+    s.membrane_forces = zeros<vec3>(3 * (size_t)s.element_count);
+    s.bending_forces = zeros<vec3>(PATCH_VERTICES * (size_t)s.element_count);
+    l.element_slices = input_list();
+    l.element_columns = input_list();
+    l.element_blocks = zeros<real>(9 * (size_t)list_length);
+    s.position[0] = (real4*)input_list();
+    s.velocity[0] = (real4*)input_list();
+    s.kept_velocity = (real4*)input_list();
+    s.force = zeros<real4>(s.count);
+    // No springs.
+    s.spring_row = zeros<uint>(s.count);
+    s.spring_headers = zeros<uint2>(1);
+    l.along = zeros<real>(1);
+    l.roots = zeros<real>(1);
+    l.has_elements = l.is_full = 1;
+    l.origin = s.position[0];
+    l.membrane_tangents = zeros<MembraneTangent>(s.element_count);
+    l.bending_tangents = zeros<BendingTangent>(s.element_count);
+    l.element_sums = zeros<real4>(3 * (size_t)s.count);
+    for (uint k = 0; k < 2; k++) {
+        l.base[k] = zeros<real4>(s.count);
+        l.diagonal[k] = zeros<real4>(s.count);
+    }
+    for (real4*& vector : l.vectors) vector = zeros<real4>(s.count);
+    for (uint i = 0; i < s.count; i++) s.force[i] = with_w(field_force(s, s.velocity[0][i].w, xyz(s.velocity[0][i])), 0);
+    launch_over(s.element_count, [&] { membrane_linearise(s, l, from_start); });
+    launch_over(s.element_count, [&] { bending_linearise(s, l, from_start); });
+    launch_over((s.count + 31) / 32 * 32 * (longest + 1), [&] { implicit_assemble_fabric(s, l); });
+    launch_over(s.count, [&] { implicit_assemble(s, l, !from_start); });
+    launch_over(s.count, [&] { matrix_apply(s, l, RIGHT_SIDE, IMAGE); });
+    file = fopen(arguments[2], "wb");
+    if (!file) return 2;
+    fwrite(l.vectors[RIGHT_SIDE], sizeof(real4), s.count, file);
+    fwrite(l.vectors[IMAGE], sizeof(real4), s.count, file);
+    return fclose(file) == 0 ? 0 : 2;
+}

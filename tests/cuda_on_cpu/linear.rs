@@ -1,0 +1,141 @@
+//! The implicit system of a patch of fabric, by the CUDA kernels that assemble it and multiply by its matrix.
+
+use std::{fs, process::Command, sync::Arc};
+
+use cloth_core::{
+    Backend, Integrator, LinearVector, MatrixForm, Model, Neighbours, NewtonStart, SlicedRows,
+    SolverConfig, State, stepper::Substep,
+};
+use cloth_kernels::CudaModule;
+use harness::{backends::cpu, bits::first_difference, checks::PatchFrames};
+
+use crate::{compiler, replaced, scene};
+
+/// Shared parts that these kernels do without.
+const NOT_HERE: [&str; 5] = ["ptx", "sum", "solve", "resident", "patch"];
+/// Length of the step \[s\].
+const LENGTH: f64 = 0.01;
+
+/// A folded patch in motion, and where its velocities were at the start of the step.
+fn patch() -> (Arc<Model>, State, State) {
+    let patch = PatchFrames { fabric: true, ..PatchFrames::explicit([29, 23]) };
+    let model = patch.model().expect("the patch is a model");
+    let mut state = patch.start(&model);
+    let positions = state.positions.clone();
+    for (velocity, [x, y, z]) in state.velocities.iter_mut().zip(positions) {
+        *velocity = [3.0 * y - z, 2.0 * x * y, 5.0 * x - y * y];
+    }
+    let mut before = state.clone();
+    before.velocities.iter_mut().for_each(|velocity| velocity[2] += 0.125);
+    (model, state, before)
+}
+
+/// What the program reads.
+fn words(model: &Model, [state, before]: [&State; 2], start: NewtonStart) -> Vec<u32> {
+    let neighbours = Neighbours::new(&model.interactions().of_fabric());
+    let rows = SlicedRows::new(&neighbours);
+    let from_start = u32::from(start == NewtonStart::StepStart);
+    let mut words = vec![model.particle_count() as u32, from_start, rows.longest];
+    let bits = |number: f64| (number as f32).to_bits();
+    words.push(bits(LENGTH));
+    words.extend(model.uniform_acceleration().map(bits));
+    words.extend(scene::fabric(model));
+    let masses = || model.masses().iter();
+    let vectors = |vectors: &[[f64; 3]], fourth: &mut dyn Iterator<Item = u32>| {
+        let with = |(&[x, y, z], w): (&[f64; 3], u32)| [bits(x), bits(y), bits(z), w];
+        vectors.iter().zip(fourth).flat_map(with).collect::<Vec<_>>()
+    };
+    let inverse =
+        |(&mass, &held): (&f64, &u8)| (if held == 0 { 1.0 / mass as f32 } else { 0.0 }).to_bits();
+    let lists = [
+        rows.slices,
+        rows.columns,
+        vectors(&state.positions, &mut masses().zip(&state.held).map(inverse)),
+        vectors(&state.velocities, &mut masses().map(|&mass| bits(mass))),
+        vectors(&before.velocities, &mut masses().map(|&mass| bits(mass))),
+    ];
+    words.extend(lists.into_iter().flat_map(|list| [vec![list.len() as u32], list].concat()));
+    words
+}
+
+/// Right-hand side and its product with the matrix, by the kernels, their text changed by `edit`.
+fn by_kernels(words: &[u32], edit: impl Fn(String) -> String) -> State {
+    let find = |name| CudaModule::find(name).expect("the module exists");
+    let first = find("implicit_assemble");
+    let mut text = first
+        .compose_with(Vec::new(), &NOT_HERE.map(|part| (part, "")))
+        .expect("the module has no options");
+    for name in ["membrane_linearise", "bending_linearise", "matrix_apply"] {
+        text += find(name).file();
+    }
+    // The runtime has it.
+    let text = edit(text.replace(scene::FRAME_MEMORY, ""));
+    let program = compiler::program(&format!(
+        "#include \"runtime.h\"\n{text}\n{}\n",
+        include_str!("linear.h")
+    ));
+    let folder = tempfile::tempdir().expect("there is room for temporary files");
+    let [input, output] = ["input", "output"].map(|name| folder.path().join(name));
+    fs::write(&input, bytemuck::cast_slice(words)).expect("the input can be written");
+    let ran = Command::new(program).args([&input, &output]).status().expect("the program starts");
+    assert!(ran.success(), "the program ended with {ran}");
+    let bytes = fs::read(&output).expect("the output is there");
+    scene::state(&bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(&bytes))
+}
+
+/// The same by the CPU.
+fn by_cpu(model: &Arc<Model>, [state, before]: [&State; 2], start: NewtonStart) -> State {
+    let config = SolverConfig {
+        time_step: LENGTH,
+        integrator: Integrator::Implicit(cloth_core::ImplicitSettings::default()),
+        ..SolverConfig::default()
+    };
+    let substep = Substep { length: LENGTH, step: 1, ..Substep::default() };
+    let mut kernels = cpu(2).create_kernels(model.clone(), &config).expect("the CPU takes fabric");
+    let mut run = || -> cloth_core::Result<State> {
+        kernels.state_write(before)?;
+        kernels.state_keep()?;
+        // That of the start is kept.
+        kernels.velocity_add(0.0)?;
+        kernels.state_write(state)?;
+        kernels.field_forces()?;
+        kernels.spring_linearise(&substep)?;
+        kernels.membrane_linearise(&substep, start)?;
+        kernels.bending_linearise(&substep, start)?;
+        kernels.implicit_assemble(&substep, start)?;
+        kernels.matrix_apply(
+            MatrixForm::MatrixFree,
+            LinearVector::RightSide,
+            LinearVector::Image,
+        )?;
+        let mut found = State { held: state.held.clone(), ..State::default() };
+        kernels.vector_read(LinearVector::RightSide, &mut found.positions)?;
+        kernels.vector_read(LinearVector::Image, &mut found.velocities)?;
+        Ok(found)
+    };
+    run().expect("the CPU assembles the system")
+}
+
+#[test]
+fn systems_of_fabric() {
+    let (model, state, before) = patch();
+    let states = [&state, &before];
+    for start in [NewtonStart::StepStart, NewtonStart::Iterate] {
+        let expected = by_cpu(&model, states, start);
+        let words = words(&model, states, start);
+        let found = by_kernels(&words, |text| text);
+        assert_eq!(first_difference(&expected, &found), None, "{start:?}");
+    }
+    let start = NewtonStart::StepStart;
+    let (expected, words) = (by_cpu(&model, states, start), words(&model, states, start));
+    // A block that is not transposed, a negative eigenvalue that stays, a search that goes astray, the stiffness of the other thread.
+    for (right, wrong) in [
+        ("other[(3 * column + row) * SLICE]", "other[(3 * row + column) * SLICE]"),
+        ("if (largest <= 0) return {0, 0, 0};", "if (largest <= 0) return s;"),
+        ("* SLICE + j % SLICE] < i)", "* SLICE + j % SLICE] <= i)"),
+        ("plate[2], to[1], plate[1])", "plate[2], to[1], plate[0])"),
+    ] {
+        let found = by_kernels(&words, |text| replaced(&text, right, wrong));
+        assert!(first_difference(&expected, &found).is_some(), "`{wrong}` is not found");
+    }
+}
