@@ -11,12 +11,15 @@ use harness::backends::{Candidate, candidates};
 
 /// Particles along a side of a patch at most: several blocks of every backend, and no more than it takes.
 const SIDE: u32 = 34;
-/// The same for plain loops, which compare all triangles with all others.
-const SIDE_OF_LOOPS: u32 = 10;
+/// The same where a frame takes hundreds of substeps of fabric, and for plain loops, which compare all triangles with all others.
+const SIDE_OF_SLOW: u32 = 10;
+/// The scenes of fabric.
+const OF_FABRIC: [&str; 2] = ["tablecloth", "napkins"];
 
 /// A built-in scene, with its patches cut down, but for the curtain, whose hooks are at particles with numbers.
 fn scene(name: &str, solver: SceneSolver, candidate: &Candidate) -> CompiledScene {
-    let side = if candidate.label.starts_with("reference") { SIDE_OF_LOOPS } else { SIDE };
+    let is_slow = candidate.label.starts_with("reference") || OF_FABRIC.contains(&name);
+    let side = if is_slow { SIDE_OF_SLOW } else { SIDE };
     let mut scene = Scene::builtin(name).unwrap();
     for cloth in &mut scene.cloths {
         if let SceneGeometry::Grid(grid) = &mut cloth.geometry
