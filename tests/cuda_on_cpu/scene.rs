@@ -11,7 +11,7 @@ use harness::checks::PatchFrames;
 pub(crate) const FRAME_MEMORY: &str =
     "extern __shared__ __align__(16) unsigned char frame_memory[];";
 
-/// Rows and columns to the later of 12 neighbours, as in `shared/stencil.cuh`.
+/// Rows and columns to the later of 12 neighbours, as in `patch/stencil.cuh`.
 const STENCIL: [[i64; 2]; 6] = [[0, 1], [0, 2], [1, -1], [1, 0], [1, 1], [2, 0]];
 
 /// The words of a patch from its start on; regions of the strain limit have so many particles, or there are none.

@@ -97,4 +97,7 @@ pub(crate) struct KillArguments {
     /// Frames of a run.
     #[arg(long, default_value_t = 12)]
     pub(crate) frames: u64,
+    /// Particles along a side of a patch at most, so that runs are short. Whole scenes if left out.
+    #[arg(long)]
+    pub(crate) side: Option<u32>,
 }

@@ -26,6 +26,8 @@ use crate::arguments::KillArguments;
 const CHECKPOINT_EVERY: u64 = 3;
 /// What runs write beside the frames: formats with files of single frames, and one that is made at the end.
 const FORMATS: &str = "obj,npz";
+/// The scene that is run, if it is cut down.
+const CUT_DOWN: &str = "scene.toml";
 /// Time after which a run hangs.
 const PATIENCE: Duration = Duration::from_secs(600);
 
@@ -33,7 +35,7 @@ const PATIENCE: Duration = Duration::from_secs(600);
 struct Case {
     scene: String,
     backend: String,
-    /// The folder of a run that was left alone, and how long it took.
+    /// The folder of a run that was left alone, with the scene if it was cut down, and how long it took.
     whole: TempDir,
     time: Duration,
 }
@@ -94,7 +96,7 @@ fn cases(arguments: &KillArguments) -> Result<Vec<Case>, String> {
         arguments.scenes.clone()
     };
     let backends: Vec<String> = if arguments.backends.is_empty() {
-        ["cpu", "cuda", "wgpu"].map(str::to_owned).into()
+        ["cpu", "reference", "cuda", "wgpu"].map(str::to_owned).into()
     } else {
         arguments.backends.clone()
     };
@@ -103,7 +105,12 @@ fn cases(arguments: &KillArguments) -> Result<Vec<Case>, String> {
         for scene in &scenes {
             let whole = TempDir::new().map_err(|error| error.to_string())?;
             let start = Instant::now();
-            let mut command = command(arguments, scene, backend, whole.path(), Start::New);
+            if let Some(side) = arguments.side {
+                cut_down(scene, side, whole.path())?;
+            }
+            let file = whole.path().join(CUT_DOWN);
+            let run = Run { scene, file: arguments.side.map(|_| file.as_path()), backend };
+            let mut command = command(arguments, run, whole.path(), Start::New);
             let status = ended(&mut command, None).map_err(|error| error.to_string())?;
             if status.success() {
                 let (scene, backend) = (scene.clone(), backend.clone());
@@ -120,6 +127,13 @@ fn cases(arguments: &KillArguments) -> Result<Vec<Case>, String> {
     if cases.is_empty() { Err("nothing can be run".into()) } else { Ok(cases) }
 }
 
+/// Writes a scene with small patches beside the run that is left alone.
+fn cut_down(scene: &str, side: u32, folder: &Path) -> Result<(), String> {
+    let small = harness::scenes::small(scene, side).map_err(|error| error.to_string())?;
+    let text = small.to_toml().map_err(|error| error.to_string())?;
+    fs::write(folder.join(CUT_DOWN), text).map_err(|error| error.to_string())
+}
+
 /// How a run begins.
 #[derive(Clone, Copy)]
 enum Start {
@@ -128,15 +142,23 @@ enum Start {
     Anew,
 }
 
-fn command(
-    arguments: &KillArguments,
-    scene: &str,
-    backend: &str,
-    folder: &Path,
-    start: Start,
-) -> Command {
+/// What is run.
+#[derive(Clone, Copy)]
+struct Run<'a> {
+    scene: &'a str,
+    /// The scene cut down, in place of the built-in one.
+    file: Option<&'a Path>,
+    backend: &'a str,
+}
+
+fn command(arguments: &KillArguments, run: Run, folder: &Path, start: Start) -> Command {
     let mut command = Command::new(&arguments.program);
-    command.args(["run", scene, "--backend", backend, "--format", FORMATS, "--threads", "2"]);
+    command.arg("run").arg(run.file.unwrap_or(Path::new(run.scene)));
+    command.args(["--backend", run.backend, "--format", FORMATS, "--threads", "2"]);
+    if run.backend == "reference" {
+        // It has no other.
+        command.args(["--precision", "f64"]);
+    }
     command.args(["--frames", &arguments.frames.to_string()]);
     command.args(["--checkpoint-every", &CHECKPOINT_EVERY.to_string()]);
     command.arg("--out").arg(folder.join("run"));
@@ -202,7 +224,13 @@ fn one(
             };
             (case.time.mul_f64(rng.f64()), signal)
         });
-        let mut command = command(arguments, &case.scene, &case.backend, folder.path(), start);
+        let file = case.whole.path().join(CUT_DOWN);
+        let what = Run {
+            scene: &case.scene,
+            file: arguments.side.map(|_| file.as_path()),
+            backend: &case.backend,
+        };
+        let mut command = command(arguments, what, folder.path(), start);
         let status = ended(&mut command, moment).map_err(|error| error.to_string())?;
         if status.success() {
             return compare(case.whole.path(), folder.path(), arguments.frames);

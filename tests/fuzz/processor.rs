@@ -21,6 +21,8 @@ pub(crate) enum Reading {
 
 /// Time for a worker to begin; it makes the inputs that others are made of.
 const START: Duration = Duration::from_secs(60);
+/// Deadlines that pass before a worker hangs which hardly works.
+const PATIENCE: u32 = 10;
 /// Last words that are kept \[byte\].
 const WORDS: usize = 300;
 
@@ -54,8 +56,7 @@ impl Processor {
         if !matches!(asked, Some(Ok(()))) {
             return Ok(Err(running.end(false)));
         }
-        let deadline = Duration::from_secs(self.limits.deadline);
-        let answer = match running.answers.recv_timeout(deadline) {
+        let answer = match running.answer(Duration::from_secs(self.limits.deadline)) {
             Ok(answer) => answer,
             Err(error) => return Ok(Err(running.end(error == RecvTimeoutError::Timeout))),
         };
@@ -131,6 +132,23 @@ impl Running {
         }
     }
 
+    /// Waits for an answer until the deadline. On a busy machine others take the time: as long as the worker itself worked for less than half
+    /// of it, it gets more; but not for ever, as what sleeps hangs, too.
+    fn answer(&self, deadline: Duration) -> Result<String, RecvTimeoutError> {
+        let before = processor_time(self.child.id());
+        for _ in 0..PATIENCE {
+            match self.answers.recv_timeout(deadline) {
+                Err(RecvTimeoutError::Timeout) => {}
+                answer => return answer,
+            }
+            let worked = processor_time(self.child.id()).zip(before).map(|(now, then)| now - then);
+            if worked.is_none_or(|worked| worked >= deadline / 2) {
+                break;
+            }
+        }
+        Err(RecvTimeoutError::Timeout)
+    }
+
     /// Ends the process, and says how it ended.
     fn end(mut self, is_late: bool) -> Harm {
         if is_late {
@@ -156,4 +174,13 @@ impl Running {
             last.chars().rev().take(WORDS).collect::<Vec<_>>().into_iter().rev().collect();
         Harm::Crash(format!("{ended}\n{last}"))
     }
+}
+
+/// Time for which processors worked on a process; nothing where the system does not tell in the way of Linux.
+fn processor_time(process: u32) -> Option<Duration> {
+    let status = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
+    // The name, in brackets, may have spaces; the state comes after it, and eleven numbers later user and system time in hundredths.
+    let numbers: Vec<&str> = status.rsplit_once(')')?.1.split_whitespace().collect();
+    let [user, system] = [11, 12].map(|place| numbers.get(place)?.parse::<u64>().ok());
+    Some(Duration::from_millis(10 * (user? + system?)))
 }

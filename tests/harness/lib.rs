@@ -7,6 +7,7 @@
 //! - [`checks`]: one check for each stage and property, which answers with a [`Verdict`], so that
 //!   the negative controls can assert that a wrong backend is found out;
 //! - [`perturbed`]: the wrong backends;
+//! - [`scenes`]: built-in scenes cut down;
 //! - [`linear`]: the linear solvers under test; [`dense`]: matrices to compare them with.
 
 pub mod backends;
@@ -19,6 +20,7 @@ pub mod models;
 pub mod perturbed;
 pub mod random;
 pub mod runner;
+pub mod scenes;
 pub mod stages;
 pub mod tracked;
 pub mod verdict;

@@ -7,7 +7,10 @@ use cloth::{
         builtin_scenes,
     },
 };
-use harness::backends::{Candidate, candidates};
+use harness::{
+    backends::{Candidate, candidates},
+    scenes,
+};
 
 /// Particles along a side of a patch at most: several blocks of every backend, and no more than it takes.
 const SIDE: u32 = 34;
@@ -16,19 +19,11 @@ const SIDE_OF_SLOW: u32 = 10;
 /// The scenes of fabric.
 const OF_FABRIC: [&str; 2] = ["tablecloth", "napkins"];
 
-/// A built-in scene, with its patches cut down, but for the curtain, whose hooks are at particles with numbers.
+/// A built-in scene, with its patches cut down.
 fn scene(name: &str, solver: SceneSolver, candidate: &Candidate) -> CompiledScene {
     let is_slow = candidate.label.starts_with("reference") || OF_FABRIC.contains(&name);
     let side = if is_slow { SIDE_OF_SLOW } else { SIDE };
-    let mut scene = Scene::builtin(name).unwrap();
-    for cloth in &mut scene.cloths {
-        if let SceneGeometry::Grid(grid) = &mut cloth.geometry
-            && name != "curtain"
-        {
-            (grid.columns, grid.rows) = (grid.columns.min(side), grid.rows.min(side));
-        }
-    }
-    compiled(scene, solver, candidate.precision)
+    compiled(scenes::small(name, side).unwrap(), solver, candidate.precision)
 }
 
 fn compiled(mut scene: Scene, solver: SceneSolver, precision: Precision) -> CompiledScene {

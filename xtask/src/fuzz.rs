@@ -1,4 +1,4 @@
-//! `cargo xtask fuzz`: the program `cloth-fuzz` of the tests, with findings kept where tests read them again.
+//! `cargo xtask fuzz` and `cargo xtask kills`: the program `cloth-fuzz` of the tests, with findings kept where tests read them again.
 
 use std::{
     path::Path,
@@ -7,7 +7,11 @@ use std::{
 
 use clap::Args;
 
-use crate::{artifacts, command, test::FEATURES};
+use crate::{
+    artifacts::{self, Artifact},
+    command,
+    test::FEATURES,
+};
 
 /// Where inputs are kept that did harm, below the root.
 const REGRESSIONS: &str = "tests/fuzz/regressions";
@@ -28,21 +32,59 @@ pub(crate) struct FuzzArguments {
     pub(crate) jobs: usize,
 }
 
-/// Builds the program and runs it; whether nothing was found.
+#[derive(Args)]
+pub(crate) struct KillsArguments {
+    /// Runs that are killed.
+    #[arg(long, default_value_t = 1000)]
+    pub(crate) count: u64,
+    /// What moments and signals follow from.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Runs side by side.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) jobs: usize,
+    /// Particles along a side of a patch at most: scenes are cut down to it. 0 leaves them whole.
+    #[arg(long, default_value_t = 10)]
+    pub(crate) side: u32,
+}
+
+/// Builds the program and tries inputs; whether nothing was found.
 pub(crate) fn run(arguments: &FuzzArguments) -> bool {
-    let build = ["build", "--workspace", "--features", FEATURES, "--bin", "cloth-fuzz"];
-    let built = artifacts::build(&build).and_then(|programs| {
-        let program = programs.into_iter().find(|program| program.name == "cloth-fuzz");
-        program.ok_or_else(|| "cloth-fuzz was not built".into())
-    });
-    let outcome = built.and_then(|program| command::run(&mut of(&program.path, arguments)));
-    match outcome {
-        Ok(()) => true,
-        Err(reason) => {
-            eprintln!("fuzz: {reason}");
-            false
+    let outcome = built(["cloth-fuzz"])
+        .and_then(|[program]| command::run(&mut of(&program.path, arguments)))
+        .inspect_err(|reason| eprintln!("fuzz: {reason}"));
+    outcome.is_ok()
+}
+
+/// Builds the program and kills runs; whether nothing was lost.
+pub(crate) fn kills(arguments: &KillsArguments) -> bool {
+    let KillsArguments { count, seed, jobs, side } = arguments;
+    let killed = |[fuzz, cloth]: [Artifact; 2]| {
+        let mut command = Command::new(&fuzz.path);
+        command.current_dir(command::root()).arg("kills").arg("--program").arg(&cloth.path);
+        for (option, value) in [("--kills", *count), ("--seed", *seed), ("--jobs", *jobs as u64)] {
+            command.args([option, &value.to_string()]);
         }
-    }
+        if *side > 0 {
+            command.args(["--side", &side.to_string()]);
+        }
+        command::run(&mut command)
+    };
+    let outcome = built(["cloth-fuzz", "cloth"]).and_then(killed);
+    outcome.inspect_err(|reason| eprintln!("kills: {reason}")).is_ok()
+}
+
+/// Programs of the workspace, as tests have them.
+fn built<const N: usize>(names: [&str; N]) -> Result<[Artifact; N], String> {
+    let mut build = vec!["build", "--workspace", "--features", FEATURES];
+    build.extend(names.iter().flat_map(|name| ["--bin", name]));
+    let programs = artifacts::build(&build)?;
+    let found = names.map(|name| {
+        let program = programs.iter().find(|program| program.name == name && program.kind == "bin");
+        program.cloned().ok_or_else(|| format!("{name} was not built"))
+    });
+    let found: Vec<Artifact> = found.into_iter().collect::<Result<_, _>>()?;
+    found.try_into().map_err(|_| "a program was not built".to_owned())
 }
 
 /// The program with these arguments.

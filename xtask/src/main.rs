@@ -1,4 +1,4 @@
-//! Tasks of the repository: `cargo xtask test`, `cargo xtask fuzz`, `cargo xtask kernels`, `cargo xtask bench`,
+//! Tasks of the repository: `cargo xtask test`, `cargo xtask fuzz`, `cargo xtask kills`, `cargo xtask kernels`, `cargo xtask bench`,
 //! `cargo xtask dist`, `cargo xtask package`, `cargo xtask ci`.
 
 mod artifacts;
@@ -34,6 +34,8 @@ enum Task {
     Test(test::TestArguments),
     /// Search inputs that make the program panic, hang or take too much memory; findings are kept in `tests/fuzz/regressions`.
     Fuzz(fuzz::FuzzArguments),
+    /// Kill runs of all scenes on all backends at random moments, resume them, and compare them with runs that were left alone.
+    Kills(fuzz::KillsArguments),
     /// Check that every GPU kernel, with every set of its options, is valid. Needs no GPU.
     Kernels,
     /// Measure every backend of this machine, check its results, and write one page about it.
@@ -50,6 +52,7 @@ fn main() -> ExitCode {
     let success = match Arguments::parse().task {
         Task::Test(arguments) | Task::Ci(arguments) => test::run(&arguments),
         Task::Fuzz(arguments) => fuzz::run(&arguments),
+        Task::Kills(arguments) => fuzz::kills(&arguments),
         Task::Kernels => kernels::run(),
         Task::Package => package::run(),
         Task::Dist => dist::run(),
