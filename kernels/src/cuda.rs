@@ -1,7 +1,8 @@
 //! The CUDA sources and how modules are made of them.
 //!
 //! A module is one file `cuda/<name>.cu` with one or more kernels. What they share is in
-//! `cuda/shared`; all of it comes before each module, in the order of dependence. An option of a module
+//! `cuda/shared`; all of it comes before each module, in the order of dependence. What serves one regular grid
+//! alone is in `cuda/patch`. An option of a module
 //! is the macro `CLOTH_<OPTION>`; every module also has `f64` (double precision) and `fast`.
 
 use std::fmt;
@@ -21,7 +22,7 @@ pub struct CudaModule {
 }
 
 macro_rules! modules {
-    ($($name:literal $options:expr,)*) => {
+    ($($name:literal $(in $folder:literal)? $options:expr,)*) => {
         /// All modules that compute stages.
         pub const CUDA_MODULES: &[CudaModule] = &[
             $(CudaModule {
@@ -29,7 +30,7 @@ macro_rules! modules {
                 options: &$options,
                 common: &COMMON,
                 parts: SHARED,
-                source: include_str!(concat!("../cuda/", $name, ".cu")),
+                source: include_str!(concat!("../cuda/", $($folder, "/",)? $name, ".cu")),
             },)*
         ];
     };
@@ -43,7 +44,7 @@ modules! {
     "collider_impulses" [],
     "collider_response" [],
     "conjugate_gradient" ["wide", "resident"],
-    "conjugate_gradient_patch" [],
+    "conjugate_gradient_patch" in "patch" [],
     "constraint_filter" [],
     "constraint_impulses" [],
     "constraint_project" [],
@@ -54,12 +55,12 @@ modules! {
     "contact_linearise" [],
     "control_forces" [],
     "explicit_substep" ["penalty", "extras", "table", "grid", "wide", "stencil", "packed"],
-    "explicit_substep_contact" [],
-    "explicit_substep_flat" [],
+    "explicit_substep_contact" in "patch" [],
+    "explicit_substep_flat" in "patch" [],
     "explicit_substep_mesh" [],
-    "explicit_substep_patch" [],
+    "explicit_substep_patch" in "patch" [],
     "explicit_substep_stages" ["penalty", "impulses", "limits", "fabric", "extras", "packed", "wide"],
-    "explicit_substep_tiles" [],
+    "explicit_substep_tiles" in "patch" [],
     "field_forces" [],
     "implicit_assemble" [],
     "implicit_motion" [],
@@ -84,18 +85,21 @@ modules! {
 }
 
 macro_rules! shared {
-    ($($name:literal)*) => {
+    ($($folder:literal: $($name:literal)*,)*) => {
         /// The parts of all modules, each after those it needs.
         const SHARED: &[(&str, &str)] =
-            &[$(($name, include_str!(concat!("../cuda/shared/", $name, ".cuh"))),)*];
+            &[$($(($name, include_str!(concat!("../cuda/", $folder, "/", $name, ".cuh"))),)*)*];
     };
 }
 
 shared! {
-    "ptx" "real" "solver" "spring" "field" "procedural" "fabric" "air" "collider" "contact" "group" "list" "limit" "sync" "meeting" "build"
-    "substep" "frame" "stencil" "packet" "tile" "flat" "pairs" "strip" "tile_list" "around" "area" "area_expected" "sketch" "area_view" "area_search"
-    "far_search" "area_sum" "area_sum_few" "area_sum_many"
-    "linear" "fabric_matrix" "sum" "solve" "resident" "patch" "constraint"
+    "shared": "ptx" "real" "solver" "spring" "field" "procedural" "fabric" "air" "collider" "contact" "group" "list" "limit" "sync" "meeting" "build"
+    "substep" "frame",
+    "patch": "stencil" "packet" "tile" "flat" "pairs" "strip" "tile_list" "around" "area" "area_expected" "sketch" "area_view" "area_search"
+    "far_search" "area_sum" "area_sum_few" "area_sum_many",
+    "shared": "linear" "fabric_matrix" "sum" "solve" "resident",
+    "patch": "neighbours24",
+    "shared": "constraint",
 }
 
 macro_rules! ladder {
@@ -245,10 +249,11 @@ mod tests {
 
     #[test]
     fn every_file_is_listed() {
-        let listed = CUDA_MODULES.iter().map(|module| module.name.to_owned()).collect();
-        assert_eq!(folder("cuda", "cu"), listed);
-        let listed = SHARED.iter().map(|(name, _)| (*name).to_owned()).collect();
-        assert_eq!(folder("cuda/shared", "cuh"), listed);
+        let listed: BTreeSet<_> =
+            CUDA_MODULES.iter().map(|module| module.name.to_owned()).collect();
+        assert_eq!(&folder("cuda", "cu") | &folder("cuda/patch", "cu"), listed);
+        let listed: BTreeSet<_> = SHARED.iter().map(|(name, _)| (*name).to_owned()).collect();
+        assert_eq!(&folder("cuda/shared", "cuh") | &folder("cuda/patch", "cuh"), listed);
         let listed = CUDA_LADDER_MODULES.iter().map(|module| module.name.replace("ladder_", ""));
         assert_eq!(folder("cuda/ladder", "cu"), listed.collect());
     }

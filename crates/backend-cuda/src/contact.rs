@@ -10,8 +10,8 @@ use cloth_core::{ContactResponse, Error, Model, NONE, Result, SelfContact};
 
 use crate::{
     layout::{CudaReal, Real4, SolverData, Status},
+    patch::Patch,
     queue::{Buffer, Queue},
-    tables::Patch,
 };
 
 /// Particles of a group: a warp.

@@ -5,27 +5,25 @@ use cloth_core::{
 };
 
 use crate::{
-    forms::{
-        CONTACT_GROUPS, FrameForm, FrameSizes, STENCIL_FORCES, contact_shared_bytes,
-        limit_shared_bytes,
-    },
+    forms::{FrameForm, FrameSizes, limit_shared_bytes},
     layout::CudaReal,
     memory::Memory,
+    patch::{CONTACT_GROUPS, Patch, STENCIL_FORCES, contact_shared_bytes},
     queue::{Buffer, Launch, THREADS},
-    tables::{Patch, SpringTables, StrainTables},
+    tables::{SpringTables, StrainTables},
 };
 
 /// Particles of a tile and around it, as in `explicit_substep.cu`.
 const TILE_ENTRIES: usize = 37 * 12;
 /// Threads of a block of `explicit_substep_tiles.cu` and `explicit_substep_flat.cu`, and forces that it keeps, as in
-/// `shared/pairs.cuh`.
+/// `patch/pairs.cuh`.
 const PAIR_THREADS: u32 = 128;
 const PAIR_FORCES: usize = 5 * 11 * 35;
 /// Threads of a block of `explicit_substep_contact.cu`, of `explicit_substep_mesh.cu`, and of `explicit_substep_stages.cu`.
 const CONTACT_THREADS: u32 = 512;
 const MESH_THREADS: u32 = 640;
 const STAGES_THREADS: u32 = 512;
-/// Blocks of the forms for many tiles, `LIST_RUNS` of `shared/tile_list.cuh`.
+/// Blocks of the forms for many tiles, `LIST_RUNS` of `patch/tile_list.cuh`.
 const RUNS_MAX: usize = 1024;
 /// Bytes of shared memory that the table of springs may take in the frame kernel.
 const TABLE_MAX: usize = 20 << 10;

@@ -23,6 +23,7 @@ mod layout;
 mod linear;
 mod measure;
 mod memory;
+mod patch;
 mod procedural;
 mod queue;
 mod solver_form;

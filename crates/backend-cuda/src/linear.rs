@@ -9,9 +9,10 @@ use bytemuck::{Pod, Zeroable};
 use crate::{
     layout::{CudaReal, Real4},
     memory::{BLOCK, Memory},
+    patch::Patch,
     queue::{Buffer, Launch},
     solver_form::SolverForm,
-    tables::{ElementMemory, Patch},
+    tables::ElementMemory,
 };
 
 /// Particles of the smallest unit of sums.

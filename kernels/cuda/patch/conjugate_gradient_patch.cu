@@ -1,5 +1,5 @@
 // NUMERICS section 5, `conjugate_gradient` and `jacobi` of a patch of 24 neighbours that is too large to stay on the chip: a
-// whole solve in one cooperative launch. Rows of the matrix are worked out tile by tile (`shared/patch.cuh`), all else in steps.
+// whole solve in one cooperative launch. Rows of the matrix are worked out tile by tile (`patch/neighbours24.cuh`), all else in steps.
 
 #define THREADS 256
 #define SOLVER_BLOCKS 2

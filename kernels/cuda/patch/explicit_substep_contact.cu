@@ -4,9 +4,9 @@
 // Half of the warps compute springs and move the particles, a row of the tile each; the others search for partners, those of a group
 // each: while particles around the tile are on their way in the tile, then around it. The former, when they have their springs, search in
 // other groups that are near, for a group each. Warps wait for those alone whose work they need, at gates (`shared/ptx.cuh`). Particles travel
-// in packets that carry the number of their substep (`shared/packet.cuh`), so that nobody waits for a block whose particles it does not
+// in packets that carry the number of their substep (`patch/packet.cuh`), so that nobody waits for a block whose particles it does not
 // read, but for this: a block moves its particles only when all have said that their groups were within their regions and their expected
-// boxes (`shared/area_expected.cuh`), and that they have read what is then written over. What was searched with lists or boxes that did not
+// boxes (`patch/area_expected.cuh`), and that they have read what is then written over. What was searched with lists or boxes that did not
 // hold is searched once more.
 
 // A warp for each row of the tile, and one that searches for each group.

@@ -1,6 +1,6 @@
 // The composite stage for a regular patch of many tiles with contact, where nothing but fields, springs, contact and colliders acts:
 // a whole frame in one launch. Each substep first does what `explicit_substep_tiles.cu` does, and finds the tiles in which something
-// may touch (`shared/flat.cuh`): few, where cloth lies smooth. When all blocks have met, each group of these is looked at by a warp, and
+// may touch (`patch/flat.cuh`): few, where cloth lies smooth. When all blocks have met, each group of these is looked at by a warp, and
 // the particles that touch something are done again. As no search is in the first part, its threads have their registers to
 // themselves.
 

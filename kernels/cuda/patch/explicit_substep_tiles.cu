@@ -1,6 +1,6 @@
 // The composite stage for a regular patch of many tiles, as `explicit_substep.cu` does it, where nothing but fields, springs and
 // colliders acts: a whole frame in one launch. Each block has a run of tiles, which go down through the patch strip by strip. As
-// each thread has two particles (`shared/pairs.cuh`) there are fewer springs, and less to load, at the edges of tiles.
+// each thread has two particles (`patch/pairs.cuh`) there are fewer springs, and less to load, at the edges of tiles.
 
 // As many as leave a thread the registers that it needs: what it has to put aside goes through the second level of the caches.
 #define BLOCKS_PER_SM 5

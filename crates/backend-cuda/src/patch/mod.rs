@@ -1,8 +1,15 @@
-//! A regular patch in tiles.
+//! What serves one regular grid alone: a patch in tiles, and the sizes of its forms. Their kernels are in `kernels/cuda/patch`;
+//! the table of forms (`forms.rs`) is the one way to them.
+
+mod contact;
 
 use cloth_core::{Model, NONE, RegularPatch};
 
-use super::SpringTables;
+pub(crate) use contact::{
+    CONTACT_GROUPS, CONTACT_PARTICLES_MAX, CONTACT_STATIC, STENCIL_FORCES, contact_shared_bytes,
+};
+
+use crate::tables::SpringTables;
 
 /// Particles along both sides of a tile of the frame kernel.
 const TILE: [usize; 2] = [32, 8];
@@ -11,7 +18,7 @@ const GROUP_SIDES: [usize; 2] = [8, 4];
 /// How far springs may reach.
 const HALO: i64 = 2;
 
-/// Rows and columns to the later of 24 neighbours, in the order of their offsets, as in `shared/patch.cuh`.
+/// Rows and columns to the later of 24 neighbours, in the order of their offsets, as in `patch/neighbours24.cuh`.
 const NEIGHBOURS: [[i64; 2]; 12] = [
     [0, 1],
     [0, 2],

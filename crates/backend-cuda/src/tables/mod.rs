@@ -2,14 +2,12 @@
 
 mod elements;
 mod fabric;
-mod patch;
 mod springs;
 mod strain_limit;
 mod triangles;
 
 pub(crate) use elements::ElementMemory;
 pub(crate) use fabric::FabricTables;
-pub(crate) use patch::Patch;
 pub(crate) use springs::SpringTables;
 pub(crate) use strain_limit::StrainTables;
 pub(crate) use triangles::TriangleTables;
