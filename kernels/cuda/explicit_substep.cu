@@ -38,7 +38,7 @@
 #endif
 
 // A block that has one tile has in each warp the same group all the time, and keeps what it knows of its list.
-#if defined(CLOTH_PENALTY) && defined(CLOTH_WIDE)
+#if defined(CLOTH_PENALTY) && defined(CLOTH_MANY_REGISTERS)
 #define KEEPS_GROUP
 #endif
 
@@ -77,7 +77,7 @@ __device__ __forceinline__ unsigned char* table_load(const Solver& s, const Tabl
 #endif
 
 // With contact there are no registers to keep what a thread loads of a tile.
-#if defined(CLOTH_PENALTY) && !defined(CLOTH_WIDE)
+#if defined(CLOTH_PENALTY) && !defined(CLOTH_MANY_REGISTERS)
 #define KEEPS_LOADS false
 #else
 #define KEEPS_LOADS true
@@ -100,7 +100,7 @@ __device__ __forceinline__ vec3 substep_store(
 }
 
 // Few blocks for each multiprocessor, and registers in plenty: for models that do not fill the device.
-#if defined(CLOTH_WIDE)
+#if defined(CLOTH_MANY_REGISTERS)
 #define BLOCKS_PER_SM 1
 #elif defined(CLOTH_F64)
 #define BLOCKS_PER_SM 2

@@ -33,7 +33,7 @@
 #define ENDS_IN_PASS (!IMPULSES && !LIMITS)
 
 // Few blocks for each multiprocessor, and registers in plenty: for models that do not fill the device, and for the folds of a triangle.
-#ifdef CLOTH_WIDE
+#ifdef CLOTH_MANY_REGISTERS
 #define BLOCKS_PER_SM 1
 #else
 #define BLOCKS_PER_SM 2

@@ -43,7 +43,7 @@ modules! {
     "collider_constraints" [],
     "collider_impulses" [],
     "collider_response" [],
-    "conjugate_gradient" ["wide", "resident"],
+    "conjugate_gradient" ["many_registers", "resident"],
     "conjugate_gradient_patch" in "patch" [],
     "constraint_filter" [],
     "constraint_impulses" [],
@@ -54,12 +54,12 @@ modules! {
     "contact_impulses" [],
     "contact_linearise" [],
     "control_forces" [],
-    "explicit_substep" ["penalty", "extras", "table", "grid", "wide", "stencil", "packed"],
+    "explicit_substep" ["penalty", "extras", "table", "grid", "many_registers", "stencil", "packed"],
     "explicit_substep_contact" in "patch" [],
     "explicit_substep_flat" in "patch" [],
     "explicit_substep_mesh" [],
     "explicit_substep_patch" in "patch" [],
-    "explicit_substep_stages" ["penalty", "impulses", "limits", "fabric", "extras", "packed", "wide"],
+    "explicit_substep_stages" ["penalty", "impulses", "limits", "fabric", "extras", "packed", "many_registers"],
     "explicit_substep_tiles" in "patch" [],
     "field_forces" [],
     "implicit_assemble" [],
@@ -192,7 +192,7 @@ impl CudaModule {
 
     /// Every set of options that backends use: `fast` and the `resident` form of the linear solver are for single precision;
     /// the tiles of `grid` read their springs from the table, or, in single precision, have those of `stencil`; springs that
-    /// are not in the table may be `packed`; kernels with `fabric`, which need many registers, are always `wide`, have all `extras`
+    /// are not in the table may be `packed`; kernels with `fabric`, which need many registers, are always with `many_registers`, have all `extras`
     /// and springs of any kind, so that few of them are built.
     #[must_use]
     pub fn option_sets(&self) -> Vec<Vec<&'static str>> {
@@ -205,12 +205,12 @@ impl CudaModule {
             let has = |option| set.contains(&option);
             let single = has("fast") || has("resident") || has("stencil");
             !(has("f64") && single
-                || has("wide") && has("resident")
+                || has("many_registers") && has("resident")
                 || has("grid") && !has("table")
                 || has("stencil") && !has("grid")
                 || has("packed") && has("table")
                 || has("penalty") && has("impulses")
-                || has("fabric") && (has("packed") || !has("extras") || !has("wide"))
+                || has("fabric") && (has("packed") || !has("extras") || !has("many_registers"))
                 || self.name == "explicit_substep_stages"
                     && !(has("impulses") || has("limits") || has("fabric")))
         };

@@ -24,7 +24,7 @@ const SMALL: [u32; 2] = [43, 20];
 /// Another of as many tiles, folded where two of them meet.
 const SEAM: [u32; 2] = [53, 20];
 /// One that is folded far from most of its tiles: some touch others, some nothing.
-const WIDE: [u32; 2] = [200, 19];
+const BROAD: [u32; 2] = [200, 19];
 /// Tiles of the small one.
 const TILES: u32 = 2 * 3;
 
@@ -94,6 +94,37 @@ fn patches() {
     });
 }
 
+/// A bead that every particle would have passed unseen is found on their paths, by each way through a substep; without the look at paths
+/// it is not.
+#[test]
+fn paths_through_a_collider() {
+    let patch =
+        |sides| PatchFrames { thrown: true, frames: &[1, 2], ..PatchFrames::explicit(sides) };
+    for (form, sides) in [
+        (mesh("explicit_substep", &["packed"], 256), LARGE),
+        (mesh("explicit_substep_mesh", &[], 640), LARGE),
+        (form("explicit_substep_tiles", &[], 128), LARGE),
+        (form("explicit_substep_patch", &[], 256), SMALL),
+    ] {
+        let patch = patch(sides);
+        let expected = patch.run(&cpu(2)).expect("the CPU simulates the patch");
+        let blocks = if sides == SMALL { TILES } else { 3 };
+        let (state, _) = Program::of(&form, |text| text).run(&patch, blocks, 1);
+        assert_eq!(first_difference(&expected, &state), None, "{}", form.module);
+        let blind = |text: String| {
+            let looks = "path.length_squared > surface.distance * surface.distance";
+            replaced(&text, looks, "false")
+        };
+        let (state, _) = Program::of(&form, blind).run(&patch, blocks, 1);
+        assert_ne!(
+            first_difference(&expected, &state),
+            None,
+            "{}: no path met the bead",
+            form.module
+        );
+    }
+}
+
 #[test]
 fn meshes_with_contact() {
     check(&mesh("explicit_substep", &["penalty", "packed"], 256), LARGE, true, &[3, 2]);
@@ -107,15 +138,16 @@ fn patches_with_contact() {
     check_edited(&tiles, LARGE, true, &[6, 3], |text| {
         replaced(&text, "#define GROUPS_FEW 1024", "#define GROUPS_FEW 0")
     });
-    let wide = form("explicit_substep", &["penalty", "table", "grid", "wide", "stencil"], 256);
-    check(&wide, SMALL, true, &[TILES, TILES, TILES]);
+    let roomy =
+        form("explicit_substep", &["penalty", "table", "grid", "many_registers", "stencil"], 256);
+    check(&roomy, SMALL, true, &[TILES, TILES, TILES]);
 }
 
 #[test]
 fn large_patches_with_contact() {
     let flat = form("explicit_substep_flat", &[], 128);
     check(&flat, LARGE, true, &[4, 1, 7]);
-    check(&flat, WIDE, true, &[4, 3]);
+    check(&flat, BROAD, true, &[4, 3]);
     // Regions that are left in almost every substep; groups that are looked at one by one; and room for few of them at once.
     for (right, wrong) in [
         ("s.list_margin + share", "(real)0.02 * s.list_margin + share"),
@@ -125,7 +157,7 @@ fn large_patches_with_contact() {
         ),
         ("TOGETHER = COLUMNS * ROWS / GROUP", "TOGETHER = 2"),
     ] {
-        check_edited(&flat, WIDE, true, &[3], |text| replaced(&text, right, wrong));
+        check_edited(&flat, BROAD, true, &[3], |text| replaced(&text, right, wrong));
     }
 }
 
@@ -182,7 +214,7 @@ fn substeps_of_several_stages() {
     let penalty = PatchFrames { contact: true, ..plain.clone() };
     let limited = |sweeps, patch: &PatchFrames| PatchFrames { sweeps, ..patch.clone() };
     let same = |text| text;
-    assert!(stages(&impulses, &["impulses", "packed", "wide"], None, same));
+    assert!(stages(&impulses, &["impulses", "packed", "many_registers"], None, same));
     let crowded = |text: String| replaced(&text, "PARTNERS_KEPT 24", "PARTNERS_KEPT 1");
     assert!(stages(&impulses, &["impulses"], None, crowded));
     // Of 3010 particles: in the last, blocks have one region each.
@@ -197,11 +229,11 @@ fn substeps_of_several_stages() {
 fn substeps_of_fabric() {
     let plain = PatchFrames { fabric: true, ..PatchFrames::explicit(LARGE) };
     let same = |text| text;
-    assert!(stages(&plain, &["fabric", "extras", "wide"], None, same));
+    assert!(stages(&plain, &["fabric", "extras", "many_registers"], None, same));
     let penalty = PatchFrames { contact: true, ..plain.clone() };
-    assert!(stages(&penalty, &["penalty", "fabric", "extras", "wide"], None, same));
+    assert!(stages(&penalty, &["penalty", "fabric", "extras", "many_registers"], None, same));
     let impulses = PatchFrames { impulses: true, ..plain.clone() };
-    assert!(stages(&impulses, &["impulses", "fabric", "extras", "wide"], None, same));
+    assert!(stages(&impulses, &["impulses", "fabric", "extras", "many_registers"], None, same));
     // A barrier that is not there, derivatives of other vertices, a fold taken the longer way around.
     for (right, wrong) in [
         ("if (!PENALTY) meet();", ""),
@@ -211,7 +243,7 @@ fn substeps_of_fabric() {
     ] {
         let edit = |text: String| replaced(&text, right, wrong);
         assert!(
-            !stages(&plain, &["fabric", "extras", "wide"], None, edit),
+            !stages(&plain, &["fabric", "extras", "many_registers"], None, edit),
             "`{wrong}` is not found"
         );
     }
@@ -303,7 +335,7 @@ fn faults_are_found() {
     ];
     for (form, right, wrong) in faults {
         let contact = form.module == flat.module;
-        let patch = patch(if contact { WIDE } else { LARGE }, contact);
+        let patch = patch(if contact { BROAD } else { LARGE }, contact);
         let expected = patch.run(&cpu(2)).expect("the CPU simulates the patch");
         let program = Program::of(form, |text| replaced(&text, right, wrong));
         let (state, _) = program.run(&patch, 3, 1);

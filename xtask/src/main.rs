@@ -11,6 +11,8 @@ mod kernels;
 mod package;
 mod packages;
 mod programs;
+#[cfg(test)]
+mod recipe;
 mod screen;
 mod summary;
 mod test;

@@ -39,6 +39,11 @@ mod triangles;
 mod vector;
 mod vertex_normals;
 
+/// How it works, with the table of its forms.
+pub mod how_it_works {
+    #![doc = include_str!("../BACKEND.md")]
+}
+
 use std::{num::NonZeroUsize, sync::Arc};
 
 use cloth_core::{

@@ -299,6 +299,26 @@ mod tests {
         }
     }
 
+    /// The page about this backend has this table.
+    #[test]
+    fn the_page_has_the_table() {
+        let names = |set: FeatureSet| set.iter().map(Feature::name).collect::<Vec<_>>().join(", ");
+        let lacks = |set: FeatureSet| {
+            let all = Feature::ALL.into_iter().filter(move |&feature| !set.has(feature));
+            all.map(Feature::name).collect::<Vec<_>>()
+        };
+        let rows = FrameForm::TABLE.map(|form| {
+            let takes = match &lacks(form.takes())[..] {
+                [] => "everything".to_owned(),
+                few if few.len() <= 3 => format!("all but {}", few.join(", ")),
+                _ => names(form.takes()),
+            };
+            format!("| {} | `{}` | {takes} |\n", form.name(), form.module())
+        });
+        let page = include_str!("../BACKEND.md");
+        assert!(page.contains(&rows.concat()), "{}", rows.concat());
+    }
+
     #[test]
     fn what_rules_a_faster_form_out_is_said() {
         let windy = FeatureSet::of(&[Feature::Springs, Feature::Air]);

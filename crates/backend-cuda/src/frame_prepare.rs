@@ -136,7 +136,7 @@ impl<T: CudaReal> Memory<T> {
         }
         let (items, is_small) = (sizes.items(), sizes.is_small());
         if is_small {
-            options.push("wide");
+            options.push("many_registers");
         }
         let mut threads = THREADS;
         let groups = items * CONTACT_GROUPS;
@@ -214,7 +214,7 @@ impl<T: CudaReal> Memory<T> {
         if model.has_fabric() {
             // Built in one form for all sizes and kinds of springs.
             options.retain(|&option| option != "extras");
-            options.extend(["fabric", "extras", "wide"]);
+            options.extend(["fabric", "extras", "many_registers"]);
         } else if !self.springs.packed.is_empty() {
             options.push("packed");
         }
@@ -222,7 +222,7 @@ impl<T: CudaReal> Memory<T> {
         let n = model.particle_count();
         let is_small = n <= multiprocessors * STAGES_THREADS as usize;
         if is_small && !model.has_fabric() {
-            options.push("wide");
+            options.push("many_registers");
         }
         self.options = options;
         let size = region_size(model, multiprocessors);

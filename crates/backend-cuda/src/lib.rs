@@ -30,6 +30,11 @@ mod solver_form;
 mod tables;
 mod timing;
 
+/// How it works, with the table of its forms.
+pub mod how_it_works {
+    #![doc = include_str!("../BACKEND.md")]
+}
+
 use std::sync::Arc;
 
 use cloth_core::{

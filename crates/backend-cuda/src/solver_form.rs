@@ -18,7 +18,7 @@ const RESIDENT_PLACES: usize = 1 << 16;
 /// around them on all sides.
 const PATCH_ENTRIES: usize = 2 * 36 * 20;
 /// Particles up to which the general form gains from many registers, and not from many threads.
-const WIDE_MAX: usize = 1 << 17;
+const REGISTERS_PARTICLES_MAX: usize = 1 << 17;
 
 /// A form of the kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +26,7 @@ pub(crate) enum SolverForm {
     /// For every model.
     General,
     /// The same with as many registers as there are.
-    Wide,
+    ManyRegisters,
     /// For large patches of 24 neighbours, tile by tile.
     Patch,
     /// Every particle in the registers of a thread of its own for the whole solve.
@@ -37,7 +37,7 @@ impl SolverForm {
     /// The module of the kernel.
     pub(crate) const fn module(self) -> &'static str {
         match self {
-            Self::General | Self::Wide | Self::Resident => "conjugate_gradient",
+            Self::General | Self::ManyRegisters | Self::Resident => "conjugate_gradient",
             Self::Patch => "conjugate_gradient_patch",
         }
     }
@@ -46,7 +46,7 @@ impl SolverForm {
     pub(crate) const fn option(self) -> Option<&'static str> {
         match self {
             Self::General | Self::Patch => None,
-            Self::Wide => Some("wide"),
+            Self::ManyRegisters => Some("many_registers"),
             Self::Resident => Some("resident"),
         }
     }
@@ -54,7 +54,7 @@ impl SolverForm {
     /// Threads of a block.
     const fn threads(self) -> usize {
         match self {
-            Self::General | Self::Wide => BLOCK,
+            Self::General | Self::ManyRegisters => BLOCK,
             Self::Patch | Self::Resident => BLOCK / 2,
         }
     }
@@ -81,7 +81,10 @@ impl SolverForm {
             return Ok(None);
         }
         if self == Self::Patch
-            && (T::DOUBLE || linear.elements.is_some() || !linear.is_patch() || n < WIDE_MAX)
+            && (T::DOUBLE
+                || linear.elements.is_some()
+                || !linear.is_patch()
+                || n < REGISTERS_PARTICLES_MAX)
         {
             return Ok(None);
         }
@@ -89,7 +92,7 @@ impl SolverForm {
         let kernel = memory.kernel(self.module(), name)?;
         let device = &memory.queue.device;
         let shared = match self {
-            Self::General | Self::Wide => 0,
+            Self::General | Self::ManyRegisters => 0,
             Self::Patch => PATCH_ENTRIES * size_of::<Real4<T>>(),
             Self::Resident => places * size_of::<Real4<T>>(),
         };
@@ -116,8 +119,11 @@ impl SolverForm {
             memory.solver = form;
             return Ok(launch);
         }
-        let general =
-            if (memory.data.count as usize) < WIDE_MAX { Self::Wide } else { Self::General };
+        let general = if (memory.data.count as usize) < REGISTERS_PARTICLES_MAX {
+            Self::ManyRegisters
+        } else {
+            Self::General
+        };
         for form in [Self::Resident, Self::Patch, general] {
             if let Some(launch) = form.launch(name, memory, linear)? {
                 if form == Self::Resident {

@@ -28,6 +28,11 @@ pub(crate) const IMPLICIT_STEP: FeatureSet = FeatureSet::of(&[
     Feature::UnlikeSprings,
 ]);
 
+/// They in words.
+const EXPLICIT_FORM: &str = "few groups, with contact";
+const IMPLICIT_FORM: &str = "one kernel before the iterations and one after them";
+const GENERAL: &str = "general";
+
 /// Whether a form with these features takes a model.
 pub(crate) fn takes(form: FeatureSet, model: &Model, config: &SolverConfig) -> bool {
     ModelFeatures::new(model, config).set().first_beyond(form).is_none()
@@ -40,7 +45,7 @@ pub(crate) fn choices(model: &Model, config: &SolverConfig) -> Vec<FormChoice> {
         model.cloths().iter().map(|cloth| cloth.particles.len().div_ceil(GROUP as usize)).sum();
     let beyond = |form| features.first_beyond(form).map(|feature| feature.name().to_owned());
     let choice = |phase, special, objection: Option<String>| match objection {
-        Some(why) => FormChoice { phase, form: "general", ruled_out: vec![(special, why)] },
+        Some(why) => FormChoice { phase, form: GENERAL, ruled_out: vec![(special, why)] },
         None => FormChoice { phase, form: special, ruled_out: Vec::new() },
     };
     match config.integrator {
@@ -54,11 +59,10 @@ pub(crate) fn choices(model: &Model, config: &SolverConfig) -> Vec<FormChoice> {
                     None
                 }
             });
-            vec![choice("explicit_substep", "few groups, with contact", objection)]
+            vec![choice("explicit_substep", EXPLICIT_FORM, objection)]
         }
         Integrator::Implicit(_) => {
-            let special = "one kernel before the iterations and one after them";
-            vec![choice("implicit_substep", special, beyond(IMPLICIT_STEP))]
+            vec![choice("implicit_substep", IMPLICIT_FORM, beyond(IMPLICIT_STEP))]
         }
         _ => Vec::new(),
     }
@@ -71,6 +75,22 @@ mod tests {
     };
 
     use super::*;
+
+    /// The page about this backend has this table.
+    #[test]
+    fn the_page_has_the_table() {
+        let page = include_str!("../BACKEND.md");
+        for (phase, form, takes) in [
+            ("explicit_substep", EXPLICIT_FORM, SUBSTEP_WIDE),
+            ("implicit_substep", IMPLICIT_FORM, IMPLICIT_STEP),
+        ] {
+            let names = takes.iter().map(Feature::name).collect::<Vec<_>>().join(", ");
+            let rows = format!(
+                "| `{phase}` | {form} | {names} |\n| `{phase}` | {GENERAL} | everything |\n"
+            );
+            assert!(page.contains(&rows), "{rows}");
+        }
+    }
 
     #[test]
     fn what_a_form_does_not_list_goes_to_the_general_one() {

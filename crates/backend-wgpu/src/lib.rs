@@ -35,6 +35,11 @@ mod solver;
 mod stages;
 mod tables;
 
+/// How it works, with the table of its forms.
+pub mod how_it_works {
+    #![doc = include_str!("../BACKEND.md")]
+}
+
 use std::sync::Arc;
 
 use cloth_core::{

@@ -58,9 +58,14 @@ mod scene_audit;
 #[cfg(feature = "scene")]
 mod simulation;
 
-/// How the engine is built and how it is extended.
+/// How the engine is built.
 pub mod architecture {
     #![doc = include_str!("../ARCHITECTURE.md")]
+}
+
+/// How the engine is extended.
+pub mod extending {
+    #![doc = include_str!("../EXTENDING.md")]
 }
 
 pub use backends::{

@@ -45,7 +45,7 @@ struct GroupView {
 };
 
 // Members of a group that are compared at once, where there are registers for it.
-#ifdef CLOTH_WIDE
+#ifdef CLOTH_MANY_REGISTERS
 #define MEMBERS_BATCH 4
 #else
 #define MEMBERS_BATCH 1

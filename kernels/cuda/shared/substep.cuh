@@ -21,7 +21,7 @@ __device__ __forceinline__ Moved integrate(real length, real inverse_mass, const
 #define TILE_ENTRIES (TILE_STRIDE * TILE_HEIGHT)
 
 // Springs of a particle that are loaded before the first is used.
-#ifdef CLOTH_WIDE
+#ifdef CLOTH_MANY_REGISTERS
 #define UNROLL _Pragma("unroll 12")
 #else
 #define UNROLL _Pragma("unroll 4")

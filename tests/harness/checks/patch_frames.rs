@@ -21,6 +21,9 @@ const TIME_STEPS: [f64; 2] = [5e-4, 0.01];
 /// Distance of neighbouring particles \[m\].
 const SPACING: f64 = 0.02;
 
+/// Speed of a patch that is thrown \[m/s\]: its particles go as far in a substep as they are apart.
+const THROW: f64 = SPACING / TIME_STEPS[0];
+
 /// A patch, part of it folded over, that falls on a ball.
 #[derive(Clone, Debug)]
 pub struct PatchFrames {
@@ -40,6 +43,8 @@ pub struct PatchFrames {
     pub sweeps: u32,
     /// Whether the ball is there.
     pub collider: bool,
+    /// Whether it is as small as a bead, and the patch so fast that it would be past it after a substep.
+    pub thrown: bool,
     /// How the state is advanced.
     pub integrator: Integrator,
     /// Precision.
@@ -82,6 +87,7 @@ impl PatchFrames {
             impulses: false,
             sweeps: 0,
             collider: true,
+            thrown: false,
             integrator: Integrator::Explicit,
             precision: Precision::F32,
             frames: &[1, 2, 17, 6],
@@ -100,10 +106,23 @@ impl PatchFrames {
             stencil: self.stencil,
             ..GridPatch::horizontal(2, SPACING, 0.03)
         };
+        let (radius, translation) = if self.thrown {
+            // Below a particle of the part that is not folded.
+            let [column, row] = [self.columns / 4, self.rows / 4].map(f64::from);
+            let mut place: [f64; 3] = std::array::from_fn(|axis| {
+                let along = column * patch.column_axis[axis] + row * patch.row_axis[axis];
+                patch.origin[axis] + SPACING * along
+            });
+            place[0] += 1e-3;
+            place[2] -= 0.5 * THROW * TIME_STEPS[0];
+            (4e-3, place)
+        } else {
+            (0.15, [0.0, 0.0, -0.13])
+        };
         let ball = Collider {
             name: "ball".into(),
-            shape: ColliderShape::Sphere { radius: 0.15 },
-            pose: Pose::from_translation([0.0, 0.0, -0.13]),
+            shape: ColliderShape::Sphere { radius },
+            pose: Pose::from_translation(translation),
             friction: 0.3,
             restitution: 0.0,
         };
@@ -175,6 +194,12 @@ impl PatchFrames {
     #[must_use]
     pub fn start(&self, model: &Model) -> State {
         let mut state = model.initial_state();
+        if self.thrown {
+            let held = state.held.iter();
+            for (velocity, _) in state.velocities.iter_mut().zip(held).filter(|(_, h)| **h == 0) {
+                velocity[2] = -THROW;
+            }
+        }
         // So that one part lies on another, and a third by itself.
         let place = (0.6 * f64::from(self.columns)).floor() + 0.1;
         fold(&mut state, place * SPACING, 0.8 * SPACING);
