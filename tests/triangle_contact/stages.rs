@@ -31,8 +31,10 @@ fn state(model: &Model, distance: f64, seed: u64, candidate: &Candidate) -> Stat
     for (i, x) in state.positions.iter_mut().enumerate() {
         let by = random.vector(0.2 * distance);
         *x = std::array::from_fn(|k| x[k] + by[k]);
-        state.velocities[i] = random.vector(1.0);
-        state.held[i] = u8::from(random.chance(0.1));
+        // What is held rests: nothing else could be pinched.
+        let is_held = random.chance(0.1);
+        state.velocities[i] = if is_held { [0.0; 3] } else { random.vector(1.0) };
+        state.held[i] = u8::from(is_held);
     }
     candidate.rounded(&state)
 }
