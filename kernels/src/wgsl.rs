@@ -43,7 +43,7 @@ modules! {
     "collider_constraints" ["grids"],
     "collider_impulses" [],
     "collider_response" ["grids", "impulses", "start"],
-    "conjugate_gradient_image" ["colliders", "fabric", "penalty"],
+    "conjugate_gradient_image" ["colliders", "fabric", "penalty", "triangles"],
     "conjugate_gradient_iteration" ["colliders"],
     "conjugate_gradient_step" ["colliders"],
     "constraint_filter" ["colliders"],
@@ -54,10 +54,19 @@ modules! {
     "contact_candidates_groups" [],
     "contact_candidates_list" ["exclusions"],
     "contact_candidates_regions" [],
+    "contact_certify" [],
     "contact_forces" [],
+    "contact_forces_triangles" [],
+    "contact_geometry" [],
     "contact_impulses" [],
     "contact_impulses_count" [],
     "contact_linearise" [],
+    "contact_pairs_ahead" [],
+    "contact_pairs_boxes" [],
+    "contact_pairs_list" [],
+    "contact_pairs_moved" [],
+    "contact_pairs_reference" [],
+    "contact_pairs_tree" [],
     "control_forces" [],
     "control_forces_anchors" [],
     "control_forces_restore" [],
@@ -65,7 +74,7 @@ modules! {
     "explicit_substep_fabric" [],
     "explicit_substep_wide" ["air", "buckling", "grids", "impulses"],
     "field_forces" [],
-    "implicit_assemble" ["air", "buckling", "colliders", "fabric", "penalty"],
+    "implicit_assemble" ["air", "buckling", "colliders", "fabric", "penalty", "triangles"],
     "implicit_assemble_fabric" [],
     "implicit_motion" [],
     "implicit_system" ["air", "buckling"],
@@ -75,9 +84,9 @@ modules! {
     "linear_close" [],
     "linear_end" [],
     "linear_reference" [],
-    "linear_residual" ["colliders", "fabric", "penalty"],
+    "linear_residual" ["colliders", "fabric", "penalty", "triangles"],
     "linear_start" ["colliders"],
-    "matrix_apply" ["fabric", "penalty"],
+    "matrix_apply" ["fabric", "penalty", "triangles"],
     "measure" ["buckling", "contact", "grids"],
     "measure_fabric" [],
     "measure_total" [],
@@ -114,20 +123,21 @@ macro_rules! shared {
 
 shared! {
     "air" "air_add" "air_add_none" "air_jacobian" "air_jacobian_none" "arctangent" "assemble" "bending_element"
-    "bending_store" "call" "cells" "collider"
+    "bending_store" "call" "cells" "certificate" "collider"
     "constraint" "constraint_change" "constraint_none" "contact_counts" "contact_exclusions"
     "contact_exclusions_none" "contact_force" "contact_force_wide" "contact_kept" "contact_next"
     "contact_pair" "contact_partners" "contact_penalty" "contact_row" "contact_row_none" "contact_search"
-    "contact_search_wide" "contact_spill" "contact_turn" "contact_turn_wide" "contact_wanted"
+    "contact_search_wide" "contact_spill" "contact_table" "contact_turn" "contact_turn_wide" "contact_wanted"
     "control_forces" "crews" "distance_grid" "distance_grid_none" "element_row"
     "element_row_none" "element_sums" "fabric" "fabric_add" "fabric_add_none"
     "fabric_gather" "fabric_tangents" "fabric_vectors" "field" "filter" "finite" "fold" "force" "group"
     "group_box" "group_boxes" "group_boxes_out" "group_check" "group_positions" "group_positions_out"
     "group_region" "group_rows" "impulses" "impulses_none" "integrate" "link_kinds" "links" "matrix"
     "matrix_diagonal" "matrix_entry" "matrix_row" "matrix_springs" "measure_sum" "membrane" "membrane_element" "membrane_store" "model" "motion" "motion_out"
-    "particle_advance" "particle_force" "piece" "position_start" "position_start_none" "preconditioner" "preconditioner_block" "procedural" "solve"
+    "particle_advance" "particle_force" "piece" "pair_box" "pair_boxes" "pair_found" "pair_list" "pair_references" "pair_results" "pair_task" "pair_ways"
+    "position_start" "position_start_none" "preconditioner" "preconditioner_block" "procedural" "solve"
     "solve_begin" "solve_check" "solve_outcome" "spring" "spring_batch" "spring_buckling" "spring_factor" "spring_linear"
-    "status" "substep" "symmetric" "triangles" "vectors"
+    "status" "substep" "surface" "symmetric" "triangle_row" "triangle_row_none" "triangles" "vectors"
 }
 
 /// A resource that a module binds.

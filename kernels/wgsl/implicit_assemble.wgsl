@@ -28,6 +28,9 @@
 @group(0) @binding(18) var<storage, read> contact_entries: array<u32>;
 @group(0) @binding(45) var<storage, read> contact_factors: array<vec4f>;
 //!end
+//!if triangles
+//!include contact_table
+//!end
 //!if fabric
 //!include element_sums
 //!end
@@ -87,6 +90,24 @@ fn main(
             let along = share * dot_product(factor.xyz, relative);
             parts.right_side = add_scaled(parts.right_side, along, factor.xyz);
             parts.diagonal = symmetric_add_outer(parts.diagonal, 1.0, factor.xyz);
+        }
+    }
+//!end
+//!if triangles
+    let places = contact_places(particle);
+    for (var k = places.x; k < places.y; k += 1u) {
+        let place = contact_table[k];
+        let at = contact_of(place);
+        let weight = contact_weight(at, place);
+        let rows = Symmetric(contact_three(at + 8u), contact_three(at + 11u));
+        parts.diagonal.on += weight * weight * rows.on;
+        parts.diagonal.off += weight * weight * rows.off;
+        if contact_table[1] != 0u {
+            var relative = vec3f(0.0);
+            for (var b = 0u; b < 4u; b += 1u) {
+                relative = add_scaled(relative, contact_number(at + 4u + b), velocity_in[contact_table[at + b]].xyz);
+            }
+            parts.right_side -= weight * symmetric_apply(rows, relative);
         }
     }
 //!end

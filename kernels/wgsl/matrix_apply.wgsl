@@ -6,6 +6,12 @@
 //!if not penalty
 //!include contact_row_none
 //!end
+//!if triangles
+//!include contact_table triangle_row
+//!end
+//!if not triangles
+//!include triangle_row_none
+//!end
 //!if fabric
 //!include element_row
 //!end

@@ -211,7 +211,8 @@ impl Buffers {
         size_check(&context.limits, name, size)?;
         // wgpu knows no empty bindings.
         let size = size.max(VECTOR_SIZE);
-        let uniform = ["model", "substep", "colour", "contact", "call"].contains(&name);
+        let uniform =
+            ["model", "substep", "colour", "contact", "call", "pair_task"].contains(&name);
         let kind = if uniform { wgpu::BufferUsages::UNIFORM } else { wgpu::BufferUsages::STORAGE };
         let usage = kind | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         let contents = contents.filter(|contents| !contents.is_empty());
@@ -299,9 +300,8 @@ fn limit_name(buffer: &'static str) -> &'static str {
         | "constraints" | "fabric_tangents" | "element_sums" | "element_entries" => {
             "bytes of a buffer of the linear system on this device"
         }
-        "contact_entries" | "contact_factors" | "group_rows" => {
-            "bytes of a buffer of contact candidates on this device"
-        }
+        "contact_entries" | "contact_factors" | "contact_table" | "group_rows" | "pairs"
+        | "pair_results" => "bytes of a buffer of contact candidates on this device",
         _ => "bytes of a buffer on this device",
     }
 }

@@ -207,6 +207,30 @@ shared_struct! {
 }
 
 shared_struct! {
+    /// `shared/pair_task.wgsl`.
+    PairTask {
+        drift: [f32; 3],
+        reach: f32,
+        length: f32,
+        delta: f32,
+        distance: f32,
+        flags: u32,
+        group_count: u32,
+        pair_count: u32,
+        pair_capacity: u32,
+        found_capacity: u32,
+        moved_blocks: u32,
+        padding_0: u32,
+        padding_1: u32,
+        padding_2: u32,
+    }
+}
+
+/// The flags of a [`PairTask`].
+pub(crate) const TASK_MARKED: u32 = 1;
+pub(crate) const TASK_NEW: u32 = 2;
+
+shared_struct! {
     /// `pins_write.wgsl`.
     Pin {
         position: [f32; 4],
@@ -279,6 +303,7 @@ mod tests {
         check("Collider", Collider::FIELDS, size_of::<Collider>());
         check("Colour", Colour::FIELDS, size_of::<Colour>());
         check("Pin", Pin::FIELDS, size_of::<Pin>());
+        check("PairTask", PairTask::FIELDS, size_of::<PairTask>());
         check("ControlForce", ControlForce::FIELDS, size_of::<ControlForce>());
     }
 }

@@ -34,6 +34,7 @@ mod slots;
 mod solver;
 mod stages;
 mod tables;
+mod triangle_contact;
 
 /// How it works, with the table of its forms.
 pub mod how_it_works {
@@ -195,7 +196,6 @@ impl WgpuBackend {
     }
 
     fn kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<WgpuKernels> {
-        model.check_contact_of_points("wgpu")?;
         model.check_no_stretch_limit(config, "wgpu")?;
         model.check_fabric(config, "wgpu")?;
         let config = config.resolved(&model, false);

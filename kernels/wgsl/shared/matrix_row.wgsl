@@ -7,5 +7,6 @@ fn row_vector(place: u32) -> vec3f {
 fn matrix_row(particle: u32, vector: u32) -> vec3f {
     let own = vector_get(vector, particle);
     let sum = matrix_springs(particle, vector * model.particle_count + particle, own);
-    return element_row(contact_row(sum, particle, vector, own), particle, vector);
+    let touching = triangle_row(contact_row(sum, particle, vector, own), particle, vector);
+    return element_row(touching, particle, vector);
 }

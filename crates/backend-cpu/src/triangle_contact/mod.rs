@@ -73,7 +73,7 @@ impl<T: Real> TriangleContact<T> {
         let surface = ContactSurface::new(model, &contact);
         let count = model.particle_count();
         Some(Self {
-            tree: Tree::new(&surface, model.positions()),
+            tree: Tree::new(&surface),
             list: PairList::new(contact.distance),
             set: ContactSet::new(count),
             certifier: Certifier::new(count),

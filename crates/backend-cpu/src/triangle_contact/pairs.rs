@@ -317,7 +317,7 @@ mod tests {
         }
         let model = builder.build().unwrap();
         let surface = ContactSurface::new(&model, &contact);
-        let mut tree = Tree::new(&surface, model.positions());
+        let mut tree = Tree::new(&surface);
         let mut list = PairList::<f64>::new(distance);
         let mut seed = 1;
         for size in [0.0, 1e-3, 0.03, 0.3] {

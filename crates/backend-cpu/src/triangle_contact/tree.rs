@@ -69,15 +69,8 @@ pub(super) struct Tree<T> {
 
 impl<T: Real> Tree<T> {
     /// Sorts the triangles by where they start.
-    pub(super) fn new(surface: &ContactSurface, start: &[[f64; 3]]) -> Self {
-        let centres: Vec<[f64; 3]> = (surface.triangles().iter())
-            .map(|corners| {
-                let [a, b, c] = corners.map(|corner| start[corner as usize]);
-                std::array::from_fn(|k| a[k] + b[k] + c[k])
-            })
-            .collect();
-        let mut order: Vec<u32> = (0..centres.len() as u32).collect();
-        bisect(&centres, &mut order);
+    pub(super) fn new(surface: &ContactSurface) -> Self {
+        let order = surface.groups(GROUP);
         let groups = order.len().div_ceil(GROUP).next_power_of_two();
         Self {
             triangles: vec![Bounds::EMPTY; order.len()],
@@ -163,30 +156,4 @@ impl<T: Real> Tree<T> {
             }
         }
     }
-}
-
-/// Sorts by recursive bisection across the longest side, so that halves are those of the tree.
-fn bisect(centres: &[[f64; 3]], order: &mut [u32]) {
-    let groups = order.len().div_ceil(GROUP).next_power_of_two();
-    if groups <= 1 {
-        return;
-    }
-    let mut low = [f64::INFINITY; 3];
-    let mut high = [f64::NEG_INFINITY; 3];
-    for &triangle in &*order {
-        for axis in 0..3 {
-            low[axis] = low[axis].min(centres[triangle as usize][axis]);
-            high[axis] = high[axis].max(centres[triangle as usize][axis]);
-        }
-    }
-    let side = |axis: usize| high[axis] - low[axis];
-    let axis = (1..3).fold(0, |most, axis| if side(axis) > side(most) { axis } else { most });
-    let middle = groups / 2 * GROUP;
-    order.select_nth_unstable_by(middle, |&a, &b| {
-        let key = |triangle: u32| centres[triangle as usize][axis];
-        key(a).total_cmp(&key(b)).then(a.cmp(&b))
-    });
-    let (left, right) = order.split_at_mut(middle);
-    bisect(centres, left);
-    bisect(centres, right);
 }

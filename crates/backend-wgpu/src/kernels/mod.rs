@@ -9,6 +9,7 @@ use cloth_core::{
     ColliderImpulse, ContactStatistics, DeferredOutcome, ForceControl, ImplicitKernels,
     ImplicitSettings, Kernels, LinearStart, Measures, Model, NewtonStart, PinWrite, Result,
     SolverConfig, SolverReport, StageTime, State,
+    contact::Contacts,
     stepper::{self, FramePlan, Substep},
 };
 
@@ -105,16 +106,21 @@ impl Kernels for WgpuKernels {
         self.stages.execute(Command::ContactCandidates)
     }
 
-    fn contact_pairs(&mut self, _: &Substep) -> Result<()> {
-        self.model().check_contact_of_points("wgpu")
+    fn contact_pairs(&mut self, substep: &Substep) -> Result<()> {
+        self.stages.contact_pairs_find(substep)
     }
 
-    fn contact_geometry(&mut self, _: &Substep, _: NewtonStart) -> Result<()> {
-        self.model().check_contact_of_points("wgpu")
+    fn contact_geometry(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        self.stages.contact_geometry(substep, start)
     }
 
-    fn contact_certify(&mut self, _: &Substep) -> Result<()> {
-        self.model().check_contact_of_points("wgpu")
+    fn contact_certify(&mut self, substep: &Substep) -> Result<()> {
+        self.stages.contact_certify(substep)
+    }
+
+    fn contacts_read(&mut self, out: &mut Contacts) -> Result<()> {
+        self.stages.contacts_read(out);
+        Ok(())
     }
 
     fn contact_forces(&mut self) -> Result<()> {

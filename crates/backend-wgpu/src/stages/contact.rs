@@ -76,7 +76,9 @@ impl Stages {
     }
 
     pub(super) fn contact_forces(&mut self) -> Result<()> {
-        if self.is_penalty() {
+        if self.triangles.is_some() {
+            self.triangle_forces()
+        } else if self.is_penalty() {
             self.over_particles("contact_forces", self.slots.current)
         } else {
             Ok(())

@@ -10,6 +10,7 @@ mod linear;
 mod motion;
 mod results;
 mod semi_implicit;
+mod triangle_contact;
 
 use std::{collections::HashMap, sync::Arc};
 
@@ -36,6 +37,7 @@ use crate::{
     recorder::Recorder,
     slots::Slots,
     tables::{Tables, common_offset, distance_grids, springs},
+    triangle_contact::TriangleContact,
 };
 
 use self::semi_implicit::SemiImplicit;
@@ -88,6 +90,8 @@ pub(crate) struct Stages {
     /// The pattern of what triangles of fabric add to the matrix, once its memory is there.
     element_rows: Option<SlicedRows>,
     semi_implicit: SemiImplicit,
+    /// Contact of triangles, if there is any.
+    triangles: Option<Box<TriangleContact>>,
     /// What came of recorded solves, for the next one who asks.
     deferred: DeferredOutcome,
     /// Particles that colliders constrain, if the host knows it.
@@ -146,7 +150,8 @@ impl Stages {
                 feature: format!("precision {}", config.precision),
             });
         }
-        let solve_policy = solve_policy(&model, config)?;
+        // Contact of triangles is certified by the host in each substep.
+        let solve_policy = solve_policy(&model, config)?.filter(|_| !model.has_triangle_contact());
         context.faults.check()?;
         // No kernel is started for more: springs of a colour share no particle.
         let limit = context.limits.max_compute_workgroups_per_dimension;
@@ -154,6 +159,7 @@ impl Stages {
         let members = &tables.group_members;
         let contact = model
             .self_contact()
+            .filter(|contact| !contact.is_of_triangles())
             .map(|contact| ContactPolicy::new(&model, contact, config.time_step, members));
         match &contact {
             Some(policy) => groups(policy.sizes.groups, 1, limit)?,
@@ -197,6 +203,7 @@ impl Stages {
             solve_reach: None,
             element_rows: None,
             semi_implicit: SemiImplicit::default(),
+            triangles: TriangleContact::new(&model).map(Box::new),
             deferred: DeferredOutcome::default(),
             constrained: None,
             released: 0,
@@ -215,6 +222,7 @@ impl Stages {
             stages.linear_prepare()?;
             stages.is_step_fused = stages.implicit_step_prepare()?;
         }
+        stages.triangles_prepare()?;
         stages.kernels_prepare()?;
         stages.model_write();
         stages.slots.ticks();
@@ -226,15 +234,14 @@ impl Stages {
 
     /// Compiles what every frame needs, so that what a device cannot do shows at once.
     fn kernels_prepare(&mut self) -> Result<()> {
-        match self.kernel(self.substep_kernel()) {
-            Err(Error::LimitExceeded { .. }) => {
-                self.is_fused = false;
-                for name in ["field_forces", "spring_forces", "integrate_explicit"] {
-                    self.kernel(name)?;
-                }
-            }
-            other => {
-                other?;
+        self.is_fused = self.triangles.is_none()
+            && match self.kernel(self.substep_kernel()) {
+                Err(Error::LimitExceeded { .. }) => false,
+                other => other.map(|_| true)?,
+            };
+        if !self.is_fused {
+            for name in ["field_forces", "spring_forces", "integrate_explicit"] {
+                self.kernel(name)?;
             }
         }
         if self.model.has_fabric() {
@@ -285,7 +292,8 @@ impl Stages {
 
     /// The options of a module for this model.
     fn options(&self, name: &str) -> Vec<&'static str> {
-        let contact = self.model.self_contact();
+        let contact = self.model.self_contact().filter(|contact| !contact.is_of_triangles());
+        let triangles = self.triangles.is_some().then_some("triangles");
         let is_penalty = self.is_penalty();
         let colliders = (!self.model.colliders().is_empty()).then_some("colliders");
         let buckling = springs::may_buckle(&self.model).then_some("buckling");
@@ -318,14 +326,17 @@ impl Stages {
             "implicit_assemble" => {
                 let air = self.model.air().is_some().then_some("air");
                 let penalty = is_penalty.then_some("penalty");
-                let others = [colliders, fabric, penalty].into_iter().flatten();
+                let others = [colliders, fabric, penalty, triangles].into_iter().flatten();
                 air.into_iter().chain(buckling).chain(others).collect()
             }
             "conjugate_gradient_image" | "linear_residual" => {
                 let penalty = is_penalty.then_some("penalty");
-                colliders.into_iter().chain(fabric).chain(penalty).collect()
+                colliders.into_iter().chain(fabric).chain(penalty).chain(triangles).collect()
             }
-            "matrix_apply" => fabric.into_iter().chain(is_penalty.then_some("penalty")).collect(),
+            "matrix_apply" => {
+                let contact = [is_penalty.then_some("penalty"), triangles];
+                fabric.into_iter().chain(contact.into_iter().flatten()).collect()
+            }
             "conjugate_gradient_iteration"
             | "conjugate_gradient_step"
             | "constraint_filter"
@@ -347,7 +358,10 @@ impl Stages {
 
     /// Whether contact between cloths acts through forces.
     fn is_penalty(&self) -> bool {
-        self.model.self_contact().is_some_and(|contact| !contact.excludes_neighbours())
+        let is_penalty = |contact: &cloth_core::SelfContact| {
+            !(contact.excludes_neighbours() || contact.is_of_triangles())
+        };
+        self.model.self_contact().is_some_and(is_penalty)
     }
 
     /// The form of the fused substep for this model.
@@ -391,7 +405,7 @@ impl Stages {
                 Some(cloth_core::ContactResponse::Impulse { restitution, friction }) => {
                     [0.0, 0.0, restitution, friction]
                 }
-                // Contact of triangles is refused before.
+                // That of triangles has a law of its own.
                 Some(cloth_core::ContactResponse::Triangles { .. }) | None => [0.0; 4],
             };
         let [solve_blocks, solve_repeats] = solve_blocks(self.particle_count());

@@ -42,7 +42,7 @@ pub(super) fn collider(collider: &Collider, grid: f32, at: &ColliderState) -> la
 pub(super) const KEPT: [&str; 2] = ["position_kept", "velocity_kept"];
 
 /// The copy of positions that `start_keep` makes.
-const START: &str = "position_start";
+pub(super) const START: &str = "position_start";
 
 impl Stages {
     pub(crate) fn state_write(&mut self, state: &State) -> Result<()> {
@@ -71,6 +71,11 @@ impl Stages {
         }));
         queue.write_buffer(self.buffers.velocity(0), 0, bytemuck::cast_slice(&vectors));
         self.semi_implicit.held_changed();
+        if let Some(triangles) = &mut self.triangles {
+            triangles.certifier.positions_given();
+            triangles.set.slips_write(&state.slips);
+            triangles.near.clear();
+        }
         self.slots.restart(state.time);
         self.status_reset(STOPPED_NEVER)?;
         self.solve_log_reset()?;
@@ -111,13 +116,17 @@ impl Stages {
         let [position, velocity] =
             [self.buffers.position(self.present), self.buffers.velocity(self.present)];
         let [position, velocity] = [position.clone(), velocity.clone()];
-        let State { positions, velocities, held, .. } = out;
+        let State { positions, velocities, held, slips, .. } = out;
         self.read_vectors(&[&position, &velocity], size, |part, vectors| {
             let target = if part == 0 { &mut *positions } else { &mut *velocities };
             collect(target, vectors);
         })?;
         held.clear();
         held.extend(self.held.iter().map(|&held| u8::from(held)));
+        match &self.triangles {
+            Some(triangles) => triangles.set.slips_read(slips),
+            None => slips.clear(),
+        }
         Ok(())
     }
 
@@ -219,6 +228,9 @@ impl Stages {
                 self.buffers.create(&self.context, name, size, None)?;
             }
         }
+        if let Some(triangles) = &mut self.triangles {
+            triangles.set.keep();
+        }
         self.impulses_copy(["impulses", "impulses_kept"])?;
         self.kept_copy(true)
     }
@@ -241,6 +253,9 @@ impl Stages {
     pub(super) fn state_restore(&mut self) -> Result<()> {
         self.in_place()?;
         self.list_uses = 0;
+        if let Some(triangles) = &mut self.triangles {
+            triangles.set.restore();
+        }
         self.impulses_copy(["impulses_kept", "impulses"])?;
         self.kept_copy(false)
     }

@@ -42,6 +42,9 @@ impl Stages {
     }
 
     pub(crate) fn contact_statistics(&mut self) -> Result<ContactStatistics> {
+        if let Some(triangles) = &mut self.triangles {
+            return Ok(triangles.statistics_take());
+        }
         if self.contact.is_none() {
             return Ok(ContactStatistics::default());
         }
@@ -220,7 +223,8 @@ impl Stages {
 
     pub(crate) fn contact_pairs(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {
         out.clear();
-        let Some(contact) = self.model.self_contact() else { return Ok(()) };
+        let contact = self.model.self_contact().filter(|contact| !contact.is_of_triangles());
+        let Some(contact) = contact else { return Ok(()) };
         let squared = (contact.distance as f32) * (contact.distance as f32);
         self.execute(Command::ContactCandidates)?;
         let mut state = State::default();

@@ -48,8 +48,8 @@ impl Tables {
             _ => Vec::new(),
         };
         let group_members = match model.self_contact() {
-            Some(_) => groups::members(model),
-            None => Vec::new(),
+            Some(contact) if !contact.is_of_triangles() => groups::members(model),
+            _ => Vec::new(),
         };
         Self {
             spring_rows,

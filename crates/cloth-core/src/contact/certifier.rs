@@ -101,6 +101,12 @@ impl<T: Real> Certifier<T> {
         self.is_new = true;
     }
 
+    /// Whether [`Self::certify`] must look at the next ways even where all pairs are proven: there are exempt pairs, or may be.
+    #[must_use]
+    pub fn must_look(&self) -> bool {
+        self.is_new || !self.exempt.is_empty()
+    }
+
     /// Pairs that are left out of the proof.
     #[must_use]
     pub fn exempt(&self) -> &[Candidate] {

@@ -3,6 +3,7 @@
 
 mod certificate;
 mod certifier;
+mod groups;
 mod law;
 mod records;
 mod set;

@@ -214,6 +214,12 @@ impl ContactSurface {
         self.owned[triangle as usize] >> (k + 3 * usize::from(is_edge)) & 1 == 1
     }
 
+    /// What belongs to a triangle, bits 0 to 2 its corners, 3 to 5 its edges, and the numbers of its edges.
+    #[must_use]
+    pub fn features(&self, triangle: u32) -> (u8, [u32; 3]) {
+        (self.owned[triangle as usize], self.triangle_edges[triangle as usize])
+    }
+
     /// Edge k of a triangle.
     pub(super) fn triangle_edge(&self, triangle: u32, k: usize) -> u32 {
         self.triangle_edges[triangle as usize][k]

@@ -26,7 +26,8 @@ impl Stages {
         let calls = uniform_stride(&self.context.limits, size_of::<Call>()) * CALLS_MAX as u64;
         let memory = self.context.limits.max_compute_workgroup_storage_size;
         let fits = iterates_at_once(particles as u32, links.reach, memory);
-        let at_once = fits && !self.is_penalty() && !self.model.has_fabric();
+        let is_general = self.is_penalty() || self.triangles.is_some() || self.model.has_fabric();
+        let at_once = fits && !is_general;
         self.solve_reach = at_once.then_some(links.reach);
         let copies = if at_once { VECTOR_COPIES } else { 0 };
         let mut zeroed = vec![

@@ -59,6 +59,7 @@ impl Stages {
         let factors: Vec<[f32; 4]> = self.read_words("factors", 4 * links.places as u64)?;
         let pairs = self.contact_blocks()?;
         let elements = self.fabric_blocks()?;
+        let triangles = self.triangles.as_ref().map_or_else(Vec::new, |all| all.blocks(count));
         for (row, pairs) in pairs.iter().enumerate() {
             let [a, b] = [diagonal[2 * row], diagonal[2 * row + 1]];
             let start = out.len();
@@ -71,6 +72,7 @@ impl Stages {
                 out.push(dense(row, column, block(u, 0.0)));
             }
             out.extend(elements.get(row).into_iter().flatten());
+            out.extend(triangles.get(row).into_iter().flatten());
             out[start..].sort_by_key(|block| block.column);
             out.dedup_by(|later, kept| {
                 let is_same = (later.row, later.column) == (kept.row, kept.column);

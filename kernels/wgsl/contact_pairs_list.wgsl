@@ -1,0 +1,128 @@
+// NUMERICS section 15, contact_pairs: all pairs of features whose boxes, around both sets of positions, are closer than the reach, one thread for
+// each group of triangles. Their order has no meaning.
+//!include model pair_task pair_references pair_box surface pair_boxes pair_list pair_results
+
+// Pairs of a list at most.
+const PAIRS_MAX: u32 = 0x10000000u;
+
+fn pair_note(pair: Pair) {
+    let p = pair.particles;
+    var first = box_with(box_with(box_none(), reference_first(p.x)), reference_second(p.x));
+    var second = box_with(box_with(box_none(), reference_first(p.z)), reference_second(p.z));
+    second = box_with(box_with(second, reference_first(p.w)), reference_second(p.w));
+    if pair_is_edges(pair) {
+        first = box_with(box_with(first, reference_first(p.y)), reference_second(p.y));
+    } else {
+        second = box_with(box_with(second, reference_first(p.y)), reference_second(p.y));
+    }
+    if box_is_apart(first, second, pair_task.reach) || atomicLoad(&pair_results.listed) > PAIRS_MAX {
+        return;
+    }
+    let number = atomicAdd(&pair_results.listed, 1u);
+    if number < pair_task.pair_capacity {
+        pair_set(number, pair);
+    }
+}
+
+// The pairs of what belongs to two triangles, less those that share a particle.
+fn triangles_compare(a: u32, b: u32) {
+    let corners_a = triangle_corners(a);
+    let corners_b = triangle_corners(b);
+    let owned_a = triangle_word(a, 4u);
+    let owned_b = triangle_word(b, 4u);
+    for (var k = 0u; k < 3u; k += 1u) {
+        let of_a = corners_a[k];
+        if (owned_a >> k & 1u) == 1u && all(corners_b != vec3<u32>(of_a)) {
+            pair_note(Pair(vec4<u32>(of_a, corners_b), of_a, triangle_word(b, 0u)));
+        }
+        let of_b = corners_b[k];
+        if (owned_b >> k & 1u) == 1u && all(corners_a != vec3<u32>(of_b)) {
+            pair_note(Pair(vec4<u32>(of_b, corners_a), of_b, triangle_word(a, 0u)));
+        }
+    }
+    if owned_a >> 3u == 0u || owned_b >> 3u == 0u {
+        return;
+    }
+    for (var k = 0u; k < 3u; k += 1u) {
+        if (owned_a >> (3u + k) & 1u) == 0u {
+            continue;
+        }
+        let edge_a = triangle_word(a, 5u + k);
+        for (var l = 0u; l < 3u; l += 1u) {
+            if (owned_b >> (3u + l) & 1u) == 0u {
+                continue;
+            }
+            let edge_b = triangle_word(b, 5u + l);
+            let first = min(edge_a, edge_b);
+            let second = max(edge_a, edge_b);
+            let p = edge_ends(first);
+            let q = edge_ends(second);
+            if all(p != q.xx) && all(p != q.yy) {
+                pair_note(Pair(vec4<u32>(p, q), first | EDGES, second));
+            }
+        }
+    }
+}
+
+fn groups_compare(group: u32, other: u32) {
+    for (var k = 0u; k < SLOTS; k += 1u) {
+        let slot = SLOTS * group + k;
+        if triangle_word(slot, 0u) == NO_TRIANGLE {
+            return;
+        }
+        let bounds = stored_box(slot);
+        for (var l = select(0u, k + 1u, group == other); l < SLOTS; l += 1u) {
+            let slot_other = SLOTS * other + l;
+            if triangle_word(slot_other, 0u) == NO_TRIANGLE {
+                break;
+            }
+            if !box_is_apart(bounds, stored_box(slot_other), pair_task.reach) {
+                triangles_compare(slot, slot_other);
+            }
+        }
+    }
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let group = particle_index(id, groups);
+    let count = pair_task.group_count;
+    if group >= count {
+        return;
+    }
+    let own = stored_box(node_place(count + group));
+    if box_is_empty(own) {
+        return;
+    }
+    // One node of each level waits at most, and the root.
+    var waiting: array<u32, 34>;
+    waiting[0] = 1u;
+    var depth = 1u;
+    while depth > 0u {
+        depth -= 1u;
+        let node = waiting[depth];
+        let bounds = stored_box(node_place(node));
+        if box_is_empty(bounds) || box_is_apart(own, bounds, pair_task.reach) {
+            continue;
+        }
+        if node >= count {
+            // Each two groups once.
+            if node - count >= group {
+                groups_compare(group, node - count);
+            }
+            continue;
+        }
+        let level = firstLeadingBit(count) - firstLeadingBit(2u * node + 1u);
+        if ((2u * node + 2u) << level) - 1u - count >= group {
+            waiting[depth] = 2u * node + 1u;
+            depth += 1u;
+        }
+        if ((2u * node + 1u) << level) - 1u - count >= group {
+            waiting[depth] = 2u * node;
+            depth += 1u;
+        }
+    }
+}

@@ -1,0 +1,39 @@
+// NUMERICS section 15: what a stage of contact of triangles is told by the host.
+
+struct PairTask {
+    // Motion that all particles have in common between both sets of positions [m].
+    drift: vec3f,
+    // Pairs that are closer than this belong to the list [m].
+    reach: f32,
+    // Time for which particles are followed [s].
+    length: f32,
+    // Distance of features at the end of their ways [m].
+    delta: f32,
+    // Distance below which pairs may touch [m].
+    distance: f32,
+    // Sum of the TASK_ constants.
+    flags: u32,
+    // Groups of triangles, a power of two.
+    group_count: u32,
+    // Pairs in the list.
+    pair_count: u32,
+    // Room for pairs in the list, and for those that are found.
+    pair_capacity: u32,
+    found_capacity: u32,
+    // Workgroups of `contact_pairs_moved`.
+    moved_blocks: u32,
+    padding_0: u32,
+    padding_1: u32,
+    padding_2: u32,
+}
+
+@group(0) @binding(69) var<uniform> pair_task: PairTask;
+
+// Only pairs with a marked particle are looked at.
+const TASK_MARKED: u32 = 1u;
+// Pairs that do not move are looked at as well.
+const TASK_NEW: u32 = 2u;
+
+fn task_has(flag: u32) -> bool {
+    return (pair_task.flags & flag) != 0u;
+}

@@ -1,0 +1,5 @@
+//! Contact of triangles on the GPU against the CPU: its stages, and cloth that is dropped, shot, laid and left on a slope.
+
+mod rig;
+mod scenes;
+mod stages;
