@@ -22,6 +22,7 @@ mod implicit_rig;
 mod implicit_stability;
 mod implicit_stack;
 mod internal_forces;
+mod midpoint;
 mod oscillator;
 mod rig;
 mod rigid_bodies;

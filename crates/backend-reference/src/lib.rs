@@ -38,8 +38,9 @@ pub mod how_it_works {
 use std::sync::Arc;
 
 use cloth_core::{
-    Backend, BackendInfo, Error, Integrator, Kernels, LinearMethod, Model, Precision,
-    Preconditioner, Result, SemiImplicitSolve, Solver, SolverConfig, stepper::SteppedSolver,
+    Backend, BackendInfo, Error, ImplicitSettings, Integrator, Kernels, LinearMethod,
+    MidpointSettings, Model, Precision, Preconditioner, Result, SemiImplicitSolve, Solver,
+    SolverConfig, stepper::SteppedSolver,
 };
 
 pub use aerodynamic_forces::{aerodynamic_forces, air_jacobians};
@@ -124,8 +125,9 @@ fn check(model: &Model, config: &SolverConfig) -> Result<()> {
     model.check_fabric(config, NAME)?;
     match &config.integrator {
         Integrator::Explicit => Ok(()),
-        Integrator::Implicit(settings) => match settings.linear.method {
-            LinearMethod::ConjugateGradient => check_preconditioner(settings.linear.preconditioner),
+        Integrator::Implicit(ImplicitSettings { linear, .. })
+        | Integrator::Midpoint(MidpointSettings { linear, .. }) => match linear.method {
+            LinearMethod::ConjugateGradient => check_preconditioner(linear.preconditioner),
             LinearMethod::Jacobi | LinearMethod::Direct => Ok(()),
             other => unsupported(format!("the linear solver {other}")),
         },

@@ -120,8 +120,7 @@ fn springs_per_cloth(scene: &CompiledScene) -> Vec<usize> {
 /// The solver, with what it solves systems by.
 fn solver_text(scene: &CompiledScene, solver: SceneSolver) -> String {
     let name = solver.name();
-    let Integrator::Implicit(settings) = &scene.config.integrator else { return name.into() };
-    let linear = &settings.linear;
+    let Some(linear) = scene.config.integrator.linear() else { return name.into() };
     match linear.method {
         LinearMethod::ConjugateGradient => format!(
             "{name}, cg with preconditioner {}, tolerance {}, at most {} iterations",
@@ -263,7 +262,7 @@ fn large_step_warnings(scene: &CompiledScene, integrator: &Integrator) -> Vec<St
     }
     let particles = scene.model.particle_count();
     let small = match integrator {
-        Integrator::Implicit(settings) if settings.linear.method == LinearMethod::Direct => {
+        _ if integrator.linear().is_some_and(|l| l.method == LinearMethod::Direct) => {
             Some(("the method direct factorises a matrix in every substep", "the method cg"))
         }
         Integrator::SemiImplicit(settings) if settings.solve == SemiImplicitSolve::DenseInverse => {

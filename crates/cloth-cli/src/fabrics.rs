@@ -63,7 +63,11 @@ impl FabricRow {
             weft: curve(fabric.weft),
             coupling: fabric.coupling,
             shear: fabric.shear,
-            bending: [fabric.bending.warp, fabric.bending.weft, fabric.bending.along([half; 2])],
+            bending: [
+                fabric.bending.warp,
+                fabric.bending.weft,
+                fabric.bending.plate().strip([half; 2]),
+            ],
             friction_shear: fabric.friction.shear,
             friction_bending: fabric.friction.bending,
             fit: report.to_string().lines().map(str::to_owned).collect(),

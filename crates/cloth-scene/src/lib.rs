@@ -35,11 +35,11 @@ pub use scene::{
     SceneBend, SceneBounds, SceneCloth, SceneCollider, SceneColour, SceneContact,
     SceneContactResponse, SceneDust, SceneEvent, SceneFabricDamping, SceneField, SceneGeometry,
     SceneGrid, SceneGust, SceneImplicit, SceneJoint, SceneKeyframe, SceneMass, SceneMaterial,
-    SceneMesh, SceneMeshing, SceneModel, SceneNetwork, SceneOrigin, ScenePanel, ScenePattern,
-    ScenePatternSource, ScenePin, ScenePinAttribute, ScenePrecision, ScenePrototype, SceneRigid,
-    SceneRigidJoint, SceneRigidJointKind, SceneRigidShape, SceneRotation, SceneSemiImplicit,
-    SceneShape, SceneSimulation, SceneSolidMesh, SceneSolver, SceneSpring, SceneSpringClass,
-    SceneStencil, SceneStrainLimit, SceneTriangles, SceneView, SceneWind,
+    SceneMesh, SceneMeshing, SceneMidpoint, SceneModel, SceneNetwork, SceneOrigin, ScenePanel,
+    ScenePattern, ScenePatternSource, ScenePin, ScenePinAttribute, ScenePrecision, ScenePrototype,
+    SceneRigid, SceneRigidJoint, SceneRigidJointKind, SceneRigidShape, SceneRotation,
+    SceneSemiImplicit, SceneShape, SceneSimulation, SceneSolidMesh, SceneSolver, SceneSpring,
+    SceneSpringClass, SceneStencil, SceneStrainLimit, SceneTriangles, SceneView, SceneWind,
 };
 pub use schema::{scene_reference, scene_schema};
 pub use timeline::Timeline;

@@ -50,6 +50,7 @@ fn every_builtin_scene_compiles_for_each_solver() {
                 Integrator::Explicit => "explicit",
                 Integrator::Implicit(_) => "implicit",
                 Integrator::SemiImplicit(_) => "semi-implicit",
+                Integrator::Midpoint(_) => "midpoint",
                 _ => "?",
             };
             assert_eq!(name, solver.name(), "{}", builtin.name);

@@ -2,7 +2,7 @@
 
 use cloth_core::{
     Anchor, AnchorSpring, Backend, ColliderControl, Control, ForceControl, Frame, ImplicitSettings,
-    Integrator, LinearMethod, NewtonSettings, PinAction, PinControl, Precision,
+    Integrator, LinearMethod, MidpointSettings, NewtonSettings, PinAction, PinControl, Precision,
     SemiImplicitSettings, Solver, SolverConfig, State,
 };
 
@@ -39,6 +39,7 @@ fn integrators() -> Vec<Integrator> {
         Integrator::Implicit(settings),
         Integrator::Implicit(direct),
         Integrator::Implicit(newton),
+        Integrator::Midpoint(MidpointSettings { linear: settings.linear, weight: 0.6 }),
         Integrator::SemiImplicit(SemiImplicitSettings::default()),
     ]
 }

@@ -4,8 +4,8 @@ mod element_blocks;
 mod stretch_limit;
 
 use cloth_core::{
-    Error, ImplicitSettings, Incidence, Integrator, InteractionKind, LinearMethod, LinearSettings,
-    MatrixForm, Model, NewtonStart, Preconditioner, Real, Result, SolverConfig,
+    Error, Incidence, InteractionKind, LinearMethod, LinearSettings, MatrixForm, Model,
+    NewtonStart, Preconditioner, Real, Result, SolverConfig,
     fabric::{
         bending::{self, BendingRest, BendingTangent, PATCH},
         membrane::{self, Law, MembraneTangent, RestState},
@@ -20,16 +20,16 @@ pub(crate) use stretch_limit::StretchLimiter;
 
 /// Refuses settings for which fabric has no matrix of the form that they need.
 pub(crate) fn check(model: &Model, config: &SolverConfig) -> Result<()> {
+    model.check_fabric(config, "cpu")?;
     if !model.has_fabric() {
         return Ok(());
     }
-    model.check_fabric(config, "cpu")?;
     let unsupported = |what: String| {
         let feature = format!("triangles of fabric with {what}");
         Err(Error::Unsupported { backend: "cpu", feature })
     };
-    match &config.integrator {
-        Integrator::Implicit(ImplicitSettings { linear, .. }) => {
+    match config.integrator.linear() {
+        Some(linear) => {
             let LinearSettings { method, preconditioner, matrix, .. } = linear;
             if *method == LinearMethod::Direct {
                 return unsupported(format!(
@@ -44,7 +44,7 @@ pub(crate) fn check(model: &Model, config: &SolverConfig) -> Result<()> {
             }
             Ok(())
         }
-        _ => Ok(()),
+        None => Ok(()),
     }
 }
 

@@ -264,6 +264,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
             self.masses.hold(particle, held != 0);
         }
         self.semi_implicit.pins_changed = true;
+        self.semi_implicit.free_changed = true;
         self.non_finite_step = None;
         self.has_start = false;
         if let Some(triangles) = &mut self.triangles {
@@ -298,6 +299,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
 
     fn pins_write(&mut self, pins: &[PinWrite]) -> Result<()> {
         self.semi_implicit.pins_changed = true;
+        self.semi_implicit.free_changed = true;
         for pin in pins {
             let particle = pin.particle as usize;
             self.masses.hold(particle, pin.held);

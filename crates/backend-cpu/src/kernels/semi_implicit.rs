@@ -7,7 +7,7 @@ use cloth_core::{
 use super::CpuKernels;
 use crate::{
     memory::VectorField,
-    semi_implicit::{RightSide, SemiImplicit, TorqueTerms},
+    semi_implicit::{FreePieces, RightSide, SemiImplicit, TorqueTerms},
     spring_forces::MotionView,
 };
 
@@ -16,11 +16,14 @@ pub(super) struct SemiImplicitMemory<T> {
     system: Option<SemiImplicit<T>>,
     /// Whether particles may have been held or released since the last factorisation.
     pub(super) pins_changed: bool,
+    /// Pieces whose angular momentum is corrected, and whether they may not know of the particles held at present.
+    free: Option<FreePieces>,
+    pub(super) free_changed: bool,
 }
 
 impl<T> SemiImplicitMemory<T> {
     pub(super) const fn new() -> Self {
-        Self { system: None, pins_changed: true }
+        Self { system: None, pins_changed: true, free: None, free_changed: true }
     }
 }
 
@@ -82,11 +85,23 @@ impl<T: Real> SemiImplicitKernels for CpuKernels<T> {
 
     fn torque_correct(&mut self, substep: &Substep) -> Result<()> {
         let (stage, length) = ("torque_correct", substep.length);
-        self.semi_implicit_stage(stage, length, |kernels, force, system, solution, length| {
+        let Some(force) = self.force.take() else { return Ok(()) };
+        let pieces = || FreePieces::new(self.model.connected_pieces(), self.model.particle_count());
+        let mut free = self.semi_implicit.free.take().unwrap_or_else(pieces);
+        if std::mem::take(&mut self.semi_implicit.free_changed) {
+            free.held_update(|particle| self.masses.is_held(particle));
+        }
+        self.implicit_stage(stage, length, |kernels, implicit, length| {
+            let vectors = implicit.vectors_mut();
+            let mut solution = vectors.take(LinearVector::Solution);
             let position = &kernels.present.position;
-            let terms = TorqueTerms { mass: &kernels.masses.mass, position, force, length };
-            terms.correct(system, solution, kernels.arch);
+            let (mass, length) = (&kernels.masses.mass, T::from_f64(length));
+            let terms = TorqueTerms { mass, position, force: &force, length };
+            terms.correct(&mut free, &mut solution, kernels.arch);
+            vectors.put(LinearVector::Solution, solution);
         });
+        self.semi_implicit.free = Some(free);
+        self.force = Some(force);
         Ok(())
     }
 }

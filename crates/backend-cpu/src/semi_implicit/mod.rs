@@ -9,4 +9,4 @@ mod torque_correct;
 
 pub(crate) use semi_implicit_factorise::SemiImplicit;
 pub(crate) use semi_implicit_solve::RightSide;
-pub(crate) use torque_correct::TorqueTerms;
+pub(crate) use torque_correct::{FreePieces, TorqueTerms};

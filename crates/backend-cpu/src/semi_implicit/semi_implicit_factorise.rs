@@ -7,7 +7,6 @@ use cloth_core::{
 use super::{
     constant_matrix,
     dense_inverse::{self, DenseInverse},
-    torque_correct::FreePieces,
 };
 use crate::{
     memory::{Masses, VectorField},
@@ -32,7 +31,6 @@ pub(crate) struct SemiImplicit<T> {
     held: Vec<bool>,
     /// The factorisations, the one used last first.
     kept: Vec<Kept<T>>,
-    pub(super) pieces: FreePieces,
     pub(super) right_side: VectorField<T>,
 }
 
@@ -77,7 +75,6 @@ impl<T: Real> SemiImplicit<T> {
             matrix: Vec::new(),
             held: Vec::new(),
             kept: Vec::new(),
-            pieces: FreePieces::new(pieces, count),
             right_side: VectorField::new(count, margin),
         })
     }
@@ -91,7 +88,6 @@ impl<T: Real> SemiImplicit<T> {
             self.kept.clear();
             self.held.clear();
             self.held.extend((0..count).map(|particle| masses.is_held(particle)));
-            self.pieces.held_update(&self.held);
         }
     }
 

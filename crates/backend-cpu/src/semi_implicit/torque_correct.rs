@@ -4,7 +4,7 @@ use cloth_core::Real;
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
-use super::{SemiImplicit, inertia};
+use super::inertia;
 use crate::{
     memory::{BLOCK, LANES, Lanes, VectorField},
     vector::{cross, sub},
@@ -12,7 +12,7 @@ use crate::{
 
 /// Pieces of two particles and more; single ones have no angular momentum.
 #[derive(Debug)]
-pub(super) struct FreePieces {
+pub(crate) struct FreePieces {
     /// Particles of each, ascending.
     pieces: Vec<Vec<u32>>,
     /// Blocks of the particles of each piece, one after the other.
@@ -69,7 +69,7 @@ pub(crate) struct TorqueTerms<'a, T> {
 }
 
 impl FreePieces {
-    pub(super) fn new(mut pieces: Vec<Vec<u32>>, count: usize) -> Self {
+    pub(crate) fn new(mut pieces: Vec<Vec<u32>>, count: usize) -> Self {
         pieces.retain(|piece| piece.len() > 1);
         let mut piece_of = vec![NONE; count];
         let mut blocks = Vec::new();
@@ -89,9 +89,9 @@ impl FreePieces {
     }
 
     /// Takes note of the particles held at present.
-    pub(super) fn held_update(&mut self, held: &[bool]) {
+    pub(crate) fn held_update(&mut self, is_held: impl Fn(usize) -> bool) {
         for (is_free, piece) in self.is_free.iter_mut().zip(&self.pieces) {
-            *is_free = !piece.iter().any(|&particle| held[particle as usize]);
+            *is_free = !piece.iter().any(|&particle| is_held(particle as usize));
         }
     }
 }
@@ -100,12 +100,11 @@ impl<T: Real> TorqueTerms<'_, T> {
     /// Takes the angular momentum that `solution` has beyond that of the forces out of it.
     pub(crate) fn correct(
         &self,
-        semi_implicit: &mut SemiImplicit<T>,
+        free: &mut FreePieces,
         solution: &mut VectorField<T>,
         arch: pulp::Arch,
     ) {
-        let FreePieces { pieces, blocks, piece_of, is_free, sums, turns } =
-            &mut semi_implicit.pieces;
+        let FreePieces { pieces, blocks, piece_of, is_free, sums, turns } = free;
         if !is_free.contains(&true) {
             return;
         }

@@ -13,6 +13,7 @@ pub(super) fn check_config(config: &SolverConfig) -> Result<()> {
     match &config.integrator {
         Integrator::Explicit => Ok(()),
         Integrator::Implicit(settings) => implicit::check_settings(&settings.linear),
+        Integrator::Midpoint(settings) => implicit::check_settings(&settings.linear),
         Integrator::SemiImplicit(settings) => semi_implicit::check_solve(settings.solve),
         other => implicit::unsupported(format!("the integrator {other:?}")),
     }

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use cloth_core::{
     ColliderImpulse, ContactStatistics, DeferredOutcome, ForceControl, ImplicitKernels,
-    ImplicitSettings, Kernels, LinearStart, Measures, Model, NewtonStart, PinWrite, Result,
-    SolverConfig, SolverReport, StageTime, State,
+    ImplicitSettings, Kernels, LinearStart, Measures, MidpointSettings, Model, NewtonStart,
+    PinWrite, Result, SolverConfig, SolverReport, StageTime, State,
     contact::Contacts,
     stepper::{self, FramePlan, Substep},
 };
@@ -228,6 +228,19 @@ impl Kernels for WgpuKernels {
         self.velocity_add(1.0)?;
         stepper::implicit::advance(self, substep, NewtonStart::StepStart)?;
         Ok(true)
+    }
+
+    fn midpoint_substep(
+        &mut self,
+        substep: &Substep,
+        settings: &MidpointSettings,
+        report: &mut SolverReport,
+    ) -> Result<bool> {
+        // The host looks at every solve, as in Newton's method.
+        let was_batch = self.stages.batch_set(false);
+        let outcome = stepper::midpoint::substep(self, substep, settings, report);
+        self.stages.batch_set(was_batch);
+        outcome
     }
 
     fn deferred_outcome(&mut self) -> Result<DeferredOutcome> {

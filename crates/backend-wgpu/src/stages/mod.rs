@@ -126,6 +126,7 @@ fn solve_policy(model: &Model, config: &SolverConfig) -> Result<Option<SolvePoli
             let policy = SolvePolicy::new(&settings.linear, passes);
             Ok((settings.newton.iterations_max == 1).then_some(policy))
         }
+        Integrator::Midpoint(settings) => linear_check(&settings.linear).map(|()| None),
         Integrator::SemiImplicit(settings) => {
             semi_implicit::solve_check(settings.solve)?;
             Ok(Some(SolvePolicy::new(&semi_implicit::LINEAR, semi_implicit::PASSES)))

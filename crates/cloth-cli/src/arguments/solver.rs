@@ -11,7 +11,7 @@ use crate::failure::Failure;
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Solver, in place of the scene's")]
 pub(crate) struct SolverArguments {
-    /// How the state is advanced: explicit, implicit or semi-implicit.
+    /// How the state is advanced: explicit, implicit, semi-implicit or midpoint.
     #[arg(long)]
     pub(crate) solver: Option<SceneSolver>,
     /// Method for the linear systems of the implicit solver: cg, jacobi or direct.
@@ -77,9 +77,13 @@ impl SolverArguments {
         let first = |names: &[&str]| {
             given.iter().find(|(name, given)| *given && names.contains(name)).map(|(name, _)| *name)
         };
-        if solver != Some(SceneSolver::Implicit)
-            && let Some((name, _)) = given.iter().find(|(_, given)| *given)
-        {
+        // The midpoint solver solves its systems as the implicit one does, one in each substep.
+        let unused = match solver {
+            Some(SceneSolver::Implicit) => None,
+            Some(SceneSolver::Midpoint) => first(&["--newton"]),
+            _ => given.iter().find(|(_, given)| *given).map(|(name, _)| *name),
+        };
+        if let Some(name) = unused {
             let used = match solver {
                 Some(solver) => format!("the {} one is in use", solver.name()),
                 None => "the scene leaves the solver to the model".into(),

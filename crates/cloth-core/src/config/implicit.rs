@@ -1,4 +1,4 @@
-//! Settings of the implicit and the semi-implicit integrator.
+//! Settings of the implicit, the midpoint and the semi-implicit integrator.
 
 use crate::{
     ModelError,
@@ -28,6 +28,16 @@ pub struct NewtonSettings {
     pub tolerance: f64,
 }
 
+/// Settings of the midpoint integrator.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MidpointSettings {
+    /// The linear system of each substep.
+    pub linear: LinearSettings,
+    /// Where in a substep forces are taken, from 0.5, the middle, to 1, the end. What is fast against a substep loses
+    /// all but (1 - weight) / weight of its amplitude in each.
+    pub weight: f64,
+}
+
 /// Settings of the semi-implicit integrator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SemiImplicitSettings {
@@ -54,6 +64,20 @@ impl Default for ImplicitSettings {
             newton: NewtonSettings::default(),
             constraint_passes: 4,
         }
+    }
+}
+
+impl Default for MidpointSettings {
+    fn default() -> Self {
+        Self { linear: LinearSettings::default(), weight: 0.6 }
+    }
+}
+
+impl MidpointSettings {
+    pub(super) fn validate(&self) -> Result<(), ModelError> {
+        self.linear.validate()?;
+        in_range(|| "weight of the midpoint integrator".into(), self.weight, [0.5, 1.0])?;
+        Ok(())
     }
 }
 

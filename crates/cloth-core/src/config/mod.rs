@@ -8,7 +8,9 @@ mod time_step;
 
 use std::{num::NonZeroUsize, str::FromStr};
 
-pub use implicit::{ImplicitSettings, NewtonSettings, SemiImplicitSettings, SemiImplicitSolve};
+pub use implicit::{
+    ImplicitSettings, MidpointSettings, NewtonSettings, SemiImplicitSettings, SemiImplicitSolve,
+};
 pub use linear::{LinearMethod, LinearSettings, LinearStop, MatrixForm, Preconditioner};
 pub use strain_limit::StrainLimit;
 pub use time_step::{AdaptiveSettings, TimeStepControl};
@@ -54,8 +56,22 @@ pub enum Integrator {
     Explicit,
     /// Backward Euler after Baraff and Witkin (NUMERICS §5).
     Implicit(ImplicitSettings),
+    /// The implicit midpoint rule with damping of what is fast, and angular momentum kept (NUMERICS §5).
+    Midpoint(MidpointSettings),
     /// Backward Euler with a constant matrix, after Desbrun, Schröder and Barr (NUMERICS §6).
     SemiImplicit(SemiImplicitSettings),
+}
+
+impl Integrator {
+    /// How it solves a linear system that changes with the state, if it does.
+    #[must_use]
+    pub const fn linear(&self) -> Option<&LinearSettings> {
+        match self {
+            Self::Implicit(ImplicitSettings { linear, .. })
+            | Self::Midpoint(MidpointSettings { linear, .. }) => Some(linear),
+            Self::Explicit | Self::SemiImplicit(_) => None,
+        }
+    }
 }
 
 impl Default for SolverConfig {
@@ -78,7 +94,9 @@ impl SolverConfig {
     #[must_use]
     pub fn resolved(&self, model: &Model, has_schwarz: bool) -> Self {
         let mut resolved = self.clone();
-        if let Integrator::Implicit(ImplicitSettings { linear, .. }) = &mut resolved.integrator {
+        if let Integrator::Implicit(ImplicitSettings { linear, .. })
+        | Integrator::Midpoint(MidpointSettings { linear, .. }) = &mut resolved.integrator
+        {
             linear.preconditioner = linear.preconditioner.resolved(model, has_schwarz);
         }
         resolved
@@ -87,12 +105,8 @@ impl SolverConfig {
     /// The preconditioner that linear systems are solved with, if there is one.
     #[must_use]
     pub fn preconditioner(&self) -> Option<Preconditioner> {
-        match &self.integrator {
-            Integrator::Implicit(ImplicitSettings { linear, .. }) => {
-                (linear.method == LinearMethod::ConjugateGradient).then_some(linear.preconditioner)
-            }
-            _ => None,
-        }
+        let linear = self.integrator.linear()?;
+        (linear.method == LinearMethod::ConjugateGradient).then_some(linear.preconditioner)
     }
 
     /// Checks every number.
@@ -109,6 +123,7 @@ impl SolverConfig {
         match &self.integrator {
             Integrator::Explicit | Integrator::SemiImplicit(_) => Ok(()),
             Integrator::Implicit(settings) => settings.validate(),
+            Integrator::Midpoint(settings) => settings.validate(),
         }
     }
 }

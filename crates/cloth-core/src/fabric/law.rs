@@ -6,8 +6,12 @@ use crate::error::{finite, not_negative, positive};
 /// Largest part of psi_u'' psi_v'' that the square of the coupling may be (NUMERICS §11).
 pub const COUPLING_SHARE: f64 = 0.95;
 
-/// Share of (B1 B2)^1/2 that the twisting term of the rigidity has at least, so that no bent shape is free.
-const TWIST_SHARE: f64 = 0.1;
+/// Shares of (B1 B2)^1/2 that D66 has at least, so that no bent shape is free, and at most: four times that of a sheet that twists as
+/// easily as it bends.
+const TWIST_SHARES: [f64; 2] = [0.02, 2.0];
+
+/// Largest D12 (NUMERICS §12), as a share of (D11 D22)^1/2.
+const POISSON_SHARE: f64 = 0.9;
 
 /// Mechanical properties of one cloth of triangles, in SI units. u is the warp, v the weft.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,8 +57,8 @@ pub struct BendingRigidity {
     pub warp: f64,
     /// B2, of a strip cut along the weft.
     pub weft: f64,
-    /// B45, of a strip cut at 45 degrees to them. `None` where it was not measured:
-    /// (B1 + B2 + 2 (B1 B2)^1/2) / 4, as for a slab that twists like the geometric mean of both (Huber 1923).
+    /// B45, of a narrow strip cut at 45 degrees to them. `None` where it was not measured: D66 is then (B1 B2)^1/2 / 2, as for a slab
+    /// that twists like the geometric mean of both (Huber 1923).
     pub bias: Option<f64>,
 }
 
@@ -62,9 +66,9 @@ pub struct BendingRigidity {
 /// (D11 k11^2 + D22 k22^2 + 2 D12 k11 k22 + 4 D66 k12^2) / 2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlateRigidity {
-    /// D11 = B1.
+    /// D11; B1 where D12 is 0.
     pub warp: f64,
-    /// D22 = B2.
+    /// D22; B2 where D12 is 0.
     pub weft: f64,
     /// D12.
     pub coupling: f64,
@@ -101,31 +105,34 @@ impl BendingRigidity {
         Self { warp: rigidity, weft: rigidity, bias: None }
     }
 
-    /// B3 = (4 B45 - B1 - B2) / 2, the mixed term of [`Self::along`] \[N m\].
-    #[must_use]
-    pub fn mixed(&self) -> f64 {
-        self.bias.map_or_else(
-            || (self.warp * self.weft).sqrt(),
-            |bias| 0.5 * (4.0 * bias - self.warp - self.weft),
-        )
-    }
-
-    /// Rigidity of a strip whose length makes an angle with the warp \[N m\]: B1 cos^4 + B2 sin^4 + 2 B3 sin^2 cos^2. The
-    /// argument is the cosine and sine of the angle.
-    #[must_use]
-    pub fn along(&self, [cosine, sine]: [f64; 2]) -> f64 {
-        let [c2, s2] = [cosine * cosine, sine * sine];
-        self.warp * c2 * c2 + self.weft * s2 * s2 + 2.0 * self.mixed() * s2 * c2
-    }
-
-    /// The plate that has these rigidities in every direction. They say D12 + 2 D66 = B3 alone; it is given to the twist, as woven
-    /// cloth hardly bends one way when it is bent the other, and to D12 where that would leave the twist with too little.
+    /// The plate of which narrow strips have these rigidities. A strip whose borders are free takes a moment along itself alone, and
+    /// twists and bends across as it likes: 1/B is the compliance of the plate along it. At 45 degrees
+    ///
+    /// 4 / B45 = 1/B1 + 1/B2 + 1/D66 + 2 S12,  S12 = -D12 / (D11 D22 - D12^2)
+    ///
+    /// (Lekhnitskii 1968, of plates). One number says both D66 and D12; D12 is 0, as woven cloth hardly bends one way when it is bent the
+    /// other, unless no D66 is large enough. Where no D12 is either, the bias is as near as a plate comes.
     #[must_use]
     pub fn plate(&self) -> PlateRigidity {
-        let mixed = self.mixed();
-        let least = TWIST_SHARE * (self.warp * self.weft).sqrt();
-        let twist = 0.5 * mixed.max(least);
-        PlateRigidity { warp: self.warp, weft: self.weft, coupling: mixed - 2.0 * twist, twist }
+        let mean = (self.warp * self.weft).sqrt();
+        let Some(bias) = self.bias else {
+            let Self { warp, weft, .. } = *self;
+            return PlateRigidity { warp, weft, coupling: 0.0, twist: 0.5 * mean };
+        };
+        let most = TWIST_SHARES[1] * mean;
+        let compliance = 4.0 / bias - 1.0 / self.warp - 1.0 / self.weft;
+        let twist = if compliance * most > 1.0 { compliance.recip() } else { most };
+        // S12 (B1 B2)^1/2, which is -D12 / (D11 D22)^1/2.
+        let mixed = (0.5 * (compliance - twist.recip()) * mean).clamp(-POISSON_SHARE, 0.0);
+        // Where it was not limited, D66 was, or rounding is all that there is.
+        let mixed = if twist < most { 0.0 } else { mixed };
+        let share = 1.0 / (1.0 - mixed * mixed);
+        PlateRigidity {
+            warp: self.warp * share,
+            weft: self.weft * share,
+            coupling: -mixed * mean * share,
+            twist,
+        }
     }
 
     pub(super) fn validate(&self, fabric: &str) -> Result<(), FabricError> {
@@ -134,10 +141,9 @@ impl BendingRigidity {
         positive(|| format!("bending rigidity along the weft of {fabric}"), weft)?;
         let Some(bias) = bias else { return Ok(()) };
         positive(|| format!("bending rigidity at 45 degrees of {fabric}"), bias)?;
-        // Then |D12| <= (1 - TWIST_SHARE) (B1 B2)^1/2, and the plate resists every curvature.
-        let least_mixed = -(1.0 - 2.0 * TWIST_SHARE) * (warp * weft).sqrt();
-        if self.mixed() < least_mixed {
-            let least = 0.25 * (warp + weft + 2.0 * least_mixed);
+        let least_twist = TWIST_SHARES[0] * (warp * weft).sqrt();
+        let least = 4.0 / (warp.recip() + weft.recip() + least_twist.recip());
+        if bias < least {
             return Err(FabricError::BiasRigidity {
                 fabric: fabric.into(),
                 bias,
@@ -147,6 +153,26 @@ impl BendingRigidity {
             });
         }
         Ok(())
+    }
+}
+
+impl PlateRigidity {
+    /// Rigidity of a narrow strip whose length has this cosine and sine to the warp \[N m\].
+    #[must_use]
+    pub fn strip(&self, [cosine, sine]: [f64; 2]) -> f64 {
+        let Self { warp, weft, coupling, twist } = *self;
+        let [c2, s2] = [cosine * cosine, sine * sine];
+        let determinant = warp * weft - coupling * coupling;
+        let bent = (weft * c2 * c2 + warp * s2 * s2 - 2.0 * coupling * c2 * s2) / determinant;
+        (bent + c2 * s2 / twist).recip()
+    }
+
+    /// Rigidity of a plate bent to a cylinder, whose circles have this cosine and sine to the warp \[N m\].
+    #[must_use]
+    pub fn cylinder(&self, [cosine, sine]: [f64; 2]) -> f64 {
+        let [c2, s2] = [cosine * cosine, sine * sine];
+        let mixed = self.coupling + 2.0 * self.twist;
+        self.warp * c2 * c2 + self.weft * s2 * s2 + 2.0 * mixed * s2 * c2
     }
 }
 
@@ -257,7 +283,7 @@ mod tests {
             (&|f| f.weft.end = 0.0, "end of the tensile curve of the weft"),
             (&|f| f.shear = 0.0, "shear"),
             (&|f| f.coupling = 478.0, "between -477.49"),
-            (&|f| f.bending.bias = Some(0.7e-6), "at 45 degrees"),
+            (&|f| f.bending.bias = Some(0.4e-6), "at 45 degrees"),
             (&|f| f.damping[1] = -1.0, "damping of bending"),
         ];
         for (change, words) in wrong {
@@ -267,36 +293,35 @@ mod tests {
     }
 
     #[test]
-    fn rigidity_is_what_was_measured_in_three_directions() {
-        let bending = poplin().bending;
+    fn strips_of_the_plate_have_what_was_measured_in_three_directions() {
         let half = 0.5_f64.sqrt();
-        for (direction, expected) in [([1.0, 0.0], 8e-6), ([0.0, 1.0], 4e-6), ([half; 2], 3e-6)] {
-            assert!((bending.along(direction) - expected).abs() < 1e-20);
+        // The last one needs a D12.
+        for bias in [0.5e-6, 3e-6, 4.5e-6, 7e-6, 9e-6] {
+            let bending = BendingRigidity { warp: 8e-6, weft: 4e-6, bias: Some(bias) };
+            let plate = bending.plate();
+            for (direction, expected) in [([1.0, 0.0], 8e-6), ([0.0, 1.0], 4e-6), ([half; 2], bias)]
+            {
+                let found = plate.strip(direction);
+                assert!((found - expected).abs() < 1e-18, "{bias}: {found} for {expected}");
+            }
+            assert_eq!(plate.coupling > 0.0, bias > 8.7e-6, "{bias}");
         }
-        // A plate bent to a cylinder about any axis has the rigidity along its circles.
-        let plate = bending.plate();
-        for degrees in 0..36 {
-            let (s, c) = (10.0 * f64::from(degrees)).to_radians().sin_cos();
-            let [k11, k22, k12] = [c * c, s * s, s * c];
-            let found = plate.warp * k11 * k11
-                + plate.weft * k22 * k22
-                + 2.0 * plate.coupling * k11 * k22
-                + 4.0 * plate.twist * k12 * k12;
-            assert!((found - bending.along([c, s])).abs() < 1e-18, "{degrees}");
-        }
-        let isotropic = BendingRigidity::isotropic(5e-6);
-        assert!((isotropic.along([0.6, 0.8]) - 5e-6).abs() < 1e-20);
+        // An isotropic plate without a Poisson ratio is the same in every direction, bent either way.
+        let plate = BendingRigidity::isotropic(5e-6).plate();
+        assert!((plate.strip([0.6, 0.8]) - 5e-6).abs() < 1e-20);
+        assert!((plate.cylinder([0.6, 0.8]) - 5e-6).abs() < 1e-20);
+        let measured = BendingRigidity { bias: Some(5e-6), ..BendingRigidity::isotropic(5e-6) };
+        assert!((measured.plate().twist - 2.5e-6).abs() < 1e-20);
     }
 
     #[test]
     fn every_valid_plate_resists_every_curvature() {
-        for bias in [2.74e-6 / 4.0, 1e-6, 3e-6, 1e-5] {
+        for bias in [0.45e-6, 1e-6, 3e-6, 1e-5, 1e-3] {
             let bending = BendingRigidity { warp: 8e-6, weft: 4e-6, bias: Some(bias) };
-            if bending.validate("plate").is_ok() {
-                let plate = bending.plate();
-                assert!(plate.twist > 0.0);
-                assert!(plate.coupling * plate.coupling < plate.warp * plate.weft, "{bias}");
-            }
+            assert!(bending.validate("plate").is_ok(), "{bias}");
+            let plate = bending.plate();
+            assert!(plate.twist > 0.0);
+            assert!(plate.coupling * plate.coupling < plate.warp * plate.weft, "{bias}");
         }
     }
 }

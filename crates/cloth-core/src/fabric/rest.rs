@@ -224,7 +224,7 @@ impl RestShape {
         for rest in &mut hinges {
             let sides = [side(rest, 0), side(rest, 1)];
             // Across a seam the two panels may have the warp in different directions.
-            let rigidity = sides.map(|side| bending.along(side.normal.into()));
+            let rigidity = sides.map(|side| plate.cylinder(side.normal.into()));
             let geometry = sides[0].beside(&sides[1]);
             rest.stiffness = geometry.lone_stiffness(0.5 * (rigidity[0] + rigidity[1]));
         }

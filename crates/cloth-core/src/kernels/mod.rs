@@ -12,8 +12,8 @@ pub use implicit::{
 pub use semi_implicit::SemiImplicitKernels;
 
 use crate::{
-    ContactResponse, ForceControl, ImplicitSettings, Measures, Model, PinAction, Result,
-    SolverConfig, SolverReport, StageTime, State,
+    ContactResponse, ForceControl, ImplicitSettings, Measures, MidpointSettings, Model, PinAction,
+    Result, SolverConfig, SolverReport, StageTime, State,
     contact::Contacts,
     stepper::{self, FramePlan, Substep},
 };
@@ -274,6 +274,20 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
         report: &mut SolverReport,
     ) -> Result<bool> {
         stepper::implicit::substep(self, substep, settings, report)
+    }
+
+    /// Composite: one substep of the midpoint integrator, booked in `report`. Returns whether it could be done. See
+    /// [`stepper::midpoint`](crate::stepper::midpoint). A backend overrides it if its host must not wait within a batch.
+    ///
+    /// # Errors
+    /// Those of the stages it is made of.
+    fn midpoint_substep(
+        &mut self,
+        substep: &Substep,
+        settings: &MidpointSettings,
+        report: &mut SolverReport,
+    ) -> Result<bool> {
+        stepper::midpoint::substep(self, substep, settings, report)
     }
 
     /// What came of substeps since the last call that were recorded without waiting for them. Waits

@@ -182,11 +182,19 @@ impl Model {
         Err(Error::Unsupported { backend, feature })
     }
 
-    /// Checks, for a backend, that fabric is not to be solved by the semi-implicit integrator: no backend has a constant matrix of it.
+    /// Checks, for a backend, that no integrator is asked for what none of its backends has: fabric in the constant matrix of the
+    /// semi-implicit one, contact of triangles in the midpoint one.
     ///
     /// # Errors
     /// `Unsupported`, with the integrators that take fabric.
     pub fn check_fabric(&self, config: &SolverConfig, backend: &'static str) -> Result<(), Error> {
+        if self.has_triangle_contact() && matches!(config.integrator, Integrator::Midpoint(_)) {
+            let with = "the midpoint integrator (explicit, implicit and semi-implicit have it)";
+            return Err(Error::Unsupported {
+                backend,
+                feature: format!("contact of triangles with {with}"),
+            });
+        }
         if !(self.has_fabric() && matches!(config.integrator, Integrator::SemiImplicit(_))) {
             return Ok(());
         }

@@ -22,6 +22,7 @@ pub(super) fn substep<K: Kernels>(
     let done = match integrator {
         Integrator::Explicit => kernels.explicit_substep(substep).map(|()| true),
         Integrator::Implicit(settings) => kernels.implicit_substep(substep, settings, report),
+        Integrator::Midpoint(settings) => kernels.midpoint_substep(substep, settings, report),
         Integrator::SemiImplicit(settings) => {
             semi_implicit::substep(kernels, substep, settings, report).map(|()| true)
         }

@@ -7,6 +7,7 @@ mod held_places;
 pub mod implicit;
 mod integrate;
 pub mod linear;
+pub mod midpoint;
 mod plan;
 pub mod semi_implicit;
 mod solver;

@@ -221,10 +221,7 @@ impl AdaptiveFrame<'_> {
             return Some(SubstepFailure { reason: TimeStepReason::NonFinite, usable: false });
         }
         // Without a tolerance a number of iterations is asked for, not a residual.
-        let tolerance = match &self.integrator {
-            Integrator::Implicit(settings) => settings.linear.tolerance,
-            Integrator::Explicit | Integrator::SemiImplicit(_) => 0.0,
-        };
+        let tolerance = self.integrator.linear().map_or(0.0, |linear| linear.tolerance);
         let reason = if tolerance > 0.0 && attempt.solves_unconverged > 0 {
             TimeStepReason::LinearSolver { residual: attempt.residual }
         } else if measures.strain_max > self.settings.strain_max {

@@ -8,6 +8,7 @@ mod elastica;
 mod hanging;
 mod invariance;
 mod shear;
+mod spin;
 mod tensile;
 
 use cloth_core::{
@@ -46,6 +47,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     buckling::SELF_BUCKLING,
     buckling::LATERAL_BUCKLING,
     drape::CUSICK,
+    spin::FREE_SPIN,
 ];
 
 /// Acceleration of gravity \[m/s^2\].

@@ -86,7 +86,9 @@ impl SolverChoice {
                 let longest = STABLE_SHARE * model.stable_time_step();
                 (longest, "nine tenths of what is stable in any shape of the cloth")
             }
-            SceneSolver::Implicit => (IMPLICIT_STEP, "as any step is stable"),
+            SceneSolver::Implicit | SceneSolver::Midpoint => {
+                (IMPLICIT_STEP, "as any step is stable")
+            }
             SceneSolver::SemiImplicit => {
                 let integrator = Integrator::SemiImplicit(SemiImplicitSettings::default());
                 match model.stable_time_step_of(&integrator) {

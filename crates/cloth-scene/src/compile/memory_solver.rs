@@ -50,7 +50,7 @@ pub(super) fn bytes(
     // The model is not there yet that would choose a solver: the implicit one needs more.
     match simulation.solver_given().unwrap_or(SceneSolver::Implicit) {
         SceneSolver::Explicit => 0,
-        SceneSolver::Implicit => {
+        SceneSolver::Implicit | SceneSolver::Midpoint => {
             let implicit = &simulation.implicit;
             let blocks = if implicit.matrix == MatrixForm::Assembled {
                 numbers(0, BLOCK_NUMBERS)

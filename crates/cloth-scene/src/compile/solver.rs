@@ -1,8 +1,8 @@
 //! The settings of the solver in use, and checks of those of all others.
 
 use cloth_core::{
-    AdaptiveSettings, ImplicitSettings, Integrator, LinearSettings, NewtonSettings,
-    SemiImplicitSettings, TimeStepControl,
+    AdaptiveSettings, ImplicitSettings, Integrator, LinearSettings, MidpointSettings,
+    NewtonSettings, SemiImplicitSettings, TimeStepControl,
 };
 
 use crate::{Scene, SceneAdaptive, SceneError, SceneImplicit, SceneSemiImplicit, SceneSolver};
@@ -31,6 +31,7 @@ pub(super) fn check(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> 
         ("simulation.time_step", simulation.time_step),
         ("simulation.implicit.time_step", simulation.implicit.time_step),
         ("simulation.semi_implicit.time_step", simulation.semi_implicit.time_step),
+        ("simulation.midpoint.time_step", simulation.midpoint.time_step),
     ] {
         let Some(time_step) = time_step else { continue };
         check.positive(key, time_step)?;
@@ -51,6 +52,11 @@ pub(super) fn check(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> 
         ("simulation.implicit.constraint_passes", implicit.constraint_passes, PASSES_MAX),
     ] {
         check.count(key, count, limit)?;
+    }
+    let weight = simulation.midpoint.weight;
+    if !(0.5..=1.0).contains(&weight) {
+        let key = "simulation.midpoint.weight";
+        return Err(check.error(key, &format!("is {weight}: give 0.5 to 1")));
     }
     if let Some(limit) = &simulation.strain_limit {
         check.count("simulation.strain_limit.sweeps", limit.sweeps, SWEEPS_MAX)?;
@@ -97,6 +103,10 @@ pub(super) fn integrator(scene: &Scene, solver: SceneSolver) -> Integrator {
     match solver {
         SceneSolver::Explicit => Integrator::Explicit,
         SceneSolver::Implicit => Integrator::Implicit(implicit(&simulation.implicit)),
+        SceneSolver::Midpoint => Integrator::Midpoint(MidpointSettings {
+            linear: implicit(&simulation.implicit).linear,
+            weight: simulation.midpoint.weight,
+        }),
         SceneSolver::SemiImplicit => {
             let SceneSemiImplicit { solve, .. } = simulation.semi_implicit;
             Integrator::SemiImplicit(SemiImplicitSettings { solve })

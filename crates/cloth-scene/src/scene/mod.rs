@@ -42,7 +42,7 @@ pub use rigid::{SceneRigid, SceneRigidJoint, SceneRigidJointKind, SceneRigidShap
 pub use rotation::SceneRotation;
 pub use simulation::{ScenePrecision, SceneSimulation, SceneSpringClass, SceneStrainLimit};
 pub use solid_mesh::SceneSolidMesh;
-pub use solver::{SceneAdaptive, SceneImplicit, SceneSemiImplicit, SceneSolver};
+pub use solver::{SceneAdaptive, SceneImplicit, SceneMidpoint, SceneSemiImplicit, SceneSolver};
 pub use triangles::SceneTriangles;
 pub use view::{SceneDust, SceneView};
 

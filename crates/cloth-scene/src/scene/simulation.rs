@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{SceneAdaptive, SceneImplicit, SceneSemiImplicit, SceneSolver};
+use super::{SceneAdaptive, SceneImplicit, SceneMidpoint, SceneSemiImplicit, SceneSolver};
 
 /// Frames, time step and solver.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -40,6 +40,8 @@ pub struct SceneSimulation {
     pub implicit: SceneImplicit,
     /// Settings of the semi-implicit solver.
     pub semi_implicit: SceneSemiImplicit,
+    /// Settings of the midpoint solver.
+    pub midpoint: SceneMidpoint,
 }
 
 impl Default for SceneSimulation {
@@ -55,6 +57,7 @@ impl Default for SceneSimulation {
             adaptive: None,
             implicit: SceneImplicit::default(),
             semi_implicit: SceneSemiImplicit::default(),
+            midpoint: SceneMidpoint::default(),
         }
     }
 }
@@ -73,6 +76,7 @@ impl SceneSimulation {
         match solver {
             SceneSolver::Explicit => self.time_step,
             SceneSolver::Implicit => self.implicit.time_step,
+            SceneSolver::Midpoint => self.midpoint.time_step,
             SceneSolver::SemiImplicit => self.semi_implicit.time_step,
         }
     }
@@ -82,6 +86,7 @@ impl SceneSimulation {
         let place = match self.solver_given() {
             None | Some(SceneSolver::Explicit) => &mut self.time_step,
             Some(SceneSolver::Implicit) => &mut self.implicit.time_step,
+            Some(SceneSolver::Midpoint) => &mut self.midpoint.time_step,
             Some(SceneSolver::SemiImplicit) => &mut self.semi_implicit.time_step,
         };
         *place = Some(time_step);

@@ -1,8 +1,8 @@
 //! How the state of a scene is advanced.
 
 use cloth_core::{
-    AdaptiveSettings, ImplicitSettings, LinearMethod, LinearStop, MatrixForm, NewtonSettings,
-    Preconditioner, SemiImplicitSettings, SemiImplicitSolve,
+    AdaptiveSettings, ImplicitSettings, LinearMethod, LinearStop, MatrixForm, MidpointSettings,
+    NewtonSettings, Preconditioner, SemiImplicitSettings, SemiImplicitSolve,
 };
 use serde::{Deserialize, Serialize};
 
@@ -18,13 +18,15 @@ pub enum SceneSolver {
     Explicit,
     /// Backward Euler, in steps of `simulation.implicit.time_step`.
     Implicit,
+    /// The implicit midpoint rule with damping, in steps of `simulation.midpoint.time_step`.
+    Midpoint,
     /// Backward Euler with a constant matrix, in steps of `simulation.semi_implicit.time_step`.
     SemiImplicit,
 }
 
 impl SceneSolver {
     /// All of them.
-    pub const ALL: &[Self] = &[Self::Explicit, Self::Implicit, Self::SemiImplicit];
+    pub const ALL: &[Self] = &[Self::Explicit, Self::Implicit, Self::SemiImplicit, Self::Midpoint];
 
     /// Its name on the command line and in scene files.
     #[must_use]
@@ -33,6 +35,7 @@ impl SceneSolver {
             Self::Explicit => "explicit",
             Self::Implicit => "implicit",
             Self::SemiImplicit => "semi-implicit",
+            Self::Midpoint => "midpoint",
         }
     }
 }
@@ -112,6 +115,28 @@ impl Default for SceneImplicit {
             newton_tolerance: tolerance,
             constraint_passes,
         }
+    }
+}
+
+/// Settings of the midpoint solver. They wait for `simulation.solver` to choose it; its linear systems are solved as
+/// `simulation.implicit` says.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+pub struct SceneMidpoint {
+    /// Length of a substep \[s\]; if not given, a sixtieth of a second.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
+    pub time_step: Option<f64>,
+    /// Where in a substep forces are taken, 0.5 to 1; 0.6 if not given. What is fast against a substep loses all but
+    /// (1 - weight) / weight of its amplitude in each.
+    #[cfg_attr(test, schemars(range(min = 0.5, max = 1.0)))]
+    pub weight: f64,
+}
+
+impl Default for SceneMidpoint {
+    fn default() -> Self {
+        Self { time_step: None, weight: MidpointSettings::default().weight }
     }
 }
 

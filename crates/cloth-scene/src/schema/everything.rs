@@ -26,6 +26,7 @@ simulation.strain_limit = { ratio = 1.1, sweeps = 2, classes = ["stretch", "bend
 simulation.adaptive = { strain_max = 0.25, halvings = 3, grow_after = 2 }
 simulation.implicit = { time_step = 0.01, linear = "cg", preconditioner = "block", matrix = "assembled", stop = "residual", tolerance = 0.1, iterations = 30, warm_start = true, newton_iterations = 2, newton_tolerance = 0.5, constraint_passes = 3 }
 simulation.semi_implicit = { time_step = 0.01, solve = "dense-inverse" }
+simulation.midpoint = { time_step = 0.01, weight = 0.75 }
 field = [{ uniform.acceleration = [0.5, 0.0, 0.0] }, { drag.rate = [0.5, 0.25, 0.0] }, { expression = "m * v" }, { expression_left_handed = "m * x" }]
 wind = { velocity = [1.0, 0.0, 0.0], density = 1.25, gust = { amplitude = 0.5, frequency = 2.0 } }
 contact = { distance = 0.02, response.penalty = { stiffness = 10.0, damping = 0.5 } }

@@ -62,10 +62,11 @@ const COEFFICIENT: [f64; 2] = [0.0, 1e6];
 const POSITIVE: [f64; 2] = [1e-9, 1e9];
 
 /// Length of a substep of each integrator, in the order of `SceneSolver::ALL`.
-pub(super) const TIME_STEPS: [Parameter; 3] = [
+pub(super) const TIME_STEPS: [Parameter; 4] = [
     parameter("time step", TIME_STEP, MILLISECOND, STEP, "simulation.time_step"),
     parameter("time step", TIME_STEP, MILLISECOND, STEP, "simulation.implicit.time_step"),
     parameter("time step", TIME_STEP, MILLISECOND, STEP, "simulation.semi_implicit.time_step"),
+    parameter("time step", TIME_STEP, MILLISECOND, STEP, "simulation.midpoint.time_step"),
 ];
 const TIME_STEP: &str =
     "Length of a substep. Stiff cloth needs short ones with the explicit integrator.";

@@ -173,7 +173,7 @@ fn tube(mesh: Mesh, cells: u32, angle: f64, bending: &BendingRigidity) -> [f64; 
     let tube = sheet.mesh(rolled);
     let shape = RestShape::from_pattern(&tube, &sheet.pattern(angle), bending, "tube").unwrap();
     let (s, c) = angle.sin_cos();
-    let expected = 0.5 * bending.along([c, s]) / (radius * radius);
+    let expected = 0.5 * bending.plate().cylinder([c, s]) / (radius * radius);
     [
         inner_energy(&shape, &tube.positions) / expected - 1.0,
         lone_energy(&shape, &tube.positions) / expected - 1.0,

@@ -77,7 +77,7 @@ impl Model {
     pub fn stable_time_step_of(&self, integrator: &Integrator) -> Option<f64> {
         match integrator {
             Integrator::Explicit => Some(self.stable_time_step()),
-            Integrator::Implicit(_) => None,
+            Integrator::Implicit(_) | Integrator::Midpoint(_) => None,
             Integrator::SemiImplicit(_) => {
                 let mut operator = AnyShape::new(self, Coefficients::WithoutSprings);
                 let limit = LIMIT - self.contact_eigenvalue();

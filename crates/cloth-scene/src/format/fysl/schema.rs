@@ -191,7 +191,7 @@ static SIMULATION: Element = Element {
     tag: "simulation",
     target: Table("simulation"),
     attributes: &[
-        optional("type", "solver", Word(&["explicit", "implicit", "semi-implicit"])),
+        optional("type", "solver", Word(&["explicit", "implicit", "semi-implicit", "midpoint"])),
         optional("interval", "time_step", Number),
         optional("steps", "frames", Count),
         same("precision", Word(&["f32", "f64"])),
@@ -202,6 +202,7 @@ static SIMULATION: Element = Element {
         &ADAPTIVE,
         &IMPLICIT,
         &SEMI_IMPLICIT,
+        &MIDPOINT,
         &DRAG,
         &DIRECTIONAL,
         &PROCEDURAL,
@@ -248,6 +249,11 @@ static SEMI_IMPLICIT: Element = leaf(
         optional("interval", "time_step", Number),
         same("solve", Word(&["factorisation", "dense-inverse"])),
     ],
+);
+static MIDPOINT: Element = leaf(
+    "midpoint",
+    Table("midpoint"),
+    &[optional("interval", "time_step", Number), same("weight", Number)],
 );
 static DRAG: Element = leaf("drag", Item("/field", "drag"), &[required("rate", "rate", Vector)]);
 static DIRECTIONAL: Element = leaf(
