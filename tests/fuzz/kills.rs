@@ -28,6 +28,8 @@ const CHECKPOINT_EVERY: u64 = 3;
 const FORMATS: &str = "obj,npz";
 /// The scene that is run, if it is cut down.
 const CUT_DOWN: &str = "scene.toml";
+/// Kills from one line that counts them to the next.
+const SAID_EVERY: u64 = 100;
 /// Time after which a run hangs.
 const PATIENCE: Duration = Duration::from_secs(600);
 
@@ -238,7 +240,10 @@ fn one(
         let Some((at, signal)) = moment.filter(|(_, signal)| is_of(status, *signal)) else {
             return Err(format!("{status}: {}", log(folder.path())));
         };
-        counts.kills.fetch_add(1, Ordering::Relaxed);
+        let kills = counts.kills.fetch_add(1, Ordering::Relaxed) + 1;
+        if kills.is_multiple_of(SAID_EVERY) {
+            println!("{kills} kills");
+        }
         let problem = |text: String| format!("{signal} after {at:?}: {text}");
         let frames = frames(&run, &case.whole.path().join("run"), arguments.frames);
         let saved = checkpoint_frame(&run);

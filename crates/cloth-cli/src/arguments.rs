@@ -194,7 +194,7 @@ pub(crate) struct ScenesArguments {
     #[arg(long, conflicts_with = "json")]
     pub(crate) reference: bool,
     /// Run all of them on the processor, and write pictures and a page `index.html` of what they show into this
-    /// folder, which must be new or empty. It takes about a minute.
+    /// folder, which must be new or empty. It takes some minutes, most of them for the scenes of fabric.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["json", "schema", "reference"])]
     pub(crate) gallery: Option<PathBuf>,
     /// Take this scene alone into the gallery; can be given several times.
