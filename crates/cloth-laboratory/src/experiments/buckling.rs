@@ -86,7 +86,7 @@ fn lateral_buckling(laboratory: &Laboratory<'_>) -> Result<Outcome> {
 /// Stiff in the plane, with D66 = B / (2 (1 + nu)).
 fn on_edge(rigidity: f64, nu: f64) -> Fabric {
     let twist = 0.5 / (1.0 + nu);
-    let bias = Some(rigidity * 0.5 * (1.0 + 2.0 * twist));
+    let bias = Some(4.0 * rigidity / (2.0 + 1.0 / twist));
     Fabric {
         warp: TensileCurve::linear(4e4),
         weft: TensileCurve::linear(4e4),

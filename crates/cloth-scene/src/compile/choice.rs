@@ -86,6 +86,11 @@ impl SolverChoice {
                 let longest = STABLE_SHARE * model.stable_time_step();
                 (longest, "nine tenths of what is stable in any shape of the cloth")
             }
+            SceneSolver::Midpoint
+                if !model.colliders().is_empty() || model.self_contact().is_some() =>
+            {
+                (SEMI_IMPLICIT_STEP, "as contacts act after each")
+            }
             SceneSolver::Implicit | SceneSolver::Midpoint => {
                 (IMPLICIT_STEP, "as any step is stable")
             }

@@ -20,7 +20,7 @@ pub struct SceneSimulation {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub time_step: Option<f64>,
-    /// How the state is advanced: `explicit`, `implicit` or `semi-implicit`. If not given, `explicit` where
+    /// How the state is advanced: `explicit`, `implicit`, `semi-implicit` or `midpoint`. If not given, `explicit` where
     /// `time_step` is given, and else the faster one of `explicit` and `implicit`
     /// ([`SolverChoice`](crate::SolverChoice)).
     #[serde(skip_serializing_if = "Option::is_none")]

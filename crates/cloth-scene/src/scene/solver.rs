@@ -124,7 +124,8 @@ impl Default for SceneImplicit {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneMidpoint {
-    /// Length of a substep \[s\]; if not given, a sixtieth of a second.
+    /// Length of a substep \[s\]; if not given, a sixtieth of a second, or a 240th where there are colliders or contact, which
+    /// act after each.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub time_step: Option<f64>,
