@@ -23,8 +23,17 @@ fn every_module_is_valid() {
 const STORAGE_BUFFERS: usize = 8;
 
 #[test]
-fn stages_of_fabric_run_where_few_buffers_can_be_bound() {
+fn stages_run_where_few_buffers_can_be_bound() {
     for name in [
+        "contact_certify",
+        "contact_forces_triangles",
+        "contact_geometry",
+        "contact_pairs_ahead",
+        "contact_pairs_boxes",
+        "contact_pairs_list",
+        "contact_pairs_moved",
+        "contact_pairs_reference",
+        "contact_pairs_tree",
         "membrane_forces",
         "membrane_forces_gather",
         "bending_forces",
