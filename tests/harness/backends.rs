@@ -312,7 +312,7 @@ pub fn reference() -> &'static Candidate {
 /// A candidate for the reference backend. Its stages are those that the checks use: what is to be seen of it are whole runs.
 fn reference_candidate() -> Candidate {
     Candidate {
-        missing: &[Feature::IncompleteCholesky, Feature::Schwarz, Feature::DenseInverse],
+        missing: &[Feature::IncompleteCholesky, Feature::DenseInverse],
         ..Candidate::new("reference", Box::new(ReferenceBackend::new()), Precision::F64)
     }
 }

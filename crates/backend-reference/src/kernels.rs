@@ -14,7 +14,7 @@ use cloth_core::{
 };
 
 use crate::{
-    Constraints, Elements, Impulse, LinearSystem, Matrix, Particles, Term, Vector,
+    Constraints, Elements, Impulse, LinearSystem, Matrix, Particles, Schwarz, Term, Vector,
     aerodynamic_forces, bending_forces, check_precision, collider_response, contact_candidates,
     contact_forces, contact_impulses, control_forces, field_forces, integrate_explicit, measure,
     membrane_forces, procedural_forces, semi_implicit::Factorisations, spring_forces, strain_limit,
@@ -74,6 +74,8 @@ struct Linear {
     released: u64,
     /// D, and whether the preconditioner takes all of it.
     preconditioner: (Vec<Matrix<f64>>, Preconditioner),
+    /// If that is the preconditioner.
+    schwarz: Option<Schwarz>,
     vectors: [Vec<Vector<f64>>; LinearVector::ALL.len()],
 }
 
@@ -113,6 +115,7 @@ impl ReferenceKernels {
                 constrained: 0,
                 released: 0,
                 preconditioner: (Vec::new(), Preconditioner::default()),
+                schwarz: None,
                 vectors: std::array::from_fn(|_| zero()),
             },
             factorisations: Factorisations::default(),

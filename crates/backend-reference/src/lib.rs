@@ -51,7 +51,7 @@ pub use contact::{ContactPairs, contact_candidates, contact_forces, contact_impu
 pub use control_forces::control_forces;
 pub use field_forces::field_forces;
 pub use implicit::{
-    Constraint, Constraints, ElementBlock, Elements, LinearSystem, Linearisation, Term,
+    Constraint, Constraints, ElementBlock, Elements, LinearSystem, Linearisation, Schwarz, Term,
     collider_constraints, constraint_impulses, constraint_release, contact_linearise,
     implicit_assemble, preconditioner_apply, spring_linearise, vector_combine, vector_dot,
 };
@@ -138,8 +138,10 @@ fn check(model: &Model, config: &SolverConfig) -> Result<()> {
 
 fn check_preconditioner(preconditioner: Preconditioner) -> Result<()> {
     match preconditioner {
-        Preconditioner::Diagonal | Preconditioner::Block => Ok(()),
-        other => unsupported(format!("the preconditioner {other} (it has diagonal and block)")),
+        Preconditioner::Diagonal | Preconditioner::Block | Preconditioner::Schwarz => Ok(()),
+        other => {
+            unsupported(format!("the preconditioner {other} (it has diagonal, block and schwarz)"))
+        }
     }
 }
 

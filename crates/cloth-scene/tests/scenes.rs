@@ -73,7 +73,7 @@ fn settings_of_a_solver_reach_the_engine() {
     let default = ImplicitSettings::default();
     assert_eq!(settings.linear.method, LinearMethod::Jacobi);
     assert_eq!((settings.linear.iterations_max, settings.linear.tolerance), (7, 0.0));
-    assert_eq!(settings.linear.preconditioner, default.linear.preconditioner);
+    assert_eq!(settings.linear.preconditioner, Preconditioner::Auto);
     assert_eq!(settings.newton.iterations_max, 3);
     assert_eq!(settings.newton.tolerance, default.newton.tolerance);
     assert_eq!(config.time_step, 1.0 / 60.0);

@@ -20,6 +20,11 @@ impl<T: Real> ParticleFilters<T> {
         Self { places: vec![NONE; count], filters: Vec::new() }
     }
 
+    /// Whether there are no particles.
+    pub(super) const fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+
     /// Takes the filters of held and constrained particles.
     pub(super) fn fill(&mut self, filter: &Filter<'_, T>) {
         self.clear();

@@ -19,7 +19,7 @@ use super::{
     matrix_apply,
     particle_filters::ParticleFilters,
     preconditioner,
-    schwarz::{BuiltFor, Reuse, Schwarz, SystemRows},
+    schwarz::{Reuse, Schwarz, SystemRows},
     spring_linearise, vector_operations,
     vectors::LinearVectors,
 };
@@ -49,6 +49,8 @@ pub(crate) struct ImplicitSystem<T> {
     /// Once a solver has asked for it.
     schwarz: Option<Box<Schwarz<T>>>,
     reuse: Reuse,
+    /// Those of the last build of it.
+    filters: ParticleFilters<T>,
     /// Length of the substep of the matrix \[s\].
     length: f64,
 }
@@ -82,6 +84,7 @@ impl<T: Real> ImplicitSystem<T> {
             assembled: None,
             schwarz: None,
             reuse: Reuse::default(),
+            filters: ParticleFilters::new(0),
             length: 0.0,
         }
     }
@@ -334,17 +337,20 @@ impl<T: Real> ImplicitSystem<T> {
         (masses, position): (&Masses<T>, &VectorField<T>),
         arch: pulp::Arch,
     ) {
-        let held = (0..self.count).map(|particle| masses.is_held(particle)).collect();
-        if !self.reuse.wants_build(BuiltFor { length: self.length, held }) {
-            return;
-        }
         let schwarz =
             self.schwarz.get_or_insert_with(|| Box::new(Schwarz::new(GroupHierarchy::new(model))));
-        let mut filters = ParticleFilters::new(self.count);
+        if self.filters.is_empty() {
+            self.filters = ParticleFilters::new(self.count);
+        }
+        let filters = &mut self.filters;
         filters.fill(&Filter { masses, constraints: &self.constraints });
         let (matrix, position) = (&self.matrix, FieldView::new(position));
-        let rows = SystemRows { matrix, springs, filters: &filters, masses, position };
-        schwarz.build(&rows, arch);
+        let rows = SystemRows { matrix, springs, filters, masses, position };
+        if self.reuse.wants_build(self.length) {
+            schwarz.build(&rows, arch);
+        } else {
+            schwarz.update(&rows, arch);
+        }
     }
 
     /// Notes the iterations of a solve with the preconditioner that is there.

@@ -5,12 +5,14 @@ mod rig;
 
 use std::{sync::Arc, time::Instant};
 
+use cloth_backend_cpu::CpuBackend;
+use cloth_backend_reference::ReferenceBackend;
 use cloth_core::{
-    Cloth, Geometry, LinearSettings, LinearStop, LinearVector, Mass, MaterialPreset, Model,
-    ModelBuilder, NetworkSpring, Precision, Preconditioner, SpringClass, SpringNetwork,
+    Backend, Cloth, Geometry, LinearSettings, LinearStop, LinearVector, Mass, MaterialPreset,
+    Model, ModelBuilder, NetworkSpring, Precision, Preconditioner, SpringClass, SpringNetwork,
 };
 
-use rig::{assembled, fabric, folded, numbers, settings, sheet, solve, springs};
+use rig::{assembled, assembled_by, fabric, folded, numbers, settings, sheet, solve, springs};
 
 /// To a hundredth of the first error in the norm of the energy.
 const fn energy(preconditioner: Preconditioner) -> LinearSettings {
@@ -119,6 +121,41 @@ fn ropes_and_pieces_are_solved() {
 #[test]
 fn particles_that_nothing_connects_are_solved_at_once() {
     is_solved(&network((0..100_000).map(|k| [f64::from(k), 0.0, 0.0]).collect(), &[]), 3);
+}
+
+/// P^-1 v of the plain loops and of this backend, which keeps inverse factors in single precision.
+#[test]
+fn it_is_that_of_the_plain_loops() {
+    // Two levels above the particles.
+    let place = |k: u32| [0.003, -0.004, 0.0086].map(|step| step * f64::from(k));
+    let pairs: Vec<[u32; 2]> = (1..70 * 17).filter(|k| k % 17 > 0).map(|k| [k - 1, k]).collect();
+    let ropes = network((0..70 * 17).map(place).collect(), &pairs);
+    for model in [sheet(16, |_| fabric()), sheet(30, springs), ropes] {
+        let mut random = numbers();
+        let at: Vec<[f64; 3]> = (model.positions().iter())
+            .map(|place| place.map(|x| 1.002 * x + 1e-4 * random()))
+            .collect();
+        let vector: Vec<[f64; 3]> =
+            model.positions().iter().map(|_| std::array::from_fn(|_| random())).collect();
+        let backends: [&dyn Backend; 2] =
+            [&CpuBackend::new(None).unwrap(), &ReferenceBackend::new()];
+        let [found, expected] = backends.map(|backend| {
+            let mut kernels = assembled_by(backend, &model, &at, (Precision::F64, 2));
+            kernels.vector_write(LinearVector::Residual, &vector).unwrap();
+            kernels.preconditioner_build(Preconditioner::Schwarz).unwrap();
+            kernels
+                .preconditioner_apply(LinearVector::Residual, LinearVector::Preconditioned)
+                .unwrap();
+            let mut out = Vec::new();
+            kernels.vector_read(LinearVector::Preconditioned, &mut out).unwrap();
+            out
+        });
+        let size = expected.as_flattened().iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let apart = (found.as_flattened().iter().zip(expected.as_flattened()))
+            .fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+        println!("{apart:e} of {size:e}");
+        assert!(apart < 1e-4 * size, "{apart} {size}");
+    }
 }
 
 /// Not of tests: `cargo test -p cloth-backend-cpu --test schwarz measure -- --ignored --nocapture` prints iterations and times.

@@ -102,6 +102,16 @@ pub(crate) fn assembled(
     precision: Precision,
     threads: usize,
 ) -> Box<dyn Kernels> {
+    assembled_by(&CpuBackend::new(None).unwrap(), model, positions, (precision, threads))
+}
+
+/// The same by any backend.
+pub(crate) fn assembled_by(
+    backend: &dyn Backend,
+    model: &Arc<Model>,
+    positions: &[[f64; 3]],
+    (precision, threads): (Precision, usize),
+) -> Box<dyn Kernels> {
     let config = SolverConfig {
         precision,
         time_step: STEP,
@@ -111,7 +121,6 @@ pub(crate) fn assembled(
     };
     let mut state = model.initial_state();
     state.positions = positions.to_vec();
-    let backend = CpuBackend::new(None).unwrap();
     let mut kernels = backend.create_kernels(Arc::clone(model), &config).unwrap();
     let mut plan = FramePlan::default();
     let span = FrameSpan {

@@ -7,6 +7,7 @@ mod direct_solve;
 mod implicit_assemble;
 mod linearise;
 mod preconditioner_apply;
+mod schwarz;
 mod touch;
 mod vectors;
 
@@ -19,4 +20,5 @@ pub use implicit_assemble::{
 };
 pub use linearise::{Term, contact_linearise, spring_linearise};
 pub use preconditioner_apply::preconditioner_apply;
+pub use schwarz::Schwarz;
 pub use vectors::{vector_combine, vector_dot};

@@ -1,17 +1,20 @@
 //! The stages of the implicit integrator.
 
 use cloth_core::{
-    ConstraintStatistics, ImplicitKernels, LinearOutcome, LinearVector, MatrixBlock, MatrixForm,
-    NewtonStart, Preconditioner, Result, stepper::Substep,
+    ConstraintStatistics, GroupHierarchy, ImplicitKernels, LinearOutcome, LinearVector,
+    MatrixBlock, MatrixForm, NewtonStart, Preconditioner, Result, stepper::Substep,
 };
 
 use super::{Kept, Linear, ReferenceKernels};
 use crate::{
-    Linearisation, Vector, bending_linearise, check_preconditioner, collider_constraints,
+    Linearisation, Schwarz, Vector, bending_linearise, check_preconditioner, collider_constraints,
     constraint_impulses, constraint_release, contact_linearise, implicit::direct_solve,
     implicit_assemble, membrane_linearise, preconditioner_apply, spring_linearise, unsupported,
     vector_combine, vector_dot,
 };
+
+/// Particles that dense matrices are made for at most.
+const SCHWARZ_MAX: usize = 2000;
 
 impl Linear {
     fn vector(&self, vector: LinearVector) -> &[Vector<f64>] {
@@ -180,10 +183,28 @@ impl ImplicitKernels for ReferenceKernels {
     fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
         check_preconditioner(preconditioner)?;
         self.linear.preconditioner = (self.linear.system.diagonal(), preconditioner);
+        self.linear.schwarz = None;
+        if preconditioner == Preconditioner::Schwarz {
+            if self.particles.len() > SCHWARZ_MAX {
+                return unsupported(format!(
+                    "the preconditioner schwarz for more than {SCHWARZ_MAX} particles (its matrices are dense)"
+                ));
+            }
+            let hierarchy = GroupHierarchy::new(&self.model);
+            let Linear { system, constraints, schwarz, .. } = &mut self.linear;
+            let positions = &self.particles.positions;
+            *schwarz = Some(Schwarz::new(&hierarchy, system, constraints, positions));
+        }
         Ok(())
     }
 
     fn preconditioner_apply(&mut self, from: LinearVector, to: LinearVector) -> Result<()> {
+        if let Some(schwarz) = &self.linear.schwarz {
+            let mut applied = schwarz.apply(self.linear.vector(from));
+            self.linear.constraints.filter(&mut applied);
+            *self.linear.vector_mut(to) = applied;
+            return Ok(());
+        }
         let (diagonal, kind) = &self.linear.preconditioner;
         let blocks = *kind == Preconditioner::Block;
         let each = diagonal.iter().zip(&self.linear.constraints.0).zip(self.linear.vector(from));

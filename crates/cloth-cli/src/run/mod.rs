@@ -129,6 +129,7 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     // What is made from here on can be made again.
     signals.finish_work(false);
     let mut lines = summary.lines(start.elapsed());
+    lines.extend(summary.solver.choice(simulation.scene()));
     // Frames before an error are worth having here, too.
     if let Err(failure) = feedback.write(&source.scene) {
         ended = ended.and(Err(failure));

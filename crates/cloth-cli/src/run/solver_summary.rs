@@ -1,6 +1,6 @@
 //! What the solvers of a run did, in a line or two.
 
-use cloth::SolverReport;
+use cloth::{Integrator, Preconditioner, SolverReport, scene::CompiledScene};
 
 use crate::units::count_text;
 
@@ -12,6 +12,7 @@ pub(super) struct SolverSummary {
     iterations: u64,
     residual: f64,
     factorisations: u64,
+    preconditioner: Option<Preconditioner>,
     halvings: u64,
     doublings: u64,
     /// Substeps that failed at the shortest time step and stand.
@@ -28,6 +29,7 @@ impl SolverSummary {
             iterations: 0,
             residual: 0.0,
             factorisations: 0,
+            preconditioner: None,
             halvings: 0,
             doublings: 0,
             failures: 0,
@@ -41,6 +43,7 @@ impl SolverSummary {
         self.iterations += report.iterations;
         self.residual = self.residual.max(report.residual);
         self.factorisations += u64::from(report.factorisations);
+        self.preconditioner = report.preconditioner;
         self.failures += u64::from(report.substeps_failed);
         for change in &report.time_step_changes {
             let grows = change.to > change.from;
@@ -48,6 +51,15 @@ impl SolverSummary {
             self.halvings += u64::from(!grows);
             self.shortest = self.shortest.min(change.to);
         }
+    }
+
+    /// Which preconditioner `auto` has chosen, and why.
+    pub(super) fn choice(&self, scene: &CompiledScene) -> Option<String> {
+        let Integrator::Implicit(settings) = &scene.config.integrator else { return None };
+        let chosen = self
+            .preconditioner
+            .filter(|_| settings.linear.preconditioner == Preconditioner::Auto)?;
+        Some(format!("preconditioner {chosen}: {}", chosen.auto_reason(&scene.model)))
     }
 
     /// Nothing for a run in which no linear system was solved and no time step changed.

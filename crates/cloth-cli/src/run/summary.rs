@@ -41,7 +41,7 @@ pub(super) struct Summary {
     pub(super) intersections: IntersectionSummary,
     /// What the scene is warned of before it runs.
     warnings: Vec<String>,
-    solver: SolverSummary,
+    pub(super) solver: SolverSummary,
 }
 
 impl Summary {

@@ -254,7 +254,7 @@ fn a_check_knows_each_solver() {
     let check = |more: &[&str]| place.succeeds(&[&["check", "tiny.toml"], more].concat());
     let text = check(&["--solver", "implicit"]);
     assert!(!text.contains("warning"), "the step of another solver: {text}");
-    assert!(text.contains("solver       implicit, cg with preconditioner block, tolerance 0.001"));
+    assert!(text.contains("solver       implicit, cg with preconditioner auto, tolerance 0.001"));
     assert!(text.contains("time step    1.667e-2 s\nchosen       implicit, in 2 steps"), "{text}");
     assert!(text.contains("\nstable       at any time step"), "{text}");
     let text = check(&["--solver", "semi-implicit", "--time-step", "0.05"]);

@@ -76,20 +76,32 @@ const SCHWARZ_MIN: usize = 4096;
 
 impl Preconditioner {
     /// What `Auto` stands for in a model, on a backend that may have `Schwarz`; the others stand for themselves.
-    ///
-    /// Cloth made of springs keeps `Block`, so that scenes that were made before give what they gave.
     #[must_use]
     pub fn resolved(self, model: &Model, has_schwarz: bool) -> Self {
         match self {
-            Self::Auto if has_schwarz && wins(model) => Self::Schwarz,
+            Self::Auto if has_schwarz && blocks_reason(model).is_none() => Self::Schwarz,
             Self::Auto => Self::Block,
             given => given,
         }
     }
+
+    /// Why `Auto` stands for this one in a model.
+    #[must_use]
+    pub fn auto_reason(self, model: &Model) -> &'static str {
+        let blocks = || blocks_reason(model).unwrap_or("the backend has no other one");
+        if self == Self::Schwarz { "this much fabric is faster with it" } else { blocks() }
+    }
 }
 
-fn wins(model: &Model) -> bool {
-    model.has_fabric() && model.particle_count() >= SCHWARZ_MIN
+/// Why a model was measured to be faster with blocks, if so.
+fn blocks_reason(model: &Model) -> Option<&'static str> {
+    if !model.has_fabric() {
+        Some("springs are so soft at their time steps that others are slower")
+    } else if model.particle_count() < SCHWARZ_MIN {
+        Some("others are slower for so few particles")
+    } else {
+        None
+    }
 }
 
 /// How the matrix is multiplied with a vector.

@@ -60,7 +60,7 @@ impl Scene {
         let contact = if self.contact.is_some() { CONTACT_BYTES } else { 0 };
         let particle = SOLVER_NUMBERS * number + OTHER_BYTES + contact;
         let mut estimate = MemoryEstimate::default();
-        let mut springs = 0_u64;
+        let (mut springs, mut fabric) = (0_u64, false);
         for cloth in &self.cloths {
             let is_fabric = cloth.model_chosen() == SceneModel::Fabric;
             let (particles, mut springs_each, mut building) = match &cloth.geometry {
@@ -90,6 +90,7 @@ impl Scene {
                     (self.mesh_vertices(mesh, options), MESH_SPRINGS, MESH_BYTES)
                 }
             };
+            fabric |= is_fabric;
             if is_fabric {
                 springs_each = 0;
                 building += FABRIC_BYTES + FABRIC_NUMBERS * number;
@@ -114,7 +115,8 @@ impl Scene {
         });
         let solids = colliders.chain(rigids).fold(0, u64::saturating_add);
         estimate.bytes = estimate.bytes.saturating_add(solids);
-        let solver = memory_solver::bytes(&self.simulation, estimate.particles, springs, number);
+        let counts = (estimate.particles, springs, fabric);
+        let solver = memory_solver::bytes(&self.simulation, counts, number);
         estimate.bytes = estimate.bytes.saturating_add(solver);
         estimate
     }

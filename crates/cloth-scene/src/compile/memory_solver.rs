@@ -21,7 +21,7 @@ const INCOMPLETE_NUMBERS: u64 = 40;
 
 /// Numbers in single precision for each particle of the preconditioner `schwarz`: rows of inverse factors, prolongation, and the
 /// levels above in double precision.
-const SCHWARZ_NUMBERS: u64 = 260;
+const SCHWARZ_NUMBERS: u64 = 270;
 
 /// Entries of the sparse factor of the constant matrix, in thirds, for each particle and for each spring, in units of the binary
 /// logarithm of the number of particles: so the fill of a grid grows with nested dissection (George 1973).
@@ -30,11 +30,10 @@ const FILL: [u64; 2] = [39, 1];
 /// The same of the direct solver, in halves, whose entries are blocks.
 const BLOCK_FILL: [u64; 2] = [16, 1];
 
-/// Bytes beside the numbers and springs that all solvers have.
+/// Bytes beside the numbers and springs that all solvers have, for particles, springs, and whether there is fabric.
 pub(super) fn bytes(
     simulation: &SceneSimulation,
-    particles: u64,
-    springs: u64,
+    (particles, springs, has_fabric): (u64, u64, bool),
     number: u64,
 ) -> u64 {
     let numbers = |per_particle: u64, per_spring: u64| {
@@ -58,8 +57,11 @@ pub(super) fn bytes(
                 0
             };
             let incomplete = implicit.preconditioner == Preconditioner::IncompleteCholesky;
-            let schwarz =
-                matches!(implicit.preconditioner, Preconditioner::Schwarz | Preconditioner::Auto);
+            let schwarz = match implicit.preconditioner {
+                Preconditioner::Schwarz => true,
+                Preconditioner::Auto => has_fabric,
+                _ => false,
+            };
             let method = match implicit.linear {
                 LinearMethod::ConjugateGradient if incomplete => numbers(0, INCOMPLETE_NUMBERS),
                 LinearMethod::ConjugateGradient if schwarz => {

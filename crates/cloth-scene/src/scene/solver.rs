@@ -65,8 +65,9 @@ pub struct SceneImplicit {
     #[serde(with = "named")]
     #[cfg_attr(test, schemars(schema_with = "named::schema::<LinearMethod>"))]
     pub linear: LinearMethod,
-    /// Preconditioner of `cg`: `diagonal`, `block` (the default), `incomplete-cholesky`, `schwarz`, whose iterations hardly
-    /// grow with the number of particles, or `auto`, which takes `schwarz` for large cloths of fabric on the CPU, else `block`.
+    /// Preconditioner of `cg`: `diagonal`, `block`, `incomplete-cholesky`, `schwarz`, whose iterations hardly grow with the number
+    /// of particles, or `auto` (the default), which takes `schwarz` on the CPU where that was measured to be faster, for large
+    /// cloths of fabric, else `block`.
     #[serde(with = "named")]
     #[cfg_attr(test, schemars(schema_with = "named::schema::<Preconditioner>"))]
     pub preconditioner: Preconditioner,
@@ -105,7 +106,7 @@ impl Default for SceneImplicit {
         Self {
             time_step: None,
             linear: linear.method,
-            preconditioner: linear.preconditioner,
+            preconditioner: Preconditioner::Auto,
             matrix: linear.matrix,
             stop: linear.stop,
             tolerance: linear.tolerance,

@@ -91,14 +91,14 @@ impl<T: Real> BlockFactors<T> {
         .collect()
     }
 
-    /// out = the inverse of a block, as it is kept, times `from`. `scratch` may be of any length.
+    /// out = the inverse of a block, as it is kept, times `from`. `scratch` has twice the size of the block, in whole chunks.
     #[inline(always)]
-    pub(super) fn apply(&self, block: usize, from: &[T], out: &mut [T], scratch: &mut Vec<T>) {
+    pub(super) fn apply(&self, block: usize, from: &[T], out: &mut [T], scratch: &mut [T]) {
         let size = from.len();
         let padded = size.next_multiple_of(CHUNK);
-        scratch.clear();
-        scratch.resize(2 * padded, T::ZERO);
-        let (scaled, sums) = scratch.split_at_mut(padded);
+        let (scaled, sums) = scratch[..2 * padded].split_at_mut(padded);
+        scaled[size..].fill(T::ZERO);
+        sums.fill(T::ZERO);
         let scale = &self.scale[self.starts[block]..][..size];
         for ((scaled, from), scale) in scaled.iter_mut().zip(from).zip(scale) {
             *scaled = *scale * *from;
@@ -323,7 +323,7 @@ mod tests {
             let product: Vec<f64> =
                 (0..size).map(|i| (0..size).map(|j| entry(i, j) * x[j]).sum()).collect();
             let mut found = vec![0.0; size];
-            factors.apply(0, &product, &mut found, &mut Vec::new());
+            factors.apply(0, &product, &mut found, &mut vec![f64::NAN; 2 * size + 2 * CHUNK]);
             for k in 0..size {
                 let error = (found[k] - x[k]).abs() * mass(k).sqrt();
                 assert!(error < 1e-5, "{size}: {} {}", found[k], x[k]);
@@ -341,7 +341,7 @@ mod tests {
             let factors = factors(20, entry);
             let from: Vec<f64> = (0..20).map(|k| f64::from(k) - 9.7).collect();
             let mut found = vec![0.0; 20];
-            factors.apply(0, &from, &mut found, &mut Vec::new());
+            factors.apply(0, &from, &mut found, &mut [f64::NAN; 4 * CHUNK]);
             let product: f64 = from.iter().zip(&found).map(|(a, b)| a * b).sum();
             assert!(product > 0.0 && product.is_finite());
         }

@@ -22,6 +22,9 @@ const DAMPING: f64 = 4.0 / 3.0;
 /// Nodes in one task.
 const TASK: usize = 512;
 
+/// Unknowns of a run of smoothed nodes.
+const SMOOTHED: usize = 6 * GroupHierarchy::SMOOTHED;
+
 /// Runs of smoothed nodes in one task.
 const SMOOTH_TASK: usize = 16;
 
@@ -180,18 +183,15 @@ impl CoarseLevel {
 
     /// x = weight S r, or x += weight S r.
     fn smooth(&self, r: &[f64], weight: f64, adds: bool, x: &mut [f64]) {
-        let size = 6 * GroupHierarchy::SMOOTHED;
-        let blocks = x.par_chunks_mut(size).zip(r.par_chunks(size)).enumerate();
-        blocks.with_min_len(SMOOTH_TASK).for_each_init(
-            || (Vec::new(), vec![0.0; size]),
-            |(scratch, smoothed), (block, (x, r))| {
-                let smoothed = &mut smoothed[..r.len()];
-                self.factors.apply(block, r, smoothed, scratch);
-                for (x, smoothed) in x.iter_mut().zip(smoothed) {
-                    *x = weight * *smoothed + if adds { *x } else { 0.0 };
-                }
-            },
-        );
+        let blocks = x.par_chunks_mut(SMOOTHED).zip(r.par_chunks(SMOOTHED)).enumerate();
+        blocks.with_min_len(SMOOTH_TASK).for_each(|(block, (x, r))| {
+            let (mut scratch, mut smoothed) = ([0.0; 2 * SMOOTHED], [0.0; SMOOTHED]);
+            let smoothed = &mut smoothed[..r.len()];
+            self.factors.apply(block, r, smoothed, &mut scratch);
+            for (x, smoothed) in x.iter_mut().zip(smoothed) {
+                *x = weight * *smoothed + if adds { *x } else { 0.0 };
+            }
+        });
     }
 
     /// coarse = P^T r.
@@ -225,7 +225,8 @@ pub(super) fn cycle(levels: &mut [CoarseLevel]) {
     let mut solution = std::mem::take(&mut level.solution);
     if above.is_empty() {
         if !solution.is_empty() {
-            level.factors.apply(0, &level.right_side, &mut solution, &mut level.residual);
+            let mut scratch = [0.0; 12 * GroupHierarchy::BOTTOM];
+            level.factors.apply(0, &level.right_side, &mut solution, &mut scratch);
         }
         level.solution = solution;
         return;

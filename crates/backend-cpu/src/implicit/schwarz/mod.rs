@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use block_factors::{BlockFactors, Workspace};
 use coarse_level::{CoarseLevel, Nodes, cycle};
 use node_matrix::{NodeMatrix, RowSum, UpperRow, congruent};
-pub(super) use reuse::{BuiltFor, Reuse};
+pub(super) use reuse::Reuse;
 use rigid_modes::{Matrix6, Modes, ZERO6, centre, point_motion, product, transposed_product_add};
 pub(super) use rows::SystemRows;
 use rows::{Block, Coupling, Rows};
@@ -41,9 +41,20 @@ pub(super) struct Schwarz<T> {
     /// What unit unknowns of its group do to the particle at each place, S included.
     prolongation: Vec<[[f32; 6]; 3]>,
     levels: Vec<CoarseLevel>,
-    /// What the factors of groups make of a vector, by places.
-    local: Vec<[T; 3]>,
+    /// What the factors of groups make of a vector, group by group.
+    local: Vec<[[T; 3]; GroupHierarchy::GROUP]>,
+    /// The filters that the factors of groups were built with, xx, yy, zz, xy, xz, yz.
+    filters: Vec<[f32; 6]>,
+    /// Groups to factorise.
+    outdated: Vec<bool>,
 }
+
+/// Factors are built anew where an entry of a filter has changed by more: a contact with a collider has come or gone, or its
+/// normal has turned by six degrees.
+const FILTER_CHANGE: f32 = 0.1;
+
+/// The filter of free particles.
+const FREE: [f32; 6] = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0];
 
 /// Which couplings the coarse matrices have: all but in a negative control.
 type Couplings = fn(Coupling) -> bool;
@@ -68,7 +79,9 @@ impl<T: Real> Schwarz<T> {
             factors: BlockFactors::new(sizes),
             prolongation: vec![[[0.0; 6]; 3]; count],
             levels: Vec::new(),
-            local: vec![[T::ZERO; 3]; count],
+            local: vec![[[T::ZERO; 3]; GroupHierarchy::GROUP]; starts.len() - 1],
+            filters: vec![FREE; count],
+            outdated: vec![true; starts.len() - 1],
             places,
             group_of,
             hierarchy,
@@ -77,11 +90,40 @@ impl<T: Real> Schwarz<T> {
 
     /// Builds it for a matrix.
     pub(super) fn build(&mut self, rows: &impl Rows, arch: pulp::Arch) {
+        self.outdated.fill(true);
         self.build_with(rows, |_| true, arch);
     }
 
+    /// Builds it for other filters than those before, if there are: factors of the groups that have them, and all levels above. The
+    /// other groups keep their factors. Returns whether anything was built.
+    ///
+    /// S P^-1 S is positive with the filters of before, too, but good for nothing: particles that colliders let go move alone, and
+    /// those that they hold now do so as if the cloth around them were soft.
+    pub(super) fn update(&mut self, rows: &impl Rows, arch: pulp::Arch) -> bool {
+        let Self { hierarchy, outdated, filters, .. } = self;
+        for (group, outdated) in outdated.iter_mut().enumerate() {
+            *outdated = members(hierarchy, group).iter().any(|&particle| {
+                let (now, built) = (packed(rows, particle), filters[particle as usize]);
+                now.iter().zip(built).any(|(now, built)| (now - built).abs() > FILTER_CHANGE)
+            });
+        }
+        let builds = self.outdated.contains(&true);
+        if builds {
+            self.build_with(rows, |_| true, arch);
+        }
+        builds
+    }
+
+    /// Builds the factors of groups that are outdated, and all levels above.
     fn build_with(&mut self, rows: &impl Rows, couplings: Couplings, arch: pulp::Arch) {
         self.factorise(rows, arch);
+        for (group, outdated) in self.outdated.iter_mut().enumerate() {
+            if std::mem::take(outdated) {
+                for &particle in members(&self.hierarchy, group) {
+                    self.filters[particle as usize] = packed(rows, particle);
+                }
+            }
+        }
         let nodes = self.modes_find(rows);
         let matrix = self.coarse_matrix(rows, couplings);
         let groups = &self.hierarchy.levels()[1..];
@@ -98,11 +140,14 @@ impl<T: Real> Schwarz<T> {
 
     /// The inverse factors of the blocks of groups of S A S + tr(D) (I - S).
     fn factorise(&mut self, rows: &impl Rows, arch: pulp::Arch) {
-        let Self { hierarchy, places, group_of, factors, .. } = self;
+        let Self { hierarchy, places, group_of, factors, outdated, .. } = self;
         let (hierarchy, places, group_of) = (&*hierarchy, &*places, &*group_of);
         factors.tasks().into_par_iter().enumerate().with_min_len(TASK).for_each_init(
             Workspace::default,
             |work, (group, mut task)| {
+                if !outdated[group] {
+                    return;
+                }
                 let particles = members(hierarchy, group);
                 work.begin(3 * particles.len());
                 let first = hierarchy.levels()[0][group] as usize;
@@ -213,43 +258,43 @@ impl<T: Real> Schwarz<T> {
         let Self { hierarchy, factors, prolongation, local, .. } = self;
         let (hierarchy, factors) = (&*hierarchy, &*factors);
         let from = FieldView::new(from);
-        let mut rest = local.as_mut_slice();
-        let tasks: Vec<_> = (hierarchy.levels()[0].windows(2))
-            .map(|ends| rest.split_off_mut(..(ends[1] - ends[0]) as usize).unwrap_or_default())
-            .collect();
-        tasks
-            .into_par_iter()
+        local
+            .par_iter_mut()
             .zip(first.right_side_mut().par_chunks_mut(6))
             .enumerate()
             .with_min_len(TASK)
-            .for_each_init(Vec::new, |scratch, (group, (local, right_side))| {
+            .for_each(|(group, (local, right_side))| {
                 let start = hierarchy.levels()[0][group] as usize;
                 let particles = members(hierarchy, group);
                 let prolongation = &prolongation[start..][..particles.len()];
+                let local = &mut local[..particles.len()];
                 let task =
                     GroupTask { factors, prolongation, particles, group, from, local, right_side };
-                arch.dispatch(GroupCall { task, scratch });
+                arch.dispatch(task);
             });
         cycle(&mut self.levels);
         let coarse = self.levels[0].solution();
         let (places, group_of, prolongation, local) =
             (&self.places, &self.group_of, &self.prolongation, &self.local);
+        let starts = &self.hierarchy.levels()[0];
         let count = places.len();
         to.chunks_mut(BLOCK).enumerate().for_each(|(block, to)| {
             for i in block * BLOCK..count.min((block + 1) * BLOCK) {
                 let place = places[i] as usize;
-                let coarse = &coarse[6 * group_of[i] as usize..][..6];
+                let group = group_of[i] as usize;
+                let coarse = &coarse[6 * group..][..6];
+                let local = &local[group][place - starts[group] as usize];
                 for axis in 0..3 {
                     let row = &prolongation[place][axis];
                     let sum = (0..6).fold(0.0, |sum, k| sum + f64::from(row[k]) * coarse[k]);
-                    to[axis][i - block * BLOCK] = local[place][axis] + T::from_f64(sum);
+                    to[axis][i - block * BLOCK] = local[axis] + T::from_f64(sum);
                 }
             }
         });
     }
 }
 
-/// A vector on one group: what its factor makes of it, and P^T of it.
+/// A vector on one group: what its factor makes of it, and P^T of it, compiled for each instruction set.
 struct GroupTask<'a, 'b, T> {
     factors: &'a BlockFactors<T>,
     prolongation: &'a [[[f32; 6]; 3]],
@@ -260,19 +305,12 @@ struct GroupTask<'a, 'b, T> {
     right_side: &'b mut [f64],
 }
 
-/// It, compiled for each instruction set.
-struct GroupCall<'a, 'b, 'c, T> {
-    task: GroupTask<'a, 'b, T>,
-    scratch: &'c mut Vec<T>,
-}
-
-impl<T: Real> NullaryFnOnce for GroupCall<'_, '_, '_, T> {
+impl<T: Real> NullaryFnOnce for GroupTask<'_, '_, T> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        let GroupTask { factors, prolongation, particles, group, from, local, right_side } =
-            self.task;
+        let Self { factors, prolongation, particles, group, from, local, right_side } = self;
         let mut vector = [[T::ZERO; 3]; GroupHierarchy::GROUP];
         let vector = &mut vector[..particles.len()];
         let mut coarse = [0.0; 6];
@@ -284,13 +322,21 @@ impl<T: Real> NullaryFnOnce for GroupCall<'_, '_, '_, T> {
             }
         }
         right_side.copy_from_slice(&coarse);
-        factors.apply(group, vector.as_flattened(), local.as_flattened_mut(), self.scratch);
+        let mut scratch = [T::ZERO; 6 * GroupHierarchy::GROUP];
+        factors.apply(group, vector.as_flattened(), local.as_flattened_mut(), &mut scratch);
     }
 }
 
 fn members(hierarchy: &GroupHierarchy, group: usize) -> &[u32] {
     let starts = &hierarchy.levels()[0];
     &hierarchy.order()[starts[group] as usize..starts[group + 1] as usize]
+}
+
+/// S of a particle as it is compared.
+fn packed(rows: &impl Rows, particle: u32) -> [f32; 6] {
+    rows.filter(particle as usize).map_or(FREE, |s| {
+        [s[0][0], s[1][1], s[2][2], s[0][1], s[0][2], s[1][2]].map(|entry| entry as f32)
+    })
 }
 
 fn add(to: &mut Matrix6, block: &Matrix6) {

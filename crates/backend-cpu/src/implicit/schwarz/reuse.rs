@@ -6,19 +6,11 @@ const GROWTH: f64 = 1.5;
 /// ... and these.
 const GROWTH_MORE: f64 = 4.0;
 
-/// What a preconditioner was built for.
-#[derive(Clone, Debug, PartialEq)]
-pub(in crate::implicit) struct BuiltFor {
-    /// Length of the substep \[s\].
-    pub(in crate::implicit) length: f64,
-    /// Whether each particle was held.
-    pub(in crate::implicit) held: Vec<bool>,
-}
-
 /// Whether the preconditioner that is there is good enough.
 #[derive(Debug, Default)]
 pub(in crate::implicit) struct Reuse {
-    built_for: Option<BuiltFor>,
+    /// Length of the substep that it was built for \[s\].
+    length: Option<f64>,
     /// Iterations of the first solve since then.
     first: Option<u32>,
     is_slow: bool,
@@ -31,12 +23,12 @@ impl Reuse {
         *self = Self::default();
     }
 
-    /// Whether it is to be built for this; it is taken to be built then.
-    pub(in crate::implicit) fn wants_build(&mut self, built_for: BuiltFor) -> bool {
-        if self.built_for.as_ref() == Some(&built_for) && !self.is_slow {
+    /// Whether it is to be built for a substep of this length; it is taken to be built then.
+    pub(in crate::implicit) fn wants_build(&mut self, length: f64) -> bool {
+        if self.length == Some(length) && !self.is_slow {
             return false;
         }
-        *self = Self { built_for: Some(built_for), first: None, is_slow: false };
+        *self = Self { length: Some(length), first: None, is_slow: false };
         true
     }
 
@@ -52,20 +44,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_is_built_for_another_step_other_pins_and_when_it_gets_slow() {
-        let built_for = |length, held| BuiltFor { length, held };
+    fn it_is_built_for_another_step_and_when_it_gets_slow() {
         let mut reuse = Reuse::default();
-        assert!(reuse.wants_build(built_for(0.01, vec![false, true])));
+        assert!(reuse.wants_build(0.01));
         reuse.solved(20);
-        assert!(!reuse.wants_build(built_for(0.01, vec![false, true])));
-        assert!(reuse.wants_build(built_for(0.005, vec![false, true])));
-        assert!(reuse.wants_build(built_for(0.005, vec![false, false])));
+        assert!(!reuse.wants_build(0.01));
+        assert!(reuse.wants_build(0.005));
         reuse.solved(20);
         reuse.solved(34);
-        assert!(!reuse.wants_build(built_for(0.005, vec![false, false])));
+        assert!(!reuse.wants_build(0.005));
         reuse.solved(35);
-        assert!(reuse.wants_build(built_for(0.005, vec![false, false])));
+        assert!(reuse.wants_build(0.005));
         reuse.forget();
-        assert!(reuse.wants_build(built_for(0.005, vec![false, false])));
+        assert!(reuse.wants_build(0.005));
     }
 }
