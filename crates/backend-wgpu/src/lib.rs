@@ -52,6 +52,7 @@ use fault::BACKEND;
 use stages::Stages;
 
 /// A GPU.
+#[derive(Clone)]
 pub struct WgpuBackend {
     info: BackendInfo,
     context: Arc<DeviceContext>,
@@ -193,6 +194,7 @@ impl WgpuBackend {
         model.check_contact_of_points("wgpu")?;
         model.check_no_stretch_limit(config, "wgpu")?;
         model.check_fabric(config, "wgpu")?;
+        model.check_no_inflation("wgpu")?;
         let config = config.resolved(&model, false);
         Ok(WgpuKernels::new(Stages::new(Arc::clone(&self.context), model, &config)?))
     }
@@ -213,6 +215,10 @@ impl WgpuBackend {
 impl Backend for WgpuBackend {
     fn info(&self) -> &BackendInfo {
         &self.info
+    }
+
+    fn share(&self) -> Option<Box<dyn Backend>> {
+        Some(Box::new(self.clone()))
     }
 
     fn create_solver(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Solver>> {
