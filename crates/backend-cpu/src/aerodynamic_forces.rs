@@ -1,6 +1,6 @@
 //! NUMERICS §3: the force of the air on triangles.
 
-use cloth_core::{Model, Real};
+use cloth_core::{Model, Real, stepper::Substep};
 use rayon::prelude::*;
 
 use crate::{
@@ -29,9 +29,25 @@ impl<T: Real> Aerodynamics<T> {
         })
     }
 
-    /// Computes the force on every triangle in a wind \[m/s\].
-    pub(crate) fn update(&mut self, model: &Model, motion: &Motion<T>, wind_velocity: [f64; 3]) {
-        for_each_triangle(model, motion, wind_velocity, &mut self.shares, triangle);
+    /// Computes the force on every triangle in the wind of a substep, and that of the gas within.
+    pub(crate) fn update(&mut self, model: &Model, motion: &Motion<T>, substep: &Substep) {
+        for_each_triangle(model, motion, substep.wind_velocity, &mut self.shares, triangle);
+        for (number, cloth) in model.cloths().iter().enumerate() {
+            let Some(inflation) = model.inflation(number) else { continue };
+            let sixth = T::from_f64(inflation.at(substep.time) / 6.0);
+            let range = cloth.triangles.start as usize..cloth.triangles.end as usize;
+            self.shares[range.clone()]
+                .par_iter_mut()
+                .with_min_len(1024)
+                .zip(&model.triangles()[range])
+                .for_each(|(share, corners)| {
+                    let x = corners.map(|vertex| motion.position.get(vertex as usize));
+                    let doubled = cross(sub(x[1], x[0]), sub(x[2], x[0]));
+                    for axis in 0..3 {
+                        share[axis] += sixth * doubled[axis];
+                    }
+                });
+        }
     }
 
     /// Computes the derivative of the force on every triangle by its velocity, as `update` does the

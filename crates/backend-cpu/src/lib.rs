@@ -55,6 +55,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use kernels::CpuKernels;
 
 /// The CPU, through a pool of threads.
+#[derive(Clone)]
 pub struct CpuBackend {
     info: BackendInfo,
     pool: Arc<ThreadPool>,
@@ -120,6 +121,10 @@ fn thread_pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool> {
 impl Backend for CpuBackend {
     fn info(&self) -> &BackendInfo {
         &self.info
+    }
+
+    fn share(&self) -> Option<Box<dyn Backend>> {
+        Some(Box::new(self.clone()))
     }
 
     fn create_solver(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Solver>> {

@@ -51,6 +51,7 @@ use kernels::CudaKernels;
 use tables::SpringTables;
 
 /// A GPU.
+#[derive(Clone)]
 pub struct CudaBackend {
     info: BackendInfo,
     device: Arc<Device>,
@@ -133,6 +134,7 @@ impl CudaBackend {
         model.check_contact_of_points("cuda")?;
         model.check_no_stretch_limit(config, "cuda")?;
         model.check_fabric(config, BACKEND)?;
+        model.check_no_inflation(BACKEND)?;
         CudaKernels::new(Arc::clone(&self.device), model, config, self.options)
     }
 }
@@ -140,6 +142,10 @@ impl CudaBackend {
 impl Backend for CudaBackend {
     fn info(&self) -> &BackendInfo {
         &self.info
+    }
+
+    fn share(&self) -> Option<Box<dyn Backend>> {
+        Some(Box::new(self.clone()))
     }
 
     fn create_solver(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Solver>> {

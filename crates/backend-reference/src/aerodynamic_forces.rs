@@ -72,6 +72,27 @@ pub fn aerodynamic_forces<N: Number>(
     }
 }
 
+/// Adds the force of gas under pressure within cloths at `time` \[s\]: a third of p A n of each triangle to each of its corners.
+pub fn inflation_forces<N: Number>(
+    model: &Model,
+    particles: &Particles<N>,
+    time: f64,
+    forces: &mut [Vector<N>],
+) {
+    for (number, cloth) in model.cloths().iter().enumerate() {
+        let Some(inflation) = model.inflation(number) else { continue };
+        let sixth = N::rounded(inflation.at(time) / 6.0);
+        for triangle in
+            &model.triangles()[cloth.triangles.start as usize..cloth.triangles.end as usize]
+        {
+            let corners = triangle.map(|corner| corner as usize);
+            let [a, b, c] = corners.map(|corner| particles.positions[corner]);
+            let share = (b - a).cross(c - a).scaled(sixth);
+            corners.iter().for_each(|&corner| forces[corner] += share);
+        }
+    }
+}
+
 /// J of every particle \[N s/m\], how the force of the air changes with the velocity (NUMERICS §5).
 #[must_use]
 pub fn air_jacobians<N: Number>(

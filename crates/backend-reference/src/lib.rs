@@ -43,7 +43,7 @@ use cloth_core::{
     SolverConfig, stepper::SteppedSolver,
 };
 
-pub use aerodynamic_forces::{aerodynamic_forces, air_jacobians};
+pub use aerodynamic_forces::{aerodynamic_forces, air_jacobians, inflation_forces};
 pub use bending::{bending_forces, bending_linearise};
 pub use buckling::{spring_energy_doubled, spring_tension, spring_tension_derivative};
 pub use collider_response::{Impulse, PathStart, collide, collider_response, penetration_max};
@@ -75,6 +75,7 @@ pub use vertex_normals::vertex_normals;
 const NAME: &str = "reference";
 
 /// The plain loops, on one thread, in double precision.
+#[derive(Clone)]
 pub struct ReferenceBackend {
     info: BackendInfo,
 }
@@ -102,6 +103,10 @@ impl Default for ReferenceBackend {
 impl Backend for ReferenceBackend {
     fn info(&self) -> &BackendInfo {
         &self.info
+    }
+
+    fn share(&self) -> Option<Box<dyn Backend>> {
+        Some(Box::new(self.clone()))
     }
 
     fn create_solver(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Solver>> {

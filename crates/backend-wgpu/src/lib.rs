@@ -58,6 +58,7 @@ use fault::BACKEND;
 use stages::Stages;
 
 /// A GPU.
+#[derive(Clone)]
 pub struct WgpuBackend {
     info: BackendInfo,
     context: Arc<DeviceContext>,
@@ -198,6 +199,7 @@ impl WgpuBackend {
     fn kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<WgpuKernels> {
         model.check_no_stretch_limit(config, "wgpu")?;
         model.check_fabric(config, "wgpu")?;
+        model.check_no_inflation("wgpu")?;
         let config = config.resolved(&model, false);
         Ok(WgpuKernels::new(Stages::new(Arc::clone(&self.context), model, &config)?))
     }
@@ -218,6 +220,10 @@ impl WgpuBackend {
 impl Backend for WgpuBackend {
     fn info(&self) -> &BackendInfo {
         &self.info
+    }
+
+    fn share(&self) -> Option<Box<dyn Backend>> {
+        Some(Box::new(self.clone()))
     }
 
     fn create_solver(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Solver>> {

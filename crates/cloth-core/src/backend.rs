@@ -25,6 +25,11 @@ pub trait Backend: Send + Sync {
     /// As for [`Self::create_solver`].
     fn create_kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Kernels>>;
 
+    /// A handle of its own on the same device, for whoever has to make solvers later; `None` of a backend that has none to give.
+    fn share(&self) -> Option<Box<dyn Backend>> {
+        None
+    }
+
     /// Which of its forms of each kernel with several this backend takes for a model, and why not a faster one.
     fn forms(&self, model: &Model, config: &SolverConfig) -> Vec<FormChoice> {
         let _ = (model, config);

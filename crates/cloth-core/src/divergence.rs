@@ -1,6 +1,6 @@
 //! Why a simulation diverged, as far as the state before tells.
 
-use crate::{ColliderShape, DivergenceOrigin, Field, Model, State};
+use crate::{ColliderShape, DivergenceOrigin, Field, Model, SpringClass, State};
 
 /// A field moves particles too far if it does so by more than this share of a spring in one substep.
 const SHARE_MAX: f64 = 0.5;
@@ -49,8 +49,8 @@ fn strong_field(
     time: f64,
     time_step: f64,
 ) -> Option<DivergenceOrigin> {
-    let shortest =
-        model.springs().kinds().iter().map(|kind| kind.rest_length).fold(f64::INFINITY, f64::min);
+    let threads = model.springs().kinds().iter().filter(|kind| kind.class != SpringClass::Seam);
+    let shortest = threads.map(|kind| kind.rest_length).fold(f64::INFINITY, f64::min);
     // Without springs only what is not finite is too much.
     let allowed = if shortest.is_finite() { SHARE_MAX * shortest } else { f64::MAX };
     let mut worst: Option<(f64, DivergenceOrigin)> = None;

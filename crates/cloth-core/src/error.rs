@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::{LinearMethod, fabric::FabricError};
+use crate::{LinearMethod, SeamError, fabric::FabricError};
 
 /// Result with the engine's [`Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -228,6 +228,15 @@ pub enum ModelError {
     /// A fabric, or the rest shape of a cloth made of it, makes no sense.
     #[error(transparent)]
     Fabric(Box<FabricError>),
+    /// Gas in a cloth that does not exist.
+    #[error("gas is to inflate a cloth {cloth:?}, which does not exist: name one of the cloths")]
+    InflationOfNothing {
+        /// The name of no cloth.
+        cloth: String,
+    },
+    /// A seam makes no sense.
+    #[error(transparent)]
+    Seam(Box<SeamError>),
     /// Springs one by one have no triangles to be made of fabric.
     #[error(
         "cloth {cloth:?} is a network of springs and has no triangles: give it springs, or a grid or mesh of fabric"

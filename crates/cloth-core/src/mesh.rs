@@ -19,6 +19,8 @@ pub struct TriangleMesh {
     /// Angle of the warp of each triangle \[rad\], counter-clockwise from the u axis of its pattern coordinates, or from the direction
     /// that a cloth without a pattern is given; empty for zero.
     pub grain: Vec<f64>,
+    /// Where the source is sewn.
+    pub stitches: Vec<MeshStitch>,
     /// Faces of the source that had more than three corners and became several triangles.
     pub polygons: usize,
 }
@@ -31,6 +33,17 @@ pub struct TextureMap {
     pub coordinates: Vec<[f64; 2]>,
     /// For each triangle of the mesh, the index into `coordinates` of each corner.
     pub triangles: Vec<[u32; 3]>,
+}
+
+/// A stitch of a mesh: a vertex that is sewn to a point on an edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshStitch {
+    /// The vertex, zero based.
+    pub vertex: u32,
+    /// The ends of the edge, zero based.
+    pub edge: [u32; 2],
+    /// Where the point is, from 0 at the first end to 1 at the second.
+    pub place: f64,
 }
 
 /// A named set of vertices.

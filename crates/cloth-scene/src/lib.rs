@@ -12,6 +12,7 @@ mod compile;
 mod error;
 mod fabrics;
 mod format;
+mod panels;
 mod scene;
 mod schema;
 mod suggestion;
@@ -26,7 +27,8 @@ pub mod fysl {
 
 pub use builtin::{BenchKind, BuiltinScene, bench_scene, builtin_scenes};
 pub use compile::{
-    CompileOptions, CompileProgress, CompiledCloth, CompiledScene, MemoryEstimate, SolverChoice,
+    CompileOptions, CompileProgress, CompiledCloth, CompiledPhase, CompiledScene, MemoryEstimate,
+    SolverChoice,
 };
 pub use error::{SceneError, ScenePlace, SceneUnknown};
 pub use fabrics::{FabricSource, MeasuredFabric, SheetError, fabric_sheet_read, measured_fabrics};
@@ -34,12 +36,14 @@ pub use scene::{
     MODEL_OF_PRESETS, Scene, SceneAction, SceneAdaptive, SceneAerodynamics, SceneAnimation,
     SceneBend, SceneBounds, SceneCloth, SceneCollider, SceneColour, SceneContact,
     SceneContactResponse, SceneDust, SceneEvent, SceneFabricDamping, SceneField, SceneGeometry,
-    SceneGrid, SceneGust, SceneImplicit, SceneJoint, SceneKeyframe, SceneMass, SceneMaterial,
-    SceneMesh, SceneMeshing, SceneMidpoint, SceneModel, SceneNetwork, SceneOrigin, ScenePanel,
-    ScenePattern, ScenePatternSource, ScenePin, ScenePinAttribute, ScenePrecision, ScenePrototype,
-    SceneRigid, SceneRigidJoint, SceneRigidJointKind, SceneRigidShape, SceneRotation,
+    SceneGrid, SceneGust, SceneImplicit, SceneInflation, SceneJoint, SceneKeyframe, SceneMass,
+    SceneMaterial, SceneMesh, SceneMeshing, SceneMidpoint, SceneModel, SceneNetwork, SceneOrigin,
+    ScenePanel, ScenePanels, ScenePattern, ScenePatternSource, ScenePhase, ScenePiece, ScenePin,
+    ScenePinAttribute, ScenePrecision, ScenePrototype, SceneRigid, SceneRigidJoint,
+    SceneRigidJointKind, SceneRigidShape, SceneRotation, SceneSeam, SceneSeamEnd, SceneSeamPoint,
     SceneSemiImplicit, SceneShape, SceneSimulation, SceneSolidMesh, SceneSolver, SceneSpring,
-    SceneSpringClass, SceneStencil, SceneStrainLimit, SceneTriangles, SceneView, SceneWind,
+    SceneSpringClass, SceneStart, SceneStencil, SceneStrainLimit, SceneTriangles, SceneView,
+    SceneWind,
 };
 pub use schema::{scene_reference, scene_schema};
 pub use timeline::Timeline;

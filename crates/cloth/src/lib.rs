@@ -56,6 +56,8 @@ mod rigid_exchange;
 #[cfg(feature = "scene")]
 mod scene_audit;
 #[cfg(feature = "scene")]
+mod sewing;
+#[cfg(feature = "scene")]
 mod simulation;
 
 /// How the engine is built.

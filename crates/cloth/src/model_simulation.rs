@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use cloth_core::{
     Backend, Control, Error, Frame, Model, Pose, Result, Solver, SolverConfig, State, StepReport,
+    Weld,
 };
 
 /// A model in progress. Frame 0 is the start; frame k is the state after k frames of equal length.
@@ -40,6 +41,7 @@ pub struct ModelSimulation<S: Solver = Box<dyn Solver>> {
     state: Fetched<State>,
     normals: Fetched<Vec<[f64; 3]>>,
     failure: Option<Error>,
+    weld: Option<Arc<Weld>>,
 }
 
 /// What was read from the solver, and whether that is still the present frame.
@@ -78,6 +80,7 @@ impl<S: Solver> ModelSimulation<S> {
             state: Fetched::default(),
             normals: Fetched::default(),
             failure: None,
+            weld: None,
         }
     }
 
@@ -137,7 +140,13 @@ impl<S: Solver> ModelSimulation<S> {
     fn state_fetch(&mut self) -> Result<()> {
         if !self.state.is_current {
             self.check()?;
-            self.solver.download(&mut self.state.value)?;
+            let state = &mut self.state.value;
+            self.solver.download(state)?;
+            if let Some(weld) = &self.weld {
+                state.positions = weld.expand(&state.positions);
+                state.velocities = weld.expand(&state.velocities);
+                state.held = weld.expand(&state.held);
+            }
             self.state.is_current = true;
         }
         Ok(())
@@ -157,6 +166,9 @@ impl<S: Solver> ModelSimulation<S> {
         if !self.normals.is_current {
             self.check()?;
             self.solver.normals(&mut self.normals.value)?;
+            if let Some(weld) = &self.weld {
+                self.normals.value = weld.expand(&self.normals.value);
+            }
             self.normals.is_current = true;
         }
         Ok(())
@@ -193,6 +205,22 @@ impl<S: Solver> ModelSimulation<S> {
     /// Counts from another number, for a state that is not that of the start.
     pub(crate) const fn frame_set(&mut self, frame: u64) {
         self.frame = frame;
+    }
+
+    /// Goes on with another solver from the same frame. With a `weld` it is one of the welded model, and states and normals still
+    /// are those of the particles before.
+    #[cfg(feature = "scene")]
+    pub(crate) fn solver_replace(&mut self, solver: S, weld: Option<Arc<Weld>>) {
+        self.solver = solver;
+        self.weld = weld;
+        self.normals.is_current = false;
+        self.state.is_current = false;
+    }
+
+    /// Takes the solver for one of the welded model.
+    #[cfg(feature = "scene")]
+    pub(crate) fn weld_set(&mut self, weld: Option<Arc<Weld>>) {
+        self.weld = weld;
     }
 
     /// The model that is simulated.

@@ -1,6 +1,6 @@
 //! The triangles of a scene that intersect at one moment.
 
-use std::{ops::Range, sync::Arc};
+use std::{borrow::Cow, ops::Range, sync::Arc};
 
 use cloth_audit::{Intersection, Intersections, Surface, intersections};
 use cloth_core::{ColliderShape, Model, Pose};
@@ -15,6 +15,8 @@ pub struct SceneAudit {
     cloths: Vec<ClothSurface>,
     /// Colliders that are meshes.
     bodies: Vec<usize>,
+    /// What seams make one.
+    classes: Option<Vec<u32>>,
 }
 
 /// Positions \[m\] and triangles of a collider.
@@ -43,7 +45,8 @@ impl SceneAudit {
         let cloths = cloths.collect();
         let is_mesh = |&i: &usize| matches!(model.colliders()[i].shape, ColliderShape::Grid(_));
         let bodies = (0..model.colliders().len()).filter(is_mesh).collect();
-        Self { model: Arc::clone(model), cloths, bodies }
+        let classes = (!model.seams().is_empty()).then(|| model.seam_classes().all());
+        Self { model: Arc::clone(model), cloths, bodies, classes }
     }
 
     /// Looks at particles at `positions` \[m\] and colliders at `poses` at `time` \[s\]. Missing particles make their triangles
@@ -52,13 +55,29 @@ impl SceneAudit {
     pub fn at(&self, positions: &[[f64; 3]], poses: &[Pose], time: f64) -> Intersections {
         let bodies: Vec<Body<'_>> =
             self.bodies.iter().filter_map(|&body| self.body(body, poses, time)).collect();
-        let cloths = self.cloths.iter().map(|cloth| {
+        let sewn: Vec<Cow<'_, [[u32; 3]]>> =
+            self.cloths.iter().map(|cloth| self.sewn(cloth, positions)).collect();
+        let cloths = self.cloths.iter().zip(&sewn).map(|(cloth, triangles)| {
             let positions = positions.get(cloth.particles.clone()).unwrap_or_default();
-            Surface::cloth(positions, &cloth.triangles)
+            Surface::cloth(positions, triangles)
         });
         let bodies =
             bodies.iter().map(|(positions, triangles)| Surface::body(positions, triangles));
         intersections(&cloths.chain(bodies).collect::<Vec<_>>())
+    }
+
+    /// The triangles of a cloth; those that a closed seam joins share its particles.
+    fn sewn<'a>(&self, cloth: &'a ClothSurface, positions: &[[f64; 3]]) -> Cow<'a, [[u32; 3]]> {
+        let Some(classes) = &self.classes else { return Cow::Borrowed(&cloth.triangles) };
+        let first = cloth.particles.start;
+        let bits = |i: usize| positions.get(i).map(|place| place.map(f64::to_bits));
+        let one = |i: u32| {
+            let own = first + i as usize;
+            let class = classes[own] as usize;
+            let is_same = cloth.particles.contains(&class) && bits(class) == bits(own);
+            if is_same { (class - first) as u32 } else { i }
+        };
+        cloth.triangles.iter().map(|triangle| triangle.map(one)).collect()
     }
 
     fn body(&self, body: usize, poses: &[Pose], time: f64) -> Option<Body<'_>> {

@@ -10,7 +10,10 @@ use cloth_core::{
 use cloth_rigid::RigidWorld;
 use cloth_scene::CompiledScene;
 
-use crate::{Checkpoint, ModelSimulation, RigidExchange, SceneAudit};
+use crate::{
+    Checkpoint, ModelSimulation, RigidExchange, SceneAudit,
+    sewing::{Sewing, Stage},
+};
 
 /// A scene in progress. Frame 0 is the start; frame k is the state after k frames, at the time
 /// k / frames per second. As [`ModelSimulation`] it fetches what is asked for, and nothing else.
@@ -18,6 +21,7 @@ pub struct Simulation<S: Solver = Box<dyn Solver>> {
     scene: CompiledScene,
     run: ModelSimulation<S>,
     rigid: Option<RigidExchange>,
+    sewing: Sewing<S>,
 }
 
 impl Simulation {
@@ -26,8 +30,32 @@ impl Simulation {
     /// # Errors
     /// What [`Backend::create_solver`] and [`Solver::collider_impulses`] report.
     pub fn new(scene: CompiledScene, backend: &dyn Backend) -> Result<Self> {
-        let solver = backend.create_solver(Arc::clone(&scene.model), &scene.config)?;
-        Self::of_solver(scene, solver)
+        Self::at_stage(scene, backend, Stage::START)
+    }
+
+    /// Makes ready to run `scene` from another state than its own at the start, such as [`Checkpoint::read_start`] gives: a garment that was draped in
+    /// another run. If its seams are welded in that state they are here.
+    ///
+    /// # Errors
+    /// As [`Self::new`], and [`Error::Invalid`](crate::Error) if the state does not fit the model.
+    pub fn start_from(scene: CompiledScene, backend: &dyn Backend, state: &State) -> Result<Self> {
+        let stage = Stage::of_state(&scene, 0, state);
+        let state = match stage.weld(&scene) {
+            Some(weld) => weld.contract(scene.model.masses(), state),
+            None => state.clone(),
+        };
+        let mut simulation = Self::at_stage(scene, backend, stage)?;
+        simulation.run.solver_mut().upload(&state)?;
+        Ok(simulation)
+    }
+
+    fn at_stage(scene: CompiledScene, backend: &dyn Backend, stage: Stage) -> Result<Self> {
+        let (model, config) = stage.model_and_config(&scene);
+        let solver = backend.create_solver(model, &config)?;
+        let mut simulation = Self::of_solver(scene, solver)?;
+        simulation.run.weld_set(stage.weld(&simulation.scene));
+        simulation.sewing = Sewing::new(backend, stage);
+        Ok(simulation)
     }
 
     /// Makes ready to continue `scene` from a checkpoint, as if there had been no interruption:
@@ -52,8 +80,17 @@ impl Simulation {
                 "the scene has {bodies} rigid bodies, and an earlier version of the program wrote it, which left out the contacts between them"
             ));
         }
-        let mut simulation = Self::new(scene, backend)?;
-        simulation.run.solver_mut().upload(&checkpoint.state)?;
+        let stage = Stage::of_state(&scene, checkpoint.frame, &checkpoint.state);
+        let state = match stage.weld(&scene) {
+            // Contacts have the numbers of the welded model already.
+            Some(weld) => State {
+                slips: checkpoint.state.slips.clone(),
+                ..weld.contract(scene.model.masses(), &checkpoint.state)
+            },
+            None => checkpoint.state.clone(),
+        };
+        let mut simulation = Self::at_stage(scene, backend, stage)?;
+        simulation.run.solver_mut().upload(&state)?;
         simulation.run.frame_set(checkpoint.frame);
         if let Some(rigid) = &mut simulation.rigid {
             rigid
@@ -73,7 +110,7 @@ impl<S: Solver> Simulation<S> {
     pub fn of_solver(scene: CompiledScene, mut solver: S) -> Result<Self> {
         let rigid = RigidExchange::new(&scene, &mut solver)?;
         let run = ModelSimulation::of_solver(solver, scene.frames_per_second);
-        Ok(Self { scene, run, rigid })
+        Ok(Self { scene, run, rigid, sewing: Sewing::default() })
     }
 
     /// Advances by one frame, under the control that the scene has for it. Runs on past the last
@@ -91,8 +128,13 @@ impl<S: Solver> Simulation<S> {
     /// # Errors
     /// As [`Self::step`], and [`Error::Invalid`](crate::Error) for a control that makes no sense.
     pub fn step_with(&mut self, change: impl FnOnce(&mut Control)) -> Result<&StepReport> {
+        self.sew()?;
         let mut control = self.scene.timeline.control(self.run.frame());
         change(&mut control);
+        let weld = self.sewing.stage().weld(&self.scene);
+        if let Some(weld) = weld {
+            crate::sewing::control_map(&mut control, &weld.map);
+        }
         let outcome = match &mut self.rigid {
             Some(rigid) => self.run.step_by(|solver, frame| rigid.step(solver, &control, frame)),
             None => self.run.step(&control),
@@ -103,9 +145,53 @@ impl<S: Solver> Simulation<S> {
         }
     }
 
+    /// Makes the solver one of what is simulated in the next frame: seams that close, those that are welded, another phase.
+    fn sew(&mut self) -> Result<()> {
+        let stage = self.sewing.stage();
+        let frame = self.run.frame();
+        if !stage.may_end(&self.scene, frame) {
+            return Ok(());
+        }
+        let next = stage.next(&self.scene, frame, self.run.state()?);
+        if !stage.needs_solver(&self.scene, &next) {
+            self.sewing.stage_set(next);
+            return Ok(());
+        }
+        let state = self.run.state()?.clone();
+        let (was_welded, weld) = (stage.weld(&self.scene).is_some(), next.weld(&self.scene));
+        let state = match &weld {
+            Some(weld) => State {
+                slips: if was_welded { state.slips.clone() } else { Vec::new() },
+                ..weld.contract(self.scene.model.masses(), &state)
+            },
+            None => state,
+        };
+        let (model, config) = next.model_and_config(&self.scene);
+        let mut solver = self.sewing.solver(model, &config)?;
+        solver.upload(&state)?;
+        self.run.solver_replace(solver, weld);
+        self.sewing.stage_set(next);
+        Ok(())
+    }
+
+    /// Whether all seams are welded that are to be, and the widest stitch of each seam \[m\] at the end of the present frame.
+    ///
+    /// # Errors
+    /// As [`Self::state`].
+    pub fn seams(&mut self) -> Result<(bool, Vec<f64>)> {
+        let model = Arc::clone(&self.scene.model);
+        let welded = self.sewing.stage().weld(&self.scene).is_some();
+        Ok((welded, model.seams().gaps(&self.run.state()?.positions)))
+    }
+
     /// The error with what made the simulation diverge, if the state before the frame is known and tells.
     fn explained(&self, error: Error) -> Error {
         let Error::Diverged(mut divergence) = error else { return error };
+        if let Some(weld) = self.sewing.stage().weld(&self.scene)
+            && let Some(before) = weld.map.iter().position(|&became| became == divergence.particle)
+        {
+            divergence.particle = before as u32;
+        }
         let start = || (self.frame() == 0).then(|| self.scene.model.initial_state());
         if let Some(state) = self.run.state_known().cloned().or_else(start) {
             let (time, time_step) = (divergence.time, divergence.time_step);

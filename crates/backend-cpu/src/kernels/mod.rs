@@ -407,7 +407,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
     fn aerodynamic_forces(&mut self, substep: &Substep) -> Result<()> {
         self.stage("aerodynamic_forces", |kernels| {
             if let Some(aerodynamics) = &mut kernels.aerodynamics {
-                aerodynamics.update(&kernels.model, &kernels.present, substep.wind_velocity);
+                aerodynamics.update(&kernels.model, &kernels.present, substep);
             }
         });
         self.force_stage_by_particle("aerodynamic_forces", |kernels, particle| {
@@ -682,7 +682,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
         let mut impulses = std::mem::take(&mut self.impulses);
         let finite = self.stage("explicit_substep", |kernels| {
             if let Some(aerodynamics) = &mut kernels.aerodynamics {
-                aerodynamics.update(&kernels.model, &kernels.present, substep.wind_velocity);
+                aerodynamics.update(&kernels.model, &kernels.present, substep);
             }
             if let Some(fabric) = &mut kernels.fabric {
                 fabric.membrane_forces(&kernels.present);

@@ -14,9 +14,7 @@ use crate::{
     buffers::VECTOR_SIZE,
     dispatch::WORKGROUP,
     layout::{TASK_MARKED, TASK_NEW},
-    triangle_contact::{
-        Moved, PAIR_WORDS, TABLE_HEAD, TriangleContact, pairs_of, vector,
-    },
+    triangle_contact::{Moved, PAIR_WORDS, TABLE_HEAD, TriangleContact, pairs_of, vector},
 };
 
 /// Pairs of a list at most, as in `contact_pairs_list.wgsl`.

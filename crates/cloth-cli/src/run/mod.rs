@@ -7,7 +7,7 @@ mod report;
 mod solver_summary;
 mod summary;
 
-use std::time::Instant;
+use std::{sync::Arc, time::Instant};
 
 use cloth::{
     AUTO, Backend, BackendOptions, Checkpoint, PoseLog, SceneAudit, Simulation, StepReport,
@@ -130,6 +130,9 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     signals.finish_work(false);
     let mut lines = summary.lines(start.elapsed());
     lines.extend(summary.solver.choice(simulation.scene()));
+    if ended.is_ok() {
+        lines.extend(seams_line(&mut simulation)?);
+    }
     // Frames before an error are worth having here, too.
     if let Err(failure) = feedback.write(&source.scene) {
         ended = ended.and(Err(failure));
@@ -147,6 +150,31 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     }
     summary::print(&lines, arguments.json)?;
     ended
+}
+
+/// What became of the seams, if there are any.
+fn seams_line(simulation: &mut Simulation) -> Result<Option<String>, Failure> {
+    let model = Arc::clone(simulation.model());
+    let seams = model.seams();
+    if seams.is_empty() {
+        return Ok(None);
+    }
+    let (is_welded, gaps) = simulation.seams()?;
+    let count = seams.stitches().len();
+    let widest = seams.ranges().iter().zip(gaps).max_by(|a, b| a.1.total_cmp(&b.1));
+    Ok(widest.map(|(seam, gap)| {
+        let mend = if seam.weld && !is_welded {
+            "; they are welded below 1 mm: give more time or stiffness, or move the panels"
+        } else {
+            ""
+        };
+        let welded = if is_welded { "welded" } else { "not welded" };
+        format!(
+            "seams        {count} stitches, {welded}, the widest {:.3} mm of {:?}{mend}",
+            1e3 * gap,
+            seam.name
+        )
+    }))
 }
 
 /// Where the run goes if nothing else is there, or the run that it continues.
@@ -253,6 +281,11 @@ fn simulation(
     resume: bool,
 ) -> Result<Simulation, Failure> {
     if !resume {
+        if let Some(from) = &scene.start {
+            let checkpoint = RunFolder::new(Some(from), &scene.name).checkpoint();
+            let state = Checkpoint::read_start(&checkpoint, &scene.model)?;
+            return Ok(Simulation::start_from(scene, backend, &state)?);
+        }
         return Ok(Simulation::new(scene, backend)?);
     }
     let checkpoint = Checkpoint::read(&folder.checkpoint(), &scene.model, scene.config.precision)?;

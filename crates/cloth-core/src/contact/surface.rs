@@ -71,6 +71,8 @@ pub struct ContactSurface {
     neighbours: Rows,
     /// Where particles start \[m\].
     start: Vec<[f64; 3]>,
+    /// What seams make one, or will: such particles are as one that two features share.
+    classes: Vec<u32>,
     /// The cloth of each particle.
     cloths: Vec<u32>,
     /// Distance at which forces begin \[m\].
@@ -113,6 +115,7 @@ impl ContactSurface {
             opposites: Rows::new(edges.len(), opposites),
             neighbours: Rows::new(model.particle_count(), neighbours),
             start: model.positions().to_vec(),
+            classes: model.seam_classes().all(),
             cloths: cloths.collect(),
             reach: contact.distance,
             triangles,
@@ -156,18 +159,25 @@ impl ContactSurface {
         }
     }
 
+    /// Whether a feature of these corners has a particle, or one that a seam makes one with it.
+    #[inline(always)]
+    fn has(&self, corners: &[u32], particle: u32) -> bool {
+        let class = self.classes[particle as usize];
+        corners.iter().any(|&corner| self.classes[corner as usize] == class)
+    }
+
     /// Visits the pairs of what belongs to two triangles, less those that share a particle.
     #[inline(always)]
     pub fn candidates_between(&self, a: u32, b: u32, mut visit: impl FnMut(Candidate, [u32; 4])) {
         let [corners_a, corners_b] = [a, b].map(|t| self.triangles[t as usize]);
         let [owned_a, owned_b] = [a, b].map(|t| self.owned[t as usize]);
         for k in 0..3 {
-            if owned_a >> k & 1 == 1 && !corners_b.contains(&corners_a[k]) {
+            if owned_a >> k & 1 == 1 && !self.has(&corners_b, corners_a[k]) {
                 let [x, y, z] = corners_b;
                 let candidate = Candidate::VertexTriangle([corners_a[k], b]);
                 visit(candidate, [corners_a[k], x, y, z]);
             }
-            if owned_b >> k & 1 == 1 && !corners_a.contains(&corners_b[k]) {
+            if owned_b >> k & 1 == 1 && !self.has(&corners_a, corners_b[k]) {
                 let [x, y, z] = corners_a;
                 let candidate = Candidate::VertexTriangle([corners_b[k], a]);
                 visit(candidate, [corners_b[k], x, y, z]);
@@ -183,7 +193,7 @@ impl ContactSurface {
                     self.triangle_edges[b as usize][l],
                 ]);
                 let [p, q] = [first, second].map(|edge| self.edges[edge as usize]);
-                if !p.contains(&q[0]) && !p.contains(&q[1]) {
+                if !self.has(&p, q[0]) && !self.has(&p, q[1]) {
                     visit(Candidate::EdgeEdge([first, second]), [p[0], p[1], q[0], q[1]]);
                 }
             }
@@ -196,14 +206,14 @@ impl ContactSurface {
         let vertex_triangle = (0..vertices)
             .filter(|&v| !self.neighbours.row(v).is_empty())
             .flat_map(move |v| (0..triangles).map(move |t| [v, t]))
-            .filter(|&[v, t]| !self.triangles[t as usize].contains(&v))
+            .filter(|&[v, t]| !self.has(&self.triangles[t as usize], v))
             .map(Candidate::VertexTriangle);
         let edges = self.edges.len() as u32;
         let edge_edge = (0..edges)
             .flat_map(move |first| (first + 1..edges).map(move |second| [first, second]))
             .filter(|pair| {
                 let [p, q] = pair.map(|edge| self.edges[edge as usize]);
-                !p.contains(&q[0]) && !p.contains(&q[1])
+                !self.has(&p, q[0]) && !self.has(&p, q[1])
             })
             .map(Candidate::EdgeEdge);
         vertex_triangle.chain(edge_edge)

@@ -10,8 +10,9 @@ use crate::{
 
 use super::{
     Air, Cloth, ClothMaterial, ClothRange, Collider, FabricElements, FabricMaterial, Field,
-    Geometry, GridPatch, Mass, Material, Meshing, Model, NetworkSpring, RestSource, SelfContact,
-    SpringClass, SpringCoefficients, SpringKind, SpringNetwork,
+    Geometry, GridPatch, Inflation, Mass, Material, Meshing, Model, NetworkSpring, RestSource,
+    Seam, SelfContact, SpringClass, SpringCoefficients, SpringKind, SpringNetwork,
+    seams::Seamstress,
     springs::SpringsBuilder,
     winged_edge::{NONE, WingedEdges},
 };
@@ -19,13 +20,15 @@ use super::{
 /// Collects cloths, colliders and surroundings, and checks them all when the model is built.
 #[derive(Clone, Debug, Default)]
 pub struct ModelBuilder {
-    cloths: Vec<Cloth>,
+    pub(super) cloths: Vec<Cloth>,
     colliders: Vec<Collider>,
     gravity: [f64; 3],
     fields: Vec<Field>,
     air: Option<Air>,
     self_contact: Option<SelfContact>,
     collider_impulses: bool,
+    pub(super) seams: Vec<Seam>,
+    inflations: Vec<Inflation>,
 }
 
 impl ModelBuilder {
@@ -39,6 +42,20 @@ impl ModelBuilder {
     #[must_use]
     pub fn cloth(mut self, cloth: Cloth) -> Self {
         self.cloths.push(cloth);
+        self
+    }
+
+    /// Adds a seam. Its cloths may be added later.
+    #[must_use]
+    pub fn seam(mut self, seam: Seam) -> Self {
+        self.seams.push(seam);
+        self
+    }
+
+    /// Fills a cloth with gas under pressure. Without other air there is then some that weighs nothing.
+    #[must_use]
+    pub fn inflation(mut self, inflation: Inflation) -> Self {
+        self.inflations.push(inflation);
         self
     }
 
@@ -101,6 +118,12 @@ impl ModelBuilder {
         }
         self.air.as_ref().map_or(Ok(()), Air::validate)?;
         self.self_contact.as_ref().map_or(Ok(()), SelfContact::validate)?;
+        for inflation in &self.inflations {
+            inflation.validate()?;
+            if self.cloths.iter().all(|cloth| cloth.name != inflation.cloth) {
+                return Err(ModelError::InflationOfNothing { cloth: inflation.cloth.clone() });
+            }
+        }
         let mut parts = Parts::default();
         for cloth in self.cloths {
             parts.add(cloth)?;
@@ -110,7 +133,19 @@ impl ModelBuilder {
         {
             return Err(ModelError::ContactWithoutSurface { cloth: cloth.name.clone() });
         }
+        names_unique("seam", self.seams.iter().map(|seam| seam.name.as_str()))?;
+        let cloths = parts.cloths.iter();
+        let seamstress = Seamstress {
+            cloths: cloths.map(|cloth| (cloth.name.as_str(), cloth.particles.clone())).collect(),
+            positions: &parts.positions,
+            masses: &parts.masses,
+        };
+        let seams = seamstress.sew(&self.seams, &mut parts.springs)?;
+        count_check("springs", 2 * parts.springs.len() as u64)?;
+        let nothing = Air { density: 0.0, wind_velocity: [0.0; 3], gust: None };
+        let air = self.air;
         Ok(Model {
+            seams,
             positions: parts.positions,
             masses: parts.masses,
             pins: parts.pins,
@@ -122,7 +157,8 @@ impl ModelBuilder {
             colliders: self.colliders,
             gravity: self.gravity,
             fields: self.fields,
-            air: self.air,
+            air: air.or_else(|| (!self.inflations.is_empty()).then_some(nothing)),
+            inflations: self.inflations,
             self_contact: self.self_contact,
             collider_impulses: self.collider_impulses,
         })
@@ -427,7 +463,7 @@ impl Parts {
 
 fn spring_kind(material: &Material, class: SpringClass, rest_length: f64) -> SpringKind {
     let (coefficients, rigidity) = match class {
-        SpringClass::Stretch => (material.stretch, None),
+        SpringClass::Stretch | SpringClass::Seam => (material.stretch, None),
         SpringClass::Shear => (material.shear, None),
         SpringClass::Bend => (material.bend, material.bend_model.rigidity()),
     };

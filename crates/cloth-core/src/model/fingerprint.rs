@@ -45,6 +45,10 @@ impl Model {
         for fabric in self.elements.fabrics() {
             fabric.numbers().iter().for_each(|number| hasher.write_u64(number.to_bits()));
         }
+        for inflation in &self.inflations {
+            let numbers = [inflation.pressure, inflation.rise[0], inflation.rise[1]];
+            numbers.iter().for_each(|number| hasher.write_u64(number.to_bits()));
+        }
         hasher.write_u64(self.colliders.len() as u64);
         hasher.finish()
     }

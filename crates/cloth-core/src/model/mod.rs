@@ -14,6 +14,7 @@ mod fingerprint;
 mod geometry;
 mod groups;
 mod hierarchy;
+mod inflation;
 mod interactions;
 mod material;
 mod material_preset;
@@ -21,6 +22,7 @@ mod meshing;
 mod piece_blocks;
 mod range;
 mod regular_patch;
+mod seams;
 mod springs;
 mod stability;
 mod strain;
@@ -40,6 +42,7 @@ pub use environment::{Air, Field, Gust};
 pub use features::{ContactFeature, Feature, FeatureSet, ModelFeatures, ModelShape};
 pub use geometry::{Geometry, GridPatch, NetworkSpring, SpringNetwork, Stencil};
 pub use hierarchy::GroupHierarchy;
+pub use inflation::Inflation;
 pub use interactions::{
     BlockDependencies, ColourRegion, ColourRegions, Colouring, Incidence, InteractionKind,
     InteractionList, Interactions, Neighbours, SlicedRows, SpringColouring,
@@ -49,6 +52,7 @@ pub use material_preset::MaterialPreset;
 pub use meshing::Meshing;
 pub use piece_blocks::PieceBlocks;
 pub use regular_patch::RegularPatch;
+pub use seams::{STITCH_LENGTH, Seam, SeamError, SeamRange, Seams, VertexClasses, Weld};
 pub use springs::{Spring, SpringClass, SpringKind, SpringRows, Springs};
 pub use strain_gauge::{FabricAudit, StrainGauge, TriangleStrain};
 pub use winged_edge::{NONE, WingedEdge, WingedEdges};
@@ -88,6 +92,8 @@ pub struct Model {
     textures: Vec<Option<TextureMap>>,
     springs: Springs,
     elements: FabricElements,
+    seams: Seams,
+    inflations: Vec<Inflation>,
     cloths: Vec<ClothRange>,
     colliders: Vec<Collider>,
     gravity: [f64; 3],
@@ -223,6 +229,13 @@ impl Model {
     #[must_use]
     pub const fn collider_impulses(&self) -> bool {
         self.collider_impulses
+    }
+
+    /// The same under another gravity \[m/s^2\]. It must be finite.
+    #[must_use]
+    pub fn with_gravity(mut self, gravity: [f64; 3]) -> Self {
+        self.gravity = gravity;
+        self
     }
 
     /// The state at time zero.

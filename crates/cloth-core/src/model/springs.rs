@@ -11,6 +11,8 @@ pub enum SpringClass {
     Shear,
     /// Across two threads, or between the vertices opposite to an edge.
     Bend,
+    /// A stitch of a seam.
+    Seam,
 }
 
 /// All that a spring has besides its two particles. Springs that are alike share one kind.
@@ -116,6 +118,11 @@ impl Springs {
         self.columns[row].binary_search(&a.max(b)).is_ok()
     }
 
+    /// A kind to change.
+    pub(super) fn kind_mut(&mut self, kind: u32) -> &mut SpringKind {
+        &mut self.kinds[kind as usize]
+    }
+
     /// The full symmetric matrix, for backends that gather forces row by row.
     #[must_use]
     pub fn gather_rows(&self) -> SpringRows {
@@ -163,6 +170,40 @@ impl SpringsBuilder {
             self.springs.kinds.push(kind);
             self.springs.kinds.len() as u32 - 1
         })
+    }
+
+    /// The index of a new kind that no other spring shares.
+    pub(crate) fn kind_own(&mut self, kind: SpringKind) -> u32 {
+        self.springs.kinds.push(kind);
+        self.springs.kinds.len() as u32 - 1
+    }
+
+    /// Adds springs between any particles, sorted, once all rows are there; the particles of one that is there already if there
+    /// is such a one.
+    pub(crate) fn insert(&mut self, added: &[([u32; 2], u32)]) -> Result<(), [u32; 2]> {
+        if added.is_empty() {
+            return Ok(());
+        }
+        let before = std::mem::take(&mut self.springs);
+        let mut added = added.iter().peekable();
+        for row in 0..before.row_offsets.len() {
+            let end = before.row_offsets.get(row + 1);
+            let end = end.map_or(before.columns.len(), |&end| end as usize);
+            let own = before.row_offsets[row] as usize..end;
+            let mut entries: Vec<(u32, u32)> =
+                own.map(|place| (before.columns[place], before.kind_indices[place])).collect();
+            while let Some(([_, column], kind)) = added.next_if(|([i, _], _)| *i as usize == row) {
+                entries.push((*column, *kind));
+            }
+            entries.sort_unstable();
+            if let Some(pair) = entries.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+                return Err([row as u32, pair[0].0]);
+            }
+            self.row_begin();
+            entries.into_iter().for_each(|(column, kind)| self.spring(column, kind));
+        }
+        self.springs.kinds = before.kinds;
+        Ok(())
     }
 
     /// Ends the row of the current particle and starts the next one.

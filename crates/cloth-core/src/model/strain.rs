@@ -24,7 +24,7 @@ impl Springs {
             .kinds()
             .iter()
             .zip(counts)
-            .filter(|(kind, _)| kind.class != SpringClass::Bend)
+            .filter(|(kind, _)| is_thread(kind.class))
             .map(|(kind, count)| (kind.rest_length, count))
             .collect();
         lengths.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -35,11 +35,15 @@ impl Springs {
             passed > middle
         });
         let shortest = REST_LENGTH_SHARE * median.map_or(0.0, |(length, _)| *length);
-        let is_measured = |kind: &super::SpringKind| {
-            kind.class != SpringClass::Bend && kind.rest_length >= shortest
-        };
+        let is_measured =
+            |kind: &super::SpringKind| is_thread(kind.class) && kind.rest_length >= shortest;
         self.kinds().iter().map(is_measured).collect()
     }
+}
+
+/// Whether springs of a class stand for the cloth itself.
+const fn is_thread(class: SpringClass) -> bool {
+    matches!(class, SpringClass::Stretch | SpringClass::Shear)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use cloth_core::{TextureMap, TriangleMesh, VertexAttribute, VertexGroup};
+use cloth_core::{MeshStitch, TextureMap, TriangleMesh, VertexAttribute, VertexGroup};
 
 use super::{MESH_COUNT_MAX, MeshError, MeshPlace};
 
@@ -42,6 +42,8 @@ pub(super) struct MeshAssembly {
     members: Vec<Member>,
     /// Faces with more than three corners.
     polygons: usize,
+    /// Where it is sewn.
+    pub(super) stitches: Vec<MeshStitch>,
 }
 
 /// A vertex that belongs to groups without any face.
@@ -81,6 +83,7 @@ impl MeshAssembly {
             runs: Vec::new(),
             members: Vec::new(),
             polygons: 0,
+            stitches: Vec::new(),
         }
     }
 
@@ -225,9 +228,18 @@ impl MeshAssembly {
             coordinates: self.coordinates,
             triangles: self.texture_triangles,
         });
-        let Self { positions, triangles, attributes, polygons, .. } = self;
+        let Self { positions, triangles, attributes, stitches, polygons, .. } = self;
         let grain = Vec::new();
-        Ok(TriangleMesh { positions, triangles, texture, groups, attributes, grain, polygons })
+        Ok(TriangleMesh {
+            positions,
+            triangles,
+            texture,
+            groups,
+            attributes,
+            grain,
+            stitches,
+            polygons,
+        })
     }
 
     fn check_sizes(&self, file: &str) -> Result<(), MeshError> {

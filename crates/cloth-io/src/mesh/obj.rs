@@ -4,7 +4,7 @@
 //! renumber vertices by first use and drop unused ones, or hold positions in single precision, or
 //! refuse a file at the first statement that they do not know (sewing patterns carry such).
 
-use cloth_core::TriangleMesh;
+use cloth_core::{MeshStitch, TriangleMesh};
 
 use super::assembly::{Corner, MeshAssembly};
 use super::{MeshError, MeshPlace};
@@ -15,7 +15,7 @@ use super::{MeshError, MeshPlace};
 /// the faces (`f`), lines (`l`) and points (`p`) that follow them: a group that is to hold single
 /// vertices lists them as points. Texture coordinates keep their own indices; they are left out
 /// unless every corner of every face has one. Statements that describe neither positions, texture
-/// coordinates, faces nor groups are skipped.
+/// coordinates, faces, groups nor stitches are skipped.
 ///
 /// # Errors
 ///
@@ -99,8 +99,58 @@ impl<'file> ObjReader<'file> {
                 }
                 self.groups_begin();
             }
+            Some("stitch") => self.stitch(line, words)?,
             _ => {}
         }
+        Ok(())
+    }
+
+    /// Reads `stitch vertex first second place`: unlike those of faces, the numbers of vertices count from 0. The vertex is sewn to the
+    /// edge from the first to the second, at 0 to the first and at 1 to the second; with one number less, or two, to a vertex.
+    fn stitch<'text>(
+        &mut self,
+        line: usize,
+        words: impl Iterator<Item = &'text str>,
+    ) -> Result<(), MeshError> {
+        let words: Vec<&str> = words.collect();
+        let bad = |word: &str| format!("`{word}` in a stitch is not a vertex, which count from 0");
+        let vertex = |word: &str| -> Result<u32, MeshError> {
+            let index: i64 = word.parse().map_err(|_| self.syntax(line, bad(word)))?;
+            let count = self.assembly.positions.len();
+            let found = u32::try_from(index).ok().filter(|&index| (index as usize) < count);
+            found.ok_or_else(|| MeshError::Index {
+                file: self.file.to_owned(),
+                place: MeshPlace::Line(line),
+                what: "vertex of a stitch (these count from 0)",
+                index,
+                count,
+            })
+        };
+        let (vertex, edge, place) = match words[..] {
+            [a, b] => (vertex(a)?, [vertex(b)?; 2], 0.0),
+            [a, b, c, place] => {
+                let place: f64 = place
+                    .parse()
+                    .ok()
+                    .filter(|place| (0.0..=1.0).contains(place))
+                    .ok_or_else(|| {
+                        let problem =
+                            format!("`{place}` in a stitch is no place on an edge, from 0 to 1");
+                        self.syntax(line, problem)
+                    })?;
+                (vertex(a)?, [vertex(b)?, vertex(c)?], place)
+            }
+            _ => {
+                let problem = "a stitch has two vertices, or a vertex, the two of an edge, and the place on it";
+                return Err(self.syntax(line, problem.into()));
+            }
+        };
+        let end = edge[usize::from(place > 0.5)];
+        if edge.contains(&vertex) && (edge[0] == edge[1] || end == vertex) {
+            let problem = format!("vertex {vertex} is stitched to itself: remove that line");
+            return Err(self.syntax(line, problem));
+        }
+        self.assembly.stitches.push(MeshStitch { vertex, edge, place });
         Ok(())
     }
 

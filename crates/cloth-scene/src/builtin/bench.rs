@@ -62,6 +62,7 @@ pub fn bench_scene(kind: BenchKind, particles_per_side: u32, contact: bool) -> S
             ..SceneGrid::new(particles_per_side, particles_per_side, SPACING)
         }),
         pattern: None,
+        inflate: None,
         material: SceneMaterial {
             thickness: Some(CONTACT_DISTANCE),
             mass: Some(SceneMass::PerParticle(1e-4)),

@@ -8,7 +8,9 @@ use crate::{Scene, SceneCloth, SceneError, SceneGeometry, SceneModel};
 
 use super::{
     Check, CompileOptions, CompiledCloth, fabric, grid, material, mesh, model_error, network,
+    panels,
     pins::{MeshSets, NAMED_MAX, PinSets},
+    seam::{self, SeamStitches},
 };
 
 /// The cloth for the model, and the names of its sets of particles. What is worth knowing of it goes to `notes`.
@@ -18,7 +20,7 @@ pub(super) fn compile(
     cloth: &SceneCloth,
     options: &CompileOptions,
     notes: &mut Vec<String>,
-) -> Result<(Cloth, PinSets), SceneError> {
+) -> Result<(Cloth, PinSets, SeamStitches), SceneError> {
     let key = format!("cloth[{index}]");
     let is_fabric = cloth.model_chosen() == SceneModel::Fabric;
     if !is_fabric {
@@ -51,6 +53,12 @@ pub(super) fn compile(
             let vertices = u32::try_from(mesh.positions.len()).unwrap_or(u32::MAX);
             (Geometry::Mesh(mesh), PinSets::Mesh(vertices, MeshSets::default()))
         }
+        SceneGeometry::Panels(described) => {
+            let mesh =
+                panels::compile(check, &format!("{key}.geometry.panels"), described, options)?;
+            let vertices = u32::try_from(mesh.positions.len()).unwrap_or(u32::MAX);
+            (Geometry::Mesh(mesh), PinSets::Mesh(vertices, MeshSets::default()))
+        }
         SceneGeometry::Triangles(triangles) => {
             let key = format!("{key}.geometry.triangles");
             let mesh = TriangleMesh {
@@ -71,6 +79,24 @@ pub(super) fn compile(
             let particles = u32::try_from(network.positions.len()).unwrap_or(u32::MAX);
             (Geometry::Network(network), PinSets::Mesh(particles, MeshSets::default()))
         }
+    };
+    let stitches = match &mut geometry {
+        Geometry::Mesh(mesh) => {
+            let sewn = mesh.stitches.len();
+            let stitches = seam::sew(scene, check, &cloth.name, mesh)?;
+            if sewn > 0 && mesh.stitches.len() == sewn {
+                notes.push(format!(
+                    "cloth {:?}: its mesh has {sewn} stitches; a `[[seam]]` with `file = true` sews them",
+                    cloth.name
+                ));
+            }
+            mesh.stitches.clear();
+            if let PinSets::Mesh(vertices, _) = &mut sets {
+                *vertices = u32::try_from(mesh.positions.len()).unwrap_or(u32::MAX);
+            }
+            stitches
+        }
+        Geometry::Grid(_) | Geometry::Network(_) => Vec::new(),
     };
     let material: ClothMaterial = match &mut geometry {
         Geometry::Mesh(mesh) if is_fabric => {
@@ -96,7 +122,7 @@ pub(super) fn compile(
         }
     }
     let name = cloth.name.clone();
-    Ok((Cloth { name, geometry, material, pins, velocity: cloth.velocity }, sets))
+    Ok((Cloth { name, geometry, material, pins, velocity: cloth.velocity }, sets, stitches))
 }
 
 impl CompiledCloth {
@@ -109,6 +135,7 @@ impl CompiledCloth {
                 SceneGeometry::Grid(grid) => Some([grid.columns, grid.rows]),
                 SceneGeometry::Mesh(_)
                 | SceneGeometry::Triangles(_)
+                | SceneGeometry::Panels(_)
                 | SceneGeometry::Network(_) => None,
             },
             material: compiled.material,

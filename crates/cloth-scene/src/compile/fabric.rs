@@ -162,7 +162,12 @@ fn pattern(
     let nothing = ScenePattern::default();
     let ScenePattern { from, scale, axis, warp, panels } =
         cloth.pattern.as_ref().unwrap_or(&nothing);
-    if matches!(cloth.geometry, SceneGeometry::Grid(_)) {
+    let is_flat = matches!(cloth.geometry, SceneGeometry::Grid(_) | SceneGeometry::Panels(_));
+    if matches!(cloth.geometry, SceneGeometry::Panels(_)) && warp.is_some() {
+        let problem = "is of other meshes: give `warp` to the pieces";
+        return Err(check.error(&format!("{key}.warp"), problem));
+    }
+    if is_flat {
         let keys = [
             ("from", from.is_some()),
             ("scale", scale.is_some()),
@@ -170,13 +175,12 @@ fn pattern(
             ("panels", !panels.is_empty()),
         ];
         if let Some((name, _)) = keys.into_iter().find(|(_, is_given)| *is_given) {
-            let problem = "is of meshes: remove it, the pattern of a grid is its columns and rows";
+            let problem = "is of meshes: remove it, the pattern of a grid is its columns and rows, and that of panels their outlines";
             return Err(check.error(&format!("{key}.{name}"), problem));
         }
     }
     grain(check, key, (warp.unwrap_or(0.0), panels), mesh)?;
-    let is_grid = matches!(cloth.geometry, SceneGeometry::Grid(_));
-    if is_grid || *from == Some(ScenePatternSource::Uv) {
+    if is_flat || *from == Some(ScenePatternSource::Uv) {
         if axis.is_some() {
             let problem = "is of `from = \"shape\"`: remove it, in a pattern the warp runs along u";
             return Err(check.error(&format!("{key}.axis"), problem));

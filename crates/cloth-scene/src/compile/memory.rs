@@ -5,7 +5,7 @@ use crate::{
     SceneRigidShape, SceneShape, SceneStencil,
 };
 
-use super::{CompileOptions, memory_solver, mesh, mesh_vertices::vertex_count, solid};
+use super::{CompileOptions, memory_solver, mesh, mesh_vertices::vertex_count, panels, solid};
 
 /// Estimate of the memory for model, solver and the frame that is written, at the peak.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -78,6 +78,10 @@ impl Scene {
                 }
                 SceneGeometry::Triangles(triangles) => {
                     (triangles.vertices.len() as u64, MESH_SPRINGS, MESH_BYTES)
+                }
+                SceneGeometry::Panels(described) => {
+                    let read = panels::particles(&self.origin.directory, described, options);
+                    (read, MESH_SPRINGS, MESH_BYTES)
                 }
                 SceneGeometry::Network(network) => {
                     // A prototype has at most six springs to later particles.

@@ -14,25 +14,30 @@ mod mesh_vertices;
 mod model_error;
 mod network;
 mod options;
+mod panels;
+mod phase;
 mod pins;
 mod rigid;
+mod seam;
 mod settings;
 mod solid;
 mod solver;
 mod timeline;
 
-use std::{borrow::Cow, sync::Arc};
+use std::{borrow::Cow, path::PathBuf, sync::Arc};
 
 use cloth_core::{
-    ClothMaterial, ClothRange, Collider, Model, ModelBuilder, SolverConfig, TextureMap,
+    ClothMaterial, ClothRange, Collider, Inflation, Model, ModelBuilder, SolverConfig, TextureMap,
+    Weld,
 };
 use cloth_rigid::{RigidBody, RigidJoint};
 
 pub use choice::SolverChoice;
 pub use memory::MemoryEstimate;
 pub use options::{CompileOptions, CompileProgress};
+pub use phase::CompiledPhase;
 
-use crate::{Scene, SceneColour, SceneError, SceneView, Timeline};
+use crate::{Scene, SceneColour, SceneError, SceneGeometry, SceneStart, SceneView, Timeline};
 
 use check::Check;
 use solid::Plans;
@@ -46,6 +51,12 @@ pub struct CompiledScene {
     pub description: String,
     /// What is simulated.
     pub model: Arc<Model>,
+    /// Folder of the run that it starts from, if it is not its own start.
+    pub start: Option<PathBuf>,
+    /// What is simulated once all seams are closed that are to be welded, if any is.
+    pub weld: Option<Arc<Weld>>,
+    /// Spans of time with settings of their own, one after the other from the start.
+    pub phases: Vec<CompiledPhase>,
     /// Settings for the solver; threads are left to the caller.
     pub config: SolverConfig,
     /// Which solver this is, and what was chosen for the model because the scene does not say it.
@@ -102,6 +113,12 @@ impl CompiledScene {
 }
 
 impl Scene {
+    /// The folder of the run that a scene starts from.
+    fn start_folder(&self, start: &SceneStart) -> PathBuf {
+        let beside = self.origin.directory.join(&start.from);
+        if beside.exists() { beside } else { PathBuf::from(&start.from) }
+    }
+
     /// Checks the scene, reads its meshes and builds the model.
     ///
     /// # Errors
@@ -133,13 +150,29 @@ impl Scene {
         let mut pin_sets = Vec::with_capacity(self.cloths.len());
         let mut cloths = Vec::with_capacity(self.cloths.len());
         let mut notes = Vec::new();
+        let mut within = Vec::new();
         for (index, described) in self.cloths.iter().enumerate() {
-            let (cloth, sets) =
+            let (cloth, sets, stitches) =
                 cloth::compile((self, &check), index, described, options, &mut notes)?;
+            within.extend(stitches);
             cloths.push(CompiledCloth::new(described, &cloth));
+            if let Some(inflate) = &described.inflate {
+                let key = format!("cloth[{index}].inflate");
+                check.finite(&format!("{key}.pressure"), &[inflate.pressure])?;
+                check.finite(&format!("{key}.rise"), &inflate.rise)?;
+                if matches!(described.geometry, SceneGeometry::Network(_)) {
+                    let problem =
+                        "needs triangles around the gas, and a network has none: remove it";
+                    return Err(check.error(&key, problem));
+                }
+                let (cloth, rise) = (described.name.clone(), inflate.rise);
+                builder = builder.inflation(Inflation { cloth, pressure: inflate.pressure, rise });
+            }
             builder = builder.cloth(cloth);
             pin_sets.push(sets);
         }
+        let seams = seam::compile(self, &check, within)?;
+        builder = seams.into_iter().fold(builder, ModelBuilder::seam);
         let mut plans = Plans::default();
         let mut colliders = Vec::with_capacity(self.colliders.len());
         for (index, collider) in self.colliders.iter().enumerate() {
@@ -163,6 +196,8 @@ impl Scene {
             timeline::compile(self, &check, &model, &pin_sets)?;
             plans.carry_out(&check, &mut colliders, progress)?;
         }
+        let sewn = colliders.iter().cloned().fold(builder.clone(), ModelBuilder::collider);
+        let weld = sewn.weld().map_err(|error| model_error::place(self, error))?.map(Arc::new);
         let model = build(builder, colliders)?;
         let of_cloth = |cloth: &ClothRange| {
             let name = cloth.name.clone();
@@ -176,7 +211,11 @@ impl Scene {
         let choice = SolverChoice::new(self, &model);
         let config = settings::solver_config(self, &choice)?;
         let timeline = timeline::compile(self, &check, &model, &pin_sets)?;
+        let phases = phase::compile(self, &check, &config)?;
         Ok(CompiledScene {
+            start: self.start.as_ref().map(|start| self.start_folder(start)),
+            weld,
+            phases,
             name: self.name.clone(),
             description: self.description.clone(),
             model: Arc::new(model),

@@ -22,6 +22,7 @@ pub(super) fn place(scene: &Scene, source: ModelError) -> SceneError {
             | FabricError::TensileCurve { .. } => format!("{table}.material"),
             _ => format!("{table}.pattern"),
         },
+        ModelError::Seam(_) => table.clone(),
         ModelError::PatternMissing { .. } => format!("{table}.pattern.from"),
         _ => format!("{table}.geometry"),
     };
@@ -48,6 +49,14 @@ fn table(scene: &Scene, message: &str) -> String {
     });
     if let Some(index) = rigid {
         return format!("rigid[{index}]");
+    }
+    let seam = scene.seams.iter().rposition(|seam| {
+        let name = &seam.name;
+        message.contains(&format!("seam {name:?}"))
+            || message.contains(&format!("seams are called {name:?}"))
+    });
+    if let Some(index) = seam {
+        return format!("seam[{index}]");
     }
     let field = (0..scene.fields.len()).find(|i| message.contains(&format!("of field {i} ")));
     match (cloth, collider, field) {

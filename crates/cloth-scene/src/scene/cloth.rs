@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    SceneColour, SceneMaterial, SceneMeshing, SceneModel, SceneNetwork, ScenePattern, ScenePin,
-    SceneRotation, SceneTriangles,
+    SceneColour, SceneMaterial, SceneMeshing, SceneModel, SceneNetwork, ScenePanels, ScenePattern,
+    ScenePin, SceneRotation, SceneTriangles,
 };
 
 /// One cloth.
@@ -31,8 +31,23 @@ pub struct SceneCloth {
     /// Shape without forces and direction of the warp, of fabric.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pattern: Option<ScenePattern>,
+    /// Gas under pressure inside it, if it is closed or will be sewn up.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inflate: Option<SceneInflation>,
     /// What it is made of.
     pub material: SceneMaterial,
+}
+
+/// Gas under pressure inside a cloth, which is where its triangles do not face. Backends cpu and reference have it.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct SceneInflation {
+    /// Pressure above that outside \[Pa\].
+    pub pressure: f64,
+    /// When it begins to rise, and when it is there \[s\]; [0, 0] if not given.
+    #[serde(default)]
+    pub rise: [f64; 2],
 }
 
 /// Where the particles and springs come from.
@@ -46,6 +61,8 @@ pub enum SceneGeometry {
     Mesh(SceneMesh),
     /// A triangle mesh in the scene itself.
     Triangles(SceneTriangles),
+    /// Pieces of a flat pattern, cut from outlines in an SVG or DXF file.
+    Panels(ScenePanels),
     /// Particles and springs without a surface.
     Network(SceneNetwork),
 }

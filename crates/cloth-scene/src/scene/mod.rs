@@ -12,9 +12,11 @@ mod material;
 mod named;
 mod network;
 mod origin;
+mod panels;
 mod pin;
 mod rigid;
 mod rotation;
+mod seam;
 mod simulation;
 mod solid_mesh;
 mod solver;
@@ -24,7 +26,7 @@ mod view;
 use serde::{Deserialize, Serialize};
 
 pub use bounds::SceneBounds;
-pub use cloth::{SceneCloth, SceneGeometry, SceneGrid, SceneMesh, SceneStencil};
+pub use cloth::{SceneCloth, SceneGeometry, SceneGrid, SceneInflation, SceneMesh, SceneStencil};
 pub use collider::{SceneAnimation, SceneCollider, SceneKeyframe, SceneShape};
 pub use colour::SceneColour;
 pub use contact::{SceneContact, SceneContactResponse};
@@ -37,9 +39,11 @@ pub use fabric::{
 pub use material::{SceneAerodynamics, SceneBend, SceneMass, SceneMaterial, SceneSpring};
 pub use network::{SceneJoint, SceneNetwork, ScenePrototype};
 pub use origin::SceneOrigin;
+pub use panels::{ScenePanels, ScenePiece};
 pub use pin::{ScenePin, ScenePinAttribute};
 pub use rigid::{SceneRigid, SceneRigidJoint, SceneRigidJointKind, SceneRigidShape};
 pub use rotation::SceneRotation;
+pub use seam::{ScenePhase, SceneSeam, SceneSeamEnd, SceneSeamPoint, SceneStart};
 pub use simulation::{ScenePrecision, SceneSimulation, SceneSpringClass, SceneStrainLimit};
 pub use solid_mesh::SceneSolidMesh;
 pub use solver::{SceneAdaptive, SceneImplicit, SceneMidpoint, SceneSemiImplicit, SceneSolver};
@@ -64,9 +68,18 @@ pub struct Scene {
     /// Frames, time step, solver.
     #[serde(default)]
     pub simulation: SceneSimulation,
+    /// What it starts from, if not from how its cloths are described.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<SceneStart>,
     /// The cloths, at least one.
     #[serde(default, rename = "cloth", skip_serializing_if = "Vec::is_empty")]
     pub cloths: Vec<SceneCloth>,
+    /// Where they are sewn.
+    #[serde(default, rename = "seam", skip_serializing_if = "Vec::is_empty")]
+    pub seams: Vec<SceneSeam>,
+    /// Spans of time with settings of their own, from the start on.
+    #[serde(default, rename = "phase", skip_serializing_if = "Vec::is_empty")]
+    pub phases: Vec<ScenePhase>,
     /// Solid obstacles.
     #[serde(default, rename = "collider", skip_serializing_if = "Vec::is_empty")]
     pub colliders: Vec<SceneCollider>,
@@ -108,7 +121,10 @@ impl Scene {
             description: String::new(),
             gravity: gravity_standard(),
             simulation: SceneSimulation::default(),
+            start: None,
             cloths: Vec::new(),
+            seams: Vec::new(),
+            phases: Vec::new(),
             colliders: Vec::new(),
             rigids: Vec::new(),
             rigid_joints: Vec::new(),

@@ -201,6 +201,8 @@ fn bounds_are_those_of_the_compiler() {
         counts.iter().chain(&sizes).any(|end| pointer.ends_with(end))
             || (pointer.contains("/pins/") && value != 0.0)
             || (pointer.contains("/limits/"))
+            // Times that come one after the other, and the ends of an edge that there is.
+            || (pointer.contains("/rise/") || pointer.contains("/close/") || pointer.contains("/edge/"))
             || (pointer.contains("/vertices/")
                 || pointer.contains("/faces/")
                 || pointer.contains("/uv/")

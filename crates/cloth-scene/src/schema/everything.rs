@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 /// The texts.
-pub(super) const SCENES: [&str; 6] = [
+pub(super) const SCENES: [&str; 7] = [
     r##"name = "triangles"
 contact = { distance = 0.002, response.triangles.friction = 0.3 }
 [[cloth]]
@@ -99,6 +99,49 @@ name = "mesh"
 pattern = { from = "shape", axis = [0.5, 1.0, 0.0], warp = 10.5, panels = [{ group = "panel", warp = 45.5 }] }
 material.preset = "drape-001"
 geometry.mesh = { file = "panels.obj", translation = [0.0, 0.0, 9.0] }
+"##,
+    r##"name = "sewn"
+start.from = "out/drape"
+[[phase]]
+name = "sew"
+duration = 1.5
+gravity = [0.0, 0.0, 0.5]
+time_step = 0.001
+[[cloth]]
+name = "shirt"
+material.preset = "drape-001"
+inflate = { pressure = 10.5, rise = [0.5, 1.5] }
+geometry.panels = { file = "pieces.svg", edge = 0.25, unit = 0.5, pieces = [{ outline = "a" }, { outline = "a", name = "b", mirror = true, warp = 45.5, radius = 0.75, rotation = { axis = [0.0, 0.0, 1.0], degrees = 30.0 }, translation = [0.0, 0.0, 5.0] }] }
+[[cloth]]
+name = "panels"
+pattern.from = "uv"
+material.preset = "drape-001"
+geometry.mesh = { file = "sewn.obj", translation = [0.0, 0.0, 9.0] }
+[[seam]]
+name = "side"
+cloth = "shirt"
+lines = [["a:0"], ["b:0"]]
+reverse = true
+gather = 1.0
+close = [0.0, 1.5]
+stiffness = 50.5
+damping = 0.5
+end = "weld"
+[[seam]]
+name = "pairs"
+cloth = "shirt"
+to = "panels"
+stitches = [[0, 1]]
+end = "hold"
+[[seam]]
+name = "points"
+cloth = "panels"
+points = [{ vertex = 0, edge = [3, 4], place = 0.5 }]
+end = "hold"
+[[seam]]
+name = "file"
+cloth = "panels"
+file = true
 "##,
     r##"name = "solids"
 [[cloth]]
@@ -200,8 +243,13 @@ pub(super) fn meshes_write(folder: &Path) {
         0 0 0 9\n1 0 0 9\n0 1 0 0\n3 0 1 2\n";
     let solid = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
     let panels = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\ng panel\nf 1 2 3\ng other\nf 1 3 4\n";
+    let pieces = "<svg><rect id=\"a\" width=\"2\" height=\"2\"/></svg>";
+    let sewn = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nvt 0 0\nvt 1 0\nvt 0 1\n\
+        f 1/1 2/2 3/3\nf 4/1 5/2 6/3\nstitch 1 4\n";
     let laboratory = "W = 12\n[warp]\noverhang = 40\n";
     for (name, text) in [
+        ("pieces.svg", pieces),
+        ("sewn.obj", sewn),
         ("sheet.toml", laboratory),
         ("panels.obj", panels),
         ("sheet.ply", sheet),

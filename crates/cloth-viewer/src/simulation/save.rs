@@ -55,6 +55,7 @@ pub fn scene_save(scene: &Scene, path: &Path, replace: bool) -> Result<Message, 
 fn files(scene: &Scene) -> impl Iterator<Item = String> {
     let cloths = scene.cloths.iter().filter_map(|cloth| match &cloth.geometry {
         SceneGeometry::Mesh(mesh) => Some(mesh.file.clone()),
+        SceneGeometry::Panels(panels) => Some(panels.file.clone()),
         _ => None,
     });
     let colliders = scene.colliders.iter().filter_map(|collider| match &collider.shape {

@@ -43,6 +43,10 @@ impl EngineSolver {
         backend: &str,
         scene: &CompiledScene,
     ) -> Result<Self, ViewerError> {
+        if !scene.model.seams().is_empty() || !scene.phases.is_empty() {
+            let feature = "seams and phases (`cloth run` does, whose frames can be viewed)".into();
+            return Err(Error::Unsupported { backend: "viewer", feature }.into());
+        }
         let model = Arc::clone(&scene.model);
         if backend == "wgpu" {
             let solver = gpu.backend().create_wgpu_solver(model, &scene.config)?;

@@ -1,0 +1,221 @@
+//! Vertices where a seam needs some: a stitch to a point on an edge becomes one to a vertex.
+
+use std::collections::{BTreeMap, HashMap};
+
+use cloth_core::TriangleMesh;
+
+/// Nearer to a vertex than this share of its edge, a point is taken for the vertex: triangles stay wide.
+const NEAR: f64 = 0.2;
+
+/// Nearer than this share it is the vertex, whatever else is sewn to it.
+const SAME: f64 = 1e-3;
+
+/// Stitches between vertices of a mesh, which gets more vertices for them.
+pub(super) struct Cutter<'a> {
+    mesh: &'a mut TriangleMesh,
+    /// Triangles of each edge, the smaller vertex first.
+    faces: HashMap<[u32; 2], Vec<usize>>,
+    /// Vertices on the edges of the mesh as it was, by the bits of their place from the smaller end.
+    added: HashMap<[u32; 2], BTreeMap<u64, u32>>,
+    /// The class of each vertex that is stitched, and its members.
+    class: HashMap<u32, usize>,
+    members: Vec<Vec<u32>>,
+}
+
+fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
+
+impl<'a> Cutter<'a> {
+    pub(super) fn new(mesh: &'a mut TriangleMesh) -> Self {
+        let mut faces: HashMap<[u32; 2], Vec<usize>> = HashMap::new();
+        for (index, &[a, b, c]) in mesh.triangles.iter().enumerate() {
+            for side in [[a, b], [b, c], [c, a]] {
+                faces.entry(sorted(side)).or_default().push(index);
+            }
+        }
+        Self { mesh, faces, added: HashMap::new(), class: HashMap::new(), members: Vec::new() }
+    }
+
+    pub(super) fn mesh(&self) -> &TriangleMesh {
+        self.mesh
+    }
+
+    /// Whether two vertices are the ends of an edge.
+    pub(super) fn has_edge(&self, edge: [u32; 2]) -> bool {
+        let edge = sorted(edge);
+        self.faces.contains_key(&edge) || self.added.contains_key(&edge)
+    }
+
+    /// The edges of one triangle.
+    pub(super) fn border(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
+        self.faces.iter().filter(|(_, faces)| faces.len() == 1).map(|(edge, _)| *edge)
+    }
+
+    fn class_of(&mut self, vertex: u32) -> usize {
+        let Self { class, members, .. } = self;
+        *class.entry(vertex).or_insert_with(|| {
+            members.push(vec![vertex]);
+            members.len() - 1
+        })
+    }
+
+    /// Whether an edge would lose its length if two vertices were one.
+    fn collapses(&mut self, a: u32, b: u32) -> bool {
+        let [a, b] = [self.class_of(a), self.class_of(b)];
+        let pairs =
+            self.members[a].iter().flat_map(|&i| self.members[b].iter().map(move |&j| [i, j]));
+        a != b && pairs.into_iter().any(|pair| self.faces.contains_key(&sorted(pair)))
+    }
+
+    /// Notes that two vertices are stitched.
+    pub(super) fn join(&mut self, a: u32, b: u32) {
+        let [a, b] = [self.class_of(a), self.class_of(b)];
+        if a != b {
+            let moved = std::mem::take(&mut self.members[b]);
+            moved.iter().for_each(|vertex| {
+                self.class.insert(*vertex, a);
+            });
+            self.members[a].extend(moved);
+        }
+    }
+
+    /// The vertex to which `vertex` is sewn that is sewn to `place` on an edge, from 0 to 1. It is new unless one is near.
+    pub(super) fn point(&mut self, vertex: u32, edge: [u32; 2], place: f64) -> u32 {
+        let ends = sorted(edge);
+        let place = if ends == edge { place } else { 1.0 - place };
+        let on = self.added.get(&ends);
+        let below = on.and_then(|on| on.range(..=place.to_bits()).next_back());
+        let above = on.and_then(|on| on.range(place.to_bits()..).next());
+        let low = below.map_or((0.0, ends[0]), |(&bits, &vertex)| (f64::from_bits(bits), vertex));
+        let high = above.map_or((1.0, ends[1]), |(&bits, &vertex)| (f64::from_bits(bits), vertex));
+        let (way, near) = [(place - low.0, low.1), (high.0 - place, high.1)]
+            .into_iter()
+            .fold((f64::INFINITY, low.1), |best, end| if end.0 < best.0 { end } else { best });
+        let found = if way <= SAME || (way <= NEAR && !self.collapses(vertex, near)) {
+            near
+        } else {
+            let part = (place - low.0) / (high.0 - low.0);
+            let made = self.split([low.1, high.1], part);
+            self.added.entry(ends).or_default().insert(place.to_bits(), made);
+            made
+        };
+        self.join(vertex, found);
+        found
+    }
+
+    /// Puts a vertex on an edge, at a part of it from its first end, and divides its triangles.
+    fn split(&mut self, [v, w]: [u32; 2], part: f64) -> u32 {
+        let made = self.mesh.positions.len() as u32;
+        let mix = |a: f64, b: f64| a + part * (b - a);
+        let [a, b] = [v, w].map(|end| self.mesh.positions[end as usize]);
+        self.mesh.positions.push(std::array::from_fn(|k| mix(a[k], b[k])));
+        for attribute in &mut self.mesh.attributes {
+            let [a, b] = [v, w].map(|end| f64::from(attribute.values[end as usize]));
+            attribute.values.push(mix(a, b) as f32);
+        }
+        for group in &mut self.mesh.groups {
+            if [v, w].iter().all(|end| group.vertices.binary_search(end).is_ok()) {
+                group.vertices.push(made);
+            }
+        }
+        for face in self.faces.remove(&sorted([v, w])).unwrap_or_default() {
+            self.face_split(face, [v, w], made, part);
+        }
+        made
+    }
+
+    fn face_split(&mut self, face: usize, [v, w]: [u32; 2], made: u32, part: f64) {
+        let corners = self.mesh.triangles[face];
+        // The edge runs from corner k to the next.
+        let Some(k) =
+            (0..3).find(|&k| sorted([corners[k], corners[(k + 1) % 3]]) == sorted([v, w]))
+        else {
+            return;
+        };
+        let (next, last) = ((k + 1) % 3, (k + 2) % 3);
+        let added = self.mesh.triangles.len();
+        let mut other = corners;
+        self.mesh.triangles[face][next] = made;
+        other[k] = made;
+        self.mesh.triangles.push(other);
+        if let Some(texture) = &mut self.mesh.texture
+            && let Some(&names) = texture.triangles.get(face)
+        {
+            let [a, b] = if corners[k] == v { [k, next] } else { [next, k] };
+            let ends = [a, b].map(|k| texture.coordinates.get(names[k] as usize).copied());
+            let [a, b] = ends.map(Option::unwrap_or_default);
+            let name = texture.coordinates.len() as u32;
+            texture.coordinates.push(std::array::from_fn(|i| a[i] + part * (b[i] - a[i])));
+            let mut other = names;
+            texture.triangles[face][next] = name;
+            other[k] = name;
+            texture.triangles.push(other);
+        }
+        if let Some(&angle) = self.mesh.grain.get(face) {
+            self.mesh.grain.push(angle);
+        }
+        let mut put = |edge: [u32; 2], from: Option<usize>, to: usize| {
+            let faces = self.faces.entry(sorted(edge)).or_default();
+            match from.and_then(|from| faces.iter().position(|&face| face == from)) {
+                Some(place) => faces[place] = to,
+                None => faces.push(to),
+            }
+        };
+        put([corners[k], made], None, face);
+        put([made, corners[next]], None, added);
+        put([corners[next], corners[last]], Some(face), added);
+        put([made, corners[last]], None, face);
+        put([made, corners[last]], None, added);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cloth_core::{TextureMap, VertexGroup};
+
+    #[test]
+    fn points_on_an_edge_divide_its_triangle_and_keep_its_area_and_pattern() {
+        let triangles = vec![[0, 1, 2]];
+        let mut mesh = TriangleMesh {
+            positions: vec![
+                [0.0; 3],
+                [1.0, 0.0, 0.0],
+                [0.0, 1.0, 0.0],
+                [5.0, 0.0, 0.0],
+                [6.0, 0.0, 0.0],
+            ],
+            texture: Some(TextureMap {
+                coordinates: vec![[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]],
+                triangles: triangles.clone(),
+            }),
+            triangles,
+            groups: vec![VertexGroup { name: "low".into(), vertices: vec![0, 1] }],
+            ..TriangleMesh::default()
+        };
+        let mut cutter = Cutter::new(&mut mesh);
+        let found = [
+            cutter.point(3, [1, 0], 0.25),
+            cutter.point(4, [0, 1], 0.25),
+            cutter.point(4, [0, 1], 0.05),
+        ];
+        // Vertex 4 is sewn to vertex 6, whose edge to 0 would have no length if 0 were sewn to it too.
+        assert_eq!(found[..2], [5, 6]);
+        assert_ne!(found[2], 0);
+        assert_eq!(mesh.positions[5], [0.75, 0.0, 0.0]);
+        assert_eq!(mesh.groups[0].vertices, [0, 1, 5, 6, 7]);
+        let area = |t: &[u32; 3], at: &dyn Fn(u32) -> [f64; 2]| {
+            let [a, b, c] = t.map(at);
+            0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+        };
+        let place = |i: u32| [mesh.positions[i as usize][0], mesh.positions[i as usize][1]];
+        let areas: Vec<f64> = mesh.triangles.iter().map(|t| area(t, &place)).collect();
+        assert!(areas.iter().all(|&area| area > 0.0), "{areas:?}");
+        assert!((areas.iter().sum::<f64>() - 0.5).abs() < 1e-15);
+        let texture = mesh.texture.unwrap();
+        let uv = |i: u32| texture.coordinates[i as usize];
+        let areas: Vec<f64> = texture.triangles.iter().map(|t| area(t, &uv)).collect();
+        assert!((areas.iter().sum::<f64>() - 2.0).abs() < 1e-15, "{areas:?}");
+    }
+}

@@ -1,0 +1,244 @@
+//! Seams: from what a scene says of them to stitches between vertices.
+
+mod cut;
+mod line;
+
+use cloth_core::{MeshStitch, Seam, TriangleMesh};
+use glam::DVec3;
+
+use crate::{Scene, SceneError, SceneSeam, SceneSeamEnd, error::SceneUnknown};
+
+use super::{Check, pins::NAMED_MAX};
+
+use cut::Cutter;
+use line::{Line, LineProblem};
+
+/// Difference of the lengths of two lines that needs no gathering.
+const EASE: f64 = 0.05;
+
+/// Stitches of the seams within one cloth, by the number of the seam.
+pub(super) type SeamStitches = Vec<(usize, Vec<[u32; 2]>)>;
+
+/// The cloth that a seam is in.
+fn cloth_of<'a>(scene: &'a Scene, seam: &'a SceneSeam) -> Option<&'a str> {
+    match (&seam.cloth, &scene.cloths[..]) {
+        (Some(name), _) => Some(name),
+        (None, [cloth]) => Some(&cloth.name),
+        (None, _) => None,
+    }
+}
+
+/// The stitches of the seams within the cloth called `name`, whose mesh gets vertices where stitches need them.
+pub(super) fn sew(
+    scene: &Scene,
+    check: &Check<'_>,
+    name: &str,
+    mesh: &mut TriangleMesh,
+) -> Result<SeamStitches, SceneError> {
+    let within =
+        |(_, seam): &(usize, &SceneSeam)| cloth_of(scene, seam) == Some(name) && seam.to.is_none();
+    let seams: Vec<_> = scene.seams.iter().enumerate().filter(within).collect();
+    if seams.is_empty() {
+        return Ok(Vec::new());
+    }
+    let of_file = std::mem::take(&mut mesh.stitches);
+    let given = mesh.positions.len();
+    let mut cutter = Cutter::new(mesh);
+    let mut all = Vec::new();
+    // What joins vertices alone comes first: later seams make room beside it.
+    for &(index, seam) in &seams {
+        let key = format!("seam[{index}]");
+        let far = |vertex: u32| {
+            let problem = format!(
+                "names vertex {vertex}, and cloth {name:?} has {given}: vertices count from 0"
+            );
+            check.error(&key, &problem)
+        };
+        for &vertex in seam.stitches.iter().flatten() {
+            if vertex as usize >= given {
+                return Err(far(vertex));
+            }
+        }
+        seam.stitches.iter().for_each(|&[a, b]| cutter.join(a, b));
+        let points = seam.points.iter();
+        for vertex in points.flat_map(|point| [point.vertex, point.edge[0], point.edge[1]]) {
+            if vertex as usize >= given {
+                return Err(far(vertex));
+            }
+        }
+    }
+    for (index, seam) in seams {
+        let key = format!("seam[{index}]");
+        let stitches = if seam.file {
+            if of_file.is_empty() {
+                let problem = "asks for the stitches of the mesh file, which has none: give it lines `stitch`, or name vertices";
+                return Err(check.error(&format!("{key}.file"), problem));
+            }
+            points(check, &format!("{key}.file"), &mut cutter, &of_file)?
+        } else if let Some(groups) = &seam.lines {
+            lines(check, &key, &mut cutter, (seam, groups))?
+        } else if !seam.points.is_empty() {
+            let list = seam.points.iter().enumerate();
+            let mut given = Vec::with_capacity(seam.points.len());
+            for (number, point) in list {
+                check.share(&format!("{key}.points[{number}].place"), point.place)?;
+                let crate::SceneSeamPoint { vertex, edge, place } = *point;
+                given.push(MeshStitch { vertex, edge, place });
+            }
+            points(check, &format!("{key}.points"), &mut cutter, &given)?
+        } else {
+            seam.stitches.clone()
+        };
+        all.push((index, stitches));
+    }
+    Ok(all)
+}
+
+fn points(
+    check: &Check<'_>,
+    key: &str,
+    cutter: &mut Cutter<'_>,
+    stitches: &[MeshStitch],
+) -> Result<Vec<[u32; 2]>, SceneError> {
+    let mut found = Vec::with_capacity(stitches.len());
+    for &MeshStitch { vertex, edge, place } in stitches {
+        let is_point = |edge: [u32; 2]| edge[0] == edge[1];
+        if !is_point(edge) && !cutter.has_edge(edge) {
+            let problem = format!(
+                "stitches vertex {vertex} to the edge from {} to {}, which no triangle has: name the ends of an edge",
+                edge[0], edge[1]
+            );
+            return Err(check.error(key, &problem));
+        }
+        let other = if is_point(edge) {
+            cutter.join(vertex, edge[0]);
+            edge[0]
+        } else {
+            cutter.point(vertex, edge, place)
+        };
+        found.push([vertex, other]);
+    }
+    Ok(found)
+}
+
+fn lines(
+    check: &Check<'_>,
+    key: &str,
+    cutter: &mut Cutter<'_>,
+    (seam, groups): (&SceneSeam, &[Vec<String>; 2]),
+) -> Result<Vec<[u32; 2]>, SceneError> {
+    let mut both = Vec::with_capacity(2);
+    for (side, names) in groups.iter().enumerate() {
+        let key = format!("{key}.lines[{side}]");
+        if names.is_empty() {
+            return Err(check.error(&key, "is empty: name vertex groups along a border"));
+        }
+        let mut sets = Vec::with_capacity(names.len());
+        for name in names {
+            let Some(group) = cutter.mesh().group(name) else {
+                let known = cutter.mesh().groups.iter().map(|group| group.name.clone()).collect();
+                return Err(SceneUnknown::error(
+                    check.place(&key),
+                    "group of the mesh",
+                    name,
+                    known,
+                ));
+            };
+            sets.push(group.vertices.clone());
+        }
+        both.push(Line::new(cutter, &sets).map_err(|LineProblem::NoWay| {
+            check.error(&key, "is no way along the border: a group must hold all vertices from one end to the other, and no others")
+        })?);
+    }
+    let [first, second] = &mut both[..] else { return Ok(Vec::new()) };
+    let at = |vertex: u32| DVec3::from(cutter.mesh().positions[vertex as usize]);
+    if let (Some([a, b]), Some([c, d])) = (first.ends(), second.ends()) {
+        let [straight, crossed] =
+            [[c, d], [d, c]].map(|[c, d]| at(a).distance(at(c)) + at(b).distance(at(d)));
+        if (crossed < straight) != seam.reverse {
+            second.reverse();
+        }
+    }
+    let lengths = [first.length(cutter), second.length(cutter)];
+    let [short, long] = [lengths[0].min(lengths[1]), lengths[0].max(lengths[1])];
+    let gather = seam.gather.unwrap_or(1.0);
+    check.finite(&format!("{key}.gather"), &[gather])?;
+    if gather < 1.0 {
+        let problem = format!("is {gather}: how many times as long the longer line is, at least 1");
+        return Err(check.error(&format!("{key}.gather"), &problem));
+    }
+    if !(short > 0.0) || (long / short / gather - 1.0).abs() > EASE {
+        let problem = format!(
+            "are {:.4} m and {:.4} m long: give `gather = {:.3}` if one is to be gathered",
+            lengths[0],
+            lengths[1],
+            long / short
+        );
+        return Err(check.error(&format!("{key}.lines"), &problem));
+    }
+    let lines = [first.clone(), second.clone()];
+    Ok(line::stitches(cutter, &lines))
+}
+
+/// The seams for the model.
+pub(super) fn compile(
+    scene: &Scene,
+    check: &Check<'_>,
+    mut within: SeamStitches,
+) -> Result<Vec<Seam>, SceneError> {
+    let mut seams = Vec::with_capacity(scene.seams.len());
+    let mut named = 0;
+    // Where seams meet both have the same stitch.
+    let mut seen = std::collections::HashSet::new();
+    for (index, seam) in scene.seams.iter().enumerate() {
+        let key = format!("seam[{index}]");
+        let ways =
+            [!seam.stitches.is_empty(), !seam.points.is_empty(), seam.lines.is_some(), seam.file];
+        if ways.iter().filter(|is_given| **is_given).count() != 1 {
+            let problem =
+                "has to say where it is by one of `stitches`, `points`, `lines` and `file`";
+            return Err(check.error(&key, problem));
+        }
+        let Some(cloth) = cloth_of(scene, seam) else {
+            return Err(check.error(&key, "does not say which cloth it is in: give `cloth`"));
+        };
+        for (name, key) in [(Some(cloth), "cloth"), (seam.to.as_deref(), "to")] {
+            if let Some(name) = name.filter(|name| scene.cloths.iter().all(|c| c.name != **name)) {
+                let known = scene.cloths.iter().map(|cloth| cloth.name.clone()).collect();
+                let place = check.place(&format!("seam[{index}].{key}"));
+                return Err(SceneUnknown::error(place, "cloth", name, known));
+            }
+        }
+        if seam.to.is_some() && seam.stitches.is_empty() {
+            let problem = "is another cloth, which is sewn by pairs of vertices: give `stitches`, or put both panels into one cloth";
+            return Err(check.error(&format!("{key}.to"), problem));
+        }
+        let own = within.iter().position(|(number, _)| *number == index);
+        let mut stitches = match own {
+            Some(place) => within.swap_remove(place).1,
+            None => seam.stitches.clone(),
+        };
+        named += stitches.len() as u64;
+        if named > NAMED_MAX {
+            let problem = format!("name more than {NAMED_MAX} stitches in all: name fewer");
+            return Err(check.error(&key, &problem));
+        }
+        if seam.to.is_none() && stitches.iter().all(|[a, b]| a != b) {
+            stitches.iter_mut().for_each(|stitch| stitch.sort_unstable());
+            stitches.sort_unstable();
+            stitches.dedup();
+            stitches.retain(|stitch| seen.insert((cloth, *stitch)));
+        }
+        let other = seam.to.as_deref().unwrap_or(cloth);
+        seams.push(Seam {
+            name: seam.name.clone(),
+            cloths: [cloth.to_owned(), other.to_owned()],
+            stitches,
+            stiffness: seam.stiffness,
+            damping: seam.damping,
+            closing: seam.close,
+            weld: seam.end == SceneSeamEnd::Weld && seam.to.is_none(),
+        });
+    }
+    Ok(seams)
+}

@@ -1,0 +1,166 @@
+//! Triangles in an outline.
+
+use cloth_core::{TextureMap, TriangleMesh, VertexGroup};
+use kurbo::Point;
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
+
+use super::Outline;
+
+/// How far from the outline points in a regular order may be, in target lengths of edges.
+const BORDER: f64 = 0.65;
+
+/// Double area over the sum of squared sides of a triangle that is wide enough; 0.577 if its sides are equal.
+const WIDE: f64 = 0.25;
+
+/// Most points of a piece.
+const POINTS_MAX: f64 = 1e5;
+
+/// A piece as triangles whose edges are about `edge` \[m\] long: constrained Delaunay (spade) of points on the outline and of a hexagonal
+/// lattice within. Its pattern is itself, flat in x and y; its groups are the piece and each edge, called `piece:edge`.
+pub(crate) fn piece_mesh(outline: Outline, edge: f64) -> Result<TriangleMesh, String> {
+    let outline = outline.turned();
+    let name = outline.name.clone();
+    let border = outline.points(edge);
+    let [low, high] = outline.bounds();
+    let [width, height] = [high.x - low.x, high.y - low.y];
+    if width * height / (edge * edge) > POINTS_MAX || border.len() as f64 > POINTS_MAX {
+        return Err(format!(
+            "piece {name:?} would have more than {POINTS_MAX} vertices: use longer edges"
+        ));
+    }
+    if border.len() < 3 {
+        return Err(format!(
+            "piece {name:?} is smaller than its edges of {edge} m: use shorter ones"
+        ));
+    }
+    let count = border.len();
+    let polygon: Vec<Point> = border.iter().map(|(point, _)| *point).collect();
+    let mut points = polygon.clone();
+    let rise = edge * 0.75_f64.sqrt();
+    for row in 0..=(height / rise) as usize {
+        let shift = if row % 2 == 1 { 0.5 * edge } else { 0.0 };
+        for column in 0..=(width / edge) as usize {
+            let point = Point::new(
+                low.x + shift + edge * (column as f64 + 0.25),
+                low.y + rise * (row as f64 + 0.5),
+            );
+            if is_inside(&polygon, point) && distance(&polygon, point) > BORDER * edge {
+                points.push(point);
+            }
+        }
+    }
+    let failed = |_| format!("piece {name:?} cannot be meshed: move its points farther apart");
+    let mut triangulation = ConstrainedDelaunayTriangulation::<Point2<f64>>::new();
+    let mut handles = Vec::with_capacity(points.len());
+    for point in &points {
+        handles.push(triangulation.insert(Point2::new(point.x, point.y)).map_err(failed)?);
+    }
+    if triangulation.num_vertices() != points.len() {
+        return Err(failed(spade::InsertionError::NAN));
+    }
+    for i in 0..count {
+        let (a, b) = (handles[i], handles[(i + 1) % count]);
+        if !triangulation.can_add_constraint(a, b) {
+            return Err(format!(
+                "piece {name:?} comes too near to itself for edges of {edge} m: use shorter ones"
+            ));
+        }
+        triangulation.add_constraint(a, b);
+    }
+    let mut number = vec![0_u32; points.len()];
+    for (i, handle) in handles.iter().enumerate() {
+        number[handle.index()] = i as u32;
+    }
+    let mut triangles: Vec<[u32; 3]> = triangulation
+        .inner_faces()
+        .map(|face| face.vertices().map(|vertex| number[vertex.fix().index()]))
+        .filter(|triangle| {
+            let [a, b, c] = triangle.map(|i| points[i as usize].to_vec2());
+            is_inside(&polygon, ((a + b + c) / 3.0).to_point())
+        })
+        .collect();
+    chords_open(&mut points, &mut triangles, count as u32);
+    // In an order that does not depend on the triangulation.
+    for triangle in &mut triangles {
+        let first = (0..3).min_by_key(|&k| triangle[k]).unwrap_or(0);
+        triangle.rotate_left(first);
+    }
+    triangles.sort_unstable();
+    let mut groups =
+        vec![VertexGroup { name: name.clone(), vertices: (0..points.len() as u32).collect() }];
+    for edge in 0..outline.edges.len() {
+        let own = (0..count).filter(|&i| border[i].1 == edge);
+        let mut vertices: Vec<u32> = own.map(|i| i as u32).collect();
+        if let Some(&last) = vertices.last() {
+            vertices.push((last + 1) % count as u32);
+        }
+        vertices.sort_unstable();
+        groups.push(VertexGroup { name: outline.edge_name(edge), vertices });
+    }
+    let coordinates: Vec<[f64; 2]> = points.iter().map(|point| [point.x, point.y]).collect();
+    Ok(TriangleMesh {
+        positions: coordinates.iter().map(|&[x, y]| [x, y, 0.0]).collect(),
+        texture: Some(TextureMap { coordinates, triangles: triangles.clone() }),
+        triangles,
+        groups,
+        ..TriangleMesh::default()
+    })
+}
+
+/// Takes away edges that cross a piece from border to border, as at corners: two pieces that are sewn there would have four triangles at such an edge.
+fn chords_open(points: &mut Vec<Point>, triangles: &mut Vec<[u32; 3]>, count: u32) {
+    loop {
+        // The lowest first, so that the order of the triangles does not matter.
+        let chord = triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+            .filter(|&[a, b]| {
+                let is_border = (a + 1) % count == b || (b + 1) % count == a;
+                a < b && b < count && !is_border
+            })
+            .min();
+        let Some([a, b]) = chord else { return };
+        let of = |first: u32, second: u32| {
+            let has = |t: &[u32; 3]| (0..3).find(|&k| t[k] == first && t[(k + 1) % 3] == second);
+            let found = triangles.iter().enumerate();
+            found.filter_map(|(i, t)| Some((i, t[(has(t)? + 2) % 3]))).next()
+        };
+        let (Some((left, p)), Some((right, q))) = (of(a, b), of(b, a)) else { return };
+        let at = |i: u32| points[i as usize];
+        let is_wide = |t: [u32; 3]| {
+            let [a, b, c] = t.map(at);
+            let sides = (b - a).hypot2() + (c - b).hypot2() + (a - c).hypot2();
+            (b - a).cross(c - a) > WIDE * sides
+        };
+        let is_inner = |i: u32| i >= count;
+        if (is_inner(p) || is_inner(q)) && is_wide([a, q, p]) && is_wide([q, b, p]) {
+            triangles[left] = [a, q, p];
+            triangles[right] = [q, b, p];
+        } else {
+            let middle = points.len() as u32;
+            points.push(at(a).midpoint(at(b)));
+            triangles[left] = [a, middle, p];
+            triangles[right] = [b, middle, q];
+            triangles.extend([[middle, b, p], [middle, a, q]]);
+        }
+    }
+}
+
+/// Even-odd rule.
+fn is_inside(polygon: &[Point], point: Point) -> bool {
+    let next = polygon.iter().cycle().skip(1);
+    polygon.iter().zip(next).fold(false, |inside, (a, b)| {
+        let crosses = (a.y > point.y) != (b.y > point.y)
+            && point.x < a.x + (point.y - a.y) / (b.y - a.y) * (b.x - a.x);
+        inside != crosses
+    })
+}
+
+fn distance(polygon: &[Point], point: Point) -> f64 {
+    let next = polygon.iter().cycle().skip(1);
+    polygon.iter().zip(next).fold(f64::INFINITY, |least, (&a, &b)| {
+        let (along, to) = (b - a, point - a);
+        let part = (to.dot(along) / along.hypot2()).clamp(0.0, 1.0);
+        least.min((to - part * along).hypot())
+    })
+}

@@ -1,0 +1,186 @@
+//! Pieces of a flat pattern from SVG and DXF: their triangles, their names, and what cannot be cut.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
+use std::{fs, path::Path};
+
+use cloth_core::TriangleMesh;
+use cloth_scene::{CompileOptions, CompiledScene, Scene};
+use tempfile::TempDir;
+
+fn text(file: &str, more: &str, pieces: &str) -> String {
+    format!(
+        "name = \"t\"\n[[cloth]]\nname = \"shirt\"\nmodel = \"fabric\"\nmaterial.preset = \"cotton-broad\"\n\
+         [cloth.geometry.panels]\nfile = \"{file}\"\nedge = 0.02\n{more}\n{pieces}\n"
+    )
+}
+
+fn compile(folder: &Path, text: &str) -> Result<CompiledScene, String> {
+    let mut scene = Scene::from_toml(text, "t.toml").map_err(|error| error.to_string())?;
+    scene.origin.directory = folder.to_owned();
+    scene.compile(&CompileOptions::default()).map_err(|error| error.to_string())
+}
+
+const PIECE: &str = "[[cloth.geometry.panels.pieces]]\noutline = \"a\"";
+
+/// An SVG file in millimetres with one shape.
+fn svg(shape: &str) -> String {
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"400mm\" viewBox=\"0 0 400 400\">\n{shape}\n</svg>"
+    )
+}
+
+fn dxf(units: &str, flag: u8, vertices: &[[f64; 3]]) -> String {
+    let mut text = format!(
+        "0\nSECTION\n2\nHEADER\n{units}0\nENDSEC\n0\nSECTION\n2\nENTITIES\n0\nLWPOLYLINE\n8\na\n70\n{flag}\n"
+    );
+    for [x, y, bulge] in vertices {
+        text += &format!("10\n{x}\n20\n{y}\n42\n{bulge}\n");
+    }
+    text + "0\nENDSEC\n0\nEOF\n"
+}
+
+fn area(scene: &CompiledScene) -> f64 {
+    let at = |i: u32| glam(scene.model.positions()[i as usize]);
+    let of = |&[a, b, c]: &[u32; 3]| {
+        let [p, q] = [b, c].map(|i| [0, 1, 2].map(|k| at(i)[k] - at(a)[k]));
+        let n = [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]];
+        0.5 * (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt()
+    };
+    scene.model.triangles().iter().map(of).sum()
+}
+
+fn glam(place: [f64; 3]) -> [f64; 3] {
+    place
+}
+
+#[test]
+fn a_circle_and_a_square_have_their_area_mass_and_even_triangles() {
+    let folder = TempDir::new().unwrap();
+    let arc = "M 100 200 C 100 144.77 144.77 100 200 100 C 255.23 100 300 144.77 300 200 C 300 255.23 255.23 300 200 300 C 144.77 300 100 255.23 100 200 Z";
+    for (shape, expected) in [
+        (format!("<path id=\"a\" d=\"{arc}\"/>"), std::f64::consts::PI * 0.01),
+        ("<rect id=\"a\" x=\"50\" y=\"50\" width=\"300\" height=\"200\"/>".into(), 0.06),
+        ("<polygon id=\"a\" points=\"0,0 300,0 300,200 0,200\"/>".into(), 0.06),
+    ] {
+        fs::write(folder.path().join("p.svg"), svg(&shape)).unwrap();
+        let scene = compile(folder.path(), &text("p.svg", "", PIECE)).unwrap();
+        // A polygon in a circle is a little smaller.
+        assert!((area(&scene) / expected - 1.0).abs() < 8e-3, "{shape}: {} m2", area(&scene));
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        let mesh = TriangleMesh {
+            positions: scene.model.positions().to_vec(),
+            triangles: scene.model.triangles().to_vec(),
+            ..TriangleMesh::default()
+        };
+        let smallest = mesh.triangles.iter().map(|t| angle(&mesh, t)).fold(f64::MAX, f64::min);
+        assert!(smallest > 20.0, "{shape}: an angle of {smallest} degrees");
+    }
+}
+
+fn angle(mesh: &TriangleMesh, triangle: &[u32; 3]) -> f64 {
+    let x = triangle.map(|i| mesh.positions[i as usize]);
+    let side = |a: usize, b: usize| -> f64 {
+        (0..3).map(|k| (x[a][k] - x[b][k]).powi(2)).sum::<f64>().sqrt()
+    };
+    let sides = [side(0, 1), side(1, 2), side(2, 0)];
+    (0..3)
+        .map(|k| {
+            let (a, b, c) = (sides[k], sides[(k + 1) % 3], sides[(k + 2) % 3]);
+            ((a * a + b * b - c * c) / (2.0 * a * b)).acos().to_degrees()
+        })
+        .fold(f64::MAX, f64::min)
+}
+
+#[test]
+fn pieces_lie_where_they_are_put_and_edges_are_sets() {
+    let folder = TempDir::new().unwrap();
+    let shape =
+        "<polygon id=\"a\" data-edges=\"top right hem left\" points=\"0,0 300,0 300,200 0,200\"/>";
+    fs::write(folder.path().join("p.svg"), svg(shape)).unwrap();
+    let pieces = "[[cloth.geometry.panels.pieces]]\noutline = \"a\"\nname = \"front\"\ntranslation = [0, 0, 1]\n\
+        [[cloth.geometry.panels.pieces]]\noutline = \"a\"\nname = \"back\"\nmirror = true\nradius = 0.3\ntranslation = [0, 0.5, 1]\n";
+    let with = text("p.svg", "", pieces)
+        .replace("model =", "pins = [\"front:hem\", \"back:top\"]\nmodel =");
+    let scene = compile(folder.path(), &with).unwrap();
+    let pins = scene.model.pins();
+    assert_eq!(pins.len(), 2 * 16);
+    for &pin in &pins[..16] {
+        let [_, y, z] = scene.model.positions()[pin as usize];
+        assert!(y == 0.0 && (z - 0.9).abs() < 1e-12);
+    }
+    for &pin in &pins[16..] {
+        let [x, y, z] = scene.model.positions()[pin as usize];
+        // On a cylinder around (0, 0.8).
+        assert!((x.hypot(y - 0.8) - 0.3).abs() < 1e-12 && (z - 1.1).abs() < 1e-12, "{x} {y} {z}");
+    }
+    // Wrapping keeps lengths along the cylinder: chords are a little shorter.
+    assert!((area(&scene) / 0.12 - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn outlines_in_dxf_have_units_and_arcs() {
+    let folder = TempDir::new().unwrap();
+    // Half a circle of 100 mm on a square of 200 mm: an arc of half a turn has bulge 1.
+    let vertices = [[0.0, 0.0, 0.0], [200.0, 0.0, 0.0], [200.0, 200.0, 1.0], [0.0, 200.0, 0.0]];
+    let units = "9\n$INSUNITS\n70\n4\n";
+    fs::write(folder.path().join("p.dxf"), dxf(units, 1, &vertices)).unwrap();
+    let scene = compile(folder.path(), &text("p.dxf", "", PIECE)).unwrap();
+    let expected = 0.04 + 0.5 * std::f64::consts::PI * 0.01;
+    assert!((area(&scene) / expected - 1.0).abs() < 5e-3, "{}", area(&scene));
+}
+
+#[test]
+fn what_cannot_be_cut_is_refused_with_name_line_and_mend() {
+    let folder = TempDir::new().unwrap();
+    let square = [[0.0, 0.0, 0.0], [200.0, 0.0, 0.0], [200.0, 200.0, 0.0], [0.0, 200.0, 0.0]];
+    let mm = "9\n$INSUNITS\n70\n4\n";
+    for (name, content, words) in [
+        (
+            "p.svg",
+            svg("<path id=\"a\" d=\"M 0 0 L 100 0 L 100 100\"/>"),
+            &["\"a\" is open", "line 2"][..],
+        ),
+        (
+            "p.svg",
+            svg("<path id=\"a\" d=\"M 0 0 L 100 100 L 100 0 L 0 100 Z\"/>"),
+            &["crosses itself", "line 2"],
+        ),
+        (
+            "p.svg",
+            svg("<path id=\"a\" d=\"M 0 0 Q 100 bad\"/>"),
+            &["\"a\" has a path that is none", "line 2"],
+        ),
+        (
+            "p.svg",
+            svg("<g transform=\"scale(2)\">\n<path id=\"a\" d=\"M 0 0 L 100 0 L 0 100 Z\"/></g>"),
+            &["transform", "line 3"],
+        ),
+        ("p.svg", svg("<path id=\"b\" d=\"M 0 0 L 100 0 L 0 100 Z\"/>"), &["b", "outline"]),
+        ("p.svg", "<svg><rect id=\"a\" width=\"1\" height=\"1\"/></svg>".into(), &["unit"]),
+        ("p.svg", svg("<rect"), &["line"]),
+        ("p.dxf", dxf("", 1, &square), &["$INSUNITS", "unit"]),
+        ("p.dxf", dxf(mm, 0, &square), &["\"a\" is open"]),
+        ("p.dxf", dxf(mm, 1, &square).replace("LWPOLYLINE", "SPLINE"), &["SPLINE", "polylines"]),
+        ("p.dxf", dxf(mm, 1, &square).replace("\n42\n", "\nx\n"), &["no group code"]),
+        ("p.png", String::new(), &["svg, dxf"]),
+    ] {
+        fs::write(folder.path().join(name), &content).unwrap();
+        let error = compile(folder.path(), &text(name, "", PIECE)).unwrap_err();
+        for word in words {
+            assert!(error.contains(word), "{content}: no {word:?} in {error}");
+        }
+        assert!(error.contains("t.toml:"), "{error}");
+    }
+    fs::write(folder.path().join("p.svg"), svg("<rect id=\"a\" width=\"100\" height=\"100\"/>"))
+        .unwrap();
+    for (more, pieces, words) in [
+        ("unit = 0", PIECE, "greater than zero"),
+        ("", "pieces = []", "at least one piece"),
+        ("", &*format!("{PIECE}\n{PIECE}"), "name of two pieces"),
+        ("unit = 1e-9", PIECE, "smaller than its edges"),
+    ] {
+        let error = compile(folder.path(), &text("p.svg", more, pieces)).unwrap_err();
+        assert!(error.contains(words), "{error}");
+    }
+}

@@ -1,0 +1,154 @@
+//! What is simulated at a time: seams that close, seams that are welded, phases.
+//!
+//! A model never changes, and neither does the one of a solver. Where a scene changes, another solver goes on from the state of the one before:
+//! every backend can do that.
+
+use std::sync::Arc;
+
+use cloth_core::{Backend, Control, Error, Model, Result, Solver, SolverConfig, State, Weld};
+use cloth_scene::CompiledScene;
+
+/// Stitches wider than this \[m\] are not welded: their vertices would jump.
+const WELD_GAP: f64 = 1e-3;
+
+/// Share of a frame below which a difference of two times is rounding.
+const ROUNDING: f64 = 1e-6;
+
+/// What a solver simulates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stage {
+    is_welded: bool,
+    phase: Option<usize>,
+    /// The time that stitches are as long as \[s\].
+    time: f64,
+}
+
+impl Stage {
+    /// Frame 0 of a scene without phases.
+    pub(crate) const START: Self = Self { is_welded: false, phase: None, time: 0.0 };
+
+    /// What a run is at whose last frame ended with `state`.
+    pub(crate) fn of_state(scene: &CompiledScene, frame: u64, state: &State) -> Self {
+        let time = frame as f64 / scene.frames_per_second;
+        let phase = frame.checked_sub(1).and_then(|last| phase_at(scene, last));
+        let is_welded = scene.weld.as_ref().is_some_and(|weld| weld.is_done_in(state));
+        Self { is_welded, phase, time }
+    }
+
+    /// Whether another stage can follow in `frame`.
+    pub(crate) fn may_end(&self, scene: &CompiledScene, frame: u64) -> bool {
+        let sews = self.time.to_bits() != self.time_of(scene, frame).to_bits()
+            && !scene.model.seams().is_empty();
+        sews || phase_at(scene, frame) != self.phase
+    }
+
+    fn time_of(&self, scene: &CompiledScene, frame: u64) -> f64 {
+        let ends = scene.model.seams().ranges().iter().map(|seam| seam.closing[1]);
+        let closed = ends.fold(0.0, f64::max);
+        let end = (frame + 1) as f64 / scene.frames_per_second;
+        // Nothing changes any more once all are closed and welded.
+        let waits = scene.weld.is_some() && !self.is_welded;
+        if waits { end } else { end.min(closed.max(self.time)) }
+    }
+
+    /// The stage of `frame`, which starts at `state`.
+    pub(crate) fn next(&self, scene: &CompiledScene, frame: u64, state: &State) -> Self {
+        let start = (frame as f64 + ROUNDING) / scene.frames_per_second;
+        let seams = scene.model.seams();
+        let is_time = seams.weld_time().is_some_and(|time| time <= start);
+        let is_close = || {
+            let gaps = seams.ranges().iter().zip(seams.gaps(&state.positions));
+            gaps.into_iter().all(|(seam, gap)| !seam.weld || gap <= WELD_GAP)
+        };
+        Self {
+            is_welded: self.is_welded || (scene.weld.is_some() && is_time && is_close()),
+            phase: phase_at(scene, frame),
+            time: self.time_of(scene, frame),
+        }
+    }
+
+    /// Whether the solver of this stage cannot go on in `next`.
+    pub(crate) fn needs_solver(&self, scene: &CompiledScene, next: &Self) -> bool {
+        self.is_welded != next.is_welded
+            || self.phase != next.phase
+            || scene.model.is_sewn_between([self.time, next.time])
+    }
+
+    /// What a solver of this stage gets.
+    pub(crate) fn model_and_config(&self, scene: &CompiledScene) -> (Arc<Model>, SolverConfig) {
+        let phase = self.phase.and_then(|phase| scene.phases.get(phase));
+        let config = phase.map_or(&scene.config, |phase| &phase.config).clone();
+        let weld = self.weld(scene);
+        let base = weld.as_ref().map_or(scene.model.as_ref(), |weld| &weld.model);
+        let gravity = phase.and_then(|phase| phase.gravity);
+        if weld.is_none() && gravity.is_none() && self.time == 0.0 {
+            return (Arc::clone(&scene.model), config);
+        }
+        let model = base.sewn_at(self.time);
+        let own = model.gravity();
+        (Arc::new(model.with_gravity(gravity.unwrap_or(own))), config)
+    }
+
+    /// The weld that was made before this stage.
+    pub(crate) fn weld(&self, scene: &CompiledScene) -> Option<Arc<Weld>> {
+        scene.weld.clone().filter(|_| self.is_welded)
+    }
+}
+
+fn phase_at(scene: &CompiledScene, frame: u64) -> Option<usize> {
+    scene.phases.iter().position(|phase| frame < phase.end)
+}
+
+type Factory<S> = Box<dyn Fn(Arc<Model>, &SolverConfig) -> Result<S> + Send>;
+
+/// Makes the solvers of later stages.
+pub(crate) struct Sewing<S> {
+    factory: Option<Factory<S>>,
+    backend: &'static str,
+    stage: Stage,
+}
+
+impl<S> Default for Sewing<S> {
+    fn default() -> Self {
+        Self { factory: None, backend: "given", stage: Stage::START }
+    }
+}
+
+impl Sewing<Box<dyn Solver>> {
+    pub(crate) fn new(backend: &dyn Backend, stage: Stage) -> Self {
+        let of = |backend: Box<dyn Backend>| -> Factory<Box<dyn Solver>> {
+            Box::new(move |model, config| backend.create_solver(model, config))
+        };
+        Self { factory: backend.share().map(of), backend: backend.info().name, stage }
+    }
+}
+
+impl<S> Sewing<S> {
+    pub(crate) const fn stage(&self) -> Stage {
+        self.stage
+    }
+
+    pub(crate) const fn stage_set(&mut self, stage: Stage) {
+        self.stage = stage;
+    }
+
+    /// A solver for another stage.
+    pub(crate) fn solver(&self, model: Arc<Model>, config: &SolverConfig) -> Result<S> {
+        let Some(factory) = &self.factory else {
+            let feature = "seams that close and phases here, where its solver was made elsewhere (cpu, reference, wgpu and cuda do by `cloth run`)";
+            return Err(Error::Unsupported { backend: self.backend, feature: feature.into() });
+        };
+        factory(model, config)
+    }
+}
+
+/// Gives a control for particles to those that they became.
+pub(crate) fn control_map(control: &mut Control, map: &[u32]) {
+    let became = |particle: &mut u32| {
+        if let Some(&found) = map.get(*particle as usize) {
+            *particle = found;
+        }
+    };
+    control.pins.iter_mut().for_each(|pin| became(&mut pin.particle));
+    control.forces.iter_mut().flatten().for_each(|force| became(&mut force.particle));
+}
