@@ -285,6 +285,10 @@ impl Kernels for ReferenceKernels {
         Ok(())
     }
 
+    fn triangles_touch(&self) -> bool {
+        self.triangles.as_ref().is_some_and(|triangles| !triangles.set.stencils().is_empty())
+    }
+
     fn contacts_read(&mut self, out: &mut Contacts) -> Result<()> {
         out.contacts.clear();
         if let Some(triangles) = &self.triangles {

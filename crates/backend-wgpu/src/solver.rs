@@ -92,4 +92,8 @@ impl Solver for WgpuSolver {
     fn normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
         self.inner.normals(out)
     }
+
+    fn contacts_read(&mut self, out: &mut cloth_core::contact::Contacts) -> Result<()> {
+        self.inner.contacts_read(out)
+    }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::{
     ColliderImpulse, Control, Kernels, Model, Pose, Precision, Result, SolverConfig, State,
-    StepReport,
+    StepReport, contact::Contacts,
 };
 
 /// A way to compute: a CPU, a GPU through some interface. Object safe, chosen at run time.
@@ -123,6 +123,16 @@ pub trait Solver: Send {
     /// # Errors
     /// What the device reports.
     fn normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()>;
+
+    /// The contacts between triangles as the last substep has found them, ascending by key; `out` is emptied first.
+    /// There are none without contact of triangles.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn contacts_read(&mut self, out: &mut Contacts) -> Result<()> {
+        out.contacts.clear();
+        Ok(())
+    }
 }
 
 /// A solver whose kind is known at run time alone is a solver like any other.
@@ -165,6 +175,10 @@ impl<S: Solver + ?Sized> Solver for Box<S> {
 
     fn normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
         (**self).normals(out)
+    }
+
+    fn contacts_read(&mut self, out: &mut Contacts) -> Result<()> {
+        (**self).contacts_read(out)
     }
 }
 

@@ -456,6 +456,10 @@ impl<T: Real> Kernels for CpuKernels<T> {
         })
     }
 
+    fn triangles_touch(&self) -> bool {
+        self.triangles.as_ref().is_some_and(TriangleContact::any)
+    }
+
     fn contacts_read(&mut self, out: &mut Contacts) -> Result<()> {
         out.contacts.clear();
         if let Some(triangles) = &self.triangles {

@@ -73,6 +73,12 @@ impl Run {
         crossings(&self.model, &self.state.positions)
     }
 
+    /// Speed of the fastest particle \[m/s\].
+    pub(crate) fn speed_max(&self) -> f64 {
+        let squares = self.state.velocities.iter().map(|v| v.iter().map(|x| x * x).sum::<f64>());
+        squares.fold(0.0, f64::max).sqrt()
+    }
+
     /// Mean height of a cloth \[m\].
     pub(crate) fn height(&self, cloth: usize) -> f64 {
         let range = self.model.cloths()[cloth].particles.clone();

@@ -11,6 +11,10 @@ const EXPLICIT_STIFFNESS: f64 = 1.0 / 32.0;
 /// Damping of a contact, relative to its mass over the time step, along the normal and along the plane: another half.
 const EXPLICIT_DAMPING: f64 = 0.25;
 
+/// What parts is pushed no faster than overlap is gone in this time \[s\], where force is computed at the start of a substep: a contact would
+/// give all back that it has taken up.
+const RECOVERY_TIME: f64 = 0.01;
+
 /// The same stiffness where it is part of the matrix.
 const IMPLICIT_STIFFNESS: f64 = 30.0;
 
@@ -87,7 +91,12 @@ impl<T: Real> ContactLaw<T> {
             self.implicit(stencil, (stiffness, push, slope), (parting, across, slip), start)
         } else {
             let damping = T::from_f64(EXPLICIT_DAMPING) * inertia / crowd;
-            let push = (push - damping * parting).maximum(T::ZERO);
+            let mut push = (push - damping * parting).maximum(T::ZERO);
+            if parting > T::ZERO {
+                let overlap = (stencil.reach - stencil.gap).maximum(T::ZERO);
+                let left = overlap / T::from_f64(RECOVERY_TIME) - parting;
+                push = push.minimum((inertia / crowd) * left.maximum(T::ZERO));
+            }
             let trial = plus(slip.map(|s| stiffness * s), damping, across);
             let [_, share, sticks] = self.cone(push, trial);
             let friction = trial.map(|t| -(share * t));
@@ -200,6 +209,38 @@ fn normal_force<T: Real>(stiffness: T, reach: T, gap: T) -> [T; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The force of a contact of 10 mg that overlaps by .2 mm of 1 mm, at a speed of parting, in a substep of 1 ms.
+    fn explicit_push(parting: f64) -> f64 {
+        let response = crate::ContactResponse::Triangles { friction: 0.0 };
+        let contact = SelfContact { distance: 1e-3, response };
+        let law = ContactLaw::<f64>::new(&contact, &Integrator::Explicit, 1e-3);
+        let stencil = ContactStencil {
+            key: crate::contact::ContactKey {
+                kind: crate::contact::ContactKind::VertexFace,
+                first: 0,
+                second: 0,
+            },
+            particles: [0, 1, 2, 3],
+            weights: [1.0, -0.5, -0.25, -0.25],
+            normal: [0.0, 0.0, 1.0],
+            gap: 0.8e-3,
+            reach: 1e-3,
+        };
+        let motion = ([0.0, 0.0, parting], [0.0; 3]);
+        law.action(&stencil, (1e-5, 1), motion, NewtonStart::StepStart).normal_force
+    }
+
+    #[test]
+    fn what_parts_faster_than_overlap_recovers_is_not_pushed() {
+        // k (r - d) at rest, and a damper while both approach.
+        let rest = 1e-5 / 32.0 / 1e-6 * 0.2e-3;
+        assert!((explicit_push(0.0) - rest).abs() < 1e-12);
+        let approach = rest + 0.25 * 1e-5 / 1e-3 * 0.1;
+        assert!((explicit_push(-0.1) - approach).abs() < 1e-12);
+        // .2 mm in 10 ms.
+        assert!(explicit_push(0.019) > 0.0 && explicit_push(0.021) == 0.0);
+    }
 
     #[test]
     fn the_force_has_no_step_and_no_kink() {

@@ -156,6 +156,12 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     /// `Pinched` if prescribed ways go through cloth that cannot make way; `Unsupported` by a backend without contact of triangles.
     fn contact_certify(&mut self, substep: &Substep) -> Result<()>;
 
+    /// Whether the last `contact_geometry` has found any contact between triangles. A backend that does not know may always say so, at the
+    /// cost of time.
+    fn triangles_touch(&self) -> bool {
+        true
+    }
+
     /// All contacts between triangles as the last `contact_geometry` and `contact_forces` have found them, ascending by key. `out`
     /// is emptied first. A backend without contact of triangles has none.
     ///

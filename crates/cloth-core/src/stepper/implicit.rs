@@ -14,6 +14,10 @@ const HALVINGS_MAX: u32 = 10;
 /// and positive.
 const SLOPE_MAX: f64 = 0.9;
 
+/// Newton iterations at least where triangles touch. A system knows what touches where it is linearised alone: what lies still on
+/// something, a hair above its contact distance, falls through it by g h^2 in one, and is thrown out of it in the next.
+const CONTACT_ITERATIONS: u32 = 4;
+
 /// One implicit substep, booked in `report`: the velocity at its end from Newton's method under the constraints of
 /// colliders, then the motion with that velocity, contact between cloths along the way.
 ///
@@ -35,6 +39,12 @@ pub fn substep<K: Kernels + ?Sized>(
         kernels.collider_constraints(substep)?;
     }
     system(kernels, substep, NewtonStart::StepStart)?;
+    let mut settings = *settings;
+    if kernels.model().has_triangle_contact() && kernels.triangles_touch() {
+        let iterations = &mut settings.newton.iterations_max;
+        *iterations = CONTACT_ITERATIONS.max(*iterations);
+    }
+    let settings = &settings;
     let start = if settings.linear.warm_start && substep.index > 0 {
         LinearStart::Solution
     } else {

@@ -5,7 +5,8 @@ use std::{collections::BTreeMap, sync::Arc, time::Instant};
 use crate::{
     ColliderImpulse, ConstraintStatistics, ContactStatistics, Control, DeferredOutcome, Divergence,
     DivergenceCause, DivergenceOrigin, Error, Frame, Kernels, Measures, Model, PinAction,
-    PinControl, PinWrite, Pose, Result, Solver, SolverReport, State, StepReport, error::positive,
+    PinControl, PinWrite, Pose, Result, Solver, SolverReport, State, StepReport, contact::Contacts,
+    error::positive,
 };
 
 use super::{
@@ -304,5 +305,10 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
 
     fn normals(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
         self.kernels.vertex_normals(out)
+    }
+
+    fn contacts_read(&mut self, out: &mut Contacts) -> Result<()> {
+        self.deferred_settle()?;
+        self.kernels.contacts_read(out)
     }
 }
