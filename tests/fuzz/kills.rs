@@ -235,7 +235,8 @@ fn one(
         let mut command = command(arguments, what, folder.path(), start);
         let status = ended(&mut command, moment).map_err(|error| error.to_string())?;
         if status.success() {
-            return compare(case.whole.path(), folder.path(), arguments.frames);
+            let outcome = compare(case.whole.path(), folder.path(), arguments.frames);
+            return outcome.map_err(|problem| kept(problem, folder, case));
         }
         let Some((at, signal)) = moment.filter(|(_, signal)| is_of(status, *signal)) else {
             return Err(format!("{status}: {}", log(folder.path())));
@@ -264,6 +265,22 @@ fn one(
         };
         count.fetch_add(1, Ordering::Relaxed);
     }
+}
+
+/// A problem, with where the run is kept that has it, beside the one that was left alone.
+fn kept(problem: String, folder: TempDir, case: &Case) -> String {
+    let folder = folder.keep();
+    let place = folder.join("whole");
+    match files(case.whole.path()) {
+        Ok(files) => files.into_iter().for_each(|(name, bytes)| {
+            let file = place.join(name);
+            // What cannot be kept is not there to look at, and the problem is told all the same.
+            let _ = file.parent().map(fs::create_dir_all);
+            let _ = fs::write(file, bytes);
+        }),
+        Err(error) => println!("{}: {error}", case.whole.path().display()),
+    }
+    format!("{problem}; kept in {}", folder.display())
 }
 
 /// Whether a process ended as one does that got this signal: by it, or with the code that stands for it.

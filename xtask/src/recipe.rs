@@ -94,12 +94,16 @@ fn every_interaction_is_in_every_place() {
     let all: Vec<_> = all.split("Self::").map(|name| name.trim_matches([',', ' ', '\n'])).collect();
     let all: Vec<_> = all.into_iter().filter(|name| !name.is_empty()).collect();
     assert_eq!(all, kinds.iter().map(|kind| kind.kind).collect::<Vec<_>>(), "the table of kinds");
-    for kind in kinds {
-        for number in missing(&Sources::default(), kind) {
-            let Place { files, text } = &places[number];
-            panic!("{}: {} does not have {text}", kind.kind, files.join(" or "));
-        }
-    }
+    let lacks = |kind: Kind<'static>| {
+        missing(&Sources::default(), kind).into_iter().map(move |number| (kind.kind, number))
+    };
+    let lacks = kinds.into_iter().flat_map(lacks);
+    let lacks = lacks.map(|(kind, number)| {
+        let Place { files, text } = &places[number];
+        format!("{kind}: {} does not have {text}", files.join(" or "))
+    });
+    let lacks: Vec<_> = lacks.collect();
+    assert!(lacks.is_empty(), "{}", lacks.join("\n"));
 }
 
 /// A kind that is new is missed everywhere, and in each place until it is there.

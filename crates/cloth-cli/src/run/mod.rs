@@ -97,7 +97,8 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let mut reports = ReportWriter::open(&folder.report(), simulation.frame(), arguments.json)?;
     // From here on a signal waits for a checkpoint.
     signals.finish_work(true);
-    if simulation.frame() == 0 {
+    // A run that a signal ended before its first frame was done has the start already.
+    if !arguments.resume {
         let (state, normals) = simulation.state_and_normals()?;
         outputs.write(0, state, normals)?;
     }

@@ -147,6 +147,34 @@ fn a_resumed_run_equals_an_uninterrupted_one() {
     assert_eq!(whole, parts);
 }
 
+/// A signal may come before the first frame is done: the checkpoint is then that of the start, which was written twice.
+#[test]
+fn a_run_that_goes_on_from_its_start_has_it_once() {
+    use cloth::{
+        Simulation, backend_create,
+        scene::{CompileOptions, Scene},
+    };
+
+    let place = Place::with("tiny.toml", TINY);
+    let run = |folder, more: &[&str]| {
+        let arguments = ["run", "tiny.toml", "--out", folder, "--format", "obj,npz"];
+        place.succeeds(&[&arguments, more].concat())
+    };
+    run("whole", &["--frames", "4"]);
+    run("parts", &["--frames", "1"]);
+    let scene = Scene::from_toml(TINY, "tiny.toml").unwrap();
+    let compiled = scene.compile(&CompileOptions::default()).unwrap();
+    let backend = backend_create("cpu", None).unwrap();
+    let mut start = Simulation::new(compiled, backend.as_ref()).unwrap();
+    start.checkpoint().unwrap().write(&place.path("parts/checkpoint.bin")).unwrap();
+    run("parts", &["--frames", "4", "--resume"]);
+    for name in ["frames.bin", "tiny.npz", "obj/tiny_000000.obj", "obj/tiny_000004.obj"] {
+        let [whole, parts] =
+            ["whole", "parts"].map(|folder| place.read(&format!("{folder}/{name}")));
+        assert!(whole == parts, "{name} differs");
+    }
+}
+
 #[test]
 fn resuming_to_an_earlier_end_removes_later_files() {
     let place = Place::with("tiny.toml", TINY);
