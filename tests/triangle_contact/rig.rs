@@ -5,8 +5,8 @@ use std::sync::Arc;
 use cloth::SceneAudit;
 use cloth_core::{
     Cloth, ContactResponse, Frame, Geometry, GridPatch, ImplicitSettings, Integrator,
-    MaterialPreset, Model, ModelBuilder, Precision, SelfContact, SemiImplicitSettings,
-    SolverConfig, State,
+    MaterialPreset, Model, ModelBuilder, NewtonSettings, Precision, SelfContact,
+    SemiImplicitSettings, SolverConfig, State,
 };
 use harness::backends::{Candidate, candidates};
 
@@ -47,9 +47,12 @@ pub(crate) fn others() -> impl Iterator<Item = &'static Candidate> {
 }
 
 /// The integrators with the time steps of these tests \[s\].
-pub(crate) fn integrators(model: &Model) -> [(Integrator, f64); 3] {
+pub(crate) fn integrators(model: &Model) -> [(Integrator, f64); 4] {
     let stable = 0.9 * model.stable_time_step();
+    let newton = NewtonSettings { iterations_max: 3, tolerance: 1e-3 };
+    let iterates = ImplicitSettings { newton, ..ImplicitSettings::default() };
     [
+        (Integrator::Implicit(iterates), 1.0 / 120.0),
         (Integrator::Explicit, stable.min(1e-3)),
         (Integrator::Implicit(ImplicitSettings::default()), 1.0 / 120.0),
         (Integrator::SemiImplicit(SemiImplicitSettings::default()), 1.0 / 240.0),

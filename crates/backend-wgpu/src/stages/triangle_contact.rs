@@ -14,9 +14,7 @@ use crate::{
     buffers::VECTOR_SIZE,
     dispatch::WORKGROUP,
     layout::{TASK_MARKED, TASK_NEW},
-    triangle_contact::{
-        Moved, PAIR_WORDS, TABLE_HEAD, TriangleContact, pairs_of, vector,
-    },
+    triangle_contact::{Moved, PAIR_WORDS, TABLE_HEAD, TriangleContact, pairs_of, vector},
 };
 
 /// Pairs of a list at most, as in `contact_pairs_list.wgsl`.
@@ -174,11 +172,11 @@ impl Stages {
                 self.results_create(triangles)?;
                 continue;
             }
-            triangles.expected = triangles.expected.max(count);
             if words.len() < head + PAIR_WORDS * count {
-                triangles.expected = count + count / 4;
-                words = self.results_read(head, triangles.expected.min(capacity))?;
+                words = self.results_read(head, count)?;
             }
+            // Down slowly, as looks for contacts and for proofs take turns.
+            triangles.expected = (count + count / 4).max(triangles.expected / 8 * 7).max(64);
             let found = &words[head..head + PAIR_WORDS * count];
             let moved = &words[4..head];
             let (starts, ends) = moved.split_at(moved.len() / 2);
