@@ -397,9 +397,9 @@ impl Stages {
         let motion = &mut triangles.motion;
         let moved = motion.position.iter_mut().zip(&mut motion.velocity).zip(&end).zip(&held);
         for (((wanted, velocity), end), _) in moved.filter(|(_, held)| !**held) {
-            for k in 0..3 {
-                velocity[k] += (end[k] - wanted[k]) / length;
-                wanted[k] = end[k];
+            for (k, &end) in end.iter().enumerate() {
+                velocity[k] += (end - wanted[k]) / length;
+                wanted[k] = end;
             }
         }
         self.in_place()?;
