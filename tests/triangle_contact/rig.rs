@@ -1,14 +1,15 @@
 //! Sheets, the backends that have contact of triangles, and runs of these.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use cloth::SceneAudit;
+use cloth_backend_wgpu::{WgpuBackend, WgpuOptions};
 use cloth_core::{
     Cloth, ContactResponse, Frame, Geometry, GridPatch, ImplicitSettings, Integrator,
-    MaterialPreset, Model, ModelBuilder, Precision, SelfContact, SemiImplicitSettings,
-    SolverConfig, State,
+    MaterialPreset, Model, ModelBuilder, NewtonSettings, Precision, SelfContact,
+    SemiImplicitSettings, SolverConfig, State,
 };
-use harness::backends::{Candidate, candidates};
+use harness::backends::{Candidate, candidates, gpu_candidate, is_left_out};
 
 /// A square sheet of jersey around a centre \[m\], turned about the vertical by `angle`.
 pub(crate) fn sheet(name: &str, side: u32, spacing: f64, centre: [f64; 3], angle: f64) -> Cloth {
@@ -40,16 +41,26 @@ pub(crate) fn processor() -> &'static Candidate {
     all.find(|candidate| candidate.label == "cpu f32").expect("it is one of them")
 }
 
-/// The candidates on GPUs in single precision that have contact of triangles.
+/// The candidates on GPUs in single precision that have contact of triangles, where it is asked for.
 pub(crate) fn others() -> impl Iterator<Item = &'static Candidate> {
-    let is_one = |candidate: &&Candidate| candidate.label == "wgpu f32";
-    candidates().iter().filter(is_one)
+    static ALL: LazyLock<Vec<Candidate>> = LazyLock::new(|| {
+        if is_left_out("wgpu") {
+            return Vec::new();
+        }
+        let options = WgpuOptions { triangle_contact: true, ..WgpuOptions::default() };
+        let backend = WgpuBackend::with_options(&options).expect("there is a device");
+        vec![gpu_candidate("wgpu", Box::new(backend))]
+    });
+    ALL.iter()
 }
 
 /// The integrators with the time steps of these tests \[s\].
-pub(crate) fn integrators(model: &Model) -> [(Integrator, f64); 3] {
+pub(crate) fn integrators(model: &Model) -> [(Integrator, f64); 4] {
     let stable = 0.9 * model.stable_time_step();
+    let newton = NewtonSettings { iterations_max: 3, tolerance: 1e-3 };
+    let iterates = ImplicitSettings { newton, ..ImplicitSettings::default() };
     [
+        (Integrator::Implicit(iterates), 1.0 / 120.0),
         (Integrator::Explicit, stable.min(1e-3)),
         (Integrator::Implicit(ImplicitSettings::default()), 1.0 / 120.0),
         (Integrator::SemiImplicit(SemiImplicitSettings::default()), 1.0 / 240.0),

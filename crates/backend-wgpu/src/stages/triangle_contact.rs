@@ -172,11 +172,11 @@ impl Stages {
                 self.results_create(triangles)?;
                 continue;
             }
-            triangles.expected = triangles.expected.max(count);
             if words.len() < head + PAIR_WORDS * count {
-                triangles.expected = count + count / 4;
-                words = self.results_read(head, triangles.expected.min(capacity))?;
+                words = self.results_read(head, count)?;
             }
+            // Down slowly, as looks for contacts and for proofs take turns.
+            triangles.expected = (count + count / 4).max(triangles.expected / 8 * 7).max(64);
             let found = &words[head..head + PAIR_WORDS * count];
             let moved = &words[4..head];
             let (starts, ends) = moved.split_at(moved.len() / 2);
@@ -397,9 +397,9 @@ impl Stages {
         let motion = &mut triangles.motion;
         let moved = motion.position.iter_mut().zip(&mut motion.velocity).zip(&end).zip(&held);
         for (((wanted, velocity), end), _) in moved.filter(|(_, held)| !**held) {
-            for k in 0..3 {
-                velocity[k] += (end[k] - wanted[k]) / length;
-                wanted[k] = end[k];
+            for (k, &end) in end.iter().enumerate() {
+                velocity[k] += (end - wanted[k]) / length;
+                wanted[k] = end;
             }
         }
         self.in_place()?;

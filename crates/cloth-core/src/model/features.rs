@@ -178,7 +178,7 @@ impl Model {
         if !self.has_triangle_contact() {
             return Ok(());
         }
-        let feature = "contact of triangles (the backends cpu, wgpu and reference do)".into();
+        let feature = "contact of triangles (the backends cpu and reference do)".into();
         Err(Error::Unsupported { backend, feature })
     }
 
