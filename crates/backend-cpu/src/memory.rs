@@ -52,6 +52,11 @@ impl<T: Real> VectorField<T> {
         Self { values, start, stride, margin, count }
     }
 
+    /// A field without particles and without memory, to stand where another was taken out.
+    pub(crate) const fn empty() -> Self {
+        Self { values: Vec::new(), start: 0, stride: 0, margin: 0, count: 0 }
+    }
+
     /// The components with margins. Particle i is at `margin + i`.
     pub(crate) fn padded(&self) -> [&[T]; 3] {
         let length = 2 * self.margin + packets(self.count) * LANES;

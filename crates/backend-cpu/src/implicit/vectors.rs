@@ -25,7 +25,7 @@ impl<T: Real> LinearVectors<T> {
 
     /// Takes a field out, so that it can be written while others are read. It has to be put back.
     pub(crate) fn take(&mut self, vector: LinearVector) -> VectorField<T> {
-        std::mem::replace(self.get_mut(vector), VectorField::new(0, 0))
+        std::mem::replace(self.get_mut(vector), VectorField::empty())
     }
 
     /// Puts a field back.

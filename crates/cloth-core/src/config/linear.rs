@@ -74,6 +74,9 @@ pub enum LinearStop {
 /// Models of fabric with fewer particles than this are faster with blocks (INTEGRATORS.md has the measurements).
 const SCHWARZ_MIN: usize = 4096;
 
+/// The same with colliders, whose contacts come and go: what has changed is factorised anew for each solve.
+const SCHWARZ_MIN_COLLIDERS: usize = 20_000;
+
 impl Preconditioner {
     /// What `Auto` stands for in a model, on a backend that may have `Schwarz`; the others stand for themselves.
     #[must_use]
@@ -95,10 +98,13 @@ impl Preconditioner {
 
 /// Why a model was measured to be faster with blocks, if so.
 fn blocks_reason(model: &Model) -> Option<&'static str> {
+    let count = model.particle_count();
     if !model.has_fabric() {
-        Some("springs are so soft at their time steps that others are slower")
-    } else if model.particle_count() < SCHWARZ_MIN {
+        Some("iterations of others are too dear for springs")
+    } else if count < SCHWARZ_MIN {
         Some("others are slower for so few particles")
+    } else if count < SCHWARZ_MIN_COLLIDERS && !model.colliders().is_empty() {
+        Some("others are slower for so few particles with colliders")
     } else {
         None
     }
