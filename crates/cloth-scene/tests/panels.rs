@@ -170,7 +170,7 @@ fn what_cannot_be_cut_is_refused_with_name_line_and_mend() {
         for word in words {
             assert!(error.contains(word), "{content}: no {word:?} in {error}");
         }
-        assert!(error.contains("t.toml:"), "{error}");
+        assert!(error.contains("`t.toml`, line"), "{error}");
     }
     fs::write(folder.path().join("p.svg"), svg("<rect id=\"a\" width=\"100\" height=\"100\"/>"))
         .unwrap();

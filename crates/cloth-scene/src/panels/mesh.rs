@@ -74,9 +74,16 @@ pub(crate) fn piece_mesh(outline: Outline, edge: f64) -> Result<TriangleMesh, St
     let mut triangles: Vec<[u32; 3]> = triangulation
         .inner_faces()
         .map(|face| face.vertices().map(|vertex| number[vertex.fix().index()]))
-        .filter(|triangle| {
-            let [a, b, c] = triangle.map(|i| points[i as usize].to_vec2());
-            is_inside(&polygon, ((a + b + c) / 3.0).to_point())
+        .filter(|&[a, b, c]| {
+            // A side of the outline tells: the piece is on its left, however thin the triangle is.
+            let sides = [[a, b], [b, c], [c, a]].map(|side| side.map(|i| i as usize));
+            let follows = |a: usize, b: usize| a < count && b < count && (a + 1) % count == b;
+            if sides.iter().any(|&[a, b]| follows(a, b)) {
+                return true;
+            }
+            let [a, b, c] = [a, b, c].map(|i| points[i as usize].to_vec2());
+            !sides.iter().any(|&[a, b]| follows(b, a))
+                && is_inside(&polygon, ((a + b + c) / 3.0).to_point())
         })
         .collect();
     chords_open(&mut points, &mut triangles, count as u32);

@@ -1,0 +1,96 @@
+//! The garments that ship: sewn, welded, and without one intersection.
+//!
+//! `CLOTH_PICTURES=FOLDER` keeps pictures of every tenth frame, and runs the scenes to their end.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
+use std::path::Path;
+
+use cloth::{
+    SceneAudit, Simulation, backend_create,
+    io::{Picture, PictureCloth, PictureScene},
+    picture_shapes, picture_style,
+    scene::{CompileOptions, Scene},
+};
+
+/// Runs a scene for so many frames; the simulation at its end.
+fn run(file: &str, frames: u64) -> Simulation {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cloth-scene/scenes/garments");
+    let path = std::env::var("CLOTH_GARMENT").map_or_else(|_| folder.join(file), Into::into);
+    let options = CompileOptions { mesh_anywhere: true, ..CompileOptions::default() };
+    let scene = Scene::read(&path).unwrap().compile(&options).unwrap();
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    let pictures = std::env::var_os("CLOTH_PICTURES");
+    let frames = if pictures.is_some() { u64::from(scene.frames) } else { frames };
+    let backend = backend_create("cpu", None).unwrap();
+    let mut simulation = Simulation::new(scene, backend.as_ref()).unwrap();
+    let audit = SceneAudit::new(simulation.model());
+    while simulation.frame() < frames {
+        if let Some(folder) = pictures.as_ref().filter(|_| simulation.frame().is_multiple_of(10)) {
+            picture(&mut simulation, Path::new(folder), file);
+            let found = simulation.intersections(&audit).unwrap();
+            let (welded, gaps) = simulation.seams().unwrap();
+            let gap = gaps.into_iter().fold(0.0, f64::max);
+            let frame = simulation.frame();
+            println!(
+                "{file} {frame}: {} intersections, welded {welded}, gap {gap:.6} m",
+                found.within
+            );
+        }
+        simulation.step().unwrap();
+    }
+    simulation
+}
+
+fn picture(simulation: &mut Simulation, folder: &Path, file: &str) {
+    let scene = simulation.scene().clone();
+    let style = picture_style(&scene);
+    let state = simulation.state().unwrap().clone();
+    let time = simulation.frame() as f64 / scene.frames_per_second;
+    let image = Picture::render(
+        &PictureScene {
+            positions: &state.positions,
+            triangles: scene.model.triangles(),
+            texture: None,
+            cloths: vec![PictureCloth {
+                triangles: 0..scene.model.triangles().len(),
+                color: style.cloth_colors[0],
+            }],
+            shapes: &picture_shapes(&scene.model, simulation.colliders(), time),
+            dust: &[],
+        },
+        style.camera.as_ref().unwrap(),
+        &style,
+    )
+    .unwrap();
+    let mut bytes = format!("P6\n{} {}\n255\n", image.width(), image.height()).into_bytes();
+    bytes.extend_from_slice(image.as_raw());
+    std::fs::write(folder.join(format!("{file}-{:03}.ppm", simulation.frame())), bytes).unwrap();
+}
+
+fn sewn(mut simulation: Simulation) -> Vec<[f64; 3]> {
+    let (is_welded, gaps) = simulation.seams().unwrap();
+    assert!(is_welded && gaps.iter().all(|gap| *gap == 0.0), "{gaps:?}");
+    let audit = SceneAudit::new(simulation.model());
+    let found = simulation.intersections(&audit).unwrap();
+    assert_eq!(found.within, 0, "{:?}", found.first);
+    simulation.state().unwrap().positions.clone()
+}
+
+#[test]
+fn a_pillow_is_sewn_and_bulges() {
+    let positions = sewn(run("pillow.toml", 50));
+    let height = |select: fn(f64, f64) -> f64, start| {
+        let middle = positions.iter().filter(|x| x[0].hypot(x[1]) < 0.05);
+        middle.map(|x| x[2]).fold(start, select)
+    };
+    let thick = height(f64::max, f64::MIN) - height(f64::min, f64::MAX);
+    assert!((0.05..0.3).contains(&thick), "{thick} m");
+}
+
+#[test]
+fn a_shirt_is_sewn_around_its_wearer() {
+    let positions = sewn(run("tshirt.toml", 40));
+    let top = positions.iter().map(|x| x[2]).fold(f64::MIN, f64::max);
+    assert!((1.3..1.6).contains(&top), "it hangs on the shoulders: {top} m");
+}
