@@ -79,6 +79,15 @@ impl Run {
         squares.fold(0.0, f64::max).sqrt()
     }
 
+    /// Mean height of a cloth within a distance from the vertical axis \[m\].
+    pub(crate) fn height_within(&self, cloth: usize, radius: f64) -> f64 {
+        let range = self.model.cloths()[cloth].particles.clone();
+        let all = &self.state.positions[range.start as usize..range.end as usize];
+        let near: Vec<f64> =
+            all.iter().filter(|x| x[0].hypot(x[1]) < radius).map(|x| x[2]).collect();
+        near.iter().sum::<f64>() / near.len() as f64
+    }
+
     /// Mean height of a cloth \[m\].
     pub(crate) fn height(&self, cloth: usize) -> f64 {
         let range = self.model.cloths()[cloth].particles.clone();
