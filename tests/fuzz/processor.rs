@@ -22,7 +22,7 @@ pub(crate) enum Reading {
 /// Time for a worker to begin; it makes the inputs that others are made of.
 const START: Duration = Duration::from_secs(60);
 /// Deadlines that pass before a worker hangs which hardly works.
-const PATIENCE: u32 = 10;
+const PATIENCE: u32 = 3;
 /// Last words that are kept \[byte\].
 const WORDS: usize = 300;
 

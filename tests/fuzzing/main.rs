@@ -12,7 +12,8 @@ use tempfile::TempDir;
 
 fn fuzz(folder: &TempDir) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_cloth-fuzz"));
-    command.current_dir(folder.path());
+    // What it keeps of runs that differ goes with the folder of the test.
+    command.current_dir(folder.path()).env("TMPDIR", folder.path());
     command
 }
 
