@@ -231,6 +231,7 @@ fn modes(gram: &Dense) -> (Dense, Dense) {
 }
 
 /// The inverse of a symmetric matrix by way of d A d = L L^T with unit diagonal, pivots without anything left counted as 1.
+#[allow(clippy::needless_range_loop, reason = "indices are those of the formulas")]
 fn inverse(matrix: &Dense) -> Dense {
     let size = matrix.len();
     let scale: Vec<f64> = (0..size)
