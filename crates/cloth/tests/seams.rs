@@ -47,7 +47,9 @@ frames_per_second = 30
 solver = "{solver}"
 time_step = 2e-5
 precision = "f64"
-implicit = { time_step = 2e-3, tolerance = 1e-8, iterations = 1000 }
+implicit.time_step = 2e-3
+implicit.tolerance = 1e-8
+implicit.iterations = 1000
 [[cloth]]
 name = "shirt"
 model = "fabric"
