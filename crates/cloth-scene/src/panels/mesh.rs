@@ -28,7 +28,7 @@ pub(crate) fn piece_mesh(outline: Outline, edge: f64) -> Result<TriangleMesh, St
             "piece {name:?} would have more than {POINTS_MAX} vertices: use longer edges"
         ));
     }
-    if border.len() < 3 {
+    if border.len() < 3 || width.max(height) < edge {
         return Err(format!(
             "piece {name:?} is smaller than its edges of {edge} m: use shorter ones"
         ));

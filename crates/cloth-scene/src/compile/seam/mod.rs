@@ -167,7 +167,7 @@ fn lines(
         let problem = format!("is {gather}: how many times as long the longer line is, at least 1");
         return Err(check.error(&format!("{key}.gather"), &problem));
     }
-    if !(short > 0.0) || (long / short / gather - 1.0).abs() > EASE {
+    if short <= 0.0 || (long / short / gather - 1.0).abs() > EASE {
         let problem = format!(
             "are {:.4} m and {:.4} m long: give `gather = {:.3}` if one is to be gathered",
             lengths[0],
