@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use cloth_core::LinearOutcome;
+
 use crate::{backends::Candidate, tracked::TrackedVector};
 
 /// `Ok` if the candidate passed, or what it did wrong.
@@ -84,4 +86,12 @@ pub fn compare(
         }
     }
     Ok(())
+}
+
+/// Whether two solves went the same way. The estimate of the energy counts where both made one: kernels that solve
+/// without the host make one only where it decides when to stop.
+#[must_use]
+pub fn same_solve(a: &LinearOutcome, b: &LinearOutcome) -> bool {
+    let agrees = a.energy.zip(b.energy).is_none_or(|(a, b)| a.to_bits() == b.to_bits());
+    agrees && LinearOutcome { energy: b.energy, ..*a } == *b
 }

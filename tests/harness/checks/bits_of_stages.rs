@@ -9,7 +9,7 @@ use crate::{
     Verdict,
     backends::Candidate,
     models::{Description, RandomForces},
-    verdict::ensure,
+    verdict::{ensure, same_solve},
 };
 
 /// Numbers that are equal; zeros of either sign are, and so are two NaN.
@@ -252,7 +252,7 @@ pub fn bits_of_implicit_stages(candidates: [&Candidate; 2], description: &Descri
                             _ => kernels.conjugate_gradient(&settings, start)?,
                         });
                     }
-                    ensure(outcomes[0] == outcomes[1], || {
+                    ensure(same_solve(&outcomes[0], &outcomes[1]), || {
                         format!("{method:?} {start:?}: {:?} and {:?}", outcomes[0], outcomes[1])
                     })?;
                     vectors(&mut pair, "solve", Solution)?;

@@ -118,6 +118,10 @@ impl Kernels for WgpuKernels {
         self.stages.contact_certify(substep)
     }
 
+    fn triangles_touch(&self) -> bool {
+        self.stages.triangles_touch()
+    }
+
     fn contacts_read(&mut self, out: &mut Contacts) -> Result<()> {
         self.stages.contacts_read(out);
         Ok(())

@@ -283,6 +283,11 @@ impl Stages {
         .map(|_| ())
     }
 
+    /// Whether `contact_geometry` has found contacts.
+    pub(crate) fn triangles_touch(&self) -> bool {
+        self.triangles.as_ref().is_some_and(|triangles| !triangles.set.stencils().is_empty())
+    }
+
     /// Reads positions, velocities and the start of the substep.
     fn motion_read(&mut self, triangles: &mut TriangleContact) -> Result<()> {
         let velocity = self.buffers.velocity(self.present).clone();

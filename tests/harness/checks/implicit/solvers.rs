@@ -13,7 +13,7 @@ use crate::{
     bits::first_difference,
     models::Description,
     tracked::TrackedVector,
-    verdict::ensure,
+    verdict::{ensure, same_solve},
 };
 
 type Solve = fn(&mut dyn Kernels, &LinearSettings, LinearStart) -> Result<LinearOutcome>;
@@ -64,7 +64,7 @@ fn compare_solvers(
             continue;
         }
         let [(fused, fused_y), (staged, staged_y)] = [&results[0], &results[1]];
-        ensure(fused == staged, || {
+        ensure(same_solve(fused, staged), || {
             format!("{}: {start:?}: fused {fused:?}, staged {staged:?}", candidate.label)
         })?;
         let difference = fused_y
