@@ -69,7 +69,7 @@ fn points_and_lines_are_members_of_groups_without_their_neighbours() {
 
 #[test]
 fn line_ends_comments_continuations_and_unknown_statements_are_understood() {
-    let text = "# caf\u{e9}\r\nstitch 1 2 3 0.5\r\nv 0 0 0 # first\r\nv 1 0 \\\r\n0\r\nv 1e0 1 0\r\n\
+    let text = "# caf\u{e9}\r\nsmell 1 2 3 0.5\r\nv 0 0 0 # first\r\nv 1 0 \\\r\n0\r\nv 1e0 1 0\r\n\
                 f 1 2 \\\n3";
     let mesh = mesh_read_obj("test.obj", text.as_bytes()).unwrap();
     assert_eq!(mesh.positions, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]]);

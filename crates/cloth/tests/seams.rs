@@ -119,8 +119,8 @@ fn panels_with_unequal_edges_are_sewn_and_welded_on_every_way_of_stepping() {
                 let kept = (0..3).all(|k| (after[k] - before[k]).abs() < 1e-3 * size);
                 assert!(kept, "{solver}, frame {frame}: {before:?} {after:?}");
             }
-            // As soon as the seam is closed, and the panels have come to rest at it.
-            assert!(matches!(welded, Some(9..=11)), "{solver}: {welded:?}");
+            // The seam is closed after nine frames; then the panels come to rest at it, within an eighth of a second.
+            assert!(matches!(welded, Some(9..=12)), "{solver}: {welded:?}");
             let found = simulation.intersections(&audit).unwrap();
             assert_eq!((found.within, found.between), (0, 0), "{solver}");
         }

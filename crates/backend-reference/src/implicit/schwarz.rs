@@ -58,7 +58,7 @@ impl Schwarz {
             let mut filtered = filter(i).product(block).product(filter(j));
             if i == j {
                 let outside = Matrix::diagonal(1.0) + filter(i).negated();
-                filtered = filtered + outside.scaled(block.trace());
+                filtered += outside.scaled(block.trace());
             }
             put(&mut free, [i, j], block);
             put(&mut block_matrix, [i, j], filtered);
