@@ -83,7 +83,7 @@ pub(super) fn compile(
     let stitches = match &mut geometry {
         Geometry::Mesh(mesh) => {
             let sewn = mesh.stitches.len();
-            let stitches = seam::sew(scene, check, &cloth.name, mesh)?;
+            let stitches = seam::sew((scene, check), &cloth.name, mesh, notes)?;
             if sewn > 0 && mesh.stitches.len() == sewn {
                 notes.push(format!(
                     "cloth {:?}: its mesh has {sewn} stitches; a `[[seam]]` with `file = true` sews them",

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use cloth_core::TriangleMesh;
+use cloth_core::{MeshStitch, TriangleMesh};
 
 /// Nearer to a vertex than this share of its edge, a point is taken for the vertex: triangles stay wide.
 const NEAR: f64 = 0.2;
@@ -66,6 +66,22 @@ impl<'a> Cutter<'a> {
         let pairs =
             self.members[a].iter().flat_map(|&i| self.members[b].iter().map(move |&j| [i, j]));
         a != b && pairs.into_iter().any(|pair| self.faces.contains_key(&sorted(pair)))
+    }
+
+    /// Joins what a stitch to a vertex joins, unless two ends of an edge would be one with all that was joined before; says whether it did. A stitch
+    /// to a place between makes a vertex later, and always can.
+    pub(super) fn joins(&mut self, stitch: &MeshStitch) -> bool {
+        let MeshStitch { vertex, edge, place } = *stitch;
+        let end = match place {
+            _ if edge[0] == edge[1] || place <= SAME => edge[0],
+            _ if place >= 1.0 - SAME => edge[1],
+            _ => return true,
+        };
+        let joins = !self.collapses(vertex, end);
+        if joins {
+            self.join(vertex, end);
+        }
+        joins
     }
 
     /// Notes that two vertices are stitched.
@@ -217,5 +233,28 @@ mod tests {
         let uv = |i: u32| texture.coordinates[i as usize];
         let areas: Vec<f64> = texture.triangles.iter().map(|t| area(t, &uv)).collect();
         assert!((areas.iter().sum::<f64>() - 2.0).abs() < 1e-15, "{areas:?}");
+    }
+
+    #[test]
+    fn stitches_that_would_take_the_length_of_an_edge_do_not_join() {
+        let mut mesh = TriangleMesh {
+            positions: vec![
+                [0.0; 3],
+                [1.0, 0.0, 0.0],
+                [0.0, 1.0, 0.0],
+                [5.0, 0.0, 0.0],
+                [6.0, 0.0, 0.0],
+            ],
+            triangles: vec![[0, 1, 2]],
+            ..TriangleMesh::default()
+        };
+        let mut cutter = Cutter::new(&mut mesh);
+        let mut joins = |vertex, edge, place| cutter.joins(&MeshStitch { vertex, edge, place });
+        assert!(joins(3, [0, 0], 0.0));
+        assert!(!joins(3, [1, 1], 0.0), "0 and 1 would be one");
+        assert!(!joins(3, [1, 2], 1.0), "0 and 2 would be one");
+        assert!(!joins(0, [1, 2], 0.0), "an edge of its own");
+        assert!(joins(3, [1, 2], 0.5), "there is a vertex to be made");
+        assert!(joins(4, [1, 2], 1.0), "nothing was joined to it");
     }
 }

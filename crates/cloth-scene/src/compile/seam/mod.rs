@@ -28,12 +28,13 @@ fn cloth_of<'a>(scene: &'a Scene, seam: &'a SceneSeam) -> Option<&'a str> {
     }
 }
 
-/// The stitches of the seams within the cloth called `name`, whose mesh gets vertices where stitches need them.
+/// The stitches of the seams within the cloth called `name`, whose mesh gets vertices where stitches need them. What is worth knowing of them
+/// goes to `notes`.
 pub(super) fn sew(
-    scene: &Scene,
-    check: &Check<'_>,
+    (scene, check): (&Scene, &Check<'_>),
     name: &str,
     mesh: &mut TriangleMesh,
+    notes: &mut Vec<String>,
 ) -> Result<SeamStitches, SceneError> {
     let within =
         |(_, seam): &(usize, &SceneSeam)| cloth_of(scene, seam) == Some(name) && seam.to.is_none();
@@ -74,6 +75,13 @@ pub(super) fn sew(
                 let problem = "asks for the stitches of the mesh file, which has none: give it lines `stitch`, or name vertices";
                 return Err(check.error(&format!("{key}.file"), problem));
             }
+            // Who drew the garment is not here to mend it: where seams meet, such files stitch neighbours to each other.
+            let (of_file, left_out) = without_lost_edges(&mut cutter, &of_file);
+            if !left_out.is_empty() {
+                notes.push(format!(
+                    "cloth {name:?}: stitches of vertices {left_out:?} of its file are left out, as they would take the length of an edge; a gap as long as that stays there"
+                ));
+            }
             points(check, &format!("{key}.file"), &mut cutter, &of_file)?
         } else if let Some(groups) = &seam.lines {
             lines(check, &key, &mut cutter, (seam, groups))?
@@ -92,6 +100,16 @@ pub(super) fn sew(
         all.push((index, stitches));
     }
     Ok(all)
+}
+
+/// The stitches that leave all edges their length, and the vertices of those that do not.
+fn without_lost_edges(
+    cutter: &mut Cutter<'_>,
+    stitches: &[MeshStitch],
+) -> (Vec<MeshStitch>, Vec<u32>) {
+    let (kept, left_out): (Vec<_>, Vec<_>) =
+        stitches.iter().copied().partition(|stitch| cutter.joins(stitch));
+    (kept, left_out.iter().map(|stitch| stitch.vertex).collect())
 }
 
 fn points(
