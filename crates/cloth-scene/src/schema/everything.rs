@@ -136,7 +136,7 @@ end = "hold"
 [[seam]]
 name = "points"
 cloth = "panels"
-points = [{ vertex = 0, edge = [3, 4], place = 0.5 }]
+points = [{ vertex = 2, edge = [3, 5], place = 0.5 }]
 end = "hold"
 [[seam]]
 name = "file"
