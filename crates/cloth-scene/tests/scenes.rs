@@ -212,3 +212,16 @@ fn the_memory_of_a_solver_is_in_the_estimate() {
         assert!((0.9..1.1).contains(&ratio), "{found} bytes, measured {measured}");
     }
 }
+
+#[test]
+fn the_midpoint_integrator_warns_where_cloth_meets_colliders() {
+    let warns = |name: &str, solver: SceneSolver| {
+        let mut scene = Scene::builtin(name).unwrap();
+        scene.simulation.solver = Some(solver);
+        let scene = scene.compile(&CompileOptions::default()).unwrap();
+        scene.warnings.iter().any(|warning| warning.contains("midpoint"))
+    };
+    assert!(warns("tablecloth", SceneSolver::Midpoint));
+    assert!(!warns("tablecloth", SceneSolver::Implicit));
+    assert!(!warns("bench-hang", SceneSolver::Midpoint), "there is nothing to hit");
+}

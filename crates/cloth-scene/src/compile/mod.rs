@@ -27,8 +27,8 @@ mod timeline;
 use std::{borrow::Cow, path::PathBuf, sync::Arc};
 
 use cloth_core::{
-    ClothMaterial, ClothRange, Collider, Inflation, Model, ModelBuilder, SolverConfig, TextureMap,
-    Weld,
+    ClothMaterial, ClothRange, Collider, Inflation, Integrator, Model, ModelBuilder, SolverConfig,
+    TextureMap, Weld,
 };
 use cloth_rigid::{RigidBody, RigidJoint};
 
@@ -207,9 +207,16 @@ impl Scene {
                 .map(move |warning| format!("cloth {name:?}: {warning}"))
                 .collect::<Vec<_>>()
         };
-        let warnings = model.cloths().iter().flat_map(of_cloth).collect();
+        let mut warnings: Vec<_> = model.cloths().iter().flat_map(of_cloth).collect();
         let choice = SolverChoice::new(self, &model);
         let config = settings::solver_config(self, &choice)?;
+        if matches!(config.integrator, Integrator::Midpoint(_)) && !model.colliders().is_empty() {
+            warnings.push(
+                "the midpoint integrator is for cloth that flies: colliders act after its step, and cloth that hits one is stretched; \
+                 use `solver = \"implicit\"` for cloth on bodies"
+                    .into(),
+            );
+        }
         let timeline = timeline::compile(self, &check, &model, &pin_sets)?;
         let phases = phase::compile(self, &check, &config)?;
         Ok(CompiledScene {
