@@ -49,8 +49,20 @@ impl Signals {
         }
         // Files that are being written would stay as they are.
         cloth::io::parts_abandon();
-        std::process::exit(exit_code(signal));
+        end(exit_code(signal));
     }
+}
+
+/// Ends the process with nothing run on the way out. Other threads may be inside a driver of a GPU, whose own clean-up takes away
+/// what they stand on: Vulkan on NVIDIA then ended with a fault in place of the code that the signal has.
+#[cfg(unix)]
+fn end(code: i32) -> ! {
+    signal_hook::low_level::exit(code)
+}
+
+#[cfg(not(unix))]
+fn end(code: i32) -> ! {
+    std::process::exit(code)
 }
 
 /// The exit code of a program that `signal` ended.

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::camera::View;
 use super::geometry::{Mesh, Stage};
-use super::scan::ScanTriangle;
+use super::scan::{self, ScanTriangle};
 
 /// Texels of the map of the strong light along its side for each pixel along the longer side of the
 /// picture: shadows as sharp as the picture can show.
@@ -76,6 +76,21 @@ impl ShadowMap {
             let bottom = top + nearness.len() / stride;
             for corners in &mesh.triangles {
                 let corners = corners.map(|index| vertices[index as usize]);
+                // Most triangles of a fine cloth lie between the samples of a small map, or around one.
+                let [rows, across] = scan::bounds(corners);
+                if rows[0].max(top) >= rows[1].min(bottom) || across[0] >= across[1] {
+                    continue;
+                }
+                if rows[1] - rows[0] == 1 && across[1] - across[0] == 1 {
+                    let place = (rows[0] - top) * stride + across[0];
+                    if columns.contains(&across[0])
+                        && let Some(near) = scan::single(corners, rows[0], across[0])
+                        && let Some(nearest) = nearness.get_mut(place)
+                    {
+                        *nearest = nearest.max(near);
+                    }
+                    continue;
+                }
                 let Some(triangle) = ScanTriangle::new(corners) else { continue };
                 triangle.spans(top, bottom, |row, start, end, span| {
                     let base = (row - top) * stride;
