@@ -2,6 +2,7 @@
 
 pub(crate) mod fysl;
 mod lines;
+mod names;
 mod toml;
 mod toml_arity;
 mod toml_places;

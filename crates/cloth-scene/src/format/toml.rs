@@ -13,6 +13,7 @@ use crate::{Scene, SceneError, SceneOrigin, ScenePlace, error::SceneUnknown};
 
 use super::{
     lines::Lines,
+    names::names_fill,
     toml_arity::misfit,
     toml_places::{Places, key_at},
 };
@@ -99,6 +100,7 @@ impl Scene {
                 problem: misfit.to_string(),
             });
         }
+        names_fill(&mut scene, &keys, file);
         scene.origin = SceneOrigin {
             file: file.into(),
             directory: Path::new(file).parent().map(Path::to_path_buf).unwrap_or_default(),

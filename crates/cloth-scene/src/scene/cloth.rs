@@ -12,7 +12,8 @@ use super::{
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneCloth {
-    /// Name, unique among the cloths.
+    /// Name, unique among the cloths; `cloth`, `cloth 2`, `cloth 3` and so on if not given.
+    #[serde(default)]
     pub name: String,
     /// `fabric` or `springs`; if not given, fabric where `material` has a sheet or a preset that only fabrics have.
     #[serde(default, skip_serializing_if = "Option::is_none")]

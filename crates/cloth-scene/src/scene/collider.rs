@@ -9,7 +9,8 @@ use super::{SceneRotation, SceneSolidMesh};
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneCollider {
-    /// Name, unique among the colliders.
+    /// Name, unique among the colliders; `collider`, `collider 2`, `collider 3` and so on if not given.
+    #[serde(default)]
     pub name: String,
     /// Shape in the local frame.
     pub shape: SceneShape,

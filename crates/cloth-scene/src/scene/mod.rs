@@ -57,7 +57,8 @@ pub use view::{SceneDust, SceneView};
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// Name of the scene.
+    /// Name of the scene; that of its file, without the extension, if not given.
+    #[serde(default)]
     pub name: String,
     /// What it shows, in words.
     #[serde(default, skip_serializing_if = "String::is_empty")]
