@@ -31,6 +31,8 @@ enum Shape<T> {
     Capsule(Capsule<T>),
     Box(OrientedBox<T>),
     Grid(GridSolid<T>),
+    /// Nothing: it is triangles in contact of triangles.
+    Body,
 }
 
 /// Signed distance, normal (in the world) and velocity of the surface along it, beside that of the collider as a whole,
@@ -76,8 +78,12 @@ impl<T: Real> ColliderAt<T> {
     pub(crate) fn fill(out: &mut Vec<Self>, model: &Model, plan: &FramePlan) {
         out.clear();
         for states in plan.colliders.chunks(plan.collider_count.max(1)) {
-            out.extend(model.colliders().iter().zip(states).map(|(collider, state)| Self {
-                shape: Shape::new(&collider.shape, state),
+            let all = model.colliders().iter().zip(states).enumerate();
+            out.extend(all.map(|(number, (collider, state))| Self {
+                shape: match model.is_contact_body(number) {
+                    true => Shape::Body,
+                    false => Shape::new(&collider.shape, state),
+                },
                 translation: state.translation.map(T::from_f64),
                 linear_velocity: state.linear_velocity.map(T::from_f64),
                 angular_velocity: state.angular_velocity.map(T::from_f64),
@@ -105,6 +111,7 @@ impl<T: Real> ColliderAt<T> {
             Shape::Capsule(shape) => depths.fill(shape, at, offsets, inverse_mass, position),
             Shape::Box(shape) => depths.fill(shape, at, offsets, inverse_mass, position),
             Shape::Grid(shape) => depths.fill(shape, at, offsets, inverse_mass, position),
+            Shape::Body => {}
         }
         depths
     }
@@ -152,6 +159,7 @@ impl<T: Real> Shape<T> {
                 Self::Box(OrientedBox { half_extents: half_extents.map(T::from_f64), rotation })
             }
             ColliderShape::Grid(ref grid) => Self::Grid(GridSolid::new(grid, rotation, state.sets)),
+            ColliderShape::Surface(_) => Self::Body,
         }
     }
 }
@@ -291,6 +299,7 @@ pub(crate) fn packet<T: Real>(
             Shape::Capsule(shape) => collide(collider, shape, particles, motion, sum),
             Shape::Box(shape) => collide(collider, shape, particles, motion, sum),
             Shape::Grid(shape) => collide(collider, shape, particles, motion, sum),
+            Shape::Body => {}
         }
     }
 }

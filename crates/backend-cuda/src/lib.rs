@@ -132,6 +132,7 @@ impl CudaBackend {
         config: &SolverConfig,
     ) -> Result<CudaKernels<T>> {
         model.check_contact_of_points("cuda")?;
+        model.check_no_contact_bodies("cuda")?;
         model.check_no_stretch_limit(config, "cuda")?;
         model.check_fabric(config, BACKEND)?;
         model.check_no_inflation(BACKEND)?;

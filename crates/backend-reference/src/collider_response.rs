@@ -26,8 +26,10 @@ pub fn collider_response<N: Number>(
     impulses: &mut [Impulse<N>],
 ) {
     let both = model.colliders().iter().zip(colliders);
-    for ((collider, state), impulse) in both.zip(impulses) {
-        collide(model, particles, (collider, state), start, impulse);
+    for (number, ((collider, state), impulse)) in both.zip(impulses).enumerate() {
+        if !model.is_contact_body(number) {
+            collide(model, particles, (collider, state), start, impulse);
+        }
     }
 }
 
@@ -98,7 +100,7 @@ fn sweep<N: Number>(
 ) -> Option<(Vector<N>, Surface<N>)> {
     // Of a half space nothing comes out on the other side; a grid may overestimate three times.
     let share = N::rounded(match shape {
-        ColliderShape::Plane => return None,
+        ColliderShape::Plane | ColliderShape::Surface(_) => return None,
         ColliderShape::Grid(_) => 0.25,
         _ => 0.875,
     });
@@ -152,7 +154,8 @@ pub fn penetration_max<N: Number>(
         if particles.is_held(i) {
             continue;
         }
-        for (collider, state) in model.colliders().iter().zip(colliders) {
+        let both = model.colliders().iter().zip(colliders).enumerate();
+        for (_, (collider, state)) in both.filter(|&(number, _)| !model.is_contact_body(number)) {
             let surface = surface_at(&collider.shape, state, position, particles.epsilon);
             deepest = deepest.max(half_thickness::<N>(model, i) - surface.distance);
         }

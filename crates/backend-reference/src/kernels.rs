@@ -150,6 +150,7 @@ impl Kernels for ReferenceKernels {
         if let Some(triangles) = &mut self.triangles {
             triangles.certifier.positions_given();
             triangles.set.slips_write(&state.slips);
+            triangles.bodies.state_write(&self.model, state);
         }
         Ok(())
     }
@@ -188,6 +189,9 @@ impl Kernels for ReferenceKernels {
 
     fn frame_begin(&mut self, plan: &FramePlan) -> Result<()> {
         self.plan = plan.clone();
+        if let Some(triangles) = &mut self.triangles {
+            triangles.bodies.frame_begin(plan);
+        }
         Ok(())
     }
 
@@ -270,7 +274,8 @@ impl Kernels for ReferenceKernels {
         if let Some(triangles) = &mut self.triangles {
             let from =
                 if self.start.0.is_empty() { &self.particles.positions } else { &self.start.0 };
-            triangles.geometry((&self.particles, from), &self.config, substep, start);
+            let settings = (&self.config, substep);
+            triangles.geometry(&self.model, (&self.particles, from), settings, start);
             let found = triangles.set.stencils().len() as u64;
             self.contacts.contacts = found;
             self.contacts.candidates = triangles.candidate_count();
@@ -280,7 +285,7 @@ impl Kernels for ReferenceKernels {
 
     fn contact_certify(&mut self, substep: &Substep) -> Result<()> {
         if let Some(triangles) = &mut self.triangles {
-            triangles.certify(&mut self.particles, &self.start.0, substep.length)?;
+            triangles.certify(&self.model, &mut self.particles, &self.start.0, substep)?;
         }
         Ok(())
     }
@@ -359,6 +364,9 @@ impl Kernels for ReferenceKernels {
             let [linear, angular] = std::mem::take(sum).map(|sum| sum.0);
             if asked { ColliderImpulse { linear, angular } } else { ColliderImpulse::default() }
         }));
+        if let Some(triangles) = &mut self.triangles {
+            triangles.impulses.take(out);
+        }
         Ok(())
     }
 

@@ -107,6 +107,13 @@ fn surface<N: Number>(
             ball(Vector([x, y, z - nearest]), radius, axis(0, 1.0), epsilon)
         }
         ColliderShape::Grid(ref grid) => sampled(grid, sets, local),
+        // It has no inside.
+        ColliderShape::Surface(_) => Surface {
+            distance: N::exact(f64::INFINITY),
+            normal: axis(2, 1.0),
+            speed: N::ZERO,
+            uncertain: false,
+        },
         ColliderShape::Box { half_extents } => {
             let extents = Vector::rounded(half_extents);
             let outside = local.each(extents, |p, h| p.abs() - h);

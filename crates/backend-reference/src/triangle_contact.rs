@@ -1,10 +1,10 @@
 //! NUMERICS §15: contact of triangles, by all pairs of features.
 
 use cloth_core::{
-    Model, NewtonStart, Result, SelfContact, SolverConfig,
+    Model, NewtonStart, Result, SolverConfig,
     contact::{
-        Certifier, ContactLaw, ContactMotion, ContactSet, ContactSurface, PairSearch, UnprovenPair,
-        Ways,
+        BodyImpulses, BodyMotion, Certifier, ContactLaw, ContactMotion, ContactSet, ContactSurface,
+        PairSearch, UnprovenPair, Ways,
     },
     stepper::Substep,
 };
@@ -13,12 +13,13 @@ use crate::{ElementBlock, Elements, Matrix, Particles, Vector};
 
 /// Contact of the triangles of a model.
 pub(crate) struct TriangleContact {
-    contact: SelfContact,
     surface: ContactSurface,
     /// Number of all pairs of features that share no particle, too many to keep.
     candidates: u64,
     pub(crate) set: ContactSet<f64>,
     pub(crate) certifier: Certifier<f64>,
+    pub(crate) bodies: BodyMotion<f64>,
+    pub(crate) impulses: BodyImpulses,
     pub(crate) truncated: u64,
     newton: NewtonStart,
 }
@@ -49,15 +50,16 @@ impl TriangleContact {
     pub(crate) fn new(model: &Model) -> Option<Self> {
         let contact = *model.self_contact().filter(|contact| contact.is_of_triangles())?;
         let surface = ContactSurface::new(model, &contact);
-        let count = model.particle_count();
+        let (count, nodes) = (model.particle_count(), surface.node_count());
         Some(Self {
             candidates: surface.candidates().count() as u64,
-            set: ContactSet::new(count),
-            certifier: Certifier::new(count),
+            set: ContactSet::with_nodes(count, nodes),
+            certifier: Certifier::with_nodes(count, nodes),
+            bodies: BodyMotion::new(model),
+            impulses: BodyImpulses::new(model),
             truncated: 0,
             newton: NewtonStart::StepStart,
             surface,
-            contact,
         })
     }
 
@@ -68,23 +70,41 @@ impl TriangleContact {
     /// `contact_geometry`.
     pub(crate) fn geometry(
         &mut self,
+        model: &Model,
         (particles, start): (&Particles<f64>, &[Vector<f64>]),
-        config: &SolverConfig,
-        substep: &Substep,
+        (config, substep): (&SolverConfig, &Substep),
         newton: NewtonStart,
     ) {
         self.newton = newton;
-        let position = |i: u32| particles.positions[i as usize].0;
+        self.bodies.substep_begin(model, substep.index);
+        let (bodies, count) = (&self.bodies, particles.len());
+        let is_particle = |i: u32| (i as usize) < count;
+        let now = match newton {
+            NewtonStart::StepStart => bodies.start(),
+            NewtonStart::Iterate => bodies.end(),
+        };
+        let position = |i: u32| match is_particle(i) {
+            true => particles.positions[i as usize].0,
+            false => now[i as usize - count],
+        };
         let found = self.surface.candidates();
         let found = found.filter_map(|candidate| self.surface.contact(candidate, position));
-        let law = ContactLaw::new(&self.contact, &config.integrator, substep.length);
+        let law = ContactLaw::new(&config.integrator, substep.length);
         let found = found.collect();
         self.set.stencils_set(law, found);
         let motion = ContactMotion {
             position,
-            velocity: |i: u32| particles.velocities[i as usize].0,
-            start: |i: u32| start[i as usize].0,
-            inverse_mass: |i: u32| particles.inverse_masses[i as usize],
+            velocity: |i: u32| match is_particle(i) {
+                true => particles.velocities[i as usize].0,
+                false => bodies.velocity(i, substep.length),
+            },
+            start: |i: u32| match is_particle(i) {
+                true => start[i as usize].0,
+                false => bodies.start()[i as usize - count],
+            },
+            inverse_mass: |i: u32| {
+                if is_particle(i) { particles.inverse_masses[i as usize] } else { 0.0 }
+            },
         };
         let count = self.set.stencils().len();
         let states = (0..count).filter_map(|c| self.set.state(c, &motion, newton)).collect();
@@ -95,26 +115,36 @@ impl TriangleContact {
     pub(crate) fn forces(&self, forces: &mut [Vector<f64>]) {
         for (stencil, state) in self.set.stencils().iter().zip(self.set.states()) {
             for (particle, weight) in stencil.particles.iter().zip(stencil.weights) {
-                forces[*particle as usize] += Vector(state.action.force).scaled(weight);
+                if let Some(force) = forces.get_mut(*particle as usize) {
+                    *force += Vector(state.action.force).scaled(weight);
+                }
             }
         }
     }
 
     /// `contact_linearise`: blocks w_a w_b S, and at the start of a substep what S takes from the right-hand side.
-    pub(crate) fn linearise(&self, particles: &Particles<f64>) -> Elements<f64> {
+    pub(crate) fn linearise(&self, particles: &Particles<f64>, length: f64) -> Elements<f64> {
         let mut blocks = Vec::new();
         let mut right_side = vec![Vector::ZERO; particles.len()];
         for (stencil, state) in self.set.stencils().iter().zip(self.set.states()) {
             let [xx, yy, zz, xy, xz, yz] = state.action.rows;
             let rows = Matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]].map(Vector));
-            let velocity = stencil.relative(|i| particles.velocities[i as usize].0);
-            let ends = || stencil.particles.into_iter().zip(stencil.weights);
-            for (row, a) in ends().filter(|(_, a)| *a != 0.0) {
+            let is_particle = |i: u32| (i as usize) < particles.len();
+            let velocity = stencil.relative(|i| match is_particle(i) {
+                true => particles.velocities[i as usize].0,
+                false => self.bodies.velocity(i, length),
+            });
+            // No equation is about a body.
+            let ends = || {
+                let all = stencil.particles.into_iter().zip(stencil.weights);
+                all.filter(|&(i, weight)| is_particle(i) && weight != 0.0)
+            };
+            for (row, a) in ends() {
                 let row = row as usize;
                 if self.newton == NewtonStart::StepStart {
                     right_side[row] -= rows.apply(Vector(velocity)).scaled(a);
                 }
-                for (column, b) in ends().filter(|(_, b)| *b != 0.0) {
+                for (column, b) in ends() {
                     let block = rows.scaled(a * b);
                     blocks.push(ElementBlock { row, column: column as usize, block });
                 }
@@ -126,24 +156,38 @@ impl TriangleContact {
     /// `contact_certify`.
     pub(crate) fn certify(
         &mut self,
+        model: &Model,
         particles: &mut Particles<f64>,
         start: &[Vector<f64>],
-        length: f64,
+        substep: &Substep,
     ) -> Result<()> {
-        let from: Vec<_> = start.iter().map(|x| x.0).collect();
+        let (length, count) = (substep.length, particles.len());
+        self.bodies.substep_begin(model, substep.index);
+        let mut from: Vec<_> = start.iter().map(|x| x.0).collect();
+        from.extend(self.bodies.start());
         let mut end: Vec<_> = particles.positions.iter().map(|x| x.0).collect();
+        end.extend(self.bodies.end());
         let mut search = AllPairs(&self.surface);
-        let is_held = |i: u32| particles.is_held(i as usize);
-        self.truncated += self.certifier.certify(&mut search, &from, &mut end, is_held)?;
-        for (i, end) in end.into_iter().map(Vector).enumerate() {
-            if end != particles.positions[i] && !particles.is_held(i) {
-                let change = end - particles.positions[i];
-                particles.velocities[i] += change.divided(length);
-                particles.positions[i] = end;
+        let is_held = |i: u32| i as usize >= count || particles.is_held(i as usize);
+        let ways = (&*from, &mut *end);
+        let changed = self.certifier.certify_with(&mut search, ways, is_held, &self.bodies);
+        self.truncated += changed.map_err(|error| self.bodies.error_name(model, error))?;
+        for (i, &end) in end[..count].iter().enumerate() {
+            if Vector(end) != particles.positions[i] && !particles.is_held(i) {
+                let change = (Vector(end) - particles.positions[i]).divided(length);
+                particles.velocities[i] += change;
+                particles.positions[i] = Vector(end);
+                let body = self.certifier.body_at(i);
+                if let Some(collider) = body.and_then(|node| self.bodies.collider_of(node)) {
+                    let mass = particles.inverse_masses[i].recip();
+                    self.impulses.add(collider, end, change.scaled(mass).0);
+                }
             }
         }
-        let position = |i: u32| particles.positions[i as usize].0;
+        let position = |i: u32| end[i as usize];
         self.set.settle(position, |i| from[i as usize]);
+        self.set.body_impulses((&self.bodies, &mut self.impulses), position, length);
+        self.bodies.substep_end();
         Ok(())
     }
 }

@@ -207,6 +207,7 @@ impl WgpuBackend {
         if !self.triangle_contact {
             model.check_contact_of_points("wgpu")?;
         }
+        model.check_no_contact_bodies("wgpu")?;
         model.check_no_stretch_limit(config, "wgpu")?;
         model.check_fabric(config, "wgpu")?;
         model.check_no_inflation("wgpu")?;

@@ -12,7 +12,9 @@ pub(crate) fn passages(model: &Model) -> Vec<String> {
     let widest = model.cloths().iter().zip(&spacings).max_by(|a, b| a.1.total_cmp(b.1));
     let Some((cloth, &spacing)) = widest else { return warnings };
     let hole = HOLE * spacing - cloth.thickness;
-    for collider in model.colliders() {
+    // Triangles that touch triangles let nothing through, however thin they are.
+    let solids = model.colliders().iter().enumerate();
+    for (_, collider) in solids.filter(|&(number, _)| !model.is_contact_body(number)) {
         let Some(thickness) = thickness(&collider.shape).filter(|&thickness| thickness < hole)
         else {
             continue;
@@ -54,7 +56,7 @@ fn spacings(model: &Model) -> Vec<f64> {
 /// The least width of a solid \[m\]; of a mesh that of the box around it. `None` for a half space.
 fn thickness(shape: &ColliderShape) -> Option<f64> {
     match shape {
-        ColliderShape::Plane => None,
+        ColliderShape::Plane | ColliderShape::Surface(_) => None,
         ColliderShape::Sphere { radius } | ColliderShape::Capsule { radius, .. } => {
             Some(2.0 * radius)
         }

@@ -105,6 +105,8 @@ impl ColliderShape {
                 length(beyond.map(|b| b.max(0.0))) + inside.min(0.0)
             }
             Self::Grid(grid) => grid.distance_at(local, time),
+            // It has no inside.
+            Self::Surface(_) => f64::INFINITY,
         }
     }
 }

@@ -84,6 +84,30 @@ pub enum Error {
         /// Where \[m\].
         place: [f64; 3],
     },
+    /// A collider presses cloth against something that does not give way.
+    #[error(
+        "cloth is pinched by collider {collider:?} at ({:.4}, {:.4}, {:.4}) m, and cannot make way: let it come more slowly, or keep it \
+         further from other bodies and from cloth that is held", place[0], place[1], place[2]
+    )]
+    PinchedByBody {
+        /// Name of the collider.
+        collider: String,
+        /// Where \[m\].
+        place: [f64; 3],
+    },
+    /// A collider jumps over cloth.
+    #[error(
+        "collider {collider:?} goes {way:.3} m within one substep, more than it is long, and there is cloth in its way at \
+         ({:.4}, {:.4}, {:.4}) m: give it places in between, or use a smaller time step", place[0], place[1], place[2]
+    )]
+    BodyJumps {
+        /// Name of the collider.
+        collider: String,
+        /// The longest way of its vertices \[m\].
+        way: f64,
+        /// Where \[m\].
+        place: [f64; 3],
+    },
     /// A checkpoint that is whole, but cannot be gone on from.
     #[error("cannot continue from the checkpoint: {reason}; start again without it")]
     Checkpoint {
@@ -253,6 +277,23 @@ pub enum ModelError {
     ContactWithoutSurface {
         /// Name of the cloth.
         cloth: String,
+    },
+    /// A collider of triangles makes no sense.
+    #[error("the surface of collider {collider:?} {problem}")]
+    BodySurface {
+        /// Name of the collider.
+        collider: String,
+        /// What is wrong, and the mend.
+        problem: Box<str>,
+    },
+    /// A surface without an inside acts in contact of triangles alone.
+    #[error(
+        "collider {collider:?} is a surface of triangles, which particles would pass: give contact the response triangles, or the \
+         collider another shape"
+    )]
+    BodyWithoutContact {
+        /// Name of the collider.
+        collider: String,
     },
     /// A cloth is to have the shape of its pattern, and has none.
     #[error(

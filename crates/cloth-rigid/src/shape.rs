@@ -1,6 +1,6 @@
 //! Bodies, from what a scene says to what rapier wants.
 
-use cloth_core::{Pose, TriangleMesh};
+use cloth_core::{BodySurface, Pose, TriangleMesh};
 use rapier3d_f64::{
     math::{Pose as RapierPose, Rotation},
     parry::{
@@ -158,6 +158,21 @@ impl RigidBody {
         }
         Ok((collider.density(0.0), properties))
     }
+}
+
+/// A surface that bodies collide with: a solid if it is closed, else its triangles from both sides.
+pub(crate) fn surface(name: &str, surface: &BodySurface) -> Result<ColliderBuilder, RigidError> {
+    let positions = surface.sets.first().cloned().unwrap_or_default();
+    let triangles = surface.triangles.clone();
+    let mesh = TriangleMesh { positions, triangles, ..TriangleMesh::default() };
+    if let Ok(triangles) = closed(name, &mesh) {
+        return solid(name, &mesh, &triangles);
+    }
+    let vertices = mesh.positions.iter().copied().map(vector).collect();
+    let error = || RigidError::Shape { name: name.into(), problem: "it has no triangles".into() };
+    // The library gives up on some meshes by a panic.
+    let built = std::panic::catch_unwind(|| ColliderBuilder::trimesh(vertices, mesh.triangles));
+    built.ok().and_then(Result::ok).ok_or_else(error)
 }
 
 /// A solid: its hull if it is convex, else the convex parts that it is divided into.

@@ -10,7 +10,7 @@ use rapier3d_f64::utils::AngularInertiaOps;
 use crate::{
     RigidBody, RigidError, RigidJoint, RigidMotion,
     mesh::vector,
-    shape::{pose, solid, within_reach},
+    shape::{self, pose, solid, within_reach},
     snapshot,
 };
 
@@ -86,6 +86,7 @@ impl RigidWorld {
                 ColliderShape::Grid(grid) => {
                     solid(&collider.name, &grid.surface, &grid.surface.triangles)?
                 }
+                ColliderShape::Surface(surface) => shape::surface(&collider.name, surface)?,
             };
             // A half space has no end.
             let shape = match collider.shape {

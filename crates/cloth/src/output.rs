@@ -220,9 +220,9 @@ fn shape_at(shape: &ColliderShape, pose: &Pose, time: f64) -> PictureShape {
         ColliderShape::Box { half_extents } => {
             PictureShape::Cuboid { center, rotation, half_extents }
         }
-        ColliderShape::Grid(ref grid) => PictureShape::Mesh {
-            positions: grid
-                .positions_at(time)
+        ColliderShape::Grid(_) | ColliderShape::Surface(_) => PictureShape::Mesh {
+            positions: shape
+                .body_positions(shape.sets_at(time))
                 .iter()
                 .map(|at| {
                     std::array::from_fn(|k| {
@@ -230,7 +230,7 @@ fn shape_at(shape: &ColliderShape, pose: &Pose, time: f64) -> PictureShape {
                     })
                 })
                 .collect(),
-            triangles: grid.surface.triangles.iter().copied().collect(),
+            triangles: shape.body_triangles().unwrap_or_default().iter().copied().collect(),
         },
     }
 }

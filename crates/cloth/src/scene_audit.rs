@@ -7,13 +7,13 @@ use cloth_core::{ColliderShape, Model, Pose};
 
 /// Counts triangles that intersect in states and stored frames of a model, see [`cloth_audit`].
 ///
-/// Its surfaces are the cloths, in their order, and after them the colliders that are meshes. Other colliders are no triangles and are
-/// left out; so are ropes and nets.
+/// Its surfaces are the cloths, in their order, and after them the colliders that are meshes or boxes. Other colliders are no
+/// triangles and are left out; so are ropes and nets.
 #[derive(Clone, Debug)]
 pub struct SceneAudit {
     model: Arc<Model>,
     cloths: Vec<ClothSurface>,
-    /// Colliders that are meshes.
+    /// Colliders that are meshes or boxes.
     bodies: Vec<usize>,
     /// What seams make one.
     classes: Option<Vec<u32>>,
@@ -21,6 +21,21 @@ pub struct SceneAudit {
 
 /// Positions \[m\] and triangles of a collider.
 type Body<'a> = (Vec<[f64; 3]>, &'a [[u32; 3]]);
+
+/// The faces of a box, whose corner k has bit 2 of k for the upper side in x, bit 1 in y, bit 0 in z.
+const BOX: [[u32; 3]; 12] = {
+    let quads =
+        [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+    let mut triangles = [[0; 3]; 12];
+    let mut face = 0;
+    while face < 6 {
+        let [a, b, c, d] = quads[face];
+        triangles[2 * face] = [a, b, c];
+        triangles[2 * face + 1] = [a, c, d];
+        face += 1;
+    }
+    triangles
+};
 
 #[derive(Clone, Debug)]
 struct ClothSurface {
@@ -43,8 +58,13 @@ impl SceneAudit {
             }
         });
         let cloths = cloths.collect();
-        let is_mesh = |&i: &usize| matches!(model.colliders()[i].shape, ColliderShape::Grid(_));
-        let bodies = (0..model.colliders().len()).filter(is_mesh).collect();
+        let is_body = |&i: &usize| match model.colliders()[i].shape {
+            ColliderShape::Grid(_) | ColliderShape::Surface(_) | ColliderShape::Box { .. } => true,
+            ColliderShape::Plane | ColliderShape::Sphere { .. } | ColliderShape::Capsule { .. } => {
+                false
+            }
+        };
+        let bodies = (0..model.colliders().len()).filter(is_body).collect();
         let classes = (!model.seams().is_empty()).then(|| model.seam_classes().all());
         Self { model: Arc::clone(model), cloths, bodies, classes }
     }
@@ -82,7 +102,6 @@ impl SceneAudit {
 
     fn body(&self, body: usize, poses: &[Pose], time: f64) -> Option<Body<'_>> {
         let collider = &self.model.colliders()[body];
-        let ColliderShape::Grid(grid) = &collider.shape else { return None };
         let pose = poses.get(body).unwrap_or(&collider.pose);
         let rotation = pose.rotation_rows();
         let place = |at: &[f64; 3]| -> [f64; 3] {
@@ -90,7 +109,22 @@ impl SceneAudit {
                 pose.translation[k] + (0..3).map(|j| rotation[k][j] * at[j]).sum::<f64>()
             })
         };
-        Some((grid.positions_at(time).iter().map(place).collect(), &grid.surface.triangles))
+        let (positions, triangles) = match &collider.shape {
+            ColliderShape::Grid(grid) => (grid.positions_at(time), &grid.surface.triangles[..]),
+            ColliderShape::Surface(surface) => (surface.positions_at(time), &surface.triangles[..]),
+            ColliderShape::Box { half_extents: [x, y, z] } => {
+                let sides = |extent: &f64| [-extent, *extent];
+                let corners = sides(x).into_iter().flat_map(|x| {
+                    let edges = sides(y).into_iter();
+                    edges.flat_map(move |y| sides(z).into_iter().map(move |z| [x, y, z]))
+                });
+                (corners.collect(), &BOX[..])
+            }
+            ColliderShape::Plane | ColliderShape::Sphere { .. } | ColliderShape::Capsule { .. } => {
+                return None;
+            }
+        };
+        Some((positions.iter().map(place).collect(), triangles))
     }
 
     /// Name of a surface.
@@ -154,5 +188,25 @@ mod tests {
         let text = audit.describe(&found.first.unwrap());
         assert!(text.contains("of `low` and 0 of `high` near"), "{text}");
         assert!(audit.at(&positions[..20], &[], 0.0).unusable > 0);
+    }
+
+    #[test]
+    fn a_box_is_twelve_triangles() {
+        let text = SCENE.replace("sphere.radius = 0.1", "box.half_extents = [0.1, 0.2, 0.3]");
+        let scene = Scene::from_toml(&text, "two.toml").unwrap();
+        let scene = scene.compile(&CompileOptions::default()).unwrap();
+        let audit = SceneAudit::new(&scene.model);
+        assert_eq!(audit.left_out().count(), 0);
+        let positions = scene.model.positions();
+        // Above, across each of its six faces, and inside, where no faces are.
+        let at =
+            |place: [f64; 3]| audit.at(positions, &[Pose::from_translation(place)], 0.0).bodies;
+        assert_eq!([at([0.0, 0.0, -0.301]), at([0.0, 0.0, 0.501])], [0, 0]);
+        assert!(at([0.0, 0.0, -0.299]) > 0 && at([0.0, 0.0, 0.499]) > 0);
+        let sides = [[0.299, 0.0], [-0.299, 0.0], [0.0, 0.399], [0.0, -0.399]];
+        for [x, y] in sides {
+            assert!(at([x, y, 0.0]) > 0, "{x} {y}");
+            assert_eq!(at([1.02 * x, 1.02 * y, 0.0]), 0, "{x} {y}");
+        }
     }
 }

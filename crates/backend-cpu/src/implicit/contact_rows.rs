@@ -1,6 +1,9 @@
 //! NUMERICS §15, `contact_linearise`: contacts of triangles as part of the matrix, up to four particles each.
 
-use cloth_core::{NewtonStart, Real, contact::ContactSet};
+use cloth_core::{
+    NewtonStart, Real,
+    contact::{BodyMotion, ContactSet},
+};
 
 use super::{block_matrix::times, matrix::Symmetric};
 use crate::memory::FieldView;
@@ -18,9 +21,12 @@ pub(super) struct ContactRows<T> {
 
 #[derive(Clone, Copy, Debug)]
 struct Row<T> {
+    /// Nodes of bodies, which no equation is about, are another particle, with weight 0.
     particles: [u32; 4],
     weights: [T; 4],
     rows: Symmetric<T>,
+    /// S sum w_b v_b of these nodes.
+    carried: [T; 3],
 }
 
 impl<T: Real> Row<T> {
@@ -51,14 +57,38 @@ impl<T: Real> ContactRows<T> {
     }
 
     /// Takes in what contacts do now.
-    pub(super) fn fill(&mut self, set: &ContactSet<T>, start: NewtonStart) {
+    pub(super) fn fill(
+        &mut self,
+        (set, bodies, start): (&ContactSet<T>, &BodyMotion<T>, NewtonStart),
+        length: T,
+    ) {
         self.from_start = start == NewtonStart::StepStart;
         self.contacts.clear();
         let all = set.stencils().iter().zip(set.states());
-        self.contacts.extend(all.map(|(stencil, state)| Row {
-            particles: stencil.particles,
-            weights: stencil.weights,
-            rows: state.action.rows,
+        let particles = self.offsets.len() - 1;
+        let is_particle = |node: u32| (node as usize) < particles;
+        self.contacts.extend(all.map(|(stencil, state)| {
+            let mut row = Row {
+                particles: stencil.particles,
+                weights: stencil.weights,
+                rows: state.action.rows,
+                carried: [T::ZERO; 3],
+            };
+            if let Some(own) = stencil.particles.into_iter().find(|&node| is_particle(node))
+                && !stencil.particles.into_iter().all(is_particle)
+            {
+                let of_body = |node: u32| match is_particle(node) {
+                    true => [T::ZERO; 3],
+                    false => bodies.velocity(node, length),
+                };
+                row.carried = times(&row.rows, stencil.relative(of_body));
+                for (particle, weight) in row.particles.iter_mut().zip(&mut row.weights) {
+                    if !is_particle(*particle) {
+                        (*particle, *weight) = (own, T::ZERO);
+                    }
+                }
+            }
+            row
         }));
         self.places.clear();
         for particle in 0..self.offsets.len() - 1 {
@@ -112,7 +142,16 @@ impl<T: Real> ContactRows<T> {
             return None;
         }
         let change = match self.from_start {
-            true => self.times(particle, velocity)?.map(|component| -component),
+            true => {
+                let mut sum = self.times(particle, velocity)?;
+                for &(contact, weight) in places {
+                    let carried = self.contacts[contact as usize].carried;
+                    for axis in 0..3 {
+                        sum[axis] += weight * carried[axis];
+                    }
+                }
+                sum.map(|component| -component)
+            }
             false => [T::ZERO; 3],
         };
         let mut block = [T::ZERO; 6];

@@ -3,7 +3,7 @@
 use cloth_core::{
     ConstraintStatistics, GroupHierarchy, LinearOutcome, LinearVector, MatrixBlock, Model,
     NewtonStart, Preconditioner, Real, Result,
-    contact::ContactSet,
+    contact::{BodyMotion, ContactSet},
     stepper::linear::{Next, Progress},
 };
 use pulp::NullaryFnOnce;
@@ -134,8 +134,12 @@ impl<T: Real> ImplicitSystem<T> {
         self.matrix.contacts.fill(contact, penalty, motion, self.count, at.length);
     }
 
-    pub(crate) fn triangles_linearise(&mut self, (set, start): (&ContactSet<T>, NewtonStart)) {
-        self.matrix.rows.fill(set, start);
+    pub(crate) fn triangles_linearise(
+        &mut self,
+        (set, bodies, start): (&ContactSet<T>, &BodyMotion<T>, NewtonStart),
+        length: T,
+    ) {
+        self.matrix.rows.fill((set, bodies, start), length);
     }
 
     pub(crate) fn assemble(

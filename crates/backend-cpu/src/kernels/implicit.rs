@@ -105,7 +105,7 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
                 system.contact_linearise(kernels.surroundings(length), contact, penalty);
             }
             if let Some(triangles) = &kernels.triangles {
-                system.triangles_linearise(triangles.set());
+                system.triangles_linearise(triangles.set(), T::from_f64(length));
             }
         });
         Ok(())

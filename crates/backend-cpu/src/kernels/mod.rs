@@ -268,7 +268,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
         self.non_finite_step = None;
         self.has_start = false;
         if let Some(triangles) = &mut self.triangles {
-            triangles.state_write(state);
+            triangles.state_write(&self.model, state);
         }
         self.history_forget();
         Ok(())
@@ -316,6 +316,9 @@ impl<T: Real> Kernels for CpuKernels<T> {
     fn frame_begin(&mut self, plan: &FramePlan) -> Result<()> {
         self.history_forget();
         ColliderAt::fill(&mut self.colliders, &self.model, plan);
+        if let Some(triangles) = &mut self.triangles {
+            triangles.frame_begin(plan);
+        }
         Ok(())
     }
 
@@ -428,7 +431,8 @@ impl<T: Real> Kernels for CpuKernels<T> {
     fn contact_pairs(&mut self, substep: &Substep) -> Result<()> {
         self.stage("contact_pairs", |kernels| {
             let Some(triangles) = &mut kernels.triangles else { return Ok(()) };
-            triangles.pairs(&kernels.present, T::from_f64(substep.length))
+            let step = (substep.index, T::from_f64(substep.length));
+            triangles.pairs(&kernels.model, &kernels.present, step)
         })
     }
 
@@ -451,8 +455,9 @@ impl<T: Real> Kernels for CpuKernels<T> {
     fn contact_certify(&mut self, substep: &Substep) -> Result<()> {
         self.stage("contact_certify", |kernels| {
             let Some(triangles) = &mut kernels.triangles else { return Ok(()) };
-            let length = T::from_f64(substep.length);
-            triangles.certify(&mut kernels.present, &kernels.start, &kernels.masses, length)
+            let motion = (&mut kernels.present, &kernels.start);
+            let step = (substep.index, T::from_f64(substep.length));
+            triangles.certify(&kernels.model, motion, &kernels.masses, step)
         })
     }
 
@@ -621,6 +626,9 @@ impl<T: Real> Kernels for CpuKernels<T> {
 
     fn collider_impulses(&mut self, out: &mut Vec<ColliderImpulse>) -> Result<()> {
         self.impulses.take(out);
+        if let Some(triangles) = &mut self.triangles {
+            triangles.impulses_take(out);
+        }
         Ok(())
     }
 

@@ -7,11 +7,14 @@ mod pairs;
 mod tree;
 
 use cloth_core::{
-    ContactStatistics, Error, ImplicitSettings, Integrator, LinearMethod, LinearSettings,
-    MatrixForm, Model, NewtonStart, Preconditioner, Real, Result, SelfContact, SolverConfig, State,
+    ColliderImpulse, ContactStatistics, Error, ImplicitSettings, Integrator, LinearMethod,
+    LinearSettings, MatrixForm, Model, NewtonStart, Preconditioner, Real, Result, SolverConfig,
+    State,
     contact::{
-        Certifier, ContactLaw, ContactMotion, ContactSet, ContactSlip, ContactSurface, Contacts,
+        BodyImpulses, BodyMotion, Certifier, ContactLaw, ContactMotion, ContactSet, ContactSlip,
+        ContactSurface, Contacts,
     },
+    stepper::FramePlan,
 };
 use rayon::prelude::*;
 
@@ -49,13 +52,15 @@ pub(crate) fn check(model: &Model, config: &SolverConfig) -> Result<()> {
 /// Contact of the triangles of a model.
 #[derive(Debug)]
 pub(crate) struct TriangleContact<T> {
-    contact: SelfContact,
     surface: ContactSurface,
-    tree: Tree<T>,
+    /// Those of cloths and of bodies.
+    trees: [Tree<T>; 2],
     list: PairList<T>,
     set: ContactSet<T>,
     certifier: Certifier<T>,
-    /// Present positions \[m\].
+    bodies: BodyMotion<T>,
+    impulses: BodyImpulses,
+    /// Present positions of particles, and of nodes of bodies behind them \[m\].
     position: Vec<[T; 3]>,
     /// Another set of positions: those at the start of a substep, or where particles will be.
     other: Vec<[T; 3]>,
@@ -71,31 +76,42 @@ impl<T: Real> TriangleContact<T> {
     pub(crate) fn new(model: &Model) -> Option<Self> {
         let contact = *model.self_contact().filter(|contact| contact.is_of_triangles())?;
         let surface = ContactSurface::new(model, &contact);
-        let count = model.particle_count();
+        let (count, nodes) = (model.particle_count(), surface.node_count());
         Some(Self {
-            tree: Tree::new(&surface),
-            list: PairList::new(contact.distance),
-            set: ContactSet::new(count),
-            certifier: Certifier::new(count),
+            trees: [Tree::of_cloths(&surface), Tree::of_bodies(&surface)],
+            list: PairList::new(surface.reach()),
+            set: ContactSet::with_nodes(count, nodes),
+            certifier: Certifier::with_nodes(count, nodes),
+            bodies: BodyMotion::new(model),
+            impulses: BodyImpulses::new(model),
             position: Vec::new(),
             other: Vec::new(),
             newton: NewtonStart::StepStart,
             statistics: ContactStatistics::default(),
             surface,
-            contact,
         })
     }
 
     /// `contact_pairs`: completes the list for contacts at these positions, and in what is likely to follow.
-    pub(crate) fn pairs(&mut self, motion: &Motion<T>, length: T) -> Result<()> {
-        read(&motion.position, &mut self.position);
-        if !self.list.holds(&self.position, T::from_f64(self.surface.reach())) {
-            read(&motion.velocity, &mut self.other);
-            for (other, x) in self.other.iter_mut().zip(&self.position) {
+    pub(crate) fn pairs(
+        &mut self,
+        model: &Model,
+        motion: &Motion<T>,
+        (index, length): (usize, T),
+    ) -> Result<()> {
+        self.bodies.substep_begin(model, index);
+        let reach = T::from_f64(self.surface.reach());
+        read(&motion.position, self.bodies.end(), &mut self.position);
+        let holds_at_end = !self.bodies.moves() || self.list.holds(&self.position, reach);
+        read(&motion.position, self.bodies.start(), &mut self.position);
+        if !(holds_at_end && self.list.holds(&self.position, reach)) {
+            read(&motion.velocity, self.bodies.end(), &mut self.other);
+            let particles = motion.position.count();
+            for (other, x) in self.other[..particles].iter_mut().zip(&self.position) {
                 *other = std::array::from_fn(|k| x[k] + length * other[k]);
             }
             let sets = [&*self.position, &*self.other];
-            self.list.build((&self.surface, &mut self.tree), sets, true)?;
+            self.list.build((&self.surface, &mut self.trees), sets, true)?;
         }
         Ok(())
     }
@@ -109,15 +125,28 @@ impl<T: Real> TriangleContact<T> {
         newton: NewtonStart,
     ) {
         self.newton = newton;
-        let law = ContactLaw::new(&self.contact, integrator, length);
+        let bodies = &self.bodies;
+        let (now, particles) = match newton {
+            NewtonStart::StepStart => (bodies.start(), motion.position.count()),
+            NewtonStart::Iterate => (bodies.end(), motion.position.count()),
+        };
+        self.position[particles..].copy_from_slice(now);
+        let law = ContactLaw::new(integrator, length);
         self.set.stencils_set(law, self.list.contacts(&self.surface, &self.position));
         let (velocity, start) = (FieldView::new(&motion.velocity), FieldView::new(start));
-        let position = &self.position;
+        let (position, step) = (&self.position, T::from_f64(length));
+        let is_particle = |i: u32| (i as usize) < particles;
         let motion = ContactMotion {
             position: |i: u32| position[i as usize],
-            velocity: |i: u32| velocity.get(i as usize),
-            start: |i: u32| start.get(i as usize),
-            inverse_mass: |i: u32| inverse_mass[i as usize],
+            velocity: |i: u32| match is_particle(i) {
+                true => velocity.get(i as usize),
+                false => bodies.velocity(i, step),
+            },
+            start: |i: u32| match is_particle(i) {
+                true => start.get(i as usize),
+                false => bodies.start()[i as usize - particles],
+            },
+            inverse_mass: |i: u32| if is_particle(i) { inverse_mass[i as usize] } else { T::ZERO },
         };
         let set = &self.set;
         let all = (0..set.stencils().len()).into_par_iter().with_min_len(TASK);
@@ -137,43 +166,68 @@ impl<T: Real> TriangleContact<T> {
         self.set.touches(particle).then(|| self.set.force_on(particle))
     }
 
-    /// The contacts, and what the present system is linearised about.
-    pub(crate) const fn set(&self) -> (&ContactSet<T>, NewtonStart) {
-        (&self.set, self.newton)
+    /// The contacts, where bodies go, and what the present system is linearised about.
+    pub(crate) const fn set(&self) -> (&ContactSet<T>, &BodyMotion<T>, NewtonStart) {
+        (&self.set, &self.bodies, self.newton)
     }
 
     /// `contact_certify`: shortens the ways from `start` of particles that are free.
     pub(crate) fn certify(
         &mut self,
-        motion: &mut Motion<T>,
-        start: &VectorField<T>,
+        model: &Model,
+        (motion, start): (&mut Motion<T>, &VectorField<T>),
         masses: &Masses<T>,
-        length: T,
+        (index, length): (usize, T),
     ) -> Result<()> {
-        let Self { surface, tree, list, position, other, certifier, set, statistics, .. } = self;
-        read(start, other);
-        read(&motion.position, position);
-        let mut search = ListSearch { surface, tree, list };
-        let is_held = |i: u32| masses.is_held(i as usize);
-        let changed = certifier.certify(&mut search, other, position, is_held)?;
+        let Self { surface, trees, list, position, other, certifier, set, statistics, .. } = self;
+        let (bodies, impulses) = (&mut self.bodies, &mut self.impulses);
+        bodies.substep_begin(model, index);
+        read(start, bodies.start(), other);
+        read(&motion.position, bodies.end(), position);
+        let mut search = ListSearch { surface, trees, list };
+        let particles = start.count();
+        let is_held = |i: u32| i as usize >= particles || masses.is_held(i as usize);
+        let ways = (&**other, &mut **position);
+        let changed = certifier.certify_with(&mut search, ways, is_held, bodies);
+        let changed = changed.map_err(|error| bodies.error_name(model, error))?;
         statistics.truncated += changed;
         if changed > 0 {
-            for (i, end) in position.iter().enumerate() {
+            for (i, end) in position[..particles].iter().enumerate() {
                 let wanted = motion.position.get(i);
                 if *end != wanted && !masses.is_held(i) {
                     let v = motion.velocity.get(i);
-                    let v = std::array::from_fn(|k| v[k] + (end[k] - wanted[k]) / length);
-                    motion.velocity.set(i, v);
+                    let change: [T; 3] = std::array::from_fn(|k| (end[k] - wanted[k]) / length);
+                    motion.velocity.set(i, std::array::from_fn(|k| v[k] + change[k]));
                     motion.position.set(i, *end);
+                    if let Some(collider) =
+                        certifier.body_at(i).and_then(|node| bodies.collider_of(node))
+                    {
+                        let mass = masses.mass[i];
+                        let linear = change.map(|change| (mass * change).to_f64());
+                        impulses.add(collider, end.map(T::to_f64), linear);
+                    }
                 }
             }
         }
         set.settle(|i| position[i as usize], |i| other[i as usize]);
+        set.body_impulses((bodies, impulses), |i| position[i as usize], length.to_f64());
+        bodies.substep_end();
         Ok(())
     }
 
+    /// A frame begins.
+    pub(crate) fn frame_begin(&mut self, plan: &FramePlan) {
+        self.bodies.frame_begin(plan);
+    }
+
+    /// Adds what bodies did to cloth since the last call to the sums of their colliders.
+    pub(crate) fn impulses_take(&mut self, out: &mut [ColliderImpulse]) {
+        self.impulses.take(out);
+    }
+
     /// A state has been given from outside.
-    pub(crate) fn state_write(&mut self, state: &State) {
+    pub(crate) fn state_write(&mut self, model: &Model, state: &State) {
+        self.bodies.state_write(model, state);
         self.certifier.positions_given();
         self.set.slips_write(&state.slips);
     }
@@ -186,11 +240,15 @@ impl<T: Real> TriangleContact<T> {
     /// `state_keep`.
     pub(crate) fn keep(&mut self) {
         self.set.keep();
+        self.bodies.keep();
+        self.impulses.keep();
     }
 
     /// `state_restore`.
     pub(crate) fn restore(&mut self) {
         self.set.restore();
+        self.bodies.restore();
+        self.impulses.restore();
     }
 
     pub(crate) fn contacts_read(&self, out: &mut Contacts) {
@@ -209,9 +267,10 @@ impl<T: Real> TriangleContact<T> {
     }
 }
 
-/// Vectors one by one.
-fn read<T: Real>(field: &VectorField<T>, out: &mut Vec<[T; 3]>) {
+/// Vectors of particles one by one, and those of nodes of bodies behind them.
+fn read<T: Real>(field: &VectorField<T>, bodies: &[[T; 3]], out: &mut Vec<[T; 3]>) {
     let view = FieldView::new(field);
     out.clear();
     out.extend((0..field.count()).map(|i| view.get(i)));
+    out.extend_from_slice(bodies);
 }

@@ -66,7 +66,7 @@ impl<T: Real> PairList<T> {
     /// Builds the list for two sets of positions and all between them, the second one less a common motion if `is_common`.
     pub(super) fn build(
         &mut self,
-        (surface, tree): (&ContactSurface, &mut Tree<T>),
+        (surface, [tree, bodies]): (&ContactSurface, &mut [Tree<T>; 2]),
         [from, to]: [&[[T; 3]]; 2],
         is_common: bool,
     ) -> Result<()> {
@@ -81,7 +81,8 @@ impl<T: Real> PairList<T> {
         }));
         let (first, second, reach) = (&**first, &**second, self.reach);
         tree.refit(surface, [first, second]);
-        let tree = &*tree;
+        bodies.refit(surface, [first, second]);
+        let (tree, bodies) = (&*tree, &*bodies);
         let total = AtomicU64::new(0);
         self.runs.resize_with(tree.groups().div_ceil(RUN), Vec::new);
         self.runs.par_iter_mut().enumerate().for_each(|(number, run)| {
@@ -89,7 +90,14 @@ impl<T: Real> PairList<T> {
             for group in number * RUN..((number + 1) * RUN).min(tree.groups()) {
                 tree.near(group, reach, |other| {
                     if total.load(Ordering::Relaxed) <= PAIRS_MAX {
-                        between((surface, tree), [group, other], ([first, second], reach), run);
+                        let groups = [(tree, group), (tree, other)];
+                        between(surface, groups, ([first, second], reach), run);
+                    }
+                });
+                bodies.near_bounds(tree.bounds(group), reach, |other| {
+                    if total.load(Ordering::Relaxed) <= PAIRS_MAX {
+                        let groups = [(tree, group), (bodies, other)];
+                        between(surface, groups, ([first, second], reach), run);
                     }
                 });
             }
@@ -198,15 +206,16 @@ fn common_motion<T: Real>(from: &[[T; 3]], to: &[[T; 3]]) -> [T; 3] {
 /// The pairs of features of two groups that are closer than `reach`.
 #[inline(always)]
 fn between<T: Real>(
-    (surface, tree): (&ContactSurface, &Tree<T>),
-    [group, other]: [usize; 2],
+    surface: &ContactSurface,
+    [(tree, group), (other_tree, other)]: [(&Tree<T>, usize); 2],
     ([from, to], reach): ([&[[T; 3]]; 2], T),
     out: &mut Vec<UnprovenPair>,
 ) {
     let (own, own_bounds) = tree.group(group);
-    let (others, other_bounds) = tree.group(other);
+    let (others, other_bounds) = other_tree.group(other);
+    let is_one = std::ptr::eq(tree, other_tree) && group == other;
     for (k, (&a, bounds)) in own.iter().zip(own_bounds).enumerate() {
-        let skipped = if group == other { k + 1 } else { 0 };
+        let skipped = if is_one { k + 1 } else { 0 };
         for (&b, other) in others.iter().zip(other_bounds).skip(skipped) {
             if bounds.is_apart(other, reach) {
                 continue;
@@ -236,7 +245,7 @@ fn between<T: Real>(
 /// The list as a search that builds it when it does not hold.
 pub(super) struct ListSearch<'a, T> {
     pub(super) surface: &'a ContactSurface,
-    pub(super) tree: &'a mut Tree<T>,
+    pub(super) trees: &'a mut [Tree<T>; 2],
     pub(super) list: &'a mut PairList<T>,
 }
 
@@ -252,7 +261,7 @@ impl<T: Real> PairSearch<T> for ListSearch<'_, T> {
         if !(self.list.holds(start, distance) && self.list.holds(end, distance)) {
             // Marked particles lag behind the others, which the next rounds will make worse: then boxes are around whole ways.
             let is_common = marked.is_none();
-            self.list.build((self.surface, self.tree), [start, end], is_common)?;
+            self.list.build((self.surface, self.trees), [start, end], is_common)?;
         }
         let found = self.list.runs.par_iter().flat_map_iter(|run| {
             run.iter().copied().filter(move |pair| {
@@ -269,8 +278,9 @@ impl<T: Real> PairSearch<T> for ListSearch<'_, T> {
 #[cfg(test)]
 mod tests {
     use cloth_core::{
-        Cloth, ContactResponse, Geometry, GridPatch, MaterialPreset, ModelBuilder, SelfContact,
-        contact::Candidate,
+        Cloth, Collider, ColliderShape, ContactResponse, Geometry, GridPatch, MaterialPreset,
+        ModelBuilder, Pose, SelfContact,
+        contact::{BodyMotion, Candidate},
     };
 
     use super::*;
@@ -315,18 +325,29 @@ mod tests {
                 velocity: [0.0; 3],
             });
         }
+        for name in ["c", "d"] {
+            builder = builder.collider(Collider {
+                name: name.into(),
+                shape: ColliderShape::Box { half_extents: [0.02, 0.03, 0.01] },
+                pose: Pose::from_translation([0.02, 0.01, 0.0]),
+                friction: 0.0,
+                restitution: 0.0,
+            });
+        }
         let model = builder.build().unwrap();
         let surface = ContactSurface::new(&model, &contact);
-        let mut tree = Tree::new(&surface);
+        let mut trees = [Tree::of_cloths(&surface), Tree::of_bodies(&surface)];
         let mut list = PairList::<f64>::new(distance);
+        let mut start = model.positions().to_vec();
+        start.extend(BodyMotion::<f64>::new(&model).start());
         let mut seed = 1;
         for size in [0.0, 1e-3, 0.03, 0.3] {
             let mut shaken = |size: f64, from: &[[f64; 3]]| -> Vec<[f64; 3]> {
                 from.iter().map(|x| x.map(|c| c + size * number(&mut seed))).collect()
             };
-            let from = shaken(size, model.positions());
+            let from = shaken(size, &start);
             let to = shaken(0.5 * size, &from);
-            list.build((&surface, &mut tree), [&from, &to], false).unwrap();
+            list.build((&surface, &mut trees), [&from, &to], false).unwrap();
             let mut found: Vec<_> = list.pairs().map(|pair| pair.candidate).collect();
             found.sort_unstable();
             let reach = list.reach;

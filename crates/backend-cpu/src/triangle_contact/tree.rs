@@ -68,9 +68,17 @@ pub(super) struct Tree<T> {
 }
 
 impl<T: Real> Tree<T> {
-    /// Sorts the triangles by where they start.
-    pub(super) fn new(surface: &ContactSurface) -> Self {
-        let order = surface.groups(GROUP);
+    /// The triangles of cloths, sorted by where they start.
+    pub(super) fn of_cloths(surface: &ContactSurface) -> Self {
+        Self::new(surface.groups(GROUP))
+    }
+
+    /// Those of bodies.
+    pub(super) fn of_bodies(surface: &ContactSurface) -> Self {
+        Self::new(surface.body_groups(GROUP))
+    }
+
+    fn new(order: Vec<u32>) -> Self {
         let groups = order.len().div_ceil(GROUP).next_power_of_two();
         Self {
             triangles: vec![Bounds::EMPTY; order.len()],
@@ -115,6 +123,39 @@ impl<T: Real> Tree<T> {
             };
             let [left, right] = [child(2 * k, inner), child(2 * k + 1, inner)];
             inner[k] = left.with(&right);
+        }
+    }
+
+    /// The box around a group.
+    #[inline(always)]
+    pub(super) fn bounds(&self, group: usize) -> &Bounds<T> {
+        &self.nodes[self.groups() + group]
+    }
+
+    /// Visits the groups of a tree whose boxes are closer to `own`, that of a group of another tree, than `reach`, ascending.
+    #[inline(always)]
+    pub(super) fn near_bounds(&self, own: &Bounds<T>, reach: T, mut visit: impl FnMut(usize)) {
+        let groups = self.groups();
+        if own.low[0] == T::INFINITY {
+            return;
+        }
+        let mut stack = [0_usize; 66];
+        let mut depth = 1;
+        stack[0] = 1;
+        while depth > 0 {
+            depth -= 1;
+            let node = stack[depth];
+            let bounds = &self.nodes[node];
+            if bounds.low[0] == T::INFINITY || own.is_apart(bounds, reach) {
+                continue;
+            }
+            if node >= groups {
+                visit(node - groups);
+                continue;
+            }
+            stack[depth] = 2 * node + 1;
+            stack[depth + 1] = 2 * node;
+            depth += 2;
         }
     }
 

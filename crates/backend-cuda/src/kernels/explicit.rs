@@ -81,6 +81,8 @@ fn collider<T: Real>(
         &ColliderShape::Sphere { radius } => (1, [radius, 0.0, 0.0]),
         &ColliderShape::Capsule { half_length, radius } => (2, [half_length, radius, 0.0]),
         &ColliderShape::Box { half_extents } => (3, half_extents),
+        // Refused with the contact that it is for.
+        ColliderShape::Surface(_) => (0, [0.0; 3]),
         ColliderShape::Grid(_) => (4, [f64::from(state.sets.index), state.sets.share, 0.0]),
     };
     ColliderData {

@@ -42,7 +42,10 @@ pub fn collider_constraints<N: Number>(
     for (i, constraint) in constraints.0.iter_mut().enumerate().filter(|(_, c)| !c.held) {
         let (x, v) = (particles.positions[i], particles.velocities[i]);
         let predicted = v + (acceleration - rate.each(v, |r, v| r * v)).scaled(h);
-        for (number, (collider, state)) in model.colliders().iter().zip(states).enumerate() {
+        let both = model.colliders().iter().zip(states).enumerate();
+        for (number, (collider, state)) in
+            both.filter(|&(number, _)| !model.is_contact_body(number))
+        {
             let surface = surface_at(&collider.shape, state, x, epsilon);
             let normal = surface.normal;
             let gap = surface.distance - half_thickness(model, i);

@@ -51,6 +51,8 @@ impl ImplicitKernels for ReferenceKernels {
         };
         if let Some(triangles) = &mut self.triangles {
             triangles.set.keep();
+            triangles.bodies.keep();
+            triangles.impulses.keep();
         }
         Ok(())
     }
@@ -62,6 +64,8 @@ impl ImplicitKernels for ReferenceKernels {
         self.impulses = impulses;
         if let Some(triangles) = &mut self.triangles {
             triangles.set.restore();
+            triangles.bodies.restore();
+            triangles.impulses.restore();
         }
         Ok(())
     }
@@ -86,7 +90,7 @@ impl ImplicitKernels for ReferenceKernels {
 
     fn contact_linearise(&mut self, substep: &Substep) -> Result<()> {
         if let Some(triangles) = &self.triangles {
-            self.linear.elements.push(triangles.linearise(&self.particles));
+            self.linear.elements.push(triangles.linearise(&self.particles, substep.length));
             return Ok(());
         }
         self.linear.contacts =

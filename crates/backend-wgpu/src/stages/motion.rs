@@ -19,6 +19,8 @@ pub(super) fn collider(collider: &Collider, grid: f32, at: &ColliderState) -> la
         &ColliderShape::Sphere { radius } => (1, [radius, 0.0, 0.0]),
         &ColliderShape::Capsule { half_length, radius } => (2, [half_length, radius, 0.0]),
         &ColliderShape::Box { half_extents } => (3, half_extents),
+        // Refused with the contact that it is for.
+        ColliderShape::Surface(_) => (0, [0.0; 3]),
         ColliderShape::Grid(_) => (4, [f64::from(grid), f64::from(at.sets.index), at.sets.share]),
     };
     let [size_x, size_y, size_z] = single(sizes);

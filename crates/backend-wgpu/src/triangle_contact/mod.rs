@@ -5,7 +5,7 @@ mod moved;
 mod table;
 
 use cloth_core::{
-    ContactStatistics, Model, NewtonStart, SelfContact,
+    ContactStatistics, Model, NewtonStart,
     contact::{Candidate, Certifier, ContactSet, ContactSurface, UnprovenPair},
 };
 
@@ -36,7 +36,6 @@ const MOVED_THREADS: usize = 128;
 /// Contact of the triangles of a model.
 #[derive(Debug)]
 pub(crate) struct TriangleContact {
-    pub(crate) contact: SelfContact,
     pub(crate) surface: ContactSurface,
     pub(crate) set: ContactSet<f32>,
     pub(crate) certifier: Certifier<f32>,
@@ -88,7 +87,6 @@ impl TriangleContact {
             expected: 64,
             statistics: ContactStatistics::default(),
             motion: HostMotion::default(),
-            contact,
             surface,
             task,
         })

@@ -2,10 +2,15 @@
 
 use crate::{Error, Real, Result};
 
-use super::{Candidate, certificate_distance, is_proven, plus, sub, truncation};
+use super::{
+    Candidate, certificate_distance, closest_axis, is_apart, is_proven, plus, sub, truncation,
+};
 
 /// Times that particles are shortened by planes before they stay where they are.
 const TRUNCATION_ROUNDS: u32 = 6;
+
+/// In how many parts prescribed ways are gone: more where fewer are not proven.
+const CARRY_PARTS: [u32; 3] = [1, 4, 16];
 
 /// A pair of which it is not proven that its features do not meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -64,6 +69,33 @@ pub trait PairSearch<T> {
     ) -> Result<()>;
 }
 
+/// How what is joined to prescribed particles goes along with them.
+pub trait Carrier<T> {
+    /// The rigid body that a node belongs to, if it turns by less than a radian in the substep.
+    fn body(&self, node: u32) -> Option<u32>;
+
+    /// The way \[m\] of what is at `place` \[m\] at the start and moves like a part of this body, to a few units of roundoff.
+    fn way(&self, body: u32, place: [T; 3]) -> [T; 3];
+
+    /// Whether the body of this node goes too far in the substep to take anything along.
+    fn jumps(&self, node: u32) -> bool;
+}
+
+/// No rigid bodies.
+impl<T: Real> Carrier<T> for () {
+    fn body(&self, _: u32) -> Option<u32> {
+        None
+    }
+
+    fn way(&self, _: u32, _: [T; 3]) -> [T; 3] {
+        [T::ZERO; 3]
+    }
+
+    fn jumps(&self, _: u32) -> bool {
+        false
+    }
+}
+
 /// Proves that no two features meet in a substep, and shortens the ways of particles where there is no proof.
 ///
 /// Without exempt pairs, and with a search that leaves out nothing, every state that it leaves has no more pairs of triangles that go
@@ -80,13 +112,22 @@ pub struct Certifier<T> {
     /// Where particles are once prescribed ways are gone.
     carried: Vec<[T; 3]>,
     pairs: Vec<UnprovenPair>,
+    /// For each particle a node of a body that it was stopped by or carried along by in the last substep; empty without bodies.
+    bodies: Vec<Option<u32>>,
 }
 
 impl<T: Real> Certifier<T> {
     /// For so many particles.
     #[must_use]
     pub fn new(count: usize) -> Self {
+        Self::with_nodes(count, count)
+    }
+
+    /// For so many particles, and so many particles and nodes of bodies together.
+    #[must_use]
+    pub fn with_nodes(particles: usize, count: usize) -> Self {
         Self {
+            bodies: vec![None; if count > particles { particles } else { 0 }],
             exempt: Vec::new(),
             is_new: true,
             shares: vec![T::ONE; count],
@@ -113,6 +154,12 @@ impl<T: Real> Certifier<T> {
         &self.exempt
     }
 
+    /// A node of a body that has stopped a particle or carried it along in the last substep.
+    #[must_use]
+    pub fn body_at(&self, particle: usize) -> Option<u32> {
+        self.bodies.get(particle).copied().flatten()
+    }
+
     /// Changes `end` \[m\] so that the ways from `start` are proven to be free of meetings. `is_held` says whose ways are
     /// prescribed and stay as they are. Returns how many others were changed.
     ///
@@ -127,12 +174,27 @@ impl<T: Real> Certifier<T> {
         end: &mut [[T; 3]],
         is_held: impl Fn(u32) -> bool,
     ) -> Result<u64> {
+        self.certify_with(search, (start, end), is_held, &())
+    }
+
+    /// The same, where prescribed ways may be those of rigid bodies.
+    ///
+    /// # Errors
+    /// As [`Self::certify`].
+    pub fn certify_with(
+        &mut self,
+        search: &mut impl PairSearch<T>,
+        (start, end): (&[[T; 3]], &mut [[T; 3]]),
+        is_held: impl Fn(u32) -> bool,
+        carrier: &impl Carrier<T>,
+    ) -> Result<u64> {
         let numbers = || start.iter().chain(&*end).flatten();
         if !numbers().all(|x| x.is_finite()) {
             return Ok(0);
         }
         let largest = numbers().fold(T::ZERO, |largest, x| largest.maximum(x.abs()));
         let delta = certificate_distance(largest);
+        self.bodies.fill(None);
         let mut pairs = std::mem::take(&mut self.pairs);
         pairs.clear();
         let ways = Ways { start, end, delta, is_new: self.is_new };
@@ -141,7 +203,7 @@ impl<T: Real> Certifier<T> {
         let outcome = if pairs.is_empty() {
             Ok(0)
         } else {
-            self.resolve(search, (start, end), delta, &mut pairs, is_held)
+            self.resolve(search, (start, end), delta, &mut pairs, (is_held, carrier))
         };
         self.pairs = pairs;
         outcome
@@ -177,12 +239,12 @@ impl<T: Real> Certifier<T> {
         (start, end): (&[[T; 3]], &mut [[T; 3]]),
         delta: T,
         pairs: &mut Vec<UnprovenPair>,
-        is_held: impl Fn(u32) -> bool,
+        (is_held, carrier): (impl Fn(u32) -> bool, &impl Carrier<T>),
     ) -> Result<u64> {
         let moves = |i: u32| is_held(i) && start[i as usize] != end[i as usize];
         let wanted = end.to_vec();
         if pairs.iter().any(|pair| pair.particles.into_iter().any(moves)) {
-            self.carry(search, (start, end), delta, &is_held)?;
+            self.carry(search, (start, end), delta, (&is_held, carrier))?;
             let carried = std::mem::take(&mut self.carried);
             pairs.clear();
             let ways = Ways { start: &carried, end, delta, is_new: false };
@@ -198,21 +260,52 @@ impl<T: Real> Certifier<T> {
         Ok(wanted.iter().zip(end).filter(|(wanted, end)| wanted != end).count() as u64)
     }
 
-    /// `contact_carry`: prescribed ways are gone, and free particles that are in their way go along, as do those in the way of
-    /// these.
+    /// `contact_carry`: prescribed ways are gone, in more and smaller parts if it cannot be proven otherwise.
     fn carry(
         &mut self,
         search: &mut impl PairSearch<T>,
         (start, end): (&[[T; 3]], &[[T; 3]]),
         delta: T,
-        is_held: &impl Fn(u32) -> bool,
+        (is_held, carrier): (&impl Fn(u32) -> bool, &impl Carrier<T>),
     ) -> Result<()> {
+        let mut outcome = Ok(());
+        for parts in CARRY_PARTS {
+            let mut at = start.to_vec();
+            outcome = (1..=parts).try_for_each(|part| {
+                let share = T::from_f64(f64::from(part) / f64::from(parts));
+                let target = |i: usize| along(start[i], end[i], share);
+                let length = T::ONE / T::from_f64(f64::from(parts));
+                self.carry_part(search, (&at, target), (delta, length), (is_held, carrier))?;
+                std::mem::swap(&mut at, &mut self.carried);
+                Ok(())
+            });
+            self.carried = at;
+            if !matches!(outcome, Err(Error::Pinched { .. })) {
+                break;
+            }
+        }
+        outcome
+    }
+
+    /// A part of prescribed ways is gone, as long as `length` of all of them, and free particles that are in their way go along, as do
+    /// those in the way of these: as parts of a rigid body, if it is one that comes; else the longest way of their pair.
+    fn carry_part(
+        &mut self,
+        search: &mut impl PairSearch<T>,
+        (start, target): (&[[T; 3]], impl Fn(usize) -> [T; 3]),
+        (delta, length_of_part): (T, T),
+        (is_held, carrier): (&impl Fn(u32) -> bool, &impl Carrier<T>),
+    ) -> Result<()> {
+        let is_whole = length_of_part == T::ONE;
         let mut carried = start.to_vec();
+        // The rigid body that each goes along with.
+        let mut along: Vec<Option<u32>> = vec![None; start.len()];
         self.marked.fill(false);
         for (i, carried) in carried.iter_mut().enumerate() {
             if is_held(i as u32) {
-                *carried = end[i];
+                *carried = target(i);
                 self.marked[i] = true;
+                along[i] = carrier.body(i as u32);
             }
         }
         let mut pairs = Vec::new();
@@ -221,6 +314,17 @@ impl<T: Real> Certifier<T> {
             let ways = Ways { start, end: &carried, delta, is_new: false };
             search.unproven(&ways, Some(&self.marked), &mut pairs)?;
             self.exempt_remove(&mut pairs);
+            // What goes along with one rigid body keeps its distance (NUMERICS §15).
+            let is_rigid = |pair: &UnprovenPair| {
+                let [first, others @ ..] = pair.particles.map(|i| along[i as usize]);
+                let split = pair.candidate.split();
+                let from = pair.at(start);
+                let margin = T::from_f64(0.5) * delta;
+                first.is_some()
+                    && others.iter().all(|other| *other == first)
+                    && is_apart(&from, closest_axis(&from, split), split, margin)
+            };
+            pairs.retain(|pair| !(is_whole && is_rigid(pair)));
             if pairs.is_empty() {
                 self.carried = carried;
                 return Ok(());
@@ -229,14 +333,23 @@ impl<T: Real> Certifier<T> {
             let mut goes_on = false;
             for pair in &pairs {
                 let way = |i: u32| sub(carried[i as usize], start[i as usize]);
-                let longest = (pair.particles.into_iter().map(way))
-                    .max_by(|a, b| length(*a).total_cmp(&length(*b)))
+                let by = (pair.particles.into_iter())
+                    .max_by(|&i, &j| length(way(i)).total_cmp(&length(way(j))))
                     .unwrap_or_default();
+                if carrier.jumps(by) {
+                    return Err(pinched(pair, start));
+                }
+                let (longest, body) = (way(by), along[by as usize]);
                 for i in pair.particles.map(|particle| particle as usize) {
                     if !self.marked[i] {
                         self.marked[i] = true;
                         goes_on = true;
-                        carried[i] = plus(start[i], T::ONE, longest);
+                        body_note(&mut self.bodies, i, pair);
+                        along[i] = body;
+                        let of_body = |body| carrier.way(body, start[i]);
+                        let way =
+                            body.map_or(longest, |body| of_body(body).map(|x| length_of_part * x));
+                        carried[i] = plus(start[i], T::ONE, way);
                     }
                 }
             }
@@ -272,6 +385,9 @@ impl<T: Real> Certifier<T> {
                     let i = particle as usize;
                     if !is_held(particle) {
                         goes_on |= !self.marked[i] || share < self.shares[i];
+                        if share < self.shares[i] {
+                            body_note(&mut self.bodies, i, pair);
+                        }
                         self.marked[i] = true;
                         self.shares[i] = self.shares[i].minimum(share);
                         end[i] = along(start[i], wanted[i], self.shares[i]);
@@ -288,6 +404,14 @@ impl<T: Real> Certifier<T> {
             self.exempt_remove(pairs);
         }
         Ok(())
+    }
+}
+
+/// Notes which body a pair is with, if it is one.
+fn body_note(bodies: &mut [Option<u32>], particle: usize, pair: &UnprovenPair) {
+    let particles = bodies.len() as u32;
+    if let Some(body) = bodies.get_mut(particle) {
+        *body = pair.particles.into_iter().find(|&node| node >= particles);
     }
 }
 

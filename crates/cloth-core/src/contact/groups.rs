@@ -1,19 +1,31 @@
 //! `contact_groups` (NUMERICS §15): triangles in groups that lie close together at the start.
 
+use std::ops::Range;
+
 use super::ContactSurface;
 
 impl ContactSurface {
-    /// All triangles, so ordered that each `size` of them lie close together at the start, and so do the groups below each node of a binary
+    /// All triangles of cloths, so ordered that each `size` of them lie close together at the start, and so do the groups below each node of a binary
     /// tree over the groups, filled up to a power of two with empty ones.
     #[must_use]
     pub fn groups(&self, size: usize) -> Vec<u32> {
+        self.groups_of(0..self.cloth_triangles() as u32, size)
+    }
+
+    /// The same of the triangles of bodies.
+    #[must_use]
+    pub fn body_groups(&self, size: usize) -> Vec<u32> {
+        self.groups_of(self.cloth_triangles() as u32..self.triangles().len() as u32, size)
+    }
+
+    fn groups_of(&self, triangles: Range<u32>, size: usize) -> Vec<u32> {
         let centres: Vec<[f64; 3]> = (self.triangles().iter())
             .map(|corners| {
                 let [a, b, c] = corners.map(|corner| self.start(corner));
                 std::array::from_fn(|k| a[k] + b[k] + c[k])
             })
             .collect();
-        let mut order: Vec<u32> = (0..centres.len() as u32).collect();
+        let mut order: Vec<u32> = triangles.collect();
         bisect(&centres, &mut order, size.max(1));
         order
     }

@@ -1,6 +1,6 @@
 //! `contact_forces` and `contact_linearise` (NUMERICS §15): what a contact does.
 
-use crate::{Integrator, NewtonStart, Real, model::SelfContact};
+use crate::{Integrator, NewtonStart, Real};
 
 use super::{ContactStencil, along_plane, dot, plus};
 
@@ -30,7 +30,6 @@ pub(crate) const EXPLICIT_EIGENVALUE: f64 = 16.0 * EXPLICIT_STIFFNESS + 2.0 * EX
 pub struct ContactLaw<T> {
     is_implicit: bool,
     length: T,
-    friction: T,
 }
 
 /// What a contact does to its first point, and minus that to its second.
@@ -52,13 +51,12 @@ pub struct ContactAction<T> {
 }
 
 impl<T: Real> ContactLaw<T> {
-    /// The law for a substep of `length` \[s\] with Coulomb friction of this coefficient.
+    /// The law for a substep of `length` \[s\].
     #[must_use]
-    pub fn new(contact: &SelfContact, integrator: &Integrator, length: f64) -> Self {
+    pub fn new(integrator: &Integrator, length: f64) -> Self {
         Self {
             is_implicit: matches!(integrator, Integrator::Implicit(_)),
             length: T::from_f64(length),
-            friction: T::from_f64(contact.friction()),
         }
     }
 
@@ -98,7 +96,7 @@ impl<T: Real> ContactLaw<T> {
                 push = push.minimum((inertia / crowd) * left.maximum(T::ZERO));
             }
             let trial = plus(slip.map(|s| stiffness * s), damping, across);
-            let [_, share, sticks] = self.cone(push, trial);
+            let [_, share, sticks] = cone(stencil.friction, push, trial);
             let friction = trial.map(|t| -(share * t));
             ContactAction {
                 normal_force: push,
@@ -136,7 +134,7 @@ impl<T: Real> ContactLaw<T> {
             };
         }
         let limited = push_end.minimum(push + push);
-        let [limit, share, sticks] = self.cone(limited, ahead.map(|s| stiffness * s));
+        let [limit, share, sticks] = cone(stencil.friction, limited, ahead.map(|s| stiffness * s));
         let [square, h_square] = [dot(ahead, ahead), h * h];
         let sticks = sticks == T::ONE;
         let normal = stencil.normal;
@@ -170,23 +168,25 @@ impl<T: Real> ContactLaw<T> {
             sticks,
         }
     }
+}
 
-    /// The limit of friction \[N\], the share of a trial force that it leaves, and 1 if that is all of it.
-    #[inline(always)]
-    fn cone(&self, push: T, trial: [T; 3]) -> [T; 3] {
-        let limit = self.friction * push;
-        let size = dot(trial, trial).sqrt();
-        if size <= limit { [limit, T::ONE, T::ONE] } else { [limit, limit / size, T::ZERO] }
-    }
-
-    /// What is left of a slip \[m\] once friction has given way: no more than the cone holds.
+impl<T: Real> ContactAction<T> {
+    /// What is left of a slip \[m\] of a contact once friction has given way: no more than the cone holds.
     #[inline(always)]
     #[must_use]
-    pub fn slip_left(&self, action: &ContactAction<T>, slip: [T; 3]) -> [T; 3] {
-        let trial = slip.map(|s| action.tangential_stiffness * s);
-        let [_, share, _] = self.cone(action.normal_force, trial);
+    pub fn slip_left(&self, stencil: &ContactStencil<T>, slip: [T; 3]) -> [T; 3] {
+        let trial = slip.map(|s| self.tangential_stiffness * s);
+        let [_, share, _] = cone(stencil.friction, self.normal_force, trial);
         slip.map(|s| share * s)
     }
+}
+
+/// The limit of friction \[N\], the share of a trial force that it leaves, and 1 if that is all of it.
+#[inline(always)]
+fn cone<T: Real>(friction: T, push: T, trial: [T; 3]) -> [T; 3] {
+    let limit = friction * push;
+    let size = dot(trial, trial).sqrt();
+    if size <= limit { [limit, T::ONE, T::ONE] } else { [limit, limit / size, T::ZERO] }
 }
 
 /// The force that pushes apart \[N\] and minus its derivative by the gap: k (r - d) down to d = tau = r / 2, k tau^2 / d down to tau / 4,
@@ -212,9 +212,7 @@ mod tests {
 
     /// The force of a contact of 10 mg that overlaps by .2 mm of 1 mm, at a speed of parting, in a substep of 1 ms.
     fn explicit_push(parting: f64) -> f64 {
-        let response = crate::ContactResponse::Triangles { friction: 0.0 };
-        let contact = SelfContact { distance: 1e-3, response };
-        let law = ContactLaw::<f64>::new(&contact, &Integrator::Explicit, 1e-3);
+        let law = ContactLaw::<f64>::new(&Integrator::Explicit, 1e-3);
         let stencil = ContactStencil {
             key: crate::contact::ContactKey {
                 kind: crate::contact::ContactKind::VertexFace,
@@ -226,6 +224,7 @@ mod tests {
             normal: [0.0, 0.0, 1.0],
             gap: 0.8e-3,
             reach: 1e-3,
+            friction: 0.0,
         };
         let motion = ([0.0, 0.0, parting], [0.0; 3]);
         law.action(&stencil, (1e-5, 1), motion, NewtonStart::StepStart).normal_force

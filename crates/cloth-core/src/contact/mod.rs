@@ -1,6 +1,7 @@
 //! Contact between the triangles of cloth (NUMERICS §15): which pairs can meet, where they touch, what that does, and the proof
 //! that none passes another. All is pure functions of positions, which backends call for many pairs at once.
 
+mod bodies;
 mod certificate;
 mod certifier;
 mod groups;
@@ -11,8 +12,9 @@ mod stencil;
 mod surface;
 mod truncation;
 
+pub use bodies::{BodyImpulses, BodyMotion, ContactBody};
 pub use certificate::{MARGIN, Split, certify, certify_with_margin, closest_axis, is_apart};
-pub use certifier::{Certifier, PairSearch, UnprovenPair, Ways};
+pub use certifier::{Carrier, Certifier, PairSearch, UnprovenPair, Ways};
 pub(crate) use law::EXPLICIT_EIGENVALUE;
 pub use law::{ContactAction, ContactLaw};
 pub use records::{Contact, ContactSlip, Contacts};

@@ -3,7 +3,8 @@
 use crate::{NewtonStart, Real};
 
 use super::{
-    Contact, ContactAction, ContactKey, ContactLaw, ContactSlip, ContactStencil, Contacts, sub,
+    BodyImpulses, BodyMotion, Contact, ContactAction, ContactKey, ContactLaw, ContactSlip,
+    ContactStencil, Contacts, sub,
 };
 
 /// All contacts of a substep, ascending by key, and friction's memory from one substep to the next.
@@ -20,6 +21,8 @@ pub struct ContactSet<T> {
     places: Vec<u32>,
     memory: Memory<T>,
     kept: Memory<T>,
+    /// Numbers from here on are nodes of bodies, not particles.
+    particles: u32,
 }
 
 /// What friction remembers: slips by key, ascending.
@@ -50,7 +53,14 @@ impl<T: Real> ContactSet<T> {
     /// No contacts, of so many particles.
     #[must_use]
     pub fn new(count: usize) -> Self {
+        Self::with_nodes(count, count)
+    }
+
+    /// No contacts, of so many particles, and of so many particles and nodes of bodies together.
+    #[must_use]
+    pub fn with_nodes(particles: usize, count: usize) -> Self {
         Self {
+            particles: particles as u32,
             law: None,
             stencils: Vec::new(),
             slips_start: Vec::new(),
@@ -134,7 +144,10 @@ impl<T: Real> ContactSet<T> {
         for (particle, weight) in stencil.particles.into_iter().zip(stencil.weights) {
             if weight != T::ZERO {
                 inverse += weight * weight * (motion.inverse_mass)(particle);
-                crowd = crowd.max(self.places_of(particle as usize).len() as u32);
+                // What cannot move has any number of them.
+                if particle < self.particles {
+                    crowd = crowd.max(self.places_of(particle as usize).len() as u32);
+                }
             }
         }
         let mass = if inverse > T::ZERO { T::ONE / inverse } else { T::ZERO };
@@ -198,17 +211,47 @@ impl<T: Real> ContactSet<T> {
 
     /// Ends a substep: remembers how far contacts have slipped now that particles are at `position`, less where friction gave way.
     pub fn settle(&mut self, position: impl Fn(u32) -> [T; 3], start: impl Fn(u32) -> [T; 3]) {
-        let Some(law) = &self.law else { return };
         let mut memory = std::mem::take(&mut self.memory);
         memory.clear();
         let contacts = self.stencils.iter().zip(&self.slips_start).zip(&self.states);
         memory.extend(contacts.map(|((stencil, before), state)| {
             let moved = stencil.relative(|i| sub(position(i), start(i)));
             let slip: [T; 3] = std::array::from_fn(|k| before[k] + moved[k]);
-            (stencil.key, law.slip_left(&state.action, stencil.tangential(slip)))
+            (stencil.key, state.action.slip_left(stencil, stencil.tangential(slip)))
         }));
         memory.retain(|(_, slip)| *slip != [T::ZERO; 3]);
         self.memory = memory;
+    }
+
+    /// Adds what each collider gave to cloth \[kg m/s\] in a substep of `length` \[s\] that ended with particles and nodes at `position`
+    /// \[m\].
+    pub fn body_impulses(
+        &self,
+        (bodies, impulses): (&BodyMotion<T>, &mut BodyImpulses),
+        position: impl Fn(u32) -> [T; 3],
+        length: f64,
+    ) {
+        if !impulses.is_asked() {
+            return;
+        }
+        for (stencil, state) in self.stencils.iter().zip(&self.states) {
+            let collider = |i: usize| bodies.collider_of(stencil.particles[i]);
+            let (first, last) = (collider(0), collider(3));
+            let Some(collider) = first.or(last) else { continue };
+            // Weights of the cloth are positive if it is the first feature, and the force is one on the first.
+            let sign = if last.is_some() { 1.0 } else { -1.0 };
+            let mut place = [0.0; 3];
+            for (&particle, weight) in stencil.particles.iter().zip(stencil.weights) {
+                if particle < self.particles && weight != T::ZERO {
+                    let x = position(particle);
+                    for axis in 0..3 {
+                        place[axis] += weight.abs().to_f64() * x[axis].to_f64();
+                    }
+                }
+            }
+            let linear = state.action.force.map(|force| sign * length * force.to_f64());
+            impulses.add(collider, place, linear);
+        }
     }
 
     /// Takes in how far contacts have slipped in a state from outside.
@@ -268,12 +311,9 @@ mod tests {
             normal: [0.0, 0.0, 1.0],
             gap: 1e-3,
             reach: 2e-3,
+            friction: 0.0,
         };
-        let contact = crate::SelfContact {
-            distance: 2e-3,
-            response: crate::ContactResponse::Triangles { friction: 0.0 },
-        };
-        let law = ContactLaw::new(&contact, &crate::Integrator::Explicit, 1e-3);
+        let law = ContactLaw::new(&crate::Integrator::Explicit, 1e-3);
         let mut set = ContactSet::<f64>::new(6);
         set.stencils_set(law, vec![stencil(4, [4, 0, 1, 2]), stencil(3, [3, 1, 0, 2])]);
         let found: Vec<_> = (0..6).map(|i| set.of(i).collect::<Vec<_>>()).collect();

@@ -42,7 +42,7 @@ pub struct ContactKey {
 pub struct ContactStencil<T> {
     /// Its name.
     pub key: ContactKey,
-    /// The particles; where fewer than four take part, others have weight 0.
+    /// The particles, and nodes of a body; where fewer than four take part, others have weight 0.
     pub particles: [u32; 4],
     /// Weights, positive those of the first feature, 1 together; those of the second are -1 together.
     pub weights: [T; 4],
@@ -52,6 +52,8 @@ pub struct ContactStencil<T> {
     pub gap: T,
     /// Distance at which the force begins \[m\].
     pub reach: T,
+    /// Coulomb friction coefficient.
+    pub friction: T,
 }
 
 impl<T: Real> ContactStencil<T> {
@@ -145,7 +147,7 @@ impl ContactSurface {
                 ContactKey { kind: ContactKind::VertexVertex, first: vertex, second: other }
             }
         };
-        let reach = self.reach_of(candidate, particles, reach);
+        let (reach, friction) = self.reach_of(candidate, particles);
         let inverse = T::ONE / gap;
         (gap < reach).then(|| ContactStencil {
             key,
@@ -154,14 +156,18 @@ impl ContactSurface {
             normal: difference.map(|component| component * inverse),
             gap,
             reach,
+            friction: T::from_f64(friction),
         })
     }
 
-    /// The distance at which the force of two features begins: the reach, or less within a cloth where they are close at the start.
+    /// The distance at which the force of two features begins, less within a cloth where they are close at the start, and their
+    /// friction.
     #[inline(always)]
-    fn reach_of<T: Real>(&self, candidate: Candidate, particles: [u32; 4], reach: T) -> T {
+    fn reach_of<T: Real>(&self, candidate: Candidate, particles: [u32; 4]) -> (T, f64) {
+        let (reach, friction) = self.coupling(particles[0], particles[3]);
+        let reach = T::from_f64(reach);
         if !self.is_one_cloth(particles[0], particles[3]) {
-            return reach;
+            return (reach, friction);
         }
         let x = particles.map(|particle| self.start(particle));
         let weights = match candidate {
@@ -170,7 +176,8 @@ impl ContactSurface {
         };
         let difference: [f64; 3] =
             std::array::from_fn(|k| (0..4).map(|a| weights[a] * x[a][k]).sum());
-        T::from_f64(REST_SHARE * dot(difference, difference).sqrt()).minimum(reach)
+        let rest = T::from_f64(REST_SHARE * dot(difference, difference).sqrt());
+        (rest.minimum(reach), friction)
     }
 }
 

@@ -1,8 +1,11 @@
 //! The triangles, edges and vertices of all cloths, and the pairs of them that may meet.
 
-use crate::{Model, model::SelfContact};
+use crate::{
+    Model,
+    model::{ClothRange, SelfContact},
+};
 
-use super::Split;
+use super::{BodyMotion, ContactBody, Split};
 
 /// Two features that may meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -52,7 +55,8 @@ impl Rows {
     }
 }
 
-/// All triangles of a model as a surface that can touch itself.
+/// All triangles of a model as a surface that can touch itself: those of its cloths, and behind them those of its bodies, whose
+/// vertices are nodes with numbers behind those of all particles. Two features of bodies are no pair.
 ///
 /// Each vertex and each edge belongs to one of the triangles that have it, the first: whoever compares pairs of triangles by what
 /// belongs to them finds each pair of features once (Curtis, Tamstorf and Manocha 2008).
@@ -73,17 +77,30 @@ pub struct ContactSurface {
     start: Vec<[f64; 3]>,
     /// What seams make one, or will: such particles are as one that two features share.
     classes: Vec<u32>,
-    /// The cloth of each particle.
+    /// The cloth of each particle; bodies count on behind the cloths.
     cloths: Vec<u32>,
-    /// Distance at which forces begin \[m\].
+    /// Of each cloth: distance at which forces between it and bodies begin \[m\].
+    body_reaches: Vec<f64>,
+    bodies: Vec<ContactBody>,
+    /// Numbers of particles and of triangles of cloths.
+    own: [u32; 2],
+    /// Distance at which forces between cloths begin \[m\].
+    distance: f64,
+    /// The largest distance at which any forces begin \[m\].
     reach: f64,
+    /// Coulomb friction coefficient between cloths.
+    friction: f64,
 }
 
 impl ContactSurface {
     /// The surface of a model, and the reach of this contact.
     #[must_use]
     pub fn new(model: &Model, contact: &SelfContact) -> Self {
-        let triangles = model.triangles().to_vec();
+        let bodies = ContactBody::all(model);
+        let mut triangles = model.triangles().to_vec();
+        let own = [model.particle_count() as u32, triangles.len() as u32];
+        triangles.extend(bodies.iter().flat_map(ContactBody::triangles));
+        let nodes = bodies.last().map_or(own[0], |body| body.nodes.end) as usize;
         let sides = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]].map(sorted);
         let mut edges: Vec<_> = triangles.iter().flat_map(sides).collect();
         edges.sort_unstable();
@@ -91,7 +108,7 @@ impl ContactSurface {
         // All of them are there.
         let number = |side: [u32; 2]| edges.binary_search(&side).unwrap_or_default() as u32;
         let triangle_edges: Vec<_> = triangles.iter().map(|t| sides(t).map(number)).collect();
-        let mut has_vertex = vec![false; model.particle_count()];
+        let mut has_vertex = vec![false; nodes];
         let mut has_edge = vec![false; edges.len()];
         let owned = triangles.iter().zip(&triangle_edges).map(|(corners, sides)| {
             let mut bits = 0;
@@ -111,13 +128,30 @@ impl ContactSurface {
         let particles = model.cloths().iter().enumerate();
         let cloths =
             particles.flat_map(|(c, cloth)| cloth.particles.clone().map(move |_| c as u32));
+        let mut cloths: Vec<u32> = cloths.collect();
+        let mut start = model.positions().to_vec();
+        let mut classes = model.seam_classes().all();
+        start.extend(BodyMotion::<f64>::new(model).start());
+        classes.extend(own[0]..nodes as u32);
+        for (number, body) in (model.cloths().len() as u32..).zip(&bodies) {
+            cloths.extend(body.nodes.clone().map(|_| number));
+        }
+        // Half of the distance of the middles of two cloths that touch, or of the thickness of one, as other colliders keep it.
+        let body_reach = |cloth: &ClothRange| 0.5 * cloth.thickness.max(contact.distance);
+        let body_reaches: Vec<f64> = model.cloths().iter().map(body_reach).collect();
+        let largest = body_reaches.iter().fold(contact.distance, |a, b| a.max(*b));
         Self {
             opposites: Rows::new(edges.len(), opposites),
-            neighbours: Rows::new(model.particle_count(), neighbours),
-            start: model.positions().to_vec(),
-            classes: model.seam_classes().all(),
-            cloths: cloths.collect(),
-            reach: contact.distance,
+            neighbours: Rows::new(nodes, neighbours),
+            start,
+            classes,
+            cloths,
+            reach: if bodies.is_empty() { contact.distance } else { largest },
+            distance: contact.distance,
+            friction: contact.friction(),
+            body_reaches,
+            bodies,
+            own,
             triangles,
             edges,
             triangle_edges,
@@ -125,7 +159,45 @@ impl ContactSurface {
         }
     }
 
-    /// Particles of the triangles.
+    /// The bodies.
+    #[must_use]
+    pub fn bodies(&self) -> &[ContactBody] {
+        &self.bodies
+    }
+
+    /// Number of particles and nodes of bodies together.
+    #[must_use]
+    pub fn node_count(&self) -> usize {
+        self.start.len()
+    }
+
+    /// Number of triangles of cloths; those of bodies come behind them.
+    #[must_use]
+    pub const fn cloth_triangles(&self) -> usize {
+        self.own[1] as usize
+    }
+
+    /// Whether a number is that of a vertex of a body, not of a particle.
+    #[inline(always)]
+    #[must_use]
+    pub const fn is_of_body(&self, node: u32) -> bool {
+        node >= self.own[0]
+    }
+
+    /// Distance at which the forces of two features begin, of which these nodes are one each, and their friction.
+    #[inline(always)]
+    pub(super) fn coupling(&self, a: u32, b: u32) -> (f64, f64) {
+        let (cloth, body) = match (self.is_of_body(a), self.is_of_body(b)) {
+            (false, false) => return (self.distance, self.friction),
+            (false, true) => (a, b),
+            _ => (b, a),
+        };
+        let body = self.cloths[body as usize] as usize - self.body_reaches.len();
+        let reach = self.body_reaches[self.cloths[cloth as usize] as usize];
+        (reach, self.bodies[body].friction)
+    }
+
+    /// Particles, or nodes, of the triangles.
     #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
@@ -137,7 +209,7 @@ impl ContactSurface {
         &self.edges
     }
 
-    /// Distance below which cloths push each other apart \[m\].
+    /// The largest distance below which cloths push each other apart, or bodies push cloth away \[m\].
     #[must_use]
     pub const fn reach(&self) -> f64 {
         self.reach
@@ -166,9 +238,12 @@ impl ContactSurface {
         corners.iter().any(|&corner| self.classes[corner as usize] == class)
     }
 
-    /// Visits the pairs of what belongs to two triangles, less those that share a particle.
+    /// Visits the pairs of what belongs to two triangles, less those that share a particle; those of bodies have none.
     #[inline(always)]
     pub fn candidates_between(&self, a: u32, b: u32, mut visit: impl FnMut(Candidate, [u32; 4])) {
+        if a >= self.own[1] && b >= self.own[1] {
+            return;
+        }
         let [corners_a, corners_b] = [a, b].map(|t| self.triangles[t as usize]);
         let [owned_a, owned_b] = [a, b].map(|t| self.owned[t as usize]);
         for k in 0..3 {
@@ -206,6 +281,7 @@ impl ContactSurface {
         let vertex_triangle = (0..vertices)
             .filter(|&v| !self.neighbours.row(v).is_empty())
             .flat_map(move |v| (0..triangles).map(move |t| [v, t]))
+            .filter(|&[v, t]| !(self.is_of_body(v) && t >= self.own[1]))
             .filter(|&[v, t]| !self.has(&self.triangles[t as usize], v))
             .map(Candidate::VertexTriangle);
         let edges = self.edges.len() as u32;
@@ -213,7 +289,8 @@ impl ContactSurface {
             .flat_map(move |first| (first + 1..edges).map(move |second| [first, second]))
             .filter(|pair| {
                 let [p, q] = pair.map(|edge| self.edges[edge as usize]);
-                !self.has(&p, q[0]) && !self.has(&p, q[1])
+                let is_of_bodies = self.is_of_body(p[0]) && self.is_of_body(q[0]);
+                !is_of_bodies && !self.has(&p, q[0]) && !self.has(&p, q[1])
             })
             .map(Candidate::EdgeEdge);
         vertex_triangle.chain(edge_edge)

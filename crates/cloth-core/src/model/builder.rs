@@ -9,13 +9,17 @@ use crate::{
 };
 
 use super::{
-    Air, Cloth, ClothMaterial, ClothRange, Collider, FabricElements, FabricMaterial, Field,
-    Geometry, GridPatch, Inflation, Mass, Material, Meshing, Model, NetworkSpring, RestSource,
-    Seam, SelfContact, SpringClass, SpringCoefficients, SpringKind, SpringNetwork,
+    Air, Cloth, ClothMaterial, ClothRange, Collider, ColliderShape, FabricElements, FabricMaterial,
+    Field, Geometry, GridPatch, Inflation, Mass, Material, Meshing, Model, NetworkSpring,
+    RestSource, Seam, SelfContact, SpringClass, SpringCoefficients, SpringKind, SpringNetwork,
     seams::Seamstress,
     springs::SpringsBuilder,
     winged_edge::{NONE, WingedEdges},
 };
+
+/// Most colliders: each has a place in each substep of a frame, and every particle is compared with it. Faces of one mesh are no
+/// colliders of their own.
+const COLLIDERS_MAX: u64 = 1 << 16;
 
 /// Collects cloths, colliders and surroundings, and checks them all when the model is built.
 #[derive(Clone, Debug, Default)]
@@ -110,6 +114,10 @@ impl ModelBuilder {
             return Err(ModelError::Empty);
         }
         names_unique("cloth", self.cloths.iter().map(|cloth| cloth.name.as_str()))?;
+        let count = self.colliders.len() as u64;
+        if count > COLLIDERS_MAX {
+            return Err(ModelError::TooMany { what: "colliders", count, max: COLLIDERS_MAX });
+        }
         names_unique("collider", self.colliders.iter().map(|collider| collider.name.as_str()))?;
         finite_all(|| "gravity".into(), &self.gravity)?;
         self.colliders.iter().try_for_each(Collider::validate)?;
@@ -132,6 +140,12 @@ impl ModelBuilder {
             && let Some(cloth) = parts.cloths.iter().find(|cloth| cloth.triangles.is_empty())
         {
             return Err(ModelError::ContactWithoutSurface { cloth: cloth.name.clone() });
+        }
+        if !self.self_contact.as_ref().is_some_and(SelfContact::is_of_triangles)
+            && let Some(collider) = (self.colliders.iter())
+                .find(|collider| matches!(collider.shape, ColliderShape::Surface(_)))
+        {
+            return Err(ModelError::BodyWithoutContact { collider: collider.name.clone() });
         }
         names_unique("seam", self.seams.iter().map(|seam| seam.name.as_str()))?;
         let cloths = parts.cloths.iter();

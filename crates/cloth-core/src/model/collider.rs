@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::{DistanceGrid, GridSets};
+use super::{BodySurface, DistanceGrid, GridSets};
 use crate::{
     ModelError,
     error::{finite_all, in_range, not_negative, positive},
@@ -50,6 +50,8 @@ pub enum ColliderShape {
     },
     /// Any solid, as signed distances on a grid.
     Grid(Arc<DistanceGrid>),
+    /// A surface of triangles, open or closed, for contact of triangles alone.
+    Surface(Arc<BodySurface>),
 }
 
 /// A rigid placement: rotation, then translation.
@@ -133,11 +135,12 @@ impl Pose {
 }
 
 impl ColliderShape {
-    /// The samples that hold at `time` \[s\] for a grid, zeros for any other shape.
+    /// The samples that hold at `time` \[s\] for a grid, or the sets of a surface, zeros for any other shape.
     #[must_use]
     pub fn sets_at(&self, time: f64) -> GridSets {
         match self {
             Self::Grid(grid) => grid.sets_at(time),
+            Self::Surface(surface) => surface.sets_at(time),
             _ => GridSets::default(),
         }
     }
@@ -145,7 +148,11 @@ impl ColliderShape {
     /// Whether it is not the same at all times.
     #[must_use]
     pub fn changes(&self) -> bool {
-        matches!(self, Self::Grid(grid) if grid.set_count() > 1)
+        match self {
+            Self::Grid(grid) => grid.set_count() > 1,
+            Self::Surface(surface) => surface.sets.len() > 1,
+            _ => false,
+        }
     }
 }
 
@@ -158,6 +165,7 @@ impl Collider {
         match &self.shape {
             ColliderShape::Plane => {}
             ColliderShape::Grid(grid) => grid.validate(name)?,
+            ColliderShape::Surface(surface) => surface.validate(name)?,
             &ColliderShape::Sphere { radius } => {
                 positive(|| format!("radius of collider {name:?}"), radius)?;
             }

@@ -40,6 +40,20 @@ pub struct GridSets {
     pub share: f64,
 }
 
+impl GridSets {
+    /// Those of `count` sets, `rate` of them for a second \[1/s\], that hold at `time` \[s\].
+    #[must_use]
+    pub fn at(count: usize, rate: f64, time: f64) -> Self {
+        let last = count.saturating_sub(1) as f64;
+        if last == 0.0 {
+            return Self::default();
+        }
+        let place = (rate * time).clamp(0.0, last);
+        let index = place.floor();
+        Self { index: index as u32, next: (index + 1.0).min(last) as u32, share: place - index }
+    }
+}
+
 impl DistanceGrid {
     /// Most samples of a grid, all sets together.
     pub const SAMPLES_MAX: u64 = 1 << 28;
@@ -59,27 +73,23 @@ impl DistanceGrid {
     /// The sets that hold at `time` \[s\].
     #[must_use]
     pub fn sets_at(&self, time: f64) -> GridSets {
-        let last = self.set_count().saturating_sub(1) as f64;
-        if last == 0.0 {
-            return GridSets::default();
-        }
-        let place = (self.rate * time).clamp(0.0, last);
-        let index = place.floor();
-        GridSets { index: index as u32, next: (index + 1.0).min(last) as u32, share: place - index }
+        GridSets::at(self.set_count(), self.rate, time)
     }
 
     /// The vertices of the surface at `time` \[s\].
     #[must_use]
     pub fn positions_at(&self, time: f64) -> Vec<[f64; 3]> {
-        let set = |number: u32| {
-            let later = (number as usize).checked_sub(1);
-            later.and_then(|at| self.later_positions.get(at)).unwrap_or(&self.surface.positions)
-        };
         let GridSets { index, next, share } = self.sets_at(time);
-        let pairs = set(index).iter().zip(set(next));
+        let pairs = self.positions_of_set(index).iter().zip(self.positions_of_set(next));
         pairs
             .map(|(a, b)| std::array::from_fn(|axis| a[axis] + share * (b[axis] - a[axis])))
             .collect()
+    }
+
+    /// The vertices of the surface of one set.
+    pub(super) fn positions_of_set(&self, number: u32) -> &[[f64; 3]] {
+        let later = (number as usize).checked_sub(1);
+        later.and_then(|at| self.later_positions.get(at)).unwrap_or(&self.surface.positions)
     }
 
     /// The distance of a point of the local frame from the surface at `time` \[s\], as NUMERICS §7 has it \[m\].

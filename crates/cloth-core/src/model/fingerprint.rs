@@ -76,9 +76,16 @@ impl Model {
                     let [x, y, z] = grid.origin;
                     (4, vec![x, y, z, grid.spacing, grid.rate])
                 }
+                ColliderShape::Surface(surface) => (5, vec![surface.rate]),
             };
             hasher.write_u8(kind);
             values.iter().for_each(|value| hasher.write_u64(value.to_bits()));
+            if let ColliderShape::Surface(surface) = &collider.shape {
+                surface.triangles.iter().flatten().for_each(|&vertex| hasher.write_u32(vertex));
+                hasher.write_u64(surface.sets.len() as u64);
+                let numbers = surface.sets.iter().flatten().flatten();
+                numbers.for_each(|number| hasher.write_u64(number.to_bits()));
+            }
             if let ColliderShape::Grid(grid) = &collider.shape {
                 grid.size.iter().for_each(|&side| hasher.write_u32(side));
                 hasher.write_u64(grid.distances.len() as u64);

@@ -1,5 +1,6 @@
 //! The immutable description of what is simulated.
 
+mod body_surface;
 mod buckling;
 mod buckling_range;
 mod builder;
@@ -31,6 +32,7 @@ mod winged_edge;
 
 use std::{ops::Range, sync::Arc};
 
+pub use body_surface::BodySurface;
 pub use buckling::{BUCKLING_COEFFICIENTS, Buckling};
 pub use builder::ModelBuilder;
 pub use cloth::{Cloth, ClothMaterial, FabricMaterial, RestSource};

@@ -114,10 +114,13 @@ impl FramePlan {
         let sets = if rests { 1 } else { self.substeps.len() };
         for set in 0..sets {
             let end = self.substeps.get(set).map_or(span.time, |s| s.time + s.length);
-            let fraction = if set + 1 == sets { 1.0 } else { (end - span.time) / span.duration };
+            // The last set is that of the end of the frame, to the bit: who goes on from there starts with it.
+            let is_last = set + 1 == sets;
+            let end = if is_last { span.time + span.duration } else { end };
+            let fraction = (end - span.time) / span.duration;
             for ((from, to), collider) in span.from.iter().zip(span.to).zip(model.colliders()) {
                 let (linear_velocity, angular_velocity) = from.velocities_to(to, span.duration);
-                let pose = from.interpolate(to, fraction);
+                let pose = if is_last { *to } else { from.interpolate(to, fraction) };
                 self.colliders.push(ColliderState {
                     translation: pose.translation,
                     rotation: pose.rotation_rows(),

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use cloth_core::{Collider, ColliderShape, DistanceGrid, Pose};
+use cloth_core::{Collider, ColliderShape, GridSets, Pose};
 use glam::{DQuat, DVec3};
 
 use crate::picture::{PictureShape, Tessellation};
@@ -33,7 +33,7 @@ pub(super) struct Solid {
     /// Positions \[m\] at the start of the simulation.
     positions: Vec<[f64; 3]>,
     /// The same for every time, if the shape changes.
-    changing: Option<Arc<DistanceGrid>>,
+    changing: Option<ColliderShape>,
 }
 
 impl FrameSolids {
@@ -89,7 +89,7 @@ impl Solid {
         let origin = [0.0; 3];
         let shape = match collider.shape {
             ColliderShape::Plane => return Self::plane(collider, cloth),
-            ColliderShape::Grid(ref grid) => return Self::grid(collider, grid),
+            ColliderShape::Grid(_) | ColliderShape::Surface(_) => return Self::mesh(collider),
             ColliderShape::Sphere { radius } => PictureShape::Sphere { center: origin, radius },
             ColliderShape::Capsule { half_length, radius } => PictureShape::Capsule {
                 a: [0.0, 0.0, -half_length],
@@ -106,14 +106,12 @@ impl Solid {
         Self { name: collider.name.clone(), triangles, positions, changing: None }
     }
 
-    fn grid(collider: &Collider, grid: &Arc<DistanceGrid>) -> Self {
-        let positions = grid.positions_at(0.0);
-        let moves = grid.set_count() > 1;
+    fn mesh(Collider { name, shape, .. }: &Collider) -> Self {
         Self {
-            name: collider.name.clone(),
-            triangles: grid.surface.triangles.to_vec(),
-            positions,
-            changing: moves.then(|| Arc::clone(grid)),
+            name: name.clone(),
+            triangles: shape.body_triangles().unwrap_or_default().to_vec(),
+            positions: shape.body_positions(GridSets::default()).into_owned(),
+            changing: shape.changes().then(|| shape.clone()),
         }
     }
 
@@ -155,7 +153,7 @@ impl Solid {
     /// Positions \[m\] in the frame of the collider at `time` \[s\].
     pub(super) fn positions_at(&self, time: f64) -> Vec<[f64; 3]> {
         match &self.changing {
-            Some(grid) => grid.positions_at(time),
+            Some(shape) => shape.body_positions(shape.sets_at(time)).into_owned(),
             None => self.positions.clone(),
         }
     }

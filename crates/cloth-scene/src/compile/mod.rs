@@ -173,7 +173,7 @@ impl Scene {
         }
         let seams = seam::compile(self, &check, within)?;
         builder = seams.into_iter().fold(builder, ModelBuilder::seam);
-        let mut plans = Plans::default();
+        let mut plans = Plans::new(self);
         let mut colliders = Vec::with_capacity(self.colliders.len());
         for (index, collider) in self.colliders.iter().enumerate() {
             colliders.push(collider::compile(&check, index, collider, options, &mut plans)?);

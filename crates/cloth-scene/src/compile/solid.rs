@@ -5,10 +5,10 @@ use std::sync::{
     atomic::{AtomicU64, Ordering},
 };
 
-use cloth_core::{Collider, ColliderShape, TriangleMesh};
+use cloth_core::{BodySurface, Collider, ColliderShape, TriangleMesh};
 use cloth_rigid::{DistanceGridPlan, RigidError};
 
-use crate::{SceneAnimation, SceneError, SceneMesh, SceneSolidMesh};
+use crate::{Scene, SceneAnimation, SceneContactResponse, SceneError, SceneMesh, SceneSolidMesh};
 
 use super::{Check, CompileOptions, CompileProgress};
 
@@ -25,12 +25,20 @@ pub(super) fn bytes(cells: Option<u32>) -> u64 {
 }
 
 /// The solids whose distances are to be sampled, in the order of their colliders.
-#[derive(Default)]
 pub(super) struct Plans {
     list: Vec<(String, DistanceGridPlan)>,
+    /// Whether cloth knows meshes by their triangles, and no distances are needed.
+    of_triangles: bool,
 }
 
 impl Plans {
+    /// None, for a scene.
+    pub(super) fn new(scene: &Scene) -> Self {
+        let response = scene.contact.as_ref().map(|contact| contact.response);
+        let of_triangles = matches!(response, Some(SceneContactResponse::Triangles { .. }));
+        Self { list: Vec::new(), of_triangles }
+    }
+
     /// Stands for the solid until its distances are known; errors are about `key`.
     fn draft(&mut self, key: &str, plan: DistanceGridPlan) -> ColliderShape {
         let draft = plan.draft();
@@ -103,7 +111,7 @@ pub(super) fn mesh(
     Ok((mesh, cells))
 }
 
-/// The shape of a closed mesh; errors are about `key`.
+/// The shape of a mesh, which must be closed where cloth is to know it by distances; errors are about `key`.
 pub(super) fn distances(
     check: &Check<'_>,
     key: &str,
@@ -111,6 +119,10 @@ pub(super) fn distances(
     (mesh, cells): (&TriangleMesh, u32),
     plans: &mut Plans,
 ) -> Result<ColliderShape, SceneError> {
+    if plans.of_triangles {
+        let surface = BodySurface::rigid(mesh.positions.clone(), mesh.triangles.clone());
+        return Ok(ColliderShape::Surface(Arc::new(surface)));
+    }
     let plan = DistanceGridPlan::new(name, mesh, (cells, MARGIN));
     Ok(plans.draft(key, plan.map_err(|error| place(check, key, &error))?))
 }
@@ -168,8 +180,32 @@ pub(super) fn animated(
         super::mesh::compile(check, key, &mesh, options)
     };
     let meshes: Vec<_> = (0..animation.frames).map(file).collect::<Result<_, _>>()?;
+    if plans.of_triangles {
+        return surface_sequence(name, meshes, animation.rate)
+            .map(|surface| ColliderShape::Surface(Arc::new(surface)))
+            .map_err(|error| place(check, key, &error));
+    }
     let plan = DistanceGridPlan::sequence(name, &meshes, animation.rate, (animation.cells, MARGIN));
     Ok(plans.draft(key, plan.map_err(|error| place(check, key, &error))?))
+}
+
+/// The triangles of a mesh that changes its shape, all of the same faces.
+fn surface_sequence(
+    name: &str,
+    meshes: Vec<TriangleMesh>,
+    rate: f64,
+) -> Result<BodySurface, RigidError> {
+    let Some(first) = meshes.first() else {
+        return Err(RigidError::Flat { name: name.into() });
+    };
+    let triangles = first.triangles.clone();
+    let count = first.positions.len();
+    let same = |mesh: &TriangleMesh| mesh.triangles == triangles && mesh.positions.len() == count;
+    if let Some(frame) = meshes.iter().position(|mesh| !same(mesh)) {
+        return Err(RigidError::FacesDiffer { name: name.into(), frame });
+    }
+    let sets = meshes.into_iter().map(|mesh| mesh.positions).collect();
+    Ok(BodySurface { triangles, sets, rate })
 }
 
 pub(super) fn place(check: &Check<'_>, key: &str, error: &RigidError) -> SceneError {

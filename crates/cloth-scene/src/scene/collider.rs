@@ -65,7 +65,7 @@ pub enum SceneShape {
         /// Half the side lengths \[m\].
         half_extents: [f64; 3],
     },
-    /// A closed triangle mesh.
+    /// A triangle mesh.
     Mesh(SceneSolidMesh),
     /// A mesh that changes its shape, from a file for each frame.
     Animation(SceneAnimation),
@@ -76,9 +76,9 @@ pub enum SceneShape {
     },
 }
 
-/// A mesh that changes its shape. All files have the same faces, and other vertices; holes are closed by a flat cap.
-/// Between two files distances change linearly, and the surface moves along its normal with the
-/// velocity that follows from that; the last file holds from its time on. Not beside rigid bodies, which would not
+/// A mesh that changes its shape. All files have the same faces, and other vertices. With contact of triangles vertices go in straight
+/// lines between two files. Else holes are closed by a flat cap, distances change linearly, and the surface moves along its normal with the
+/// velocity that follows from that. The last file holds from its time on. Not beside rigid bodies, which would not
 /// feel it change.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]

@@ -4,8 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{SceneRotation, SceneTriangles};
 
-/// A closed triangle mesh: from a file, or vertex by vertex in the scene itself. It is scaled, then rotated, then
-/// translated. The cloth knows it by signed distances at samples of a regular grid.
+/// A triangle mesh: from a file, or vertex by vertex in the scene itself. It is scaled, then rotated, then
+/// translated. With contact of triangles the cloth touches its faces, and it may be open. Else it must be closed, and the cloth knows it by
+/// signed distances at samples of a regular grid. Rigid bodies are closed.
 ///
 /// Either `file` is given, or `vertices` and `faces` are.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]

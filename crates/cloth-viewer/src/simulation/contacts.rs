@@ -82,6 +82,8 @@ fn signed_distance(shape: &ColliderShape, point: DVec3, time: f64) -> f64 {
             outside.max(DVec3::ZERO).length() + outside.max_element().min(0.0)
         }
         ColliderShape::Grid(ref grid) => grid.distance_at(point.to_array(), time),
+        // It has no inside.
+        ColliderShape::Surface(_) => f64::INFINITY,
     }
 }
 

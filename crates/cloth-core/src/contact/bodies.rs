@@ -1,0 +1,424 @@
+//! Bodies in contact of triangles: colliders whose vertices go where they are told (NUMERICS §15).
+
+use std::{collections::HashMap, ops::Range};
+
+use crate::{
+    ColliderImpulse, ColliderShape, Error, GridSets, Model, Pose, Real, State,
+    stepper::{ColliderState, FramePlan},
+};
+
+use super::{Carrier, dot, sub};
+
+/// A body may go so far in a substep, whatever its size \[m\].
+const JUMP_MIN: f64 = 0.1;
+
+fn length<T: Real>(v: [T; 3]) -> f64 {
+    dot(v, v).sqrt().to_f64()
+}
+
+/// A collider that is triangles of infinite mass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactBody {
+    /// Its number among the colliders of the model.
+    pub collider: u32,
+    /// Its nodes: the numbers that its vertices have among those of particles, which come first.
+    pub nodes: Range<u32>,
+    /// Coulomb friction coefficient between it and cloth.
+    pub friction: f64,
+    /// The vertex of the shape that each node is. Vertices that are always in one place are one node.
+    vertices: Vec<u32>,
+    /// By nodes; what has no area as two corners are one node is left out.
+    triangles: Vec<[u32; 3]>,
+}
+
+impl ContactBody {
+    /// The bodies of a model.
+    pub(super) fn all(model: &Model) -> Vec<Self> {
+        let mut first = model.particle_count() as u32;
+        let mut bodies = Vec::new();
+        for (number, collider) in model.colliders().iter().enumerate() {
+            if model.is_contact_body(number) {
+                let body = Self::new(number as u32, &collider.shape, (first, collider.friction));
+                first = body.nodes.end;
+                bodies.push(body);
+            }
+        }
+        bodies
+    }
+
+    fn new(collider: u32, shape: &ColliderShape, (first, friction): (u32, f64)) -> Self {
+        let source = shape.body_triangles().unwrap_or_default();
+        let sets = shape_sets(shape);
+        // Vertices are compared in one set after the other: those in one place in all of them are one.
+        let count = shape.body_positions(GridSets::default()).len();
+        let mut class = vec![0_u32; count];
+        for set in 0..sets {
+            let positions = shape.body_positions(GridSets { index: set, next: set, share: 0.0 });
+            let mut classes = HashMap::with_capacity(count);
+            for (class, x) in class.iter_mut().zip(&*positions) {
+                // -0 and 0 are one place.
+                let key = (*class, x.map(|component| (component + 0.0).to_bits()));
+                let next = classes.len() as u32;
+                *class = *classes.entry(key).or_insert(next);
+            }
+        }
+        // Only what a triangle has is a node.
+        let mut node_of_class = vec![None; count];
+        let mut vertices = Vec::new();
+        let mut triangles = Vec::with_capacity(source.len());
+        for corners in source {
+            let classes = corners.map(|corner| class[corner as usize]);
+            if classes[0] == classes[1] || classes[1] == classes[2] || classes[2] == classes[0] {
+                continue;
+            }
+            let mut triangle = [0; 3];
+            for k in 0..3 {
+                let node = node_of_class[classes[k] as usize].get_or_insert_with(|| {
+                    vertices.push(corners[k]);
+                    first + vertices.len() as u32 - 1
+                });
+                triangle[k] = *node;
+            }
+            triangles.push(triangle);
+        }
+        let nodes = first..first + vertices.len() as u32;
+        Self { collider, nodes, friction, vertices, triangles }
+    }
+
+    /// Its triangles, by nodes.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Appends the positions of its nodes \[m\], where its collider is so.
+    fn positions<T: Real>(
+        &self,
+        shape: &ColliderShape,
+        place: &BodyPlace,
+        mut put: impl FnMut([T; 3]),
+    ) {
+        let local = shape.body_positions(place.sets);
+        for &vertex in &self.vertices {
+            let x = local[vertex as usize];
+            put(std::array::from_fn(|k| {
+                let [a, b, c] = place.rotation[k];
+                T::from_f64(place.translation[k] + ((a * x[0] + b * x[1]) + c * x[2]))
+            }));
+        }
+    }
+}
+
+/// Sets of positions that a shape has.
+fn shape_sets(shape: &ColliderShape) -> u32 {
+    match shape {
+        ColliderShape::Grid(grid) => grid.set_count().max(1) as u32,
+        ColliderShape::Surface(surface) => surface.sets.len() as u32,
+        _ => 1,
+    }
+}
+
+/// Where a body is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct BodyPlace {
+    translation: [f64; 3],
+    rotation: [[f64; 3]; 3],
+    sets: GridSets,
+}
+
+impl BodyPlace {
+    fn of_pose(pose: &Pose, sets: GridSets) -> Self {
+        Self { translation: pose.translation, rotation: pose.rotation_rows(), sets }
+    }
+
+    const fn of_state(state: &ColliderState) -> Self {
+        Self { translation: state.translation, rotation: state.rotation, sets: state.sets }
+    }
+}
+
+/// Where the nodes of all bodies are at the start and at the end of a substep.
+#[derive(Clone, Debug)]
+pub struct BodyMotion<T> {
+    bodies: Vec<ContactBody>,
+    /// Places of the bodies at the end and at the start.
+    places: Vec<BodyPlace>,
+    places_start: Vec<BodyPlace>,
+    places_kept: Vec<BodyPlace>,
+    /// Those of all substeps of the frame, set by set; one set if nothing moves.
+    planned: Vec<BodyPlace>,
+    /// Whether bodies go too far in the substep to take anything along.
+    jumps: Vec<bool>,
+    /// Of all nodes, behind the particles \[m\].
+    start: Vec<[T; 3]>,
+    end: Vec<[T; 3]>,
+    kept: Vec<[T; 3]>,
+    /// The first node.
+    first: u32,
+}
+
+impl<T: Real> BodyMotion<T> {
+    /// The bodies of a model in its initial state.
+    #[must_use]
+    pub fn new(model: &Model) -> Self {
+        let mut motion = Self {
+            bodies: ContactBody::all(model),
+            places: Vec::new(),
+            places_start: Vec::new(),
+            places_kept: Vec::new(),
+            planned: Vec::new(),
+            jumps: Vec::new(),
+            start: Vec::new(),
+            end: Vec::new(),
+            kept: Vec::new(),
+            first: model.particle_count() as u32,
+        };
+        motion.state_write(model, &model.initial_state());
+        motion
+    }
+
+    /// Whether there are any.
+    #[inline(always)]
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.bodies.is_empty()
+    }
+
+    /// A state has been given from outside: bodies are there at the start of the next substep.
+    pub fn state_write(&mut self, model: &Model, state: &State) {
+        let place = |body: &ContactBody| {
+            let number = body.collider as usize;
+            let collider = &model.colliders()[number];
+            let pose = state.colliders.get(number).unwrap_or(&collider.pose);
+            BodyPlace::of_pose(pose, collider.shape.sets_at(state.time))
+        };
+        self.places = self.bodies.iter().map(place).collect();
+        self.end.clear();
+        for (body, place) in self.bodies.iter().zip(&self.places) {
+            let shape = &model.colliders()[body.collider as usize].shape;
+            body.positions(shape, place, |x| self.end.push(x));
+        }
+        self.substep_end();
+        self.keep();
+        self.planned.clear();
+        self.jumps.clear();
+    }
+
+    /// A frame begins, or what is left of one.
+    pub fn frame_begin(&mut self, plan: &FramePlan) {
+        self.planned.clear();
+        if self.is_empty() {
+            return;
+        }
+        for states in plan.colliders.chunks(plan.collider_count.max(1)) {
+            let of = |body: &ContactBody| states.get(body.collider as usize);
+            self.planned.extend(self.bodies.iter().filter_map(of).map(BodyPlace::of_state));
+        }
+    }
+
+    /// Puts bodies where they are at the end of a substep of the frame.
+    pub fn substep_begin(&mut self, model: &Model, index: usize) {
+        let count = self.bodies.len();
+        let sets = self.planned.len() / count.max(1);
+        if sets == 0 {
+            return;
+        }
+        let planned = &self.planned[index.min(sets - 1) * count..];
+        for ((body, place), now) in self.bodies.iter().zip(&mut self.places).zip(planned) {
+            if now == place {
+                continue;
+            }
+            *place = *now;
+            let first = (body.nodes.start - self.first) as usize;
+            let mut slots = self.end[first..first + body.nodes.len()].iter_mut();
+            let shape = &model.colliders()[body.collider as usize].shape;
+            body.positions(shape, place, |x| {
+                if let Some(slot) = slots.next() {
+                    *slot = x;
+                }
+            });
+        }
+        let jumps =
+            |body: usize| self.places_start[body] != self.places[body] && self.is_jump(body);
+        self.jumps = (0..count).map(jumps).collect();
+    }
+
+    /// The substep stands: the next one starts where it has ended.
+    pub fn substep_end(&mut self) {
+        self.start.clone_from(&self.end);
+        self.places_start.clone_from(&self.places);
+    }
+
+    /// Keeps where bodies are, for a substep that may be taken back.
+    pub fn keep(&mut self) {
+        self.kept.clone_from(&self.start);
+        self.places_kept.clone_from(&self.places_start);
+    }
+
+    /// Takes it back. Where they are at the end follows from the next substep.
+    pub fn restore(&mut self) {
+        self.start.clone_from(&self.kept);
+        self.places_start.clone_from(&self.places_kept);
+    }
+
+    /// Positions of all nodes at the start of the substep \[m\], ascending.
+    #[must_use]
+    pub fn start(&self) -> &[[T; 3]] {
+        &self.start
+    }
+
+    /// Those at its end.
+    #[must_use]
+    pub fn end(&self) -> &[[T; 3]] {
+        &self.end
+    }
+
+    /// Whether any node moves in the substep.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        self.start != self.end
+    }
+
+    /// Velocity of a node in a substep of `length` \[s\].
+    #[inline(always)]
+    #[must_use]
+    pub fn velocity(&self, node: u32, length: T) -> [T; 3] {
+        let at = (node - self.first) as usize;
+        sub(self.end[at], self.start[at]).map(|component| component / length)
+    }
+
+    /// The collider that a node belongs to.
+    #[must_use]
+    pub fn collider_of(&self, node: u32) -> Option<usize> {
+        Some(self.bodies[self.body_of(node)?].collider as usize)
+    }
+
+    /// Where cloth is pinched, and by whom: says what a certificate that has found no way means for the bodies.
+    #[must_use]
+    pub fn error_name(&self, model: &Model, error: Error) -> Error {
+        let Error::Pinched { particles, place } = error else { return error };
+        let of_body = |node: &u32| self.body_of(*node).filter(|&body| self.way(body) > 0.0);
+        let bodies = || particles.iter().filter_map(|node| self.body_of(*node));
+        let Some(body) = particles.iter().find_map(of_body).or_else(|| bodies().next()) else {
+            return error;
+        };
+        let collider = model.colliders()[self.bodies[body].collider as usize].name.clone();
+        if self.is_jump(body) {
+            return Error::BodyJumps { collider, way: self.way(body), place };
+        }
+        Error::PinchedByBody { collider, place }
+    }
+
+    /// The longest way of the nodes of a body in the substep \[m\].
+    fn way(&self, body: usize) -> f64 {
+        let ways = self.range(body).map(|at| sub(self.end[at], self.start[at]));
+        ways.fold(0.0, |most, way| most.max(length(way)))
+    }
+
+    /// Whether a body goes further than it is long, and than what is no way for anything.
+    fn is_jump(&self, body: usize) -> bool {
+        let way = self.way(body);
+        if way <= JUMP_MIN {
+            return false;
+        }
+        let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+        for at in self.range(body) {
+            for axis in 0..3 {
+                let x = self.start[at][axis].to_f64();
+                bounds[0][axis] = bounds[0][axis].min(x);
+                bounds[1][axis] = bounds[1][axis].max(x);
+            }
+        }
+        way > length::<f64>(sub(bounds[1], bounds[0]))
+    }
+
+    fn range(&self, body: usize) -> Range<usize> {
+        let Range { start, end } = self.bodies[body].nodes;
+        (start - self.first) as usize..(end - self.first) as usize
+    }
+
+    fn body_of(&self, node: u32) -> Option<usize> {
+        let number = self.bodies.partition_point(|body| body.nodes.end <= node);
+        let body = self.bodies.get(number)?;
+        body.nodes.contains(&node).then_some(number)
+    }
+}
+
+impl<T: Real> Carrier<T> for BodyMotion<T> {
+    fn jumps(&self, node: u32) -> bool {
+        self.body_of(node).is_some_and(|body| self.jumps.get(body) == Some(&true))
+    }
+
+    fn body(&self, node: u32) -> Option<u32> {
+        let body = self.body_of(node)?;
+        let (from, to) = (&self.places_start[body], &self.places[body]);
+        // The trace of R' R is 1 + 2 cos of the angle.
+        let trace: f64 = (from.rotation.iter().flatten())
+            .zip(to.rotation.iter().flatten())
+            .map(|(a, b)| a * b)
+            .sum();
+        let is_rigid = from.sets == to.sets && trace > 1.0 + 2.0 * 1.0_f64.cos();
+        is_rigid.then_some(body as u32)
+    }
+
+    fn way(&self, body: u32, place: [T; 3]) -> [T; 3] {
+        let (from, to) = (&self.places_start[body as usize], &self.places[body as usize]);
+        let arm: [f64; 3] = std::array::from_fn(|k| place[k].to_f64() - from.translation[k]);
+        let local: [f64; 3] =
+            std::array::from_fn(|k| (0..3).map(|row| from.rotation[row][k] * arm[row]).sum());
+        std::array::from_fn(|k| {
+            let turned: f64 = (0..3).map(|j| to.rotation[k][j] * local[j]).sum();
+            T::from_f64((to.translation[k] - from.translation[k]) + (turned - arm[k]))
+        })
+    }
+}
+
+/// What bodies did to cloth, one sum for each collider, with what it was at the start of a substep that may be taken back.
+#[derive(Clone, Debug, Default)]
+pub struct BodyImpulses {
+    sums: Vec<ColliderImpulse>,
+    kept: Vec<ColliderImpulse>,
+}
+
+impl BodyImpulses {
+    /// None, of the colliders of a model; without memory if the model does not ask for them or has no bodies.
+    #[must_use]
+    pub fn new(model: &Model) -> Self {
+        let is_asked = model.collider_impulses() && model.has_contact_bodies();
+        let count = if is_asked { model.colliders().len() } else { 0 };
+        let sums = vec![ColliderImpulse::default(); count];
+        Self { kept: sums.clone(), sums }
+    }
+
+    /// Whether the model asks for them.
+    #[must_use]
+    pub const fn is_asked(&self) -> bool {
+        !self.sums.is_empty()
+    }
+
+    /// A collider gave an impulse \[kg m/s\] to cloth at a place \[m\].
+    pub fn add(&mut self, collider: usize, place: [f64; 3], linear: [f64; 3]) {
+        let [x, y, z] = place;
+        let [a, b, c] = linear;
+        if let Some(sum) = self.sums.get_mut(collider) {
+            *sum +=
+                ColliderImpulse { linear, angular: [y * c - z * b, z * a - x * c, x * b - y * a] };
+        }
+    }
+
+    /// `state_keep`.
+    pub fn keep(&mut self) {
+        self.kept.clone_from(&self.sums);
+    }
+
+    /// `state_restore`.
+    pub fn restore(&mut self) {
+        self.sums.clone_from(&self.kept);
+    }
+
+    /// Adds all sums to those of `out`, and starts again from zero.
+    pub fn take(&mut self, out: &mut [ColliderImpulse]) {
+        for (sum, out) in self.sums.iter_mut().zip(out) {
+            *out += std::mem::take(sum);
+        }
+    }
+}
