@@ -10,7 +10,8 @@ use cloth_core::{
     ContactStatistics, Error, ImplicitSettings, Integrator, LinearMethod, LinearSettings,
     MatrixForm, Model, NewtonStart, Preconditioner, Real, Result, SelfContact, SolverConfig, State,
     contact::{
-        Certifier, ContactLaw, ContactMotion, ContactSet, ContactSlip, ContactSurface, Contacts,
+        Candidate, Certifier, ContactLaw, ContactMotion, ContactSet, ContactSlip, ContactSurface,
+        Contacts,
     },
 };
 use rayon::prelude::*;
@@ -195,6 +196,12 @@ impl<T: Real> TriangleContact<T> {
 
     pub(crate) fn contacts_read(&self, out: &mut Contacts) {
         self.set.read(out);
+    }
+
+    /// The pairs of the list, ascending.
+    pub(crate) fn list_read(&self, out: &mut Vec<Candidate>) {
+        out.extend(self.list.pairs().map(|pair| pair.candidate));
+        out.sort_unstable();
     }
 
     /// Counts since the last call.

@@ -3,6 +3,7 @@
 
 mod certificate;
 mod certifier;
+pub mod device;
 mod groups;
 mod law;
 mod records;
