@@ -94,6 +94,20 @@ extern "C" __global__ void implicit_assemble(const __grid_constant__ Solver s, c
             off = off + make_vec3(u.x * u.y, u.x * u.z, u.y * u.z);
         }
     }
+    if (l.has_contacts && contacts_any(l.contacts, i)) {
+        // The velocities at the start have moved what touches.
+        if (!is_iterate) right = right + negative(contacts_row(l.contacts, motion.v, i));
+        vec3 block_on = {0, 0, 0}, block_off = {0, 0, 0};
+        for (uint k = l.contacts.offsets[i], end = l.contacts.offsets[i + 1]; k < end; k++) {
+            const TriangleContact& contact = l.contacts.contacts[l.contacts.places[k] / 4];
+            real w = contact.weights[l.contacts.places[k] % 4];
+            const real* m = contact.rows;
+            block_on = block_on + (w * w) * make_vec3(m[0], m[1], m[2]);
+            block_off = block_off + (w * w) * make_vec3(m[3], m[4], m[5]);
+        }
+        on = on + block_on;
+        off = off + block_off;
+    }
     if (l.has_elements) right = right + xyz(l.element_sums[2 * (size_t)s.count + i]);
     l.diagonal[0][i] = with_w(on, 0);
     l.diagonal[1][i] = with_w(off, 0);

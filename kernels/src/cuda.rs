@@ -50,9 +50,12 @@ modules! {
     "constraint_project" [],
     "constraint_release" [],
     "contact_candidates" [],
+    "contact_certify" [],
     "contact_forces" [],
+    "contact_geometry" [],
     "contact_impulses" [],
     "contact_linearise" [],
+    "contact_pairs" [],
     "control_forces" [],
     "explicit_substep" ["penalty", "extras", "table", "grid", "many_registers", "stencil", "packed"],
     "explicit_substep_contact" in "patch" [],
@@ -97,7 +100,7 @@ shared! {
     "substep" "frame",
     "patch": "stencil" "packet" "tile" "flat" "pairs" "strip" "tile_list" "around" "area" "area_expected" "sketch" "area_view" "area_search"
     "far_search" "area_sum" "area_sum_few" "area_sum_many",
-    "shared": "linear" "fabric_matrix" "sum" "solve" "resident",
+    "shared": "certificate" "triangles" "contact_rows" "linear" "fabric_matrix" "sum" "solve" "resident",
     "patch": "neighbours24",
     "shared": "constraint",
 }

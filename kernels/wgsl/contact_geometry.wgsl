@@ -1,6 +1,6 @@
 // NUMERICS section 15, contact_geometry: the pairs of the list that may touch, by the distance of their features, a little farther than they touch.
 // What touches and where, the host decides in the same arithmetic for all backends.
-//!include model pair_task pair_ways pair_box pair_list pair_results pair_found
+//!include model pair_task pair_ways pair_box pair_list pair_results pair_found pair_each
 
 // What rounding may do to the distance.
 const SLACK: f32 = 1.01;
@@ -53,16 +53,7 @@ fn square_of_edges(a: vec3f, b: vec3f, c: vec3f, d: vec3f) -> f32 {
     return dot(difference, difference);
 }
 
-@compute @workgroup_size(WORKGROUP)
-fn main(
-    @builtin(global_invocation_id) id: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-) {
-    let number = particle_index(id, groups);
-    if number >= pair_task.pair_count {
-        return;
-    }
-    let pair = pair_get(number);
+fn pair_is_wanted(pair: Pair) -> bool {
     let p = pair.particles;
     let a = way_start(p.x);
     let b = way_start(p.y);
@@ -74,16 +65,14 @@ fn main(
     let reach = SLACK * pair_task.distance;
     if pair_is_edges(pair) {
         if box_is_apart(box_with(first, b), second, reach) {
-            return;
+            return false;
         }
         square = square_of_edges(a, b, c, d);
     } else {
         if box_is_apart(first, box_with(second, b), reach) {
-            return;
+            return false;
         }
         square = square_to_triangle(a, b, c, d);
     }
-    if square < reach * reach {
-        pair_found(pair);
-    }
+    return square < reach * reach;
 }

@@ -24,6 +24,12 @@ fn pair_note(pair: Pair) {
     }
 }
 
+// Whether one of these corners is a particle, or one that a seam makes one with it.
+fn has_particle(corners: vec3<u32>, particle: u32) -> bool {
+    let own = seam_class(particle);
+    return seam_class(corners.x) == own || seam_class(corners.y) == own || seam_class(corners.z) == own;
+}
+
 // The pairs of what belongs to two triangles, less those that share a particle.
 fn triangles_compare(a: u32, b: u32) {
     let corners_a = triangle_corners(a);
@@ -32,11 +38,11 @@ fn triangles_compare(a: u32, b: u32) {
     let owned_b = triangle_word(b, 4u);
     for (var k = 0u; k < 3u; k += 1u) {
         let of_a = corners_a[k];
-        if (owned_a >> k & 1u) == 1u && all(corners_b != vec3<u32>(of_a)) {
+        if (owned_a >> k & 1u) == 1u && !has_particle(corners_b, of_a) {
             pair_note(Pair(vec4<u32>(of_a, corners_b), of_a, triangle_word(b, 0u)));
         }
         let of_b = corners_b[k];
-        if (owned_b >> k & 1u) == 1u && all(corners_a != vec3<u32>(of_b)) {
+        if (owned_b >> k & 1u) == 1u && !has_particle(corners_a, of_b) {
             pair_note(Pair(vec4<u32>(of_b, corners_a), of_b, triangle_word(a, 0u)));
         }
     }
@@ -57,7 +63,7 @@ fn triangles_compare(a: u32, b: u32) {
             let second = max(edge_a, edge_b);
             let p = edge_ends(first);
             let q = edge_ends(second);
-            if all(p != q.xx) && all(p != q.yy) {
+            if !has_particle(p.xyy, q.x) && !has_particle(p.xyy, q.y) {
                 pair_note(Pair(vec4<u32>(p, q), first | EDGES, second));
             }
         }

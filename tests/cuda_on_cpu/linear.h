@@ -55,6 +55,10 @@ int main(int, char** arguments) {
     s.position[0] = (real4*)input_list();
     s.velocity[0] = (real4*)input_list();
     s.kept_velocity = (real4*)input_list();
+    l.contacts.offsets = input_list();
+    l.contacts.places = input_list();
+    l.contacts.contacts = (const TriangleContact*)input_list();
+    l.has_contacts = list_length > 0;
     s.force = zeros<real4>(s.count);
     // No springs.
     s.spring_row = zeros<uint>(s.count);
@@ -72,6 +76,7 @@ int main(int, char** arguments) {
     }
     for (real4*& vector : l.vectors) vector = zeros<real4>(s.count);
     for (uint i = 0; i < s.count; i++) s.force[i] = with_w(field_force(s, s.velocity[0][i].w, xyz(s.velocity[0][i])), 0);
+    if (l.has_contacts) launch_over(s.count, [&] { contact_forces_triangles(s, l.contacts); });
     launch_over(s.element_count, [&] { membrane_linearise(s, l, from_start); });
     launch_over(s.element_count, [&] { bending_linearise(s, l, from_start); });
     launch_over((s.count + 31) / 32 * 32 * (longest + 1), [&] { implicit_assemble_fabric(s, l); });

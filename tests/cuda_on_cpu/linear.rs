@@ -4,7 +4,9 @@ use std::{fs, process::Command, sync::Arc};
 
 use cloth_core::{
     Backend, Integrator, LinearVector, MatrixForm, Model, Neighbours, NewtonStart, SlicedRows,
-    SolverConfig, State, stepper::Substep,
+    SolverConfig, State,
+    contact::{ContactLaw, ContactMotion, ContactSet, ContactSurface},
+    stepper::Substep,
 };
 use cloth_kernels::CudaModule;
 use harness::{backends::cpu, bits::first_difference, checks::PatchFrames};
@@ -17,8 +19,8 @@ const NOT_HERE: [&str; 5] = ["ptx", "sum", "solve", "resident", "neighbours24"];
 const LENGTH: f64 = 0.01;
 
 /// A folded patch in motion, and where its velocities were at the start of the step.
-fn patch() -> (Arc<Model>, State, State) {
-    let patch = PatchFrames { fabric: true, ..PatchFrames::explicit([29, 23]) };
+fn patch(triangles: bool) -> (Arc<Model>, State, State) {
+    let patch = PatchFrames { triangles, fabric: true, ..PatchFrames::explicit([29, 23]) };
     let model = patch.model().expect("the patch is a model");
     let mut state = patch.start(&model);
     let positions = state.positions.clone();
@@ -27,6 +29,12 @@ fn patch() -> (Arc<Model>, State, State) {
     }
     let mut before = state.clone();
     before.velocities.iter_mut().for_each(|velocity| velocity[2] += 0.125);
+    if triangles {
+        // Contacts have slipped since the start of the substep.
+        for (x, v) in before.positions.iter_mut().zip(&state.velocities) {
+            *x = std::array::from_fn(|k| x[k] - 2e-3 * v[k]);
+        }
+    }
     (model, state, before)
 }
 
@@ -54,8 +62,45 @@ fn words(model: &Model, [state, before]: [&State; 2], start: NewtonStart) -> Vec
         vectors(&state.velocities, &mut masses().map(|&mass| bits(mass))),
         vectors(&before.velocities, &mut masses().map(|&mass| bits(mass))),
     ];
-    words.extend(lists.into_iter().flat_map(|list| [vec![list.len() as u32], list].concat()));
+    let lists = lists.into_iter().chain(contacts(model, [state, before], start));
+    words.extend(lists.flat_map(|list| [vec![list.len() as u32], list].concat()));
     words
+}
+
+/// Where the contacts of each particle are, and the contacts, by the functions that all backends share.
+fn contacts(model: &Model, [state, before]: [&State; 2], start: NewtonStart) -> [Vec<u32>; 3] {
+    let Some(contact) = model.self_contact() else { return [vec![], vec![], vec![]] };
+    let surface = ContactSurface::new(model, contact);
+    let single = |vectors: &[[f64; 3]]| -> Vec<[f32; 3]> {
+        vectors.iter().map(|v| v.map(|x| x as f32)).collect()
+    };
+    let (x, v) = (single(&state.positions), single(&state.velocities));
+    let from = single(&before.positions);
+    let at = |i: u32| x[i as usize];
+    let found = surface.candidates().filter_map(|candidate| surface.contact(candidate, at));
+    let mut set = ContactSet::new(model.particle_count());
+    let integrator = Integrator::Implicit(cloth_core::ImplicitSettings::default());
+    set.stencils_set(ContactLaw::new(&integrator, LENGTH), found.collect());
+    let inverse = |i: u32| {
+        let is_held = state.held[i as usize] != 0;
+        if is_held { 0.0 } else { 1.0 / model.masses()[i as usize] as f32 }
+    };
+    let velocity = |i: u32| v[i as usize];
+    let from = |i: u32| from[i as usize];
+    let motion = ContactMotion { position: at, velocity, start: from, inverse_mass: inverse };
+    let all = 0..set.stencils().len();
+    let states = all.filter_map(|contact| set.state(contact, &motion, start)).collect();
+    set.states_set(states);
+    assert!(set.states().iter().any(|state| state.action.sticks));
+    assert!(set.states().iter().any(|state| !state.action.sticks));
+    let (offsets, places) = set.rows();
+    let contacts = set.stencils().iter().zip(set.states()).flat_map(|(stencil, state)| {
+        let action = &state.action;
+        let numbers = stencil.weights.iter().chain(&action.rows).chain(&action.force);
+        let numbers = numbers.chain(&[0.0; 3]).map(|number| number.to_bits());
+        stencil.particles.into_iter().chain(numbers).collect::<Vec<_>>()
+    });
+    [offsets.to_vec(), places.to_vec(), contacts.collect()]
 }
 
 /// Right-hand side and its product with the matrix, by the kernels, their text changed by `edit`.
@@ -65,7 +110,7 @@ fn by_kernels(words: &[u32], edit: impl Fn(String) -> String) -> State {
     let mut text = first
         .compose_with(Vec::new(), &NOT_HERE.map(|part| (part, "")))
         .expect("the module has no options");
-    for name in ["membrane_linearise", "bending_linearise", "matrix_apply"] {
+    for name in ["membrane_linearise", "bending_linearise", "matrix_apply", "contact_forces"] {
         text += find(name).file();
     }
     // The runtime has it.
@@ -95,6 +140,7 @@ fn by_cpu(model: &Arc<Model>, [state, before]: [&State; 2], start: NewtonStart) 
     let mut run = || -> cloth_core::Result<State> {
         kernels.state_write(before)?;
         kernels.state_keep()?;
+        kernels.start_keep()?;
         // That of the start is kept.
         kernels.velocity_add(0.0)?;
         kernels.state_write(state)?;
@@ -102,6 +148,12 @@ fn by_cpu(model: &Arc<Model>, [state, before]: [&State; 2], start: NewtonStart) 
         kernels.spring_linearise(&substep)?;
         kernels.membrane_linearise(&substep, start)?;
         kernels.bending_linearise(&substep, start)?;
+        if model.has_triangle_contact() {
+            kernels.contact_pairs(&substep)?;
+            kernels.contact_geometry(&substep, start)?;
+            kernels.contact_forces()?;
+            kernels.contact_linearise(&substep)?;
+        }
         kernels.implicit_assemble(&substep, start)?;
         kernels.matrix_apply(
             MatrixForm::MatrixFree,
@@ -118,7 +170,7 @@ fn by_cpu(model: &Arc<Model>, [state, before]: [&State; 2], start: NewtonStart) 
 
 #[test]
 fn systems_of_fabric() {
-    let (model, state, before) = patch();
+    let (model, state, before) = patch(false);
     let states = [&state, &before];
     for start in [NewtonStart::StepStart, NewtonStart::Iterate] {
         let expected = by_cpu(&model, states, start);
@@ -134,6 +186,30 @@ fn systems_of_fabric() {
         ("if (largest <= 0) return {0, 0, 0};", "if (largest <= 0) return s;"),
         ("* SLICE + j % SLICE] < i)", "* SLICE + j % SLICE] <= i)"),
         ("plate[2], to[1], plate[1])", "plate[2], to[1], plate[0])"),
+    ] {
+        let found = by_kernels(&words, |text| replaced(&text, right, wrong));
+        assert!(first_difference(&expected, &found).is_some(), "`{wrong}` is not found");
+    }
+}
+
+#[test]
+fn systems_in_contact() {
+    let (model, state, before) = patch(true);
+    let states = [&state, &before];
+    for start in [NewtonStart::StepStart, NewtonStart::Iterate] {
+        let expected = by_cpu(&model, states, start);
+        let words = words(&model, states, start);
+        let found = by_kernels(&words, |text| text);
+        assert_eq!(first_difference(&expected, &found), None, "{start:?}");
+    }
+    let start = NewtonStart::StepStart;
+    let (expected, words) = (by_cpu(&model, states, start), words(&model, states, start));
+    // The weight of another particle, a block that is not symmetric, velocities that move nothing, a force without its weight.
+    for (right, wrong) in [
+        ("w[2] * c) + w[3] * d", "w[3] * c) + w[2] * d"),
+        ("m[3] * v.x + m[1] * v.y", "m[4] * v.x + m[1] * v.y"),
+        ("right + negative(contacts_row", "right + (real)0 * (contacts_row"),
+        ("sum + contact.weights[table.places[k] % 4] * make_vec3", "sum + make_vec3"),
     ] {
         let found = by_kernels(&words, |text| replaced(&text, right, wrong));
         assert!(first_difference(&expected, &found).is_some(), "`{wrong}` is not found");

@@ -3,6 +3,7 @@
 #![cfg(target_os = "linux")]
 
 mod compiler;
+mod contact;
 mod linear;
 mod program;
 mod scene;

@@ -1,15 +1,14 @@
 //! Sheets, the backends that have contact of triangles, and runs of these.
 
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
 
 use cloth::SceneAudit;
-use cloth_backend_wgpu::{WgpuBackend, WgpuOptions};
 use cloth_core::{
     Cloth, ContactResponse, Frame, Geometry, GridPatch, ImplicitSettings, Integrator,
     MaterialPreset, Model, ModelBuilder, NewtonSettings, Precision, SelfContact,
     SemiImplicitSettings, SolverConfig, State,
 };
-use harness::backends::{Candidate, candidates, gpu_candidate, is_left_out};
+use harness::backends::{Candidate, candidates};
 
 /// A square sheet of jersey around a centre \[m\], turned about the vertical by `angle`.
 pub(crate) fn sheet(name: &str, side: u32, spacing: f64, centre: [f64; 3], angle: f64) -> Cloth {
@@ -41,17 +40,11 @@ pub(crate) fn processor() -> &'static Candidate {
     all.find(|candidate| candidate.label == "cpu f32").expect("it is one of them")
 }
 
-/// The candidates on GPUs in single precision that have contact of triangles, where it is asked for.
+/// The candidates on GPUs in single precision.
 pub(crate) fn others() -> impl Iterator<Item = &'static Candidate> {
-    static ALL: LazyLock<Vec<Candidate>> = LazyLock::new(|| {
-        if is_left_out("wgpu") {
-            return Vec::new();
-        }
-        let options = WgpuOptions { triangle_contact: true, ..WgpuOptions::default() };
-        let backend = WgpuBackend::with_options(&options).expect("there is a device");
-        vec![gpu_candidate("wgpu", Box::new(backend))]
-    });
-    ALL.iter()
+    let is_gpu = |label: &str| label.starts_with("wgpu") || label.starts_with("cuda");
+    let single = |candidate: &&Candidate| candidate.precision == Precision::F32;
+    candidates().iter().filter(single).filter(move |candidate| is_gpu(&candidate.label))
 }
 
 /// The integrators with the time steps of these tests \[s\].
@@ -97,7 +90,7 @@ pub(crate) fn run(
 ) -> (Arc<Model>, Outcome) {
     let model = Arc::new(builder.build().expect("the scenes are valid"));
     let audit = SceneAudit::new(&model);
-    let precision = Precision::F32;
+    let precision = candidate.precision;
     let config = SolverConfig { integrator, time_step, precision, ..SolverConfig::default() };
     let solver = candidate.backend.create_solver(Arc::clone(&model), &config);
     let mut solver = solver.expect("it has contact of triangles");

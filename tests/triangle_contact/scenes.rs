@@ -2,13 +2,16 @@
 
 use cloth_core::{ContactResponse, ImplicitSettings, Integrator, ModelBuilder, SelfContact};
 
-use crate::rig::{contact, integrators, others, processor, run, sheet};
+use crate::{
+    pairs::ten_layers,
+    rig::{contact, integrators, others, processor, run, sheet},
+};
 
 const SPACING: f64 = 0.01;
 const DISTANCE: f64 = 2e-3;
 
 /// Three sheets that fall on a pinned one, turned against each other.
-fn layers(contact: SelfContact) -> ModelBuilder {
+pub(crate) fn layers(contact: SelfContact) -> ModelBuilder {
     let heights = [0.0, 0.012, 0.016, 0.02];
     let builder = ModelBuilder::new().self_contact(contact);
     heights.into_iter().enumerate().fold(builder, |builder, (k, height)| {
@@ -44,6 +47,22 @@ fn layers_fall_and_do_not_pass() {
             }
         }
         assert!(truncated > 0, "no way was shortened");
+    }
+}
+
+/// Ten layers that fall on a floor, in more groups than a workgroup has threads.
+#[test]
+fn ten_layers_on_a_floor_do_not_pass() {
+    let model = ten_layers().build().expect("it is valid");
+    for candidate in others() {
+        let _turn = candidate.turn();
+        for way in integrators(&model) {
+            let (_, found) = run(candidate, ten_layers(), way.clone(), 6);
+            let what = format!("{} {:?}", candidate.label, way.0);
+            println!("{what}: {} shortened", found.truncated);
+            assert_eq!((found.intersecting, found.exempt), (0, 0), "{what}");
+            assert!(found.contacts > 0, "{what}: they have not met");
+        }
     }
 }
 

@@ -141,7 +141,7 @@ impl<T: CudaReal> ContactMemory<T> {
                 data.contact_restitution = number(restitution);
                 data.contact_friction = number(friction);
             }
-            // Refused before.
+            // It has memory of its own.
             ContactResponse::Triangles { .. } => {}
         }
         let margin = MARGIN * distance;

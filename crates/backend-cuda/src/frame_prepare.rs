@@ -94,7 +94,8 @@ impl<T: CudaReal> Memory<T> {
         let multiprocessors = device.multiprocessors as usize;
         let sizes = sizes(model, &self.springs, (multiprocessors, device.shared_max));
         // Kernels of other integrators look for contact in the groups that the frame kernel has.
-        self.frame_form = if config.integrator == Integrator::Explicit {
+        let is_frame = config.integrator == Integrator::Explicit && !model.has_triangle_contact();
+        self.frame_form = if is_frame {
             FrameForm::choose(ModelFeatures::new(model, config).set(), &sizes)
         } else {
             FrameForm::Pass
@@ -193,7 +194,8 @@ impl<T: CudaReal> Memory<T> {
     /// Options of all general forms.
     fn options_common(&self, model: &Model) -> Vec<&'static str> {
         let mut options = Vec::new();
-        if model.self_contact().is_some_and(|contact| !contact.excludes_neighbours()) {
+        let points = model.self_contact().filter(|contact| !contact.is_of_triangles());
+        if points.is_some_and(|contact| !contact.excludes_neighbours()) {
             options.push("penalty");
         }
         if model.air().is_some() || self.springs.can_buckle || self.impulses.is_some() {
@@ -205,7 +207,8 @@ impl<T: CudaReal> Memory<T> {
     /// The form for models in which stages follow the pass.
     fn stages_prepare(&mut self, model: &Model, strain: &StrainTables<T>) -> Result<()> {
         let mut options = self.options_common(model);
-        if model.self_contact().is_some_and(|contact| contact.excludes_neighbours()) {
+        let points = model.self_contact().filter(|contact| !contact.is_of_triangles());
+        if points.is_some_and(|contact| contact.excludes_neighbours()) {
             options.push("impulses");
         }
         if strain.sweeps > 0 {

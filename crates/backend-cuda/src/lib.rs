@@ -29,6 +29,7 @@ mod queue;
 mod solver_form;
 mod tables;
 mod timing;
+mod triangle_contact;
 
 /// How it works, with the table of its forms.
 pub mod how_it_works {
@@ -131,7 +132,6 @@ impl CudaBackend {
         model: Arc<Model>,
         config: &SolverConfig,
     ) -> Result<CudaKernels<T>> {
-        model.check_contact_of_points("cuda")?;
         model.check_no_contact_bodies("cuda")?;
         model.check_no_stretch_limit(config, "cuda")?;
         model.check_fabric(config, BACKEND)?;
@@ -164,7 +164,8 @@ impl Backend for CudaBackend {
     }
 
     fn forms(&self, model: &Model, config: &SolverConfig) -> Vec<FormChoice> {
-        if config.integrator != Integrator::Explicit {
+        // With contact of triangles the host decides in each substep.
+        if config.integrator != Integrator::Explicit || model.has_triangle_contact() {
             return Vec::new();
         }
         let device = (self.device.multiprocessors as usize, self.device.shared_max);

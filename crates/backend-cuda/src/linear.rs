@@ -13,6 +13,7 @@ use crate::{
     queue::{Buffer, Launch},
     solver_form::SolverForm,
     tables::ElementMemory,
+    triangle_contact::ContactTable,
 };
 
 /// Particles of the smallest unit of sums.
@@ -66,6 +67,7 @@ pub(crate) struct LinearData<T> {
     pub(crate) element_slices: u64,
     pub(crate) element_columns: u64,
     pub(crate) element_blocks: u64,
+    pub(crate) contacts: ContactTable,
     pub(crate) slot_count: u32,
     pub(crate) is_full: u32,
     pub(crate) has_constraints: u32,
@@ -74,6 +76,7 @@ pub(crate) struct LinearData<T> {
     pub(crate) reach: u32,
     pub(crate) stamp: u32,
     pub(crate) has_elements: u32,
+    pub(crate) has_contacts: u32,
     pub(crate) length: T,
     pub(crate) pair_share: T,
     pub(crate) stencil: [T; 12],
@@ -94,7 +97,7 @@ pub(crate) struct LinearMemory<T> {
     pub(crate) pairs: Option<PairMemory<T>>,
     /// What triangles of fabric add, if there are any.
     pub(crate) elements: Option<ElementMemory<T>>,
-    /// Form and launch of the solvers that have been used, without pairs in contact and with them.
+    /// Form and launch of the solvers that have been used, without anything in contact and with it.
     pub(crate) launches: HashMap<(&'static str, bool), (SolverForm, Launch)>,
     exchange: Option<Exchange<T>>,
     _others: Vec<Buffer<Real4<T>>>,
@@ -196,6 +199,7 @@ impl<T: CudaReal> LinearMemory<T> {
             element_slices: 0,
             element_columns: 0,
             element_blocks: 0,
+            contacts: ContactTable::default(),
             slot_count: tables.slot_count,
             is_full: u32::from(has_colliders || model.air().is_some() || model.has_fabric()),
             has_constraints: u32::from(has_colliders),
@@ -204,6 +208,7 @@ impl<T: CudaReal> LinearMemory<T> {
             reach: tables.reach(),
             stamp: 0,
             has_elements: 0,
+            has_contacts: 0,
             length: T::ONE,
             pair_share: T::ZERO,
             stencil: [T::ZERO; 12],
@@ -234,6 +239,11 @@ impl<T: CudaReal> LinearMemory<T> {
             released: 0,
             stencil,
         })
+    }
+
+    /// Whether rows have pairs in contact, of points or of triangles.
+    pub(crate) const fn has_contact(&self) -> bool {
+        self.data.has_pairs != 0 || self.data.has_contacts != 0
     }
 
     /// Whether the model is a patch of 24 neighbours.

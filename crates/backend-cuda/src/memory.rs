@@ -231,7 +231,8 @@ impl<T: CudaReal> Memory<T> {
             memory.triangles_prepare(model)?;
         }
         let patch = memory.frame_prepare(model, config, &strain)?;
-        if let Some(contact) = model.self_contact() {
+        let points = model.self_contact().filter(|contact| !contact.is_of_triangles());
+        if let Some(contact) = points {
             let contact_memory = ContactMemory::new(&memory.queue, model, contact, patch)?;
             contact_memory.describe(&mut memory.data, contact.distance, config.time_step);
             memory.contact = Some(contact_memory);

@@ -182,18 +182,27 @@ impl<T: Pod> Buffer<T> {
             .engine()
     }
 
+    /// Waits for all work and reads the first entries.
+    ///
+    /// # Errors
+    /// `DeviceLost`.
+    pub(crate) fn read_first(&self, queue: &Queue, count: usize, out: &mut Vec<T>) -> Result<()> {
+        out.resize(count, T::zeroed());
+        if count > 0 {
+            queue.device.bind()?;
+            let from = self.at(0, count);
+            // SAFETY: the range was checked; it is waited for below.
+            unsafe { result::memcpy_dtoh_async(out, from, queue.stream) }.engine()?;
+        }
+        queue.synchronize()
+    }
+
     /// Waits for all work and reads the whole array.
     ///
     /// # Errors
     /// `DeviceLost`.
     pub(crate) fn read(&self, queue: &Queue, out: &mut Vec<T>) -> Result<()> {
-        out.resize(self.length, T::zeroed());
-        if self.length > 0 {
-            queue.device.bind()?;
-            // SAFETY: both have the same length; it is waited for below.
-            unsafe { result::memcpy_dtoh_async(out, self.address, queue.stream) }.engine()?;
-        }
-        queue.synchronize()
+        self.read_first(queue, self.length, out)
     }
 }
 

@@ -72,7 +72,7 @@ impl SolverForm {
         // Particles of a block, and all that their neighbours can be.
         let places = self.threads() + 2 * linear.data.reach as usize;
         let is_possible = !T::DOUBLE
-            && linear.data.has_pairs == 0
+            && !linear.has_contact()
             && linear.elements.is_none()
             && memory.springs.longest_row() <= RESIDENT_SPRINGS
             && n.div_ceil(BLOCK) <= RESIDENT_BLOCKS
@@ -83,6 +83,7 @@ impl SolverForm {
         if self == Self::Patch
             && (T::DOUBLE
                 || linear.elements.is_some()
+                || linear.data.has_contacts != 0
                 || !linear.is_patch()
                 || n < REGISTERS_PARTICLES_MAX)
         {
@@ -114,7 +115,7 @@ impl SolverForm {
         memory: &mut Memory<T>,
         linear: &mut LinearMemory<T>,
     ) -> Result<Launch> {
-        let key = (name, linear.data.has_pairs != 0);
+        let key = (name, linear.has_contact());
         if let Some(&(form, launch)) = linear.launches.get(&key) {
             memory.solver = form;
             return Ok(launch);

@@ -220,15 +220,11 @@ shared_struct! {
         pair_capacity: u32,
         found_capacity: u32,
         moved_blocks: u32,
+        edge_count: u32,
         padding_0: u32,
         padding_1: u32,
-        padding_2: u32,
     }
 }
-
-/// The flags of a [`PairTask`].
-pub(crate) const TASK_MARKED: u32 = 1;
-pub(crate) const TASK_NEW: u32 = 2;
 
 shared_struct! {
     /// `pins_write.wgsl`.

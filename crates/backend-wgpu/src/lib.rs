@@ -62,8 +62,6 @@ use stages::Stages;
 pub struct WgpuBackend {
     info: BackendInfo,
     context: Arc<DeviceContext>,
-    /// Whether models with contact of triangles are taken.
-    triangle_contact: bool,
 }
 
 /// How to open a device.
@@ -77,10 +75,6 @@ pub struct WgpuOptions {
     /// Whether to take the time of every stage, where the adapter can: from when it begins to when the next one does. Costs
     /// speed, as the host then waits for the device to give them.
     pub stage_times: bool,
-    /// Whether models with contact of triangles are taken. They are refused if not: in a scene of ten layers that fall on a floor triangles
-    /// were seen to intersect on this backend, which its certificate excludes, for a reason that is not known. Until it is, this
-    /// is for tests.
-    pub triangle_contact: bool,
 }
 
 impl WgpuBackend {
@@ -136,8 +130,7 @@ impl WgpuBackend {
             .request_device(&descriptor)
             .await
             .map_err(|error| no_device(error.to_string()))?;
-        let backend = Self::with_context(DeviceContext::new(device, queue, options.stage_times));
-        Ok(Self { triangle_contact: options.triangle_contact, ..backend })
+        Ok(Self::with_context(DeviceContext::new(device, queue, options.stage_times)))
     }
 
     /// A backend on a device that exists, such as that of a renderer, whose buffers solvers can then
@@ -169,7 +162,7 @@ impl WgpuBackend {
             precisions: vec![Precision::F32],
             details,
         };
-        Self { info, context: Arc::new(context), triangle_contact: false }
+        Self { info, context: Arc::new(context) }
     }
 
     /// The interface through which the device is reached.
@@ -204,9 +197,6 @@ impl WgpuBackend {
     }
 
     fn kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<WgpuKernels> {
-        if !self.triangle_contact {
-            model.check_contact_of_points("wgpu")?;
-        }
         model.check_no_contact_bodies("wgpu")?;
         model.check_no_stretch_limit(config, "wgpu")?;
         model.check_fabric(config, "wgpu")?;

@@ -50,6 +50,11 @@ impl WgpuSolver {
     pub fn device_buffers(&mut self) -> Result<DeviceBuffers> {
         self.inner.kernels_mut().stages_mut().device_buffers()
     }
+
+    /// What friction between triangles remembers, as in [`State::slips`]. `out` is resized.
+    pub fn slips_read(&mut self, out: &mut Vec<cloth_core::contact::ContactSlip>) {
+        self.inner.kernels_mut().stages_mut().slips_read(out);
+    }
 }
 
 impl Solver for WgpuSolver {

@@ -82,7 +82,6 @@ __device__ __forceinline__ void bending_tangent_store(const Solver& s, const Lin
     }
 }
 
-__device__ __forceinline__ real component(const vec3& a, uint k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
 
 __device__ __forceinline__ real2 corner_gradient(const MembraneTriangle& t, uint corner) {
     if (corner == 0) return {-(t.inverse[0] + t.inverse[2]), -(t.inverse[1] + t.inverse[3])};

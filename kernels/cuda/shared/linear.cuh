@@ -99,6 +99,8 @@ struct Linear {
     const uint* element_slices;
     const uint* element_columns;
     real* element_blocks;
+    // Contacts of triangles.
+    ContactTable contacts;
     uint slot_count;
     // Whether B has entries off its diagonal.
     uint is_full;
@@ -112,6 +114,8 @@ struct Linear {
     uint stamp;
     // Whether there are triangles of fabric.
     uint has_elements;
+    // Whether triangles touch.
+    uint has_contacts;
     real length;
     // rho of contacts.
     real pair_share;
@@ -251,6 +255,7 @@ __device__ __forceinline__ vec3 matrix_row(const Solver& s, const Linear& l, con
         springs_add<false>(s, l, p, i, xyz(origin), own, sum);
     }
     if (l.has_pairs) pairs_add(s, l, i, own, [&](uint j) { return p[j]; }, sum);
+    if (l.has_contacts && contacts_any(l.contacts, i)) sum = sum + contacts_row(l.contacts, p, i);
     if (l.has_elements) sum = sum + element_row(l, p, i);
     return sum;
 }

@@ -7,10 +7,12 @@ typedef unsigned long long ulong;
 typedef double real;
 #define REAL_MAX 1.7976931348623157e308
 #define REAL_EPSILON 2.220446049250313e-16
+#define REAL_MIN_POSITIVE 2.2250738585072014e-308
 #else
 typedef float real;
 #define REAL_MAX 3.40282346638528859812e38f
 #define REAL_EPSILON 1.1920928955078125e-7f
+#define REAL_MIN_POSITIVE 1.17549435082228750797e-38f
 #endif
 
 #define LENGTH_MIN ((real)1e-18)
@@ -36,6 +38,7 @@ __device__ __forceinline__ vec3 operator+(const vec3& a, const vec3& b) { return
 __device__ __forceinline__ vec3 operator-(const vec3& a, const vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 __device__ __forceinline__ vec3 operator*(real s, const vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
 __device__ __forceinline__ vec3 operator*(const vec3& a, real s) { return {a.x * s, a.y * s, a.z * s}; }
+__device__ __forceinline__ real component(const vec3& a, uint k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
 // (a.x b.x + a.y b.y) + a.z b.z
 __device__ __forceinline__ real dot(const vec3& a, const vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 __device__ __forceinline__ vec3 cross(const vec3& a, const vec3& b) {

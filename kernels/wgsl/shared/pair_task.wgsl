@@ -22,9 +22,10 @@ struct PairTask {
     found_capacity: u32,
     // Workgroups of `contact_pairs_moved`.
     moved_blocks: u32,
+    // Edges of the surface.
+    edge_count: u32,
     padding_0: u32,
     padding_1: u32,
-    padding_2: u32,
 }
 
 @group(0) @binding(69) var<uniform> pair_task: PairTask;

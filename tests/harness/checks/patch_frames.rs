@@ -33,6 +33,8 @@ pub struct PatchFrames {
     pub rows: u32,
     /// Its springs.
     pub stencil: Stencil,
+    /// Whether its triangles touch each other.
+    pub triangles: bool,
     /// Whether it is of fabric instead.
     pub fabric: bool,
     /// Whether it is in contact with itself, by penalties.
@@ -82,6 +84,7 @@ impl PatchFrames {
             columns,
             rows,
             stencil: Stencil::Neighbours12,
+            triangles: false,
             fabric: false,
             contact: false,
             impulses: false,
@@ -142,6 +145,10 @@ impl PatchFrames {
         }
         if self.contact {
             let response = ContactResponse::Penalty { stiffness: 30.0, damping: 0.01 };
+            builder = builder.self_contact(SelfContact { distance: 0.9 * SPACING, response });
+        }
+        if self.triangles {
+            let response = ContactResponse::Triangles { friction: 0.3 };
             builder = builder.self_contact(SelfContact { distance: 0.9 * SPACING, response });
         }
         if self.impulses {

@@ -6,7 +6,7 @@ use cloth_backend_reference::{Particles, Vector, contact_forces, contact_impulse
 use cloth_core::{
     ColliderImpulse, ContactStatistics, ForceControl, ImplicitSettings, Kernels, Measures, Model,
     NewtonStart, PinWrite, Result, SolverConfig, SolverReport, StageTime, State,
-    contact::Contacts,
+    contact::{Candidate, Contacts},
     stepper::{self, FramePlan, Substep},
 };
 
@@ -239,6 +239,10 @@ impl Kernels for PerturbedKernels {
 
     fn contacts_read(&mut self, out: &mut Contacts) -> Result<()> {
         self.inner.contacts_read(out)
+    }
+
+    fn contact_list_read(&mut self, out: &mut Vec<Candidate>) -> Result<()> {
+        self.inner.contact_list_read(out)
     }
 
     fn contact_forces(&mut self) -> Result<()> {

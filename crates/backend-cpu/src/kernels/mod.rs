@@ -12,7 +12,7 @@ use cloth_core::{
     ColliderImpulse, ContactResponse, ContactStatistics, FieldProgram, ForceControl, Kernels,
     Measures, Model, NewtonStart, PinWrite, Real, Result, SelfContact, SolverConfig, StageTime,
     State,
-    contact::Contacts,
+    contact::{Candidate, Contacts},
     stepper::{self, FramePlan, Substep},
 };
 use rayon::{ThreadPool, prelude::*};
@@ -469,6 +469,14 @@ impl<T: Real> Kernels for CpuKernels<T> {
         out.contacts.clear();
         if let Some(triangles) = &self.triangles {
             triangles.contacts_read(out);
+        }
+        Ok(())
+    }
+
+    fn contact_list_read(&mut self, out: &mut Vec<Candidate>) -> Result<()> {
+        out.clear();
+        if let Some(triangles) = &self.triangles {
+            triangles.list_read(out);
         }
         Ok(())
     }

@@ -11,8 +11,8 @@ use cloth_core::{
     LinearSettings, MatrixForm, Model, NewtonStart, Preconditioner, Real, Result, SolverConfig,
     State,
     contact::{
-        BodyImpulses, BodyMotion, Certifier, ContactLaw, ContactMotion, ContactSet, ContactSlip,
-        ContactSurface, Contacts,
+        BodyImpulses, BodyMotion, Candidate, Certifier, ContactLaw, ContactMotion, ContactSet,
+        ContactSlip, ContactSurface, Contacts,
     },
     stepper::FramePlan,
 };
@@ -253,6 +253,12 @@ impl<T: Real> TriangleContact<T> {
 
     pub(crate) fn contacts_read(&self, out: &mut Contacts) {
         self.set.read(out);
+    }
+
+    /// The pairs of the list, ascending.
+    pub(crate) fn list_read(&self, out: &mut Vec<Candidate>) {
+        out.extend(self.list.pairs().map(|pair| pair.candidate));
+        out.sort_unstable();
     }
 
     /// Counts since the last call.

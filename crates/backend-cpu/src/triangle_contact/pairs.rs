@@ -141,7 +141,6 @@ impl<T: Real> PairList<T> {
         found.collect()
     }
 
-    #[cfg(test)]
     pub(super) fn pairs(&self) -> impl Iterator<Item = &UnprovenPair> {
         self.runs.iter().flatten()
     }

@@ -17,6 +17,7 @@ use crate::{
     memory::BLOCK,
     queue::{Buffer, Launch, argument},
     solver_form::SolverForm,
+    triangle_contact::blocks,
 };
 
 pub(super) fn unsupported<R>(feature: impl Into<String>) -> Result<R> {
@@ -169,6 +170,9 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
         if let Some(memory) = &mut self.memory.impulses {
             memory.kept.copy_from(&self.memory.queue, &memory.impulses)?;
         }
+        if let Some(triangles) = &mut self.triangles {
+            triangles.set_mut().keep();
+        }
         Ok(())
     }
 
@@ -178,6 +182,9 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
         if let Some(memory) = &mut self.memory.impulses {
             memory.impulses.copy_from(&self.memory.queue, &memory.kept)?;
         }
+        if let Some(triangles) = &mut self.triangles {
+            triangles.set_mut().restore();
+        }
         let launch = Launch::over(self.count());
         self.start(("implicit_motion", "state_restore"), launch, &[])
     }
@@ -186,6 +193,7 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
         let linear = self.linear()?;
         linear.length_set(T::from_f64(substep.length));
         linear.data.has_pairs = 0;
+        linear.data.has_contacts = 0;
         // The constant matrix lies in the same memory.
         self.semi_implicit.length = None;
         self.linear_stage(("spring_linearise", "spring_linearise"), &[])
@@ -200,6 +208,10 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
     }
 
     fn contact_linearise(&mut self, substep: &Substep) -> Result<()> {
+        if self.triangles.is_some() {
+            self.length_set(substep)?;
+            return self.triangle_linearise();
+        }
         let Some(ContactResponse::Penalty { stiffness, damping }) =
             self.model.self_contact().map(|contact| contact.response)
         else {
@@ -489,6 +501,11 @@ impl<T: CudaReal> CudaKernels<T> {
             }
             for k in 0..counts.get(i).copied().unwrap_or(0) as usize {
                 out.push(minus(i, partners[k * n + i] as usize, pair_factors[k * n + i]));
+            }
+            if let Some(triangles) = &self.triangles {
+                if linear.data.has_contacts != 0 {
+                    blocks(triangles.set(), i, |block| out.push(block));
+                }
             }
             if let Some((rows, numbers)) = &elements {
                 rows.row(numbers, i, |block| out.push(block));

@@ -9,13 +9,15 @@ mod implicit;
 mod impulses;
 mod semi_implicit;
 mod state;
+mod triangle_contact;
 
 use std::{ffi::c_void, sync::Arc};
 
 use cloth_core::{
     ColliderImpulse, ContactStatistics, DeferredOutcome, ForceControl, Integrator, Kernels,
     Measures, Model, NewtonStart, PinWrite, Result, SelfContact, SolverConfig, StageTime, State,
-    stepper::{FramePlan, Substep},
+    contact::{Candidate, Contacts},
+    stepper::{self, FramePlan, Substep},
 };
 
 use crate::{
@@ -33,6 +35,7 @@ use control_forces::ControlForces;
 use explicit::FrameQueue;
 pub(crate) use impulses::ImpulseMemory;
 use semi_implicit::SemiImplicit;
+use triangle_contact::Triangles;
 
 /// The stages on a GPU.
 pub(crate) struct CudaKernels<T> {
@@ -50,6 +53,8 @@ pub(crate) struct CudaKernels<T> {
     /// Memory of the linear system, once it is needed.
     linear: Option<Box<LinearMemory<T>>>,
     semi_implicit: SemiImplicit,
+    /// Contact of triangles, if there is any.
+    triangles: Option<Box<Triangles<T>>>,
 }
 
 impl<T: CudaReal> CudaKernels<T> {
@@ -73,9 +78,11 @@ impl<T: CudaReal> CudaKernels<T> {
             has_force: false,
             linear: None,
             semi_implicit: SemiImplicit::default(),
+            triangles: None,
             config: config.clone(),
             model,
         };
+        kernels.triangles_prepare()?;
         let state = kernels.model.initial_state();
         kernels.state_write(&state)?;
         if kernels.config.integrator != Integrator::Explicit {
@@ -236,19 +243,36 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
         self.stage("contact_candidates", Self::contacts_find)
     }
 
-    fn contact_pairs(&mut self, _: &Substep) -> Result<()> {
-        self.model().check_contact_of_points("cuda")
+    fn contact_pairs(&mut self, substep: &Substep) -> Result<()> {
+        self.triangle_pairs(substep)
     }
 
-    fn contact_geometry(&mut self, _: &Substep, _: NewtonStart) -> Result<()> {
-        self.model().check_contact_of_points("cuda")
+    fn contact_geometry(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        self.triangle_geometry(substep, start)
     }
 
-    fn contact_certify(&mut self, _: &Substep) -> Result<()> {
-        self.model().check_contact_of_points("cuda")
+    fn contact_certify(&mut self, substep: &Substep) -> Result<()> {
+        self.triangle_certify(substep)
+    }
+
+    fn triangles_touch(&self) -> bool {
+        self.triangles.as_ref().is_some_and(|triangles| triangles.touches())
+    }
+
+    fn contacts_read(&mut self, out: &mut Contacts) -> Result<()> {
+        self.triangle_contacts(out);
+        Ok(())
+    }
+
+    fn contact_list_read(&mut self, out: &mut Vec<Candidate>) -> Result<()> {
+        self.triangle_list(out)
     }
 
     fn contact_forces(&mut self) -> Result<()> {
+        if self.triangles.is_some() {
+            self.settle()?;
+            return self.triangle_forces();
+        }
         if !self.contact_is_penalty() {
             return Ok(());
         }
@@ -335,7 +359,10 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
 
     fn contact_statistics(&mut self) -> Result<ContactStatistics> {
         self.settle()?;
-        self.contact_counts()
+        match &mut self.triangles {
+            Some(triangles) => Ok(triangles.statistics()),
+            None => self.contact_counts(),
+        }
     }
 
     fn contact_pairs_read(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {
@@ -348,6 +375,10 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
     }
 
     fn explicit_substep(&mut self, substep: &Substep) -> Result<()> {
+        if self.triangles.is_some() {
+            // The host decides in each substep.
+            return stepper::explicit::substep(self, substep);
+        }
         self.frame_push(substep)
     }
 

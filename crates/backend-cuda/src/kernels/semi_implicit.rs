@@ -75,6 +75,11 @@ impl SemiImplicit {
     }
 
     /// Takes note of one.
+    /// Whether each particle is held.
+    pub(super) fn held(&self) -> &[bool] {
+        &self.held
+    }
+
     pub(super) fn held_write(&mut self, particle: u32, held: bool) {
         let before = self.held.get_mut(particle as usize);
         if before.is_some_and(|before| std::mem::replace(before, held) != held) {
@@ -216,6 +221,7 @@ impl<T: CudaReal> SemiImplicitKernels for CudaKernels<T> {
         let linear = self.linear()?;
         linear.length_set(T::from_f64(length));
         linear.data.has_pairs = 0;
+        linear.data.has_contacts = 0;
         self.linear_stage(("semi_implicit_factorise", "semi_implicit_factorise"), &[])?;
         self.preconditioner_build(settings::<T>().preconditioner)?;
         self.semi_implicit.length = Some(length);

@@ -36,6 +36,9 @@ impl<T: CudaReal> CudaKernels<T> {
         self.memory.position[present].write(&self.memory.queue, 0, &position)?;
         self.memory.velocity[present].write(&self.memory.queue, 0, &velocity)?;
         self.semi_implicit.held_set(&state.held);
+        if let Some(triangles) = &mut self.triangles {
+            triangles.state_given(&state.slips);
+        }
         self.memory.status_reset()
     }
 
@@ -52,6 +55,10 @@ impl<T: CudaReal> CudaKernels<T> {
         self.memory.velocity[present].read(&self.memory.queue, &mut read)?;
         out.velocities.clear();
         out.velocities.extend(read.iter().map(vector));
+        match &self.triangles {
+            Some(triangles) => triangles.set().slips_read(&mut out.slips),
+            None => out.slips.clear(),
+        }
         Ok(())
     }
 

@@ -9,7 +9,7 @@ use cloth_core::{
     ColliderImpulse, ContactStatistics, DeferredOutcome, ForceControl, ImplicitKernels,
     ImplicitSettings, Kernels, LinearStart, Measures, MidpointSettings, Model, NewtonStart,
     PinWrite, Result, SolverConfig, SolverReport, StageTime, State,
-    contact::Contacts,
+    contact::{Candidate, Contacts},
     stepper::{self, FramePlan, Substep},
 };
 
@@ -125,6 +125,10 @@ impl Kernels for WgpuKernels {
     fn contacts_read(&mut self, out: &mut Contacts) -> Result<()> {
         self.stages.contacts_read(out);
         Ok(())
+    }
+
+    fn contact_list_read(&mut self, out: &mut Vec<Candidate>) -> Result<()> {
+        self.stages.contact_list_read(out)
     }
 
     fn contact_forces(&mut self) -> Result<()> {

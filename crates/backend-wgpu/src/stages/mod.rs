@@ -16,7 +16,7 @@ use std::{collections::HashMap, sync::Arc};
 
 use cloth_core::{
     Collider, ColliderShape, DeferredOutcome, Error, Integrator, Model, Precision, Result,
-    SlicedRows, SolverConfig, StageTime, stepper::FramePlan,
+    SlicedRows, SolverConfig, StageTime, contact::device::DeviceContact, stepper::FramePlan,
 };
 use wgpu::BindGroup;
 
@@ -37,7 +37,6 @@ use crate::{
     recorder::Recorder,
     slots::Slots,
     tables::{Tables, common_offset, distance_grids, springs},
-    triangle_contact::TriangleContact,
 };
 
 use self::semi_implicit::SemiImplicit;
@@ -91,7 +90,7 @@ pub(crate) struct Stages {
     element_rows: Option<SlicedRows>,
     semi_implicit: SemiImplicit,
     /// Contact of triangles, if there is any.
-    triangles: Option<Box<TriangleContact>>,
+    triangles: Option<Box<DeviceContact<f32>>>,
     /// What came of recorded solves, for the next one who asks.
     deferred: DeferredOutcome,
     /// Particles that colliders constrain, if the host knows it.
@@ -204,7 +203,7 @@ impl Stages {
             solve_reach: None,
             element_rows: None,
             semi_implicit: SemiImplicit::default(),
-            triangles: TriangleContact::new(&model).map(Box::new),
+            triangles: DeviceContact::new(&model).map(Box::new),
             deferred: DeferredOutcome::default(),
             constrained: None,
             released: 0,

@@ -74,9 +74,7 @@ impl Stages {
         queue.write_buffer(self.buffers.velocity(0), 0, bytemuck::cast_slice(&vectors));
         self.semi_implicit.held_changed();
         if let Some(triangles) = &mut self.triangles {
-            triangles.certifier.positions_given();
-            triangles.set.slips_write(&state.slips);
-            triangles.near.clear();
+            triangles.state_given(&state.slips);
         }
         self.slots.restart(state.time);
         self.status_reset(STOPPED_NEVER)?;
@@ -125,10 +123,7 @@ impl Stages {
         })?;
         held.clear();
         held.extend(self.held.iter().map(|&held| u8::from(held)));
-        match &self.triangles {
-            Some(triangles) => triangles.set.slips_read(slips),
-            None => slips.clear(),
-        }
+        self.slips_read(slips);
         Ok(())
     }
 

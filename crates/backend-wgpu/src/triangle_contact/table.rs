@@ -1,8 +1,9 @@
 //! Contents of `shared/contact_table.wgsl`.
 
-use cloth_core::{MatrixBlock, NewtonStart, contact::ContactStencil};
-
-use super::{TriangleContact, is_from_start};
+use cloth_core::{
+    MatrixBlock, NewtonStart,
+    contact::{ContactSet, ContactStencil},
+};
 
 /// Words before the rows of particles.
 pub(crate) const TABLE_HEAD: usize = 2;
@@ -16,57 +17,55 @@ fn ends(stencil: &ContactStencil<f32>) -> impl Iterator<Item = (usize, usize, f3
         .filter(|(_, _, weight)| *weight != 0.0)
 }
 
-impl TriangleContact {
-    /// The table of the present contacts of `count` particles.
-    pub(crate) fn table(&self, count: usize, start: NewtonStart) -> Vec<u32> {
-        let (stencils, states) = (self.set.stencils(), self.set.states());
-        let first = TABLE_HEAD + count + 1;
-        let mut words = vec![0_u32; first];
-        // Each row begins where the one before ends: counts first.
-        for (_, particle, _) in stencils.iter().flat_map(ends) {
-            words[TABLE_HEAD + particle + 1] += 1;
-        }
-        words[TABLE_HEAD] = first as u32;
-        for at in TABLE_HEAD + 1..first {
-            words[at] += words[at - 1];
-        }
-        let end = words[first - 1];
-        words.resize(end as usize, 0);
-        let mut next = words[TABLE_HEAD..first].to_vec();
-        for (contact, stencil) in stencils.iter().enumerate() {
-            for (place, particle, _) in ends(stencil) {
-                words[next[particle] as usize] = (4 * contact + place) as u32;
-                next[particle] += 1;
-            }
-        }
-        words[0] = end;
-        words[1] = is_from_start(start);
-        words.reserve(CONTACT_WORDS * stencils.len());
-        for (stencil, state) in stencils.iter().zip(states) {
-            words.extend(stencil.particles);
-            let numbers = stencil.weights.iter().chain(&state.action.rows);
-            words.extend(numbers.chain(&state.action.force).map(|number| number.to_bits()));
-            // Up to the next contact.
-            words.resize(words.len() + CONTACT_WORDS - 4 - 4 - 6 - 3, 0);
-        }
-        words
+/// The table of the present contacts of `count` particles.
+pub(crate) fn table(set: &ContactSet<f32>, count: usize, start: NewtonStart) -> Vec<u32> {
+    let (stencils, states) = (set.stencils(), set.states());
+    let first = TABLE_HEAD + count + 1;
+    let mut words = vec![0_u32; first];
+    // Each row begins where the one before ends: counts first.
+    for (_, particle, _) in stencils.iter().flat_map(ends) {
+        words[TABLE_HEAD + particle + 1] += 1;
     }
+    words[TABLE_HEAD] = first as u32;
+    for at in TABLE_HEAD + 1..first {
+        words[at] += words[at - 1];
+    }
+    let end = words[first - 1];
+    words.resize(end as usize, 0);
+    let mut next = words[TABLE_HEAD..first].to_vec();
+    for (contact, stencil) in stencils.iter().enumerate() {
+        for (place, particle, _) in ends(stencil) {
+            words[next[particle] as usize] = (4 * contact + place) as u32;
+            next[particle] += 1;
+        }
+    }
+    words[0] = end;
+    words[1] = u32::from(start == NewtonStart::StepStart);
+    words.reserve(CONTACT_WORDS * stencils.len());
+    for (stencil, state) in stencils.iter().zip(states) {
+        words.extend(stencil.particles);
+        let numbers = stencil.weights.iter().chain(&state.action.rows);
+        words.extend(numbers.chain(&state.action.force).map(|number| number.to_bits()));
+        // Up to the next contact.
+        words.resize(words.len() + CONTACT_WORDS - 4 - 4 - 6 - 3, 0);
+    }
+    words
+}
 
-    /// The blocks off the diagonal that contacts add to the matrix, by rows.
-    pub(crate) fn blocks(&self, count: usize) -> Vec<Vec<MatrixBlock>> {
-        let mut blocks = vec![Vec::new(); count];
-        for (stencil, state) in self.set.stencils().iter().zip(self.set.states()) {
-            let [xx, yy, zz, xy, xz, yz] = state.action.rows.map(f64::from);
-            let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
-            for (_, row, a) in ends(stencil) {
-                for (_, column, b) in ends(stencil).filter(|(_, column, _)| *column != row) {
-                    let factor = f64::from(a * b);
-                    let entries = rows.map(|row| row.map(|entry| factor * entry));
-                    let (row_number, column) = (row as u32, column as u32);
-                    blocks[row].push(MatrixBlock { row: row_number, column, entries });
-                }
+/// The blocks off the diagonal that contacts add to the matrix, by rows.
+pub(crate) fn blocks(set: &ContactSet<f32>, count: usize) -> Vec<Vec<MatrixBlock>> {
+    let mut blocks = vec![Vec::new(); count];
+    for (stencil, state) in set.stencils().iter().zip(set.states()) {
+        let [xx, yy, zz, xy, xz, yz] = state.action.rows.map(f64::from);
+        let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+        for (_, row, a) in ends(stencil) {
+            for (_, column, b) in ends(stencil).filter(|(_, column, _)| *column != row) {
+                let factor = f64::from(a * b);
+                let entries = rows.map(|row| row.map(|entry| factor * entry));
+                let (row_number, column) = (row as u32, column as u32);
+                blocks[row].push(MatrixBlock { row: row_number, column, entries });
             }
         }
-        blocks
     }
+    blocks
 }

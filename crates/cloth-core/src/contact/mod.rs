@@ -4,6 +4,7 @@
 mod bodies;
 mod certificate;
 mod certifier;
+pub mod device;
 mod groups;
 mod law;
 mod records;

@@ -177,6 +177,12 @@ impl<T: Real> ContactSet<T> {
         &self.places[self.offsets[particle] as usize..self.offsets[particle + 1] as usize]
     }
 
+    /// Where the contacts of each particle begin, and the end; then these: 4 c + a for place a of contact c.
+    #[must_use]
+    pub fn rows(&self) -> (&[u32], &[u32]) {
+        (&self.offsets, &self.places)
+    }
+
     /// The contacts of a particle, ascending, with its weight in each.
     #[inline(always)]
     pub fn of(&self, particle: usize) -> impl Iterator<Item = (usize, T)> + '_ {

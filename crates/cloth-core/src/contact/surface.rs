@@ -307,6 +307,12 @@ impl ContactSurface {
         (self.owned[triangle as usize], self.triangle_edges[triangle as usize])
     }
 
+    /// For each particle whom seams make it one with: such particles have the same number.
+    #[must_use]
+    pub fn classes(&self) -> &[u32] {
+        &self.classes
+    }
+
     /// Edge k of a triangle.
     pub(super) fn triangle_edge(&self, triangle: u32, k: usize) -> u32 {
         self.triangle_edges[triangle as usize][k]

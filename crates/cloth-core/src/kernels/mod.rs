@@ -14,7 +14,7 @@ pub use semi_implicit::SemiImplicitKernels;
 use crate::{
     ContactResponse, ForceControl, ImplicitSettings, Measures, MidpointSettings, Model, PinAction,
     Result, SolverConfig, SolverReport, StageTime, State,
-    contact::Contacts,
+    contact::{Candidate, Contacts},
     stepper::{self, FramePlan, Substep},
 };
 
@@ -169,6 +169,16 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     /// What the device reports.
     fn contacts_read(&mut self, out: &mut Contacts) -> Result<()> {
         out.contacts.clear();
+        Ok(())
+    }
+
+    /// The list of pairs of features of triangles from which `contact_pairs` and `contact_certify` work, ascending: for tests and
+    /// tools. `out` is emptied first. A backend that keeps no list has none.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn contact_list_read(&mut self, out: &mut Vec<Candidate>) -> Result<()> {
+        out.clear();
         Ok(())
     }
 

@@ -170,18 +170,6 @@ pub enum ContactFeature {
 }
 
 impl Model {
-    /// Checks, for a backend that has contact of points alone, that no triangles touch.
-    ///
-    /// # Errors
-    /// `Unsupported`, with the backends that have contact of triangles.
-    pub fn check_contact_of_points(&self, backend: &'static str) -> Result<(), Error> {
-        if !self.has_triangle_contact() {
-            return Ok(());
-        }
-        let feature = "contact of triangles (the backends cpu and reference do)".into();
-        Err(Error::Unsupported { backend, feature })
-    }
-
     /// Checks, for a backend whose contact of triangles is one of cloths alone, that no collider takes part in it.
     ///
     /// # Errors

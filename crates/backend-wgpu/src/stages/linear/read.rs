@@ -5,6 +5,7 @@ use cloth_core::{LinearVector, MatrixBlock, Result};
 use super::Stages;
 use crate::{
     buffers::VECTOR_SIZE, layout::Solve, linear::vector_number, tables::links::LinkTables,
+    triangle_contact::blocks,
 };
 
 /// Entries of a symmetric 3 x 3 matrix: xx, yy, zz, xy, xz, yz.
@@ -59,7 +60,8 @@ impl Stages {
         let factors: Vec<[f32; 4]> = self.read_words("factors", 4 * links.places as u64)?;
         let pairs = self.contact_blocks()?;
         let elements = self.fabric_blocks()?;
-        let triangles = self.triangles.as_ref().map_or_else(Vec::new, |all| all.blocks(count));
+        let triangles =
+            self.triangles.as_ref().map_or_else(Vec::new, |all| blocks(&all.set, count));
         for (row, pairs) in pairs.iter().enumerate() {
             let [a, b] = [diagonal[2 * row], diagonal[2 * row + 1]];
             let start = out.len();

@@ -92,6 +92,8 @@ impl Engine {
         let colliders = self.solver.get().colliders().to_vec();
         let particles = self.compiled.model.particle_count();
         let (state, device) = if let EngineSolver::Shared(solver) = &mut self.solver {
+            let mut slips = Vec::new();
+            solver.slips_read(&mut slips);
             let state = State {
                 time: self.time,
                 step: self.substeps,
@@ -101,8 +103,7 @@ impl Engine {
                 velocities: Vec::new(),
                 held: self.held.clone(),
                 colliders,
-                // The wgpu backend has no contact of triangles.
-                slips: Vec::new(),
+                slips,
             };
             let source = solver.device_buffers()?;
             let buffers = self.pool.take(&self.gpu, particles);

@@ -1,0 +1,135 @@
+//! The list of pairs on a device: when it is built, and what is found in it.
+
+use crate::{Model, Real, Result, model::SelfContact};
+
+use super::{
+    super::{ContactSurface, UnprovenPair},
+    Moved,
+    task::{GROUP, PAIRS_MAX, PairAnswer, PairDevice, PairLook, PairTask, WaysFrom, pairs_of},
+};
+
+/// What the list reaches beyond the distance of contact, relative to it.
+const SKIN: f64 = 1.0;
+/// Most blocks over particles, each with a result of its own.
+const MOVED_BLOCKS_MAX: usize = 256;
+/// Particles of such a block, at least.
+const MOVED_THREADS: usize = 128;
+/// Pairs that are read at once at least.
+const EXPECTED_MIN: usize = 64;
+
+/// The list of pairs on a device.
+#[derive(Debug)]
+pub struct DeviceList<T> {
+    /// What kernels are told.
+    pub task: PairTask<T>,
+    /// Whether there is a list.
+    has_list: bool,
+    /// Pairs that were found lately: so many are read at once.
+    expected: usize,
+    answer: PairAnswer<T>,
+    pub(super) rebuilds: u32,
+}
+
+/// What a look at the device has found.
+#[derive(Debug)]
+pub(super) struct Look<T> {
+    /// Starts and ends of the ways.
+    pub(super) moved: [Moved<T>; 2],
+    pub(super) found: Vec<UnprovenPair>,
+}
+
+impl<T: Real> Look<T> {
+    pub(super) fn is_finite(&self) -> bool {
+        self.moved.iter().all(Moved::is_finite)
+    }
+}
+
+impl<T: Real> DeviceList<T> {
+    pub(super) fn new(model: &Model, contact: &SelfContact, surface: &ContactSurface) -> Self {
+        let triangles = surface.triangles().len();
+        let blocks = model.particle_count().div_ceil(MOVED_THREADS).clamp(1, MOVED_BLOCKS_MAX);
+        let task = PairTask {
+            reach: T::from_f64((1.0 + SKIN) * contact.distance),
+            distance: T::from_f64(contact.distance),
+            drift: [T::ZERO; 3],
+            length: T::ZERO,
+            delta: T::ZERO,
+            flags: 0,
+            group_count: triangles.div_ceil(GROUP).next_power_of_two() as u32,
+            pair_count: 0,
+            pair_capacity: (16 * triangles).max(1024) as u32,
+            found_capacity: 1024,
+            moved_blocks: blocks as u32,
+            edge_count: surface.edges().len() as u32,
+        };
+        let answer = PairAnswer { found: 0, pairs: Vec::new(), moved: Vec::new() };
+        Self { task, has_list: false, expected: EXPECTED_MIN, answer, rebuilds: 0 }
+    }
+
+    /// Whether the list has all pairs that are `distance` or less apart along all axes at both ends of the ways.
+    pub(super) fn holds_for(&self, look: &Look<T>, distance: T) -> bool {
+        self.has_list && look.moved.iter().all(|moved| moved.holds(self.task.reach, distance))
+    }
+
+    /// The same at the starts.
+    pub(super) fn holds_at_start(&self, look: &Look<T>, distance: T) -> bool {
+        self.has_list && look.moved[0].holds(self.task.reach, distance)
+    }
+
+    /// Asks the device how far particles have moved, and which pairs of the list are found.
+    pub(super) fn look(
+        &mut self,
+        device: &mut impl PairDevice<T>,
+        look: PairLook,
+        ways: WaysFrom,
+    ) -> Result<Look<T>> {
+        let has_pairs = self.has_list && self.task.pair_count > 0;
+        let look = if has_pairs { look } else { PairLook::Moved };
+        loop {
+            let Self { task, answer, expected, .. } = self;
+            device.look(task, ways, look, *expected, answer)?;
+            if answer.found > task.found_capacity {
+                task.found_capacity = room(answer.found);
+                device.results_create(task)?;
+                continue;
+            }
+            // Down slowly, as looks for contacts and for proofs take turns.
+            let count = answer.found as usize;
+            *expected = (count + count / 4).max(*expected / 8 * 7).max(EXPECTED_MIN);
+            let (starts, ends) = answer.moved.split_at(answer.moved.len() / 2);
+            return Ok(Look {
+                moved: [Moved::of(starts), Moved::of(ends)],
+                found: pairs_of(&answer.pairs).collect(),
+            });
+        }
+    }
+
+    /// Builds the list for the ways that are on the device: for both their ends and all between, the second ones less a common motion
+    /// if `is_common`.
+    pub(super) fn build(&mut self, device: &mut impl PairDevice<T>, is_common: bool) -> Result<()> {
+        device.references_take(&self.task)?;
+        self.has_list = false;
+        if is_common {
+            let look = self.look(device, PairLook::Moved, WaysFrom::Device)?;
+            self.task.drift = look.moved[1].centre();
+            device.references_drift(&self.task)?;
+        }
+        device.boxes_fit(&self.task)?;
+        loop {
+            let listed = device.list_fill(&self.task)?;
+            if listed <= self.task.pair_capacity {
+                self.task.pair_count = listed;
+                self.has_list = true;
+                self.rebuilds += 1;
+                return Ok(());
+            }
+            self.task.pair_capacity = room(listed);
+            device.list_create(&self.task)?;
+        }
+    }
+}
+
+/// Room for so many, and some more.
+fn room(needed: u32) -> u32 {
+    needed.saturating_add(needed / 2).min(PAIRS_MAX).max(needed)
+}

@@ -1,0 +1,44 @@
+//! The list on a device as a search that builds it when it does not hold.
+
+use crate::{Real, Result};
+
+use super::{
+    super::{PairSearch, UnprovenPair, Ways},
+    DeviceList,
+    task::{PairDevice, PairLook, TASK_MARKED, TASK_NEW, WaysFrom},
+};
+
+/// The list of a device.
+pub(super) struct DeviceSearch<'a, T, D> {
+    pub(super) device: &'a mut D,
+    pub(super) list: &'a mut DeviceList<T>,
+}
+
+impl<T: Real, D: PairDevice<T>> PairSearch<T> for DeviceSearch<'_, T, D> {
+    fn unproven(
+        &mut self,
+        ways: &Ways<'_, T>,
+        marked: Option<&[bool]>,
+        out: &mut Vec<UnprovenPair>,
+    ) -> Result<()> {
+        let Self { device, list } = self;
+        let full = |x: &[T; 3], w: T| [x[0], x[1], x[2], w];
+        let is_marked = |i: usize| marked.is_some_and(|marked| marked[i]);
+        let starts = ways.start.iter().map(|x| full(x, T::ZERO));
+        let ends = ways.end.iter().enumerate();
+        let ends = ends.map(|(i, x)| full(x, if is_marked(i) { T::ONE } else { T::ZERO }));
+        let vectors: Vec<[T; 4]> = starts.chain(ends).collect();
+        device.ways_write(&vectors)?;
+        let flags = [(marked.is_some(), TASK_MARKED), (ways.is_new, TASK_NEW)];
+        list.task.flags = flags.iter().filter(|(on, _)| *on).map(|(_, flag)| flag).sum();
+        list.task.delta = ways.delta;
+        let mut look = list.look(*device, PairLook::Unproven, WaysFrom::Device)?;
+        if !list.holds_for(&look, ways.delta + ways.delta) {
+            // Marked particles lag behind the others, which the next rounds will make worse: then boxes are around whole ways.
+            list.build(*device, marked.is_none())?;
+            look = list.look(*device, PairLook::Unproven, WaysFrom::Device)?;
+        }
+        out.extend(look.found);
+        Ok(())
+    }
+}

@@ -1,0 +1,199 @@
+//! What kernels are told, what they answer, and what a device has to be able to do.
+
+use crate::{NewtonStart, Real, Result};
+
+use super::super::{Candidate, ContactSet, ContactSurface, UnprovenPair};
+
+/// Triangles in a group.
+pub const GROUP: usize = 8;
+/// Words of a slot of a group: the number of its triangle, three corners, what belongs to it, three edges.
+pub const TRIANGLE_WORDS: usize = 8;
+/// Number of a triangle that is none.
+pub const NO_TRIANGLE: u32 = u32::MAX;
+/// Words of a pair: its particles, its features.
+pub const PAIR_WORDS: usize = 6;
+/// What the number of its first feature has more if both are edges.
+pub const EDGES: u32 = 1 << 31;
+/// Pairs of a list at most: some 6 GB.
+pub const PAIRS_MAX: u32 = 1 << 28;
+
+/// Flag of a [`PairTask`]: only pairs with a marked particle are looked at.
+pub const TASK_MARKED: u32 = 1;
+/// Flag of a [`PairTask`]: pairs that do not move are looked at as well.
+pub const TASK_NEW: u32 = 2;
+
+/// What a kernel is told.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct PairTask<T> {
+    /// Motion that all particles have in common between both sets of positions \[m\].
+    pub drift: [T; 3],
+    /// Pairs that are closer than this belong to the list \[m\].
+    pub reach: T,
+    /// Time for which particles are followed \[s\].
+    pub length: T,
+    /// Distance of features at the end of their ways \[m\].
+    pub delta: T,
+    /// Distance below which pairs may touch \[m\].
+    pub distance: T,
+    /// Sum of the `TASK_` constants.
+    pub flags: u32,
+    /// Groups of triangles, a power of two.
+    pub group_count: u32,
+    /// Pairs in the list.
+    pub pair_count: u32,
+    /// Room for pairs in the list.
+    pub pair_capacity: u32,
+    /// Room for pairs that are found.
+    pub found_capacity: u32,
+    /// Blocks of particles whose motion has a result each.
+    pub moved_blocks: u32,
+    /// Edges of the surface.
+    pub edge_count: u32,
+}
+
+/// Which pairs of the list a look is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PairLook {
+    /// None: how far particles have moved is all that is asked.
+    Moved,
+    /// Those that may touch at the starts of the ways.
+    Near,
+    /// Those that nothing proves to be apart on the ways.
+    Unproven,
+}
+
+/// Where the ways come from that kernels look at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WaysFrom {
+    /// The present positions and velocities.
+    Velocities,
+    /// The start of the substep and the present positions.
+    Substep,
+    /// They are on the device already.
+    Device,
+}
+
+/// What a device answers to a look.
+#[derive(Clone, Debug, Default)]
+pub struct PairAnswer<T> {
+    /// Pairs that were found, even where there was no room for them.
+    pub found: u32,
+    /// Words of those that there was room for, in any order.
+    pub pairs: Vec<u32>,
+    /// Numbers of all blocks of particles ([`Moved`](super::Moved)) for starts of ways, then for ends.
+    pub moved: Vec<T>,
+}
+
+/// What a device does for contact of triangles; which, when and with what outcome is decided by
+/// [`DeviceContact`](super::DeviceContact).
+pub trait PairDevice<T: Real> {
+    /// Makes room for the list.
+    ///
+    /// # Errors
+    /// `Overflow` if it is more than the device takes.
+    fn list_create(&mut self, task: &PairTask<T>) -> Result<()>;
+
+    /// Makes room for pairs that are found.
+    ///
+    /// # Errors
+    /// `Overflow` if it is more than the device takes.
+    fn results_create(&mut self, task: &PairTask<T>) -> Result<()>;
+
+    /// Gives ways: starts, then ends, with a fourth number that is not 0 if the particle is marked.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn ways_write(&mut self, ways: &[[T; 4]]) -> Result<()>;
+
+    /// Puts ways in place, finds how far particles have moved, and the pairs of the list that are asked for. About `expected` pairs
+    /// will be found.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn look(
+        &mut self,
+        task: &PairTask<T>,
+        ways: WaysFrom,
+        look: PairLook,
+        expected: usize,
+        out: &mut PairAnswer<T>,
+    ) -> Result<()>;
+
+    /// Takes the present ways as the two sets of positions that the list is for.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn references_take(&mut self, task: &PairTask<T>) -> Result<()>;
+
+    /// Takes the common motion out of the second set.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn references_drift(&mut self, task: &PairTask<T>) -> Result<()>;
+
+    /// Boxes around triangles, groups and the nodes of the tree, for both sets.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn boxes_fit(&mut self, task: &PairTask<T>) -> Result<()>;
+
+    /// Fills the list, and says how many pairs it has or would have.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn list_fill(&mut self, task: &PairTask<T>) -> Result<u32>;
+
+    /// Reads positions with inverse masses, and the start of the substep.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn ends_read(&mut self, position: &mut Vec<[T; 4]>, start: &mut Vec<[T; 4]>) -> Result<()>;
+
+    /// Reads velocities with masses.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn velocities_read(&mut self, velocity: &mut Vec<[T; 4]>) -> Result<()>;
+
+    /// Writes positions and velocities.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn motion_write(&mut self, position: &[[T; 4]], velocity: &[[T; 4]]) -> Result<()>;
+
+    /// Takes in what contacts do, for forces and the matrix.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn contacts_write(&mut self, set: &ContactSet<T>, newton: NewtonStart) -> Result<()>;
+}
+
+/// The surface as kernels read it: groups of triangles, slots behind the last one filled up; the ends of all edges; for each particle
+/// whom seams make it one with.
+#[must_use]
+pub fn surface_words(surface: &ContactSurface, group_count: u32) -> Vec<u32> {
+    let slots = GROUP * group_count as usize;
+    let mut words = Vec::with_capacity(TRIANGLE_WORDS * slots);
+    for triangle in surface.groups(GROUP) {
+        let [a, b, c] = surface.triangles()[triangle as usize];
+        let (owned, [ab, bc, ca]) = surface.features(triangle);
+        words.extend([triangle, a, b, c, u32::from(owned), ab, bc, ca]);
+    }
+    words.resize(TRIANGLE_WORDS * slots, NO_TRIANGLE);
+    words.extend(surface.edges().iter().flatten());
+    words.extend(surface.classes());
+    words
+}
+
+/// The pairs that words tell.
+pub fn pairs_of(words: &[u32]) -> impl Iterator<Item = UnprovenPair> + '_ {
+    words.chunks_exact(PAIR_WORDS).map(|pair| {
+        let (first, second) = (pair[4] & !EDGES, pair[5]);
+        let candidate = match pair[4] & EDGES {
+            0 => Candidate::VertexTriangle([first, second]),
+            _ => Candidate::EdgeEdge([first, second]),
+        };
+        UnprovenPair { candidate, particles: [pair[0], pair[1], pair[2], pair[3]] }
+    })
+}

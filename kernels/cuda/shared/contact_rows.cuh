@@ -1,0 +1,44 @@
+// NUMERICS section 15: what contacts of triangles do, for forces and for the matrix.
+
+// A contact: its particles and their weights, S (xx, yy, zz, xy, xz, yz), the force on its first point.
+struct TriangleContact {
+    uint particles[4];
+    real weights[4];
+    real rows[6];
+    real force[3];
+    real padding[3];
+};
+
+// For each particle where its places begin, and the end; the places, 4 c + a for particle a of contact c.
+struct ContactTable {
+    const uint* offsets;
+    const uint* places;
+    const TriangleContact* contacts;
+};
+
+// S sum w_b v_b, of the vectors of the particles.
+__device__ __forceinline__ vec3 contact_times(const TriangleContact& contact, const real4* vectors) {
+    vec3 a = xyz(vectors[contact.particles[0]]), b = xyz(vectors[contact.particles[1]]);
+    vec3 c = xyz(vectors[contact.particles[2]]), d = xyz(vectors[contact.particles[3]]);
+    const real* w = contact.weights;
+    vec3 v = ((w[0] * a + w[1] * b) + w[2] * c) + w[3] * d;
+    const real* m = contact.rows;
+    return {
+        m[0] * v.x + m[3] * v.y + m[4] * v.z,
+        m[3] * v.x + m[1] * v.y + m[5] * v.z,
+        m[4] * v.x + m[5] * v.y + m[2] * v.z,
+    };
+}
+
+// Whether a particle is in contact.
+__device__ __forceinline__ bool contacts_any(const ContactTable& table, uint i) { return table.offsets[i] != table.offsets[i + 1]; }
+
+// The row of a particle times a vector.
+__device__ __forceinline__ vec3 contacts_row(const ContactTable& table, const real4* vectors, uint i) {
+    vec3 sum = {0, 0, 0};
+    for (uint k = table.offsets[i], end = table.offsets[i + 1]; k < end; k++) {
+        const TriangleContact& contact = table.contacts[table.places[k] / 4];
+        sum = sum + contact.weights[table.places[k] % 4] * contact_times(contact, vectors);
+    }
+    return sum;
+}

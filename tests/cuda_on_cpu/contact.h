@@ -1,0 +1,104 @@
+// Finds pairs of triangles that may touch or meet, with the kernels that come before this text: `program INPUT OUTPUT`. The input is what
+// `contact.rs` writes; the output has counts, then the list, the pairs that may touch, those that are unproven, how far particles have moved,
+// and forces.
+
+// A kernel over so many items. Nobody waits for anybody.
+template <typename Kernel> static void launch_over(uint items, Kernel kernel) {
+    blockDim.x = 64;
+    gridDim.x = (items + 63) / 64;
+    for (blockIdx.x = 0; blockIdx.x < gridDim.x; blockIdx.x++) {
+        for (threadIdx.x = 0; threadIdx.x < 64; threadIdx.x++) kernel();
+    }
+}
+
+static std::vector<uint> input_words;
+static size_t input_next = 0;
+
+static uint input_integer() { return input_words.at(input_next++); }
+
+static real input_number() {
+    if (sizeof(real) == 4) return bits_as<float>(input_integer());
+    uint64_t low = input_integer(), high = input_integer();
+    return (real)bits_as<double>(low | high << 32);
+}
+
+template <typename T> static T* zeros(size_t count) { return (T*)calloc(count + 1, sizeof(T)); }
+
+static uint* input_list() {
+    uint length = input_integer();
+    uint* words = zeros<uint>(length);
+    for (uint k = 0; k < length; k++) words[k] = input_integer();
+    return words;
+}
+
+static real4* input_vectors(uint count) {
+    real4* vectors = zeros<real4>(count);
+    for (uint k = 0; k < count; k++) vectors[k] = {input_number(), input_number(), input_number(), input_number()};
+    return vectors;
+}
+
+static Solver s = {};
+static TrianglePairs t = {};
+
+static void moved_thread() { contact_pairs_moved(s, t); }
+static void tree_thread() { contact_pairs_tree(s, t); }
+
+int main(int, char** arguments) {
+    FILE* file = fopen(arguments[1], "rb");
+    uint word;
+    while (file && fread(&word, sizeof word, 1, file) == 1) input_words.push_back(word);
+    if (file) fclose(file);
+    uint seed = input_integer();
+    s.count = input_integer();
+    t.task.group_count = input_integer();
+    t.task.edge_count = input_integer();
+    t.task.moved_blocks = input_integer();
+    t.task.flags = input_integer();
+    t.task.pair_capacity = t.task.found_capacity = input_integer();
+    t.task.reach = input_number();
+    t.task.length = input_number();
+    t.task.delta = input_number();
+    t.task.distance = input_number();
+    for (real& a : t.task.drift) a = input_number();
+    t.surface = input_list();
+    s.position[0] = input_vectors(s.count);
+    s.velocity[0] = input_vectors(s.count);
+    real4* start = input_vectors(s.count);
+    s.start_position = start;
+    t.ways = zeros<real4>(2 * (size_t)s.count);
+    t.references = zeros<real4>(2 * (size_t)s.count);
+    t.boxes = zeros<Bounds>((SLOTS + 2) * (size_t)t.task.group_count);
+    t.list = zeros<FeaturePair>(t.task.pair_capacity);
+    t.found = zeros<FeaturePair>(t.task.found_capacity);
+    t.counts = zeros<uint>(2);
+    uint moved = 2 * MOVED_NUMBERS * t.task.moved_blocks;
+    t.moved = zeros<real>(moved);
+
+    launch_over(s.count, [] { contact_pairs_ahead(s, t); });
+    memcpy(t.references, t.ways, 2 * s.count * sizeof(real4));
+    launch_over(s.count, [] { contact_pairs_reference(s, t); });
+    launch_over(t.task.group_count, [] { contact_pairs_boxes(s, t); });
+    launch(tree_thread, 1, 64, seed);
+    launch_over(t.task.group_count, [] { contact_pairs_list(s, t); });
+    t.task.pair_count = min(t.counts[1], t.task.pair_capacity);
+    file = fopen(arguments[2], "wb");
+    if (!file) return 2;
+    fwrite(&t.counts[1], sizeof(uint), 1, file);
+    fwrite(t.list, sizeof(FeaturePair), t.task.pair_count, file);
+    launch_over(t.task.pair_count, [] { contact_geometry(s, t); });
+    fwrite(&t.counts[0], sizeof(uint), 1, file);
+    fwrite(t.found, sizeof(FeaturePair), t.counts[0], file);
+    // The way back, whose ends differ from both sets.
+    launch_over(s.count, [] { contact_pairs_substep(s, t); });
+    for (uint k = 0; k < s.count; k++) t.ways[(size_t)s.count + k].w = k % 3 == 0;
+    launch(moved_thread, 2 * t.task.moved_blocks, MOVED_THREADS, seed);
+    t.counts[0] = 0;
+    launch_over(t.task.pair_count, [] { contact_certify(s, t); });
+    fwrite(&t.counts[0], sizeof(uint), 1, file);
+    fwrite(t.found, sizeof(FeaturePair), t.counts[0], file);
+    for (uint k = 0; k < moved; k++) {
+        double number = t.moved[k];
+        fwrite(&number, sizeof number, 1, file);
+    }
+    return fclose(file) == 0 ? 0 : 2;
+}

@@ -1,0 +1,340 @@
+//! Pairs of triangles that may touch or meet, by the CUDA kernels that find them, against all pairs there are and the functions of the
+//! CPU, in both precisions.
+
+use std::{collections::BTreeSet, fs, process::Command, sync::Arc};
+
+use cloth_core::{
+    Cloth, ContactResponse, Geometry, GridPatch, MaterialPreset, Model, ModelBuilder, Real,
+    SelfContact,
+    contact::{
+        Candidate, ContactSurface, UnprovenPair,
+        device::{
+            DeviceContact, Moved, PAIR_WORDS, TASK_MARKED, TASK_NEW, pairs_of, surface_words,
+        },
+    },
+};
+use cloth_kernels::CudaModule;
+use harness::random::Random;
+
+use crate::{compiler, replaced, scene};
+
+/// Shared parts that these kernels do without: all but four.
+const NOT_HERE: [&str; 41] = [
+    "ptx",
+    "spring",
+    "field",
+    "procedural",
+    "fabric",
+    "air",
+    "collider",
+    "contact",
+    "group",
+    "list",
+    "limit",
+    "sync",
+    "meeting",
+    "build",
+    "substep",
+    "frame",
+    "stencil",
+    "packet",
+    "tile",
+    "flat",
+    "pairs",
+    "strip",
+    "tile_list",
+    "around",
+    "area",
+    "area_expected",
+    "sketch",
+    "area_view",
+    "area_search",
+    "far_search",
+    "area_sum",
+    "area_sum_few",
+    "area_sum_many",
+    "contact_rows",
+    "linear",
+    "fabric_matrix",
+    "sum",
+    "solve",
+    "resident",
+    "neighbours24",
+    "constraint",
+];
+const SPACING: f64 = 0.01;
+const DISTANCE: f64 = 2e-3;
+/// Length of the substep \[s\].
+const LENGTH: f64 = 1.0 / 256.0;
+
+/// Sheets above each other.
+fn model() -> Arc<Model> {
+    let response = ContactResponse::Triangles { friction: 0.3 };
+    let mut builder =
+        ModelBuilder::new().self_contact(SelfContact { distance: DISTANCE, response });
+    for layer in 0..5_u32 {
+        let height = 0.9 * DISTANCE * f64::from(layer);
+        builder = builder.cloth(Cloth {
+            name: format!("{layer}"),
+            geometry: Geometry::Grid(GridPatch::horizontal(14, SPACING, height)),
+            material: MaterialPreset::JERSEY.material(SPACING).into(),
+            pins: vec![],
+            velocity: [0.0; 3],
+        });
+    }
+    Arc::new(builder.build().expect("the sheets are a model"))
+}
+
+/// Where particles are, how fast they go, and where they were, in numbers of a precision.
+struct Motion<T> {
+    position: Vec<[T; 3]>,
+    velocity: Vec<[T; 3]>,
+    start: Vec<[T; 3]>,
+}
+
+impl<T: Real> Motion<T> {
+    fn new(model: &Model, seed: u64) -> Self {
+        let mut random = Random::new(seed);
+        let mut motion = Self { position: vec![], velocity: vec![], start: vec![] };
+        for x in model.positions() {
+            let [by, v, back] = [0.2 * DISTANCE, 0.3, 0.5 * DISTANCE].map(|a| random.vector(a));
+            let position: [T; 3] = std::array::from_fn(|k| T::from_f64(x[k] + by[k]));
+            motion.start.push(std::array::from_fn(|k| position[k] - T::from_f64(back[k])));
+            motion.position.push(position);
+            // All go down together as well.
+            motion.velocity.push(std::array::from_fn(|k| T::from_f64(v[k] - f64::from(k == 2))));
+        }
+        motion
+    }
+}
+
+/// What the kernels have found.
+#[derive(Debug, PartialEq)]
+struct Found<T> {
+    list: BTreeSet<UnprovenPair>,
+    near: BTreeSet<UnprovenPair>,
+    unproven: BTreeSet<UnprovenPair>,
+    moved: [Vec<T>; 2],
+}
+
+/// What is asked.
+#[derive(Clone, Copy)]
+struct Question<T> {
+    drift: [T; 3],
+    reach: T,
+    delta: T,
+    flags: u32,
+}
+
+fn words_of<T: Real>(number: T) -> Vec<u32> {
+    if T::IS_DOUBLE {
+        let bits = number.to_f64().to_bits();
+        vec![bits as u32, (bits >> 32) as u32]
+    } else {
+        vec![(number.to_f64() as f32).to_bits()]
+    }
+}
+
+/// The answer of the kernels, their text changed by `edit`.
+fn by_kernels<T: Real>(
+    model: &Model,
+    motion: &Motion<T>,
+    question: Question<T>,
+    edit: impl Fn(String) -> String,
+) -> Found<T> {
+    let find = |name| CudaModule::find(name).expect("the module exists");
+    let options = if T::IS_DOUBLE { vec!["f64"] } else { vec![] };
+    let first = find("contact_pairs");
+    let mut text = first
+        .compose_with(options, &NOT_HERE.map(|part| (part, "")))
+        .expect("the module has these options");
+    text += find("contact_geometry").file();
+    text += find("contact_certify").file();
+    let text = edit(text.replace(scene::FRAME_MEMORY, ""));
+    let program = compiler::program(&format!(
+        "#include \"runtime.h\"\n{text}\n{}\n",
+        include_str!("contact.h")
+    ));
+    let contact = model.self_contact().expect("it has contact");
+    let surface = ContactSurface::new(model, contact);
+    let task = DeviceContact::<T>::new(model).expect("it has contact of triangles").list.task;
+    let mut words = vec![
+        1,
+        model.particle_count() as u32,
+        task.group_count,
+        task.edge_count,
+        task.moved_blocks,
+        question.flags,
+        1 << 20,
+    ];
+    let numbers = [question.reach, T::from_f64(LENGTH), question.delta, task.distance];
+    words.extend(numbers.into_iter().chain(question.drift).flat_map(words_of));
+    let surface = surface_words(&surface, task.group_count);
+    words.push(surface.len() as u32);
+    words.extend(surface);
+    for field in [&motion.position, &motion.velocity, &motion.start] {
+        let vectors = field.iter().flat_map(|&[x, y, z]| [x, y, z, T::ONE]);
+        words.extend(vectors.flat_map(words_of));
+    }
+    let folder = tempfile::tempdir().expect("there is room for temporary files");
+    let [input, output] = ["input", "output"].map(|name| folder.path().join(name));
+    fs::write(&input, bytemuck::cast_slice(&words)).expect("the input can be written");
+    let ran = Command::new(program).args([&input, &output]).status().expect("the program starts");
+    assert!(ran.success(), "the program ended with {ran}");
+    let bytes = fs::read(&output).expect("the output is there");
+    let words: Vec<u32> = bytemuck::pod_collect_to_vec(&bytes);
+    let mut rest = &words[..];
+    let mut pairs = || {
+        let count = rest[0] as usize;
+        let (pairs, left) = rest[1..].split_at(PAIR_WORDS * count);
+        rest = left;
+        let set: BTreeSet<_> = pairs_of(pairs).collect();
+        assert_eq!(set.len(), count, "a pair comes twice");
+        set
+    };
+    let (list, near, unproven) = (pairs(), pairs(), pairs());
+    let numbers: Vec<T> = (rest.chunks_exact(2))
+        .map(|word| f64::from_bits(u64::from(word[0]) | u64::from(word[1]) << 32))
+        .map(T::from_f64)
+        .collect();
+    let (starts, ends) = numbers.split_at(numbers.len() / 2);
+    Found { list, near, unproven, moved: [starts.to_vec(), ends.to_vec()] }
+}
+
+/// Whether two features are apart along an axis of space, by their points.
+fn are_apart<T: Real>(candidate: Candidate, sets: &[[[T; 3]; 4]], reach: T) -> bool {
+    let middle = match candidate {
+        Candidate::VertexTriangle(_) => 1,
+        Candidate::EdgeEdge(_) => 2,
+    };
+    let range = |places: std::ops::Range<usize>, axis: usize| {
+        let numbers = sets.iter().flat_map(|set| &set[places.clone()]).map(|x| x[axis]);
+        numbers
+            .fold([T::INFINITY, -T::INFINITY], |[low, high], x| [low.minimum(x), high.maximum(x)])
+    };
+    (0..3).any(|axis| {
+        let [a, b] = [range(0..middle, axis), range(middle..4, axis)];
+        a[0] - b[1] >= reach || b[0] - a[1] >= reach
+    })
+}
+
+fn question<T: Real>(model: &Model, flags: u32) -> Question<T> {
+    let task = DeviceContact::<T>::new(model).expect("it has contact of triangles").list.task;
+    // About what all do.
+    let drift = [T::ZERO, T::ZERO, T::from_f64(-LENGTH)];
+    Question { drift, reach: task.reach, delta: T::from_f64(2e-5), flags }
+}
+
+/// The same by the functions of the CPU, for all pairs there are.
+fn by_cpu<T: Real>(model: &Model, motion: &Motion<T>, question: Question<T>) -> Found<T> {
+    let contact = model.self_contact().expect("it has contact");
+    let surface = ContactSurface::new(model, contact);
+    let (length, distance) = (T::from_f64(LENGTH), T::from_f64(contact.distance));
+    let Motion { position, velocity, start } = motion;
+    let second: Vec<[T; 3]> = (position.iter().zip(velocity))
+        .map(|(x, v)| std::array::from_fn(|k| (x[k] + length * v[k]) - question.drift[k]))
+        .collect();
+    let mut found = Found {
+        list: BTreeSet::new(),
+        near: BTreeSet::new(),
+        unproven: BTreeSet::new(),
+        moved: [vec![], vec![]],
+    };
+    for candidate in surface.candidates() {
+        let particles = surface.particles(candidate);
+        let at = |set: &[[T; 3]]| particles.map(|i| set[i as usize]);
+        if are_apart(candidate, &[at(position), at(&second)], question.reach) {
+            continue;
+        }
+        let pair = UnprovenPair { candidate, particles };
+        found.list.insert(pair);
+        // Whatever touches is one of those that may.
+        if surface.contact(candidate, |i| position[i as usize]).is_some() {
+            assert!(!are_apart(candidate, &[at(position)], distance));
+            found.near.insert(pair);
+        }
+        let is_marked = particles.iter().any(|i| i % 3 == 0);
+        let is_new = question.flags & TASK_NEW != 0;
+        if (question.flags & TASK_MARKED == 0 || is_marked)
+            && pair.is_unproven(start, position, (question.delta, is_new))
+        {
+            found.unproven.insert(pair);
+        }
+    }
+    for (half, set) in [start, position].into_iter().enumerate() {
+        let mut numbers = vec![T::ZERO; 16];
+        numbers[..12].fill(-T::MAX);
+        for ((x, a), b) in set.iter().zip(position).zip(&second) {
+            for k in 0..3 {
+                let ways = [x[k] - a[k], a[k] - x[k], x[k] - b[k], b[k] - x[k]];
+                for (which, way) in ways.into_iter().enumerate() {
+                    let place = &mut numbers[3 * which + k];
+                    *place = place.maximum(way);
+                }
+                let beyond = (a[k].minimum(b[k]) - x[k]).maximum(x[k] - a[k].maximum(b[k]));
+                numbers[12] = numbers[12].maximum(beyond);
+                numbers[13] = numbers[13].maximum(x[k].abs());
+            }
+        }
+        found.moved[half] = numbers;
+    }
+    found
+}
+
+fn largest<T: Real>(numbers: &[T]) -> String {
+    format!("{:?}", Moved::of(numbers))
+}
+
+fn check<T: Real>() {
+    let model = model();
+    for (seed, flags) in [(1, 0), (2, TASK_NEW), (3, TASK_MARKED)] {
+        let motion = Motion::<T>::new(&model, seed);
+        let question = question(&model, flags);
+        let expected = by_cpu(&model, &motion, question);
+        let found = by_kernels(&model, &motion, question, |text| text);
+        assert_eq!(found.list.len(), expected.list.len(), "pairs of the list");
+        assert!(found.list == expected.list, "the list is another");
+        assert!(expected.near.is_subset(&found.near), "a contact is missing");
+        assert!(!expected.near.is_empty() && 2 * found.near.len() < found.list.len());
+        assert!(!expected.unproven.is_empty(), "all is proven");
+        assert!(found.unproven == expected.unproven, "others are unproven");
+        assert!(found.unproven.len() < found.list.len());
+        for half in 0..2 {
+            assert_eq!(largest(&found.moved[half]), largest(&expected.moved[half]), "{half}");
+        }
+    }
+}
+
+#[test]
+fn pairs_of_triangles() {
+    check::<f32>();
+    check::<f64>();
+}
+
+/// A pair that is missing, a level of the tree, a normal that points the wrong way, a margin that is none, a barrier.
+#[test]
+fn faults_of_pairs_are_found() {
+    let model = model();
+    let motion = Motion::<f32>::new(&model, 1);
+    let question = question(&model, 0);
+    let expected = by_cpu(&model, &motion, question);
+    for (right, wrong) in [
+        (
+            "if (number < t.task.pair_capacity) t.list[number] = pair;",
+            "if (number != 77) t.list[number] = pair;",
+        ),
+        ("first = t.task.group_count / 2; first > 0", "first = t.task.group_count / 4; first > 0"),
+        ("group == other ? k + 1 : 0", "k + 1"),
+        ("if (dot(normal, across) > 0)", "if (dot(normal, across) < 0)"),
+        ("a1.low - b1.high > delta", "a1.low - b1.high > 0"),
+        ("d6 >= 0 && d5 <= d6", "d6 >= 0"),
+        ("maximum(own[3 + axis], q - p)", "maximum(own[3 + axis], p - q)"),
+    ] {
+        let found = by_kernels(&model, &motion, question, |text| replaced(&text, right, wrong));
+        let same = found.list == expected.list
+            && expected.near.is_subset(&found.near)
+            && found.unproven == expected.unproven
+            && (0..2).all(|half| largest(&found.moved[half]) == largest(&expected.moved[half]));
+        assert!(!same, "`{wrong}` is not found");
+    }
+}
