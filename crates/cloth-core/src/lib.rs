@@ -60,7 +60,7 @@ pub use model::{
     Gust, Incidence, Inflation, InteractionKind, InteractionList, Interactions, Mass, Material,
     MaterialPreset, Meshing, Model, ModelBuilder, ModelFeatures, ModelShape, NONE, Neighbours,
     NetworkSpring, PieceBlocks, Pose, RegularPatch, RestSource, STITCH_LENGTH, Seam, SeamError,
-    SeamRange, Seams, SelfContact, SlicedRows, Spring, SpringClass, SpringCoefficients,
+    SeamRange, SeamTie, Seams, SelfContact, SlicedRows, Spring, SpringClass, SpringCoefficients,
     SpringColouring, SpringKind, SpringNetwork, SpringRows, Springs, Stencil, StrainGauge,
     TriangleStrain, VertexClasses, Weld, WingedEdge, WingedEdges,
 };

@@ -115,7 +115,7 @@ impl ContactSurface {
             opposites: Rows::new(edges.len(), opposites),
             neighbours: Rows::new(model.particle_count(), neighbours),
             start: model.positions().to_vec(),
-            classes: model.seam_classes().all(),
+            classes: model.contact_classes().all(),
             cloths: cloths.collect(),
             reach: contact.distance,
             triangles,
