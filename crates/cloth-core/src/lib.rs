@@ -60,9 +60,9 @@ pub use model::{
     GroupHierarchy, Gust, Incidence, Inflation, InteractionKind, InteractionList, Interactions,
     Mass, Material, MaterialPreset, Meshing, Model, ModelBuilder, ModelFeatures, ModelShape, NONE,
     Neighbours, NetworkSpring, PieceBlocks, Pose, RegularPatch, RestSource, STITCH_LENGTH, Seam,
-    SeamError, SeamRange, Seams, SelfContact, SlicedRows, Spring, SpringClass, SpringCoefficients,
-    SpringColouring, SpringKind, SpringNetwork, SpringRows, Springs, Stencil, StrainGauge,
-    TriangleStrain, VertexClasses, Weld, WingedEdge, WingedEdges,
+    SeamError, SeamRange, SeamTie, Seams, SelfContact, SlicedRows, Spring, SpringClass,
+    SpringCoefficients, SpringColouring, SpringKind, SpringNetwork, SpringRows, Springs, Stencil,
+    StrainGauge, TriangleStrain, VertexClasses, Weld, WingedEdge, WingedEdges,
 };
 pub use real::Real;
 pub use report::{Measures, SolverReport, StageTime, StepReport, TimeStepChange, TimeStepReason};

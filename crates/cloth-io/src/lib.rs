@@ -24,8 +24,9 @@ pub use frame::{
     vertex_normals,
 };
 pub use mesh::{
-    MESH_EXTENSIONS, MESH_WRITE_EXTENSIONS, MeshError, MeshPlace, mesh_read, mesh_read_gltf,
-    mesh_read_obj, mesh_read_ply, mesh_write, mesh_write_gltf, mesh_write_obj, mesh_write_ply,
+    MESH_EXTENSIONS, MESH_WRITE_EXTENSIONS, MeshError, MeshPlace, PointCache, mesh_read,
+    mesh_read_gltf, mesh_read_obj, mesh_read_ply, mesh_write, mesh_write_gltf, mesh_write_obj,
+    mesh_write_ply, point_cache_read, point_cache_read_bytes,
 };
 pub use picture::{
     Bounds, Camera, PICTURE_SIDE_LIMIT, Picture, PictureCloth, PictureDust, PictureError,

@@ -60,6 +60,8 @@ pub struct DistanceGridPlan {
     sets: Vec<Vec<[f64; 3]>>,
     triangles: Vec<[u32; 3]>,
     rate: f64,
+    start: f64,
+    skin: f64,
     lattice: Lattice,
 }
 
@@ -132,12 +134,35 @@ impl DistanceGridPlan {
             (cells as u32).saturating_add(1)
         });
         let lattice = Lattice { origin, spacing, size };
-        let plan = Self { name: name.into(), sets, triangles, rate, lattice };
-        if plan.samples() > DistanceGrid::SAMPLES_MAX {
-            let (sets, count) = (plan.sets.len(), lattice.count());
-            return Err(RigidError::TooManySamples { name: plan.name, sets, count });
+        Self { name: name.into(), sets, triangles, rate, start: 0.0, skin: 0.0, lattice }.checked()
+    }
+
+    fn checked(self) -> Result<Self, RigidError> {
+        if self.samples() > DistanceGrid::SAMPLES_MAX {
+            let (sets, count) = (self.sets.len(), self.lattice.count());
+            return Err(RigidError::TooManySamples { name: self.name, sets, count });
         }
-        Ok(plan)
+        Ok(self)
+    }
+
+    /// The same solid, whose first set holds until `start` \[s\].
+    #[must_use]
+    pub fn waiting(self, start: f64) -> Self {
+        Self { start, ..self }
+    }
+
+    /// The same solid with a skin of this thickness \[m\] around it, which only distances know of.
+    ///
+    /// # Errors
+    /// [`RigidError`] for more samples than fit.
+    pub fn with_skin(self, skin: f64) -> Result<Self, RigidError> {
+        let cells = (skin / self.lattice.spacing).ceil().max(0.0);
+        let lattice = Lattice {
+            origin: self.lattice.origin.map(|value| value - cells * self.lattice.spacing),
+            size: self.lattice.size.map(|side| side.saturating_add(2 * cells as u32)),
+            ..self.lattice
+        };
+        Self { skin, lattice, ..self }.checked()
     }
 
     /// Samples that will be taken, of all sets together.
@@ -166,6 +191,8 @@ impl DistanceGridPlan {
             size,
             distances,
             rate: self.rate,
+            start: self.start,
+            skin: self.skin,
             surface: TriangleMesh {
                 positions: first.to_vec(),
                 triangles: self.triangles.clone(),
@@ -186,7 +213,9 @@ impl DistanceGridPlan {
         // The library gives up on some meshes by a panic.
         let outcome = catch_unwind(AssertUnwindSafe(|| {
             let sets = distances.par_chunks_mut(count).zip(&self.sets);
-            sets.try_for_each(|(out, set)| self.lattice.sample(set, &self.triangles, out, progress))
+            sets.try_for_each(|(out, set)| {
+                self.lattice.sample((set, &self.triangles, self.skin), out, progress)
+            })
         }));
         outcome
             .unwrap_or_else(|_| Err("the library failed".to_owned()))
@@ -211,8 +240,7 @@ impl Lattice {
     /// Samples one mesh, row by row: rows depend on nothing but the mesh, so that their order does not matter.
     fn sample(
         self,
-        positions: &[[f64; 3]],
-        triangles: &[[u32; 3]],
+        (positions, triangles, skin): (&[[f64; 3]], &[[u32; 3]], f64),
         out: &mut [f32],
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<(), String> {
@@ -228,7 +256,8 @@ impl Lattice {
                 }));
                 let projection = shape.project_local_point(point, false);
                 let distance = (point - projection.point).length();
-                *out = if projection.is_inside { -distance } else { distance } as f32;
+                let signed = if projection.is_inside { -distance } else { distance };
+                *out = (signed - skin) as f32;
             }
             progress(row.len() as u64);
         });

@@ -11,6 +11,7 @@
 //! integrator to what its linear solver leaves. A body feels the cloth
 //! one part of a frame late, so that it must not be much lighter than the cloth that rests on it.
 
+mod closest;
 mod distance_grid;
 mod error;
 mod joint;
@@ -20,6 +21,7 @@ mod shape;
 mod snapshot;
 mod world;
 
+pub use closest::{ClosestPoint, ClosestPoints};
 pub use distance_grid::{DistanceGridPlan, distance_grid, distance_grid_sequence};
 pub use error::RigidError;
 pub use joint::{RigidJoint, RigidJointKind};

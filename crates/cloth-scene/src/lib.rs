@@ -34,12 +34,12 @@ pub use error::{SceneError, ScenePlace, SceneUnknown};
 pub use fabrics::{FabricSource, MeasuredFabric, SheetError, fabric_sheet_read, measured_fabrics};
 pub use scene::{
     MODEL_OF_PRESETS, Scene, SceneAction, SceneAdaptive, SceneAerodynamics, SceneAnimation,
-    SceneBend, SceneBounds, SceneCloth, SceneCollider, SceneColour, SceneContact,
-    SceneContactResponse, SceneDust, SceneEvent, SceneFabricDamping, SceneField, SceneGeometry,
-    SceneGrid, SceneGust, SceneImplicit, SceneInflation, SceneJoint, SceneKeyframe, SceneMass,
-    SceneMaterial, SceneMesh, SceneMeshing, SceneMidpoint, SceneModel, SceneNetwork, SceneOrigin,
-    ScenePanel, ScenePanels, ScenePattern, ScenePatternSource, ScenePhase, ScenePiece, ScenePin,
-    ScenePinAttribute, ScenePrecision, ScenePrototype, SceneRigid, SceneRigidJoint,
+    SceneAttachment, SceneBend, SceneBounds, SceneCloth, SceneCollider, SceneColour, SceneContact,
+    SceneContactResponse, SceneDust, SceneElastic, SceneEvent, SceneFabricDamping, SceneField,
+    SceneGeometry, SceneGrid, SceneGust, SceneImplicit, SceneInflation, SceneJoint, SceneKeyframe,
+    SceneMass, SceneMaterial, SceneMesh, SceneMeshing, SceneMidpoint, SceneModel, SceneNetwork,
+    SceneOrigin, ScenePanel, ScenePanels, ScenePattern, ScenePatternSource, ScenePhase, ScenePiece,
+    ScenePin, ScenePinAttribute, ScenePrecision, ScenePrototype, SceneRigid, SceneRigidJoint,
     SceneRigidJointKind, SceneRigidShape, SceneRotation, SceneSeam, SceneSeamEnd, SceneSeamPoint,
     SceneSemiImplicit, SceneShape, SceneSimulation, SceneSolidMesh, SceneSolver, SceneSpring,
     SceneSpringClass, SceneStart, SceneStencil, SceneStrainLimit, SceneTriangles, SceneView,

@@ -143,6 +143,59 @@ fn animated(animation: &str) -> String {
     )
 }
 
+/// The same, of each of these sizes, as a Point Cache 2.
+fn point_cache(sizes: &[f32]) -> Vec<u8> {
+    let mut bytes = b"POINTCACHE2\0".to_vec();
+    bytes.extend([1_i32, 4].into_iter().flat_map(i32::to_le_bytes));
+    bytes.extend([0.0_f32, 1.0].into_iter().flat_map(f32::to_le_bytes));
+    bytes.extend((sizes.len() as i32).to_le_bytes());
+    for &size in sizes {
+        let corners = [[0.0; 3], [size, 0.0, 0.0], [0.0, size, 0.0], [0.0, 0.0, size]];
+        bytes.extend(corners.into_iter().flatten().flat_map(f32::to_le_bytes));
+    }
+    bytes
+}
+
+#[test]
+fn an_animation_waits_starts_at_rest_has_a_skin_and_comes_from_a_point_cache() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("body.obj"), tetrahedron(0.2)).unwrap();
+    fs::write(folder.path().join("body.pc2"), point_cache(&[0.2, 0.3, 0.5])).unwrap();
+    fs::write(folder.path().join("rest.obj"), tetrahedron(0.1)).unwrap();
+    let grid = |more: &str| {
+        let text =
+            format!("file = \"body.obj\"\ncache = \"body.pc2\"\nrate = 10\ncells = 16\n{more}");
+        let path = folder.path().join("scene.toml");
+        fs::write(&path, animated(&text)).unwrap();
+        let compiled = Scene::read(&path).unwrap().compile(&CompileOptions::default()).unwrap();
+        match &compiled.model.colliders()[0].shape {
+            cloth_core::ColliderShape::Grid(grid) => std::sync::Arc::clone(grid),
+            shape => panic!("{shape:?}"),
+        }
+    };
+    let size = |grid: &cloth_core::DistanceGrid, time| grid.positions_at(time)[1][0];
+    let plain = grid("");
+    assert_eq!(plain.set_count(), 3);
+    assert!((size(&plain, 0.15) - 0.4).abs() < 1e-7, "half way to the last one");
+    assert!((size(&grid("first = 1\nframes = 1\n"), 0.0) - 0.3).abs() < 1e-7);
+    let waiting = grid("start = 0.5\n");
+    assert!((size(&waiting, 0.5) - 0.2).abs() < 1e-7 && (size(&waiting, 0.6) - 0.3).abs() < 1e-7);
+    assert_eq!(waiting.sets_at(0.4).next, 0, "it is not on its way");
+    // Four steps to the first key frame, that begin and end slowly.
+    let blended = grid("rest = \"rest.obj\"\nblend = 0.4\nstart = 1.0\n");
+    assert_eq!(blended.set_count(), 7);
+    for (time, expected) in [(0.9, 0.1), (1.1, 0.115_625), (1.2, 0.15), (1.4, 0.2), (1.5, 0.3)] {
+        assert!((size(&blended, time) - expected).abs() < 1e-7, "{time} s");
+    }
+    let skinned = grid("skin = 0.03\n");
+    let point = [0.05, 0.05, -0.01];
+    let change = plain.distance_at(point, 0.0) - skinned.distance_at(point, 0.0);
+    assert!((change - 0.03).abs() < 1e-3 && skinned.skin == 0.03, "{change}");
+    assert_eq!(skinned.surface.positions, plain.surface.positions);
+    let far = [-0.06, 0.05, 0.05];
+    assert!(skinned.distance_at(far, 0.0) > 0.0, "samples reach beyond the skin");
+}
+
 #[test]
 fn a_collider_can_be_a_mesh_for_each_frame() {
     let folder = tempfile::tempdir().unwrap();
@@ -166,12 +219,46 @@ fn a_collider_can_be_a_mesh_for_each_frame() {
     fs::write(&path, &fysl).unwrap();
     let again = Scene::read(&path).unwrap();
     assert_eq!(again.colliders, scene.colliders);
+    // Another number of vertices, and another order of the faces.
+    fs::write(folder.path().join("body2.obj"), format!("v 1 1 1\n{}", tetrahedron(0.2))).unwrap();
+    let turned = tetrahedron(0.6).replace("f 1 3 2", "f 2 3 1");
+    fs::write(folder.path().join("body6.obj"), turned).unwrap();
+    fs::write(folder.path().join("body.pc2"), point_cache(&[0.1, 0.3])).unwrap();
     for (animation, words) in [
         ("file = \"body.obj\"\nframes = 3\nrate = 10\n", "no `{}`"),
         ("file = \"body{}.obj\"\nframes = 3\nrate = 10\n", "body0.obj"),
         ("file = \"body{}.obj\"\nframes = 0\nrate = 10\n", "give 1 to"),
         ("file = \"body{}.obj\"\nfirst = 3\nframes = 3\nrate = 0\n", "rate"),
         ("file = \"body{}.obj\"\nfirst = 3\nframes = 3\nrate = 1\ncells = 2\n", "give 4 to 400"),
+        ("file = \"body{}.obj\"\nfirst = 3\nrate = 10\n", "needs `frames`"),
+        ("file = \"body{}.obj\"\nfirst = 3\nframes = 3\nrate = 1\nskin = -1\n", "skin` is -1"),
+        ("file = \"body{}.obj\"\nfirst = 3\nframes = 3\nrate = 1\nblend = 1\n", "give `rest`"),
+        (
+            "file = \"body{}.obj\"\nfirst = 3\nframes = 3\nrate = 1\nrest = \"body3.obj\"\n",
+            "give `blend`",
+        ),
+        (
+            "file = \"body{}.obj\"\nfirst = 2\nframes = 2\nrate = 1\n",
+            "`body3.obj` has 4 vertices and 4 triangles, and body2.obj has 5 and 4",
+        ),
+        (
+            "file = \"body{}.obj\"\nfirst = 3\nframes = 2\nrate = 1\nrest = \"body2.obj\"\nblend = 1\n",
+            "`body2.obj` has 5 vertices and 4 triangles, and the first key frame has 4 and 4",
+        ),
+        (
+            "file = \"body{}.obj\"\nfirst = 5\nframes = 2\nrate = 1\n",
+            "has a triangle 0 of vertices [1, 2, 0], and body5.obj one of [0, 2, 1]",
+        ),
+        (
+            "file = \"body3.obj\"\ncache = \"body.pc2\"\nrate = 1\nfirst = 2\n",
+            "has 2 key frames, and those from 2",
+        ),
+        (
+            "file = \"body2.obj\"\ncache = \"body.pc2\"\nrate = 1\n",
+            "moves 4 vertices, and the mesh `body2.obj` has 5",
+        ),
+        ("file = \"body3.obj\"\ncache = \"none.pc2\"\nrate = 1\n", "none.pc2"),
+        ("file = \"body3.obj\"\ncache = \"../none.pc2\"\nrate = 1\n", "not a plain path"),
     ] {
         let path = folder.path().join("wrong.toml");
         fs::write(&path, animated(animation)).unwrap();

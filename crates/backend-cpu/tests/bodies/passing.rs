@@ -153,7 +153,7 @@ fn a_surface_that_changes_its_shape_lifts_a_sheet() {
     };
     let sets = (0..=4).map(|k| at(0.01 * f64::from(k))).collect();
     let triangles_of = vec![[0, 2, 1], [1, 2, 3], [2, 4, 3], [3, 4, 5]];
-    let surface = BodySurface { triangles: triangles_of, sets, rate: 10.0 };
+    let surface = BodySurface { triangles: triangles_of, sets, rate: 10.0, start: 0.0 };
     let roof = ColliderShape::Surface(Arc::new(surface));
     let model = draped(triangles(0.5), roof, 0.004);
     for way in [implicit(), explicit(&model)] {

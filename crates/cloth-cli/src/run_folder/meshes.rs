@@ -18,7 +18,7 @@ use super::{text_read, text_write};
 use crate::failure::{Failure, ReadError, WriteError};
 
 /// Keys that name a file.
-const FILE_KEYS: [&str; 2] = ["file", "sheet"];
+const FILE_KEYS: [&str; 4] = ["file", "sheet", "cache", "rest"];
 
 /// Folder of the meshes.
 const FOLDER: &str = "meshes";
@@ -66,9 +66,23 @@ fn mesh_rewrite(
     options: &CompileOptions,
     files: &mut Vec<Copy>,
 ) {
-    let named = FILE_KEYS.iter().find_map(|&key| Some((key, mesh.get(key)?.as_str()?.to_owned())));
-    let Some((key, file)) = named else { return };
-    let Some(name) = Path::new(&file).file_name().and_then(|name| name.to_str()) else { return };
+    for key in FILE_KEYS {
+        if let Some(file) = mesh.get(key).and_then(Value::as_str).map(str::to_owned) {
+            // Files of one name may lie in different folders.
+            let to = if ["cache", "rest"].contains(&key) { to.join(key) } else { to.into() };
+            file_rewrite(mesh, (key, &file), &to, &|file| place(directory, file, options), files);
+        }
+    }
+}
+
+fn file_rewrite(
+    mesh: &mut Table,
+    (key, file): (&str, &str),
+    to: &Path,
+    place: &dyn Fn(&str) -> PathBuf,
+    files: &mut Vec<Copy>,
+) {
+    let Some(name) = Path::new(file).file_name().and_then(|name| name.to_str()) else { return };
     let integer = |key: &str| mesh.get(key).and_then(Value::as_integer);
     let numbers: Vec<Option<i64>> = match (integer("first"), integer("frames")) {
         (Some(first), Some(frames)) if file.contains("{}") => {
@@ -81,8 +95,7 @@ fn mesh_rewrite(
             Some(number) => text.replace("{}", &number.to_string()),
             None => text.to_owned(),
         };
-        let from = place(directory, &numbered(&file), options);
-        files.push((from, to.join(numbered(name))));
+        files.push((place(&numbered(file)), to.join(numbered(name))));
     }
     // A path of the scene has strokes on every system.
     let parts: Vec<_> = to.components().map(|part| part.as_os_str().to_string_lossy()).collect();
@@ -190,7 +203,7 @@ mod tests {
         material.sheet = "lab/sheet.toml"
         [[collider]]
         name = "body"
-        shape.animation = { file = "walk/body-{}.obj", first = 3, frames = 2, rate = 30 }
+        shape.animation = { file = "walk/body-{}.obj", first = 3, frames = 2, rate = 30, rest = "rest.obj", blend = 1.0 }
     "#;
 
     #[test]
@@ -203,6 +216,7 @@ mod tests {
             ("models/a b.bin", "numbers"),
             ("walk/body-3.obj", "three"),
             ("walk/body-4.obj", "four"),
+            ("rest.obj", "rest"),
             (
                 "lab/sheet.toml",
                 "W = 12\n[warp]\ncurve = \"warp.csv\"\n[weft]\ncurve = \"../weft.csv\"\n",
@@ -222,8 +236,9 @@ mod tests {
         copy(&files, &run).unwrap();
         let read = |name: &str| fs::read_to_string(run.join("meshes").join(name)).unwrap();
         assert_eq!(read("0/shirt.gltf"), gltf);
-        let copies = ["0/a b.bin", "1/warp.csv", "2/body-3.obj", "2/body-4.obj"].map(read);
-        assert_eq!(copies, ["numbers", "0.0, 0.0", "three", "four"]);
+        let copies = ["0/a b.bin", "1/warp.csv", "2/body-3.obj", "2/body-4.obj", "2/rest/rest.obj"]
+            .map(read);
+        assert_eq!(copies, ["numbers", "0.0, 0.0", "three", "four", "rest"]);
         fs::write(run.join("scene.toml"), text).unwrap();
         fs::write(run.join("meshes/mine.obj"), "mine").unwrap();
         remove(&run).unwrap();

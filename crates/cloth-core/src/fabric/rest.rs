@@ -14,8 +14,9 @@ use crate::{NONE, TextureMap, TriangleMesh, WingedEdge, WingedEdges};
 
 /// What a cloth of triangles is at rest: pattern coordinates of each triangle, rest angles and stiffness of each hinge.
 ///
-/// Edges of one triangle are borders and have no hinge. Edges of three and more triangles are refused: a hinge for each pair would be
-/// a cloth several times as stiff, whose sides have no inside; what is sewn to a cloth in its middle is a cloth of its own.
+/// Edges of one triangle are borders and have no hinge. At an edge of three and more triangles a hinge for each pair would be a cloth several
+/// times as stiff, whose sides have no inside: where a pattern says that they are sewn together there, only neighbours in the pattern have one, and what
+/// is sewn to them moves freely around the seam; else they are refused.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RestShape {
     /// One for each triangle of the mesh.
@@ -83,7 +84,6 @@ impl RestShape {
                 expected: mesh.triangles.len(),
             });
         }
-        let edges = WingedEdges::of_triangles(mesh.positions.len(), &mesh.triangles, cloth)?;
         let mut corners = Vec::with_capacity(mesh.triangles.len());
         for (triangle, names) in pattern.triangles.iter().enumerate() {
             let mut uv = [[0.0; 2]; 3];
@@ -103,6 +103,8 @@ impl RestShape {
             }
             corners.push(uv);
         }
+        let vertices = mesh.positions.len();
+        let edges = WingedEdges::of_pattern(vertices, &mesh.triangles, &corners, cloth)?;
         flips_check(&edges, &mesh.triangles, &corners, cloth)?;
         let overlap = rest_warning::overlap(&corners);
         grain_apply(&mut corners, &mesh.grain, cloth)?;

@@ -3,7 +3,10 @@
 use std::borrow::Cow;
 
 use super::{ColliderShape, DistanceGrid, GridSets, Model};
-use crate::{ModelError, error::positive};
+use crate::{
+    ModelError,
+    error::{finite, positive},
+};
 
 /// A surface of triangles, closed or open, that may change its shape. It has no inside: cloth touches it from both sides.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -13,22 +16,23 @@ pub struct BodySurface {
     /// Positions of the vertices in the local frame \[m\], as many in each set; at least one set. Between sets vertices go in
     /// straight lines.
     pub sets: Vec<Vec<[f64; 3]>>,
-    /// Sets for a second \[1/s\], the first one for time zero; the last one holds from its time on. Without meaning for a single
-    /// set.
+    /// Sets for a second \[1/s\]; the last one holds from its time on. Without meaning for a single set.
     pub rate: f64,
+    /// When the first set ends to hold \[s\].
+    pub start: f64,
 }
 
 impl BodySurface {
     /// A surface that keeps its shape.
     #[must_use]
     pub fn rigid(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Self {
-        Self { triangles, sets: vec![positions], rate: 0.0 }
+        Self { triangles, sets: vec![positions], rate: 0.0, start: 0.0 }
     }
 
     /// The sets that hold at `time` \[s\].
     #[must_use]
     pub fn sets_at(&self, time: f64) -> GridSets {
-        GridSets::at(self.sets.len(), self.rate, time)
+        GridSets::at(self.sets.len(), self.rate, time - self.start)
     }
 
     /// The vertices at `time` \[s\].
@@ -75,6 +79,7 @@ impl BodySurface {
                 ));
             }
         }
+        finite(|| format!("start of the motion of collider {name:?}"), self.start)?;
         if self.sets.len() > 1 {
             positive(|| format!("sets of positions per second of collider {name:?}"), self.rate)?;
         }
@@ -183,7 +188,7 @@ mod tests {
     #[test]
     fn a_surface_changes_its_shape_in_straight_lines() {
         let sets = vec![vec![[0.0; 3]; 3], vec![[1.0, 0.0, 2.0]; 3], vec![[1.0, 4.0, 2.0]; 3]];
-        let surface = BodySurface { triangles: vec![[0, 1, 2]], sets, rate: 2.0 };
+        let surface = BodySurface { triangles: vec![[0, 1, 2]], sets, rate: 2.0, start: 0.0 };
         assert!(surface.validate("it").is_ok());
         assert_eq!(surface.positions_at(0.25)[1], [0.5, 0.0, 1.0]);
         assert_eq!(surface.positions_at(0.75)[2], [1.0, 2.0, 2.0]);

@@ -2,7 +2,7 @@
 
 use crate::{
     ModelError, TriangleMesh,
-    error::{finite_all, positive},
+    error::{finite, finite_all, not_negative, positive},
 };
 
 /// Signed distances \[m\] at the points of a regular grid, negative inside; between them
@@ -19,9 +19,12 @@ pub struct DistanceGrid {
     /// The samples; that at (i, j, k) has index (k size\[1\] + j) size\[0\] + i. One set after the other, if
     /// there are several.
     pub distances: Vec<f32>,
-    /// Sets for a second \[1/s\], the first one for time zero; the last one holds from its time on. Without
-    /// meaning for a single set.
+    /// Sets for a second \[1/s\]; the last one holds from its time on. Without meaning for a single set.
     pub rate: f64,
+    /// When the first set ends to hold \[s\].
+    pub start: f64,
+    /// How far outside of `surface` is what cloth feels \[m\]; the samples have it in them.
+    pub skin: f64,
     /// The surface that was sampled, for pictures.
     pub surface: TriangleMesh,
     /// The vertices of the surface for each set but the first \[m\], or none.
@@ -41,11 +44,12 @@ pub struct GridSets {
 }
 
 impl GridSets {
-    /// Those of `count` sets, `rate` of them for a second \[1/s\], that hold at `time` \[s\].
+    /// Those of `count` sets, `rate` of them for a second \[1/s\], that hold `time` \[s\] after the time of the first.
     #[must_use]
     pub fn at(count: usize, rate: f64, time: f64) -> Self {
         let last = count.saturating_sub(1) as f64;
-        if last == 0.0 {
+        // Before its time the first set is not on its way to the next: nothing moves.
+        if last == 0.0 || time < 0.0 {
             return Self::default();
         }
         let place = (rate * time).clamp(0.0, last);
@@ -73,7 +77,7 @@ impl DistanceGrid {
     /// The sets that hold at `time` \[s\].
     #[must_use]
     pub fn sets_at(&self, time: f64) -> GridSets {
-        GridSets::at(self.set_count(), self.rate, time)
+        GridSets::at(self.set_count(), self.rate, time - self.start)
     }
 
     /// The vertices of the surface at `time` \[s\].
@@ -138,6 +142,8 @@ impl DistanceGrid {
                 expected: usize::try_from(count).unwrap_or(usize::MAX),
             });
         }
+        finite(|| format!("start of the motion of collider {name:?}"), self.start)?;
+        not_negative(|| format!("skin of collider {name:?}"), self.skin)?;
         if found > count {
             positive(|| format!("sets of distances per second of collider {name:?}"), self.rate)?;
         }
@@ -177,5 +183,9 @@ mod tests {
         assert!((at([-0.7, 0.8, 2.6], 0.25) + 0.2).abs() < 1e-12, "between the sets");
         assert!((at([-0.7, 0.8, 2.6], 9.0) + 0.7).abs() < 1e-12, "the last one stays");
         assert!((at([3.0, 0.8, 2.6], 0.0) - 3.3).abs() < 1e-12, "three metres beside it");
+        grid.start = 2.0;
+        assert_eq!(grid.sets_at(1.9), GridSets::default(), "it waits, and nothing moves");
+        assert_eq!(grid.sets_at(2.25), GridSets { index: 0, next: 1, share: 0.5 });
+        assert!((grid.distance_at([-0.7, 0.8, 2.6], 2.25) + 0.2).abs() < 1e-12);
     }
 }

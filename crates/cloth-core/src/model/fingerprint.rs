@@ -74,9 +74,12 @@ impl Model {
                 ColliderShape::Box { half_extents } => (3, half_extents.to_vec()),
                 ColliderShape::Grid(grid) => {
                     let [x, y, z] = grid.origin;
-                    (4, vec![x, y, z, grid.spacing, grid.rate])
+                    let mut values = vec![x, y, z, grid.spacing, grid.rate];
+                    // Checkpoints of solids that do not wait stay good.
+                    values.extend((grid.start != 0.0).then_some(grid.start));
+                    (4, values)
                 }
-                ColliderShape::Surface(surface) => (5, vec![surface.rate]),
+                ColliderShape::Surface(surface) => (5, vec![surface.rate, surface.start]),
             };
             hasher.write_u8(kind);
             values.iter().for_each(|value| hasher.write_u64(value.to_bits()));

@@ -54,7 +54,7 @@ pub use material_preset::MaterialPreset;
 pub use meshing::Meshing;
 pub use piece_blocks::PieceBlocks;
 pub use regular_patch::RegularPatch;
-pub use seams::{STITCH_LENGTH, Seam, SeamError, SeamRange, Seams, VertexClasses, Weld};
+pub use seams::{STITCH_LENGTH, Seam, SeamError, SeamRange, SeamTie, Seams, VertexClasses, Weld};
 pub use springs::{Spring, SpringClass, SpringKind, SpringRows, Springs};
 pub use strain_gauge::{FabricAudit, StrainGauge, TriangleStrain};
 pub use winged_edge::{NONE, WingedEdge, WingedEdges};

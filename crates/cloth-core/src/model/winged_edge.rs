@@ -15,6 +15,9 @@ pub struct WingedEdges {
     pub triangle_edges: Vec<[u32; 3]>,
 }
 
+/// One entry for a side of a triangle: the edge, the triangle and its corner.
+type Side = ([u32; 2], u32, u8);
+
 /// One edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WingedEdge {
@@ -38,26 +41,33 @@ impl WingedEdges {
         triangles_check(mesh.positions.len(), &mesh.triangles, cloth, |triangle| {
             is_degenerate(triangle.map(|vertex| mesh.positions[vertex as usize]))
         })?;
-        Self::join(&mesh.triangles, cloth)
+        Self::join(&mesh.triangles, None, cloth)
     }
 
-    /// The same where it does not matter how the triangles lie in space, as for a cloth whose rest shape is a pattern: their area
-    /// is not looked at.
+    /// The same for triangles whose corners lie at these places of a pattern. How they lie in space does not matter: their area is not looked at.
+    ///
+    /// Where three triangles or more meet at an edge that the pattern has in different places, these are sewn together there, as in a pleat or a
+    /// yoke. Such an edge stands several times: once for the triangles that are neighbours in the pattern, and as a border of each other.
     ///
     /// # Errors
     /// As [`Self::build`].
-    pub fn of_triangles(
+    pub fn of_pattern(
         vertices: usize,
         triangles: &[[u32; 3]],
+        corners: &[[[f64; 2]; 3]],
         cloth: &str,
     ) -> Result<Self, ModelError> {
         triangles_check(vertices, triangles, cloth, |_| false)?;
-        Self::join(triangles, cloth)
+        Self::join(triangles, Some(corners), cloth)
     }
 
-    fn join(triangles: &[[u32; 3]], cloth: &str) -> Result<Self, ModelError> {
+    fn join(
+        triangles: &[[u32; 3]],
+        pattern: Option<&[[[f64; 2]; 3]]>,
+        cloth: &str,
+    ) -> Result<Self, ModelError> {
         // One entry for each side of each triangle: the edge, then the triangle and its corner.
-        let mut sides: Vec<([u32; 2], u32, u8)> = Vec::with_capacity(3 * triangles.len());
+        let mut sides: Vec<Side> = Vec::with_capacity(3 * triangles.len());
         for (t, triangle) in triangles.iter().enumerate() {
             for corner in 0..3 {
                 let [a, b] = [triangle[corner], triangle[(corner + 1) % 3]];
@@ -65,37 +75,64 @@ impl WingedEdges {
             }
         }
         sides.sort_unstable();
-        let mut triangle_edges = vec![[NONE; 3]; triangles.len()];
-        let mut edges = Vec::with_capacity(sides.len() / 2);
-        for group in sides.chunk_by(|a, b| a.0 == b.0) {
-            let edge_vertices = group[0].0;
-            if group.len() > 2 {
-                return Err(ModelError::EdgeNonManifold {
+        let mut joined = Self {
+            edges: Vec::with_capacity(sides.len() / 2),
+            triangle_edges: vec![[NONE; 3]; triangles.len()],
+        };
+        for group in sides.chunk_by_mut(|a, b| a.0 == b.0) {
+            let Some(pattern) = pattern.filter(|_| group.len() > 2) else {
+                joined.edge(triangles, group, cloth)?;
+                continue;
+            };
+            // Bits, as only what is the same place counts.
+            let place = |&(edge, t, corner): &Side| {
+                let (names, at) = (triangles[t as usize], pattern[t as usize]);
+                let (from, to) = (corner as usize, (corner as usize + 1) % 3);
+                let [from, to] = if names[from] == edge[0] { [from, to] } else { [to, from] };
+                [at[from], at[to]].map(|at| at.map(f64::to_bits))
+            };
+            group.sort_by_key(|side| (place(side), side.1, side.2));
+            for sewn in group.chunk_by(|a, b| place(a) == place(b)) {
+                joined.edge(triangles, sewn, cloth)?;
+            }
+        }
+        Ok(joined)
+    }
+
+    /// Adds the edge of these sides of triangles.
+    fn edge(
+        &mut self,
+        triangles: &[[u32; 3]],
+        group: &[Side],
+        cloth: &str,
+    ) -> Result<(), ModelError> {
+        let edge_vertices = group[0].0;
+        if group.len() > 2 {
+            return Err(ModelError::EdgeNonManifold {
+                cloth: cloth.into(),
+                edge: edge_vertices,
+                triangles: group.iter().map(|side| side.1).collect(),
+            });
+        }
+        let mut edge =
+            WingedEdge { vertices: edge_vertices, triangles: [NONE; 2], opposite: [NONE; 2] };
+        for &(_, t, corner) in group {
+            let triangle = triangles[t as usize];
+            let corner = corner as usize;
+            let way = usize::from(triangle[corner] != edge_vertices[0]);
+            if edge.triangles[way] != NONE {
+                return Err(ModelError::EdgeInconsistent {
                     cloth: cloth.into(),
                     edge: edge_vertices,
-                    triangles: group.iter().map(|side| side.1).collect(),
+                    triangles: [edge.triangles[way], t],
                 });
             }
-            let mut edge =
-                WingedEdge { vertices: edge_vertices, triangles: [NONE; 2], opposite: [NONE; 2] };
-            for &(_, t, corner) in group {
-                let triangle = triangles[t as usize];
-                let corner = corner as usize;
-                let way = usize::from(triangle[corner] != edge_vertices[0]);
-                if edge.triangles[way] != NONE {
-                    return Err(ModelError::EdgeInconsistent {
-                        cloth: cloth.into(),
-                        edge: edge_vertices,
-                        triangles: [edge.triangles[way], t],
-                    });
-                }
-                edge.triangles[way] = t;
-                edge.opposite[way] = triangle[(corner + 2) % 3];
-                triangle_edges[t as usize][corner] = edges.len() as u32;
-            }
-            edges.push(edge);
+            edge.triangles[way] = t;
+            edge.opposite[way] = triangle[(corner + 2) % 3];
+            self.triangle_edges[t as usize][corner] = self.edges.len() as u32;
         }
-        Ok(Self { edges, triangle_edges })
+        self.edges.push(edge);
+        Ok(())
     }
 
     /// The four wings of an edge: for each of its two triangles the other two edges, in the
@@ -204,6 +241,28 @@ mod tests {
         let wings = edges.wings(index as u32);
         let ends = wings.map(|pair| pair.map(|edge| edges.edges[edge as usize].vertices));
         assert_eq!(ends, [[[2, 3], [0, 3]], [[0, 1], [1, 2]]]);
+    }
+
+    #[test]
+    fn edges_of_a_pattern_can_be_sewn_to_more_than_one_other() {
+        // Two triangles that are neighbours in the pattern, and two that are sewn to where they meet.
+        let triangles = [[0, 1, 2], [1, 0, 3], [0, 1, 4], [1, 0, 5]];
+        let pattern = [
+            [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+            [[1.0, 0.0], [0.0, 0.0], [0.0, -1.0]],
+            [[5.0, 0.0], [6.0, 0.0], [5.0, 1.0]],
+            [[9.0, 0.0], [8.0, 0.0], [9.0, 1.0]],
+        ];
+        let edges = WingedEdges::of_pattern(6, &triangles, &pattern, "c").unwrap();
+        let on = |k: usize| edges.edges[edges.triangle_edges[k][0] as usize].triangles;
+        assert_eq!([0, 1, 2, 3].map(on), [[0, 1], [0, 1], [2, NONE], [NONE, 3]]);
+        // Neighbours in the pattern are not sewn.
+        let mut same = pattern;
+        same[2][..2].copy_from_slice(&pattern[0][..2]);
+        let error = WingedEdges::of_pattern(6, &triangles, &same, "c").unwrap_err();
+        assert!(
+            matches!(error, ModelError::EdgeNonManifold { ref triangles, .. } if *triangles == [0, 1, 2])
+        );
     }
 
     #[test]

@@ -12,6 +12,7 @@ mod gltf_attribute;
 mod gltf_buffer;
 mod obj;
 mod ply;
+mod point_cache;
 mod write;
 
 use std::path::Path;
@@ -24,6 +25,7 @@ pub use error::{MeshError, MeshPlace};
 pub use gltf::mesh_read_gltf;
 pub use obj::mesh_read_obj;
 pub use ply::mesh_read_ply;
+pub use point_cache::{PointCache, point_cache_read, point_cache_read_bytes};
 pub use write::{
     MESH_WRITE_EXTENSIONS, mesh_write, mesh_write_gltf, mesh_write_obj, mesh_write_ply,
 };

@@ -7,10 +7,10 @@ use cloth_core::{Cloth, ClothMaterial, Geometry, TriangleMesh};
 use crate::{Scene, SceneCloth, SceneError, SceneGeometry, SceneModel};
 
 use super::{
-    Check, CompileOptions, CompiledCloth, fabric, grid, material, mesh, model_error, network,
-    panels,
+    Check, CompileOptions, CompiledCloth, attachment, fabric, grid, material, mesh, model_error,
+    network, panels,
     pins::{MeshSets, NAMED_MAX, PinSets},
-    seam::{self, SeamStitches},
+    seam::{self, Sewn},
 };
 
 /// The cloth for the model, and the names of its sets of particles. What is worth knowing of it goes to `notes`.
@@ -20,7 +20,7 @@ pub(super) fn compile(
     cloth: &SceneCloth,
     options: &CompileOptions,
     notes: &mut Vec<String>,
-) -> Result<(Cloth, PinSets, SeamStitches), SceneError> {
+) -> Result<(Cloth, PinSets, Sewn), SceneError> {
     let key = format!("cloth[{index}]");
     let is_fabric = cloth.model_chosen() == SceneModel::Fabric;
     if !is_fabric {
@@ -96,7 +96,7 @@ pub(super) fn compile(
             }
             stitches
         }
-        Geometry::Grid(_) | Geometry::Network(_) => Vec::new(),
+        Geometry::Grid(_) | Geometry::Network(_) => Sewn::default(),
     };
     let material: ClothMaterial = match &mut geometry {
         Geometry::Mesh(mesh) if is_fabric => {
@@ -121,6 +121,7 @@ pub(super) fn compile(
             return Err(check.error(&key, &problem));
         }
     }
+    pins.extend(attachment::held(scene, check, &cloth.name, &sets)?);
     let name = cloth.name.clone();
     Ok((Cloth { name, geometry, material, pins, velocity: cloth.velocity }, sets, stitches))
 }

@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 use crate::{SceneCollider, SceneError, SceneRotation, SceneShape};
 
 use super::{
-    Check, CompileOptions,
+    Check, CompileOptions, animation,
     solid::{self, Plans},
 };
 
@@ -42,7 +42,7 @@ pub(super) fn compile(
             }
             SceneShape::Animation(animation) => {
                 let key = format!("{key}.shape.animation");
-                solid::animated(check, &key, name, animation, options, plans)?
+                animation::compile(check, &key, name, animation, options, plans)?
             }
             SceneShape::Tetrahedron { vertices } => {
                 let mesh = (&solid::tetrahedron(vertices), solid::CELLS);

@@ -107,9 +107,8 @@ impl Scene {
         let colliders = self.colliders.iter().map(|collider| match &collider.shape {
             SceneShape::Mesh(mesh) => solid::bytes(mesh.cells),
             SceneShape::Tetrahedron { .. } => solid::bytes(None),
-            SceneShape::Animation(animation) => {
-                u64::from(animation.frames).saturating_mul(solid::bytes(Some(animation.cells)))
-            }
+            SceneShape::Animation(animation) => super::animation::sets(animation)
+                .saturating_mul(solid::bytes(Some(animation.cells))),
             _ => 0,
         });
         let rigids = self.rigids.iter().map(|rigid| match &rigid.shape {

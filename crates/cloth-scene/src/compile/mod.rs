@@ -1,5 +1,7 @@
 //! From a description to what a solver runs.
 
+mod animation;
+mod attachment;
 mod check;
 mod choice;
 mod cloth;
@@ -39,6 +41,7 @@ pub use phase::CompiledPhase;
 
 use crate::{Scene, SceneColour, SceneError, SceneGeometry, SceneStart, SceneView, Timeline};
 
+use attachment::ClothSurfaces;
 use check::Check;
 use solid::Plans;
 
@@ -150,7 +153,8 @@ impl Scene {
         let mut pin_sets = Vec::with_capacity(self.cloths.len());
         let mut cloths = Vec::with_capacity(self.cloths.len());
         let mut notes = Vec::new();
-        let mut within = Vec::new();
+        let mut within = seam::Sewn::default();
+        let mut surfaces = ClothSurfaces::default();
         for (index, described) in self.cloths.iter().enumerate() {
             let (cloth, sets, stitches) =
                 cloth::compile((self, &check), index, described, options, &mut notes)?;
@@ -168,6 +172,7 @@ impl Scene {
                 let (cloth, rise) = (described.name.clone(), inflate.rise);
                 builder = builder.inflation(Inflation { cloth, pressure: inflate.pressure, rise });
             }
+            surfaces.add(self, &cloth);
             builder = builder.cloth(cloth);
             pin_sets.push(sets);
         }
@@ -178,6 +183,9 @@ impl Scene {
         for (index, collider) in self.colliders.iter().enumerate() {
             colliders.push(collider::compile(&check, index, collider, options, &mut plans)?);
         }
+        let (ties, attachments) =
+            attachment::compile(self, &check, (&surfaces, &pin_sets), &colliders)?;
+        builder = ties.into_iter().fold(builder, ModelBuilder::seam);
         let rigid::Bodies { bodies: rigids, joints: rigid_joints, solids } =
             rigid::compile(self, &check, &colliders, options, &mut plans)?;
         builder = builder.collider_impulses(!rigids.is_empty());
@@ -217,7 +225,8 @@ impl Scene {
                     .into(),
             );
         }
-        let timeline = timeline::compile(self, &check, &model, &pin_sets)?;
+        let timeline =
+            timeline::compile(self, &check, &model, &pin_sets)?.with_attachments(attachments);
         let phases = phase::compile(self, &check, &config)?;
         Ok(CompiledScene {
             start: self.start.as_ref().map(|start| self.start_folder(start)),

@@ -58,6 +58,22 @@ fn table(scene: &Scene, message: &str) -> String {
     if let Some(index) = seam {
         return format!("seam[{index}]");
     }
+    let attachment = scene.attachments.iter().rposition(|attachment| {
+        let name = &attachment.name;
+        message.contains(&format!("seam {name:?}"))
+            || message.contains(&format!("seams are called {name:?}"))
+    });
+    if let Some(index) = attachment {
+        return format!("attachment[{index}]");
+    }
+    let elastic = scene.elastics.iter().rposition(|band| {
+        let name = &band.name;
+        message.contains(&format!("seam {name:?}"))
+            || message.contains(&format!("seams are called {name:?}"))
+    });
+    if let Some(index) = elastic {
+        return format!("elastic[{index}]");
+    }
     let field = (0..scene.fields.len()).find(|i| message.contains(&format!("of field {i} ")));
     match (cloth, collider, field) {
         (Some(index), ..) => format!("cloth[{index}]"),

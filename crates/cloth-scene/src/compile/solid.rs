@@ -8,14 +8,14 @@ use std::sync::{
 use cloth_core::{BodySurface, Collider, ColliderShape, TriangleMesh};
 use cloth_rigid::{DistanceGridPlan, RigidError};
 
-use crate::{Scene, SceneAnimation, SceneContactResponse, SceneError, SceneMesh, SceneSolidMesh};
+use crate::{Scene, SceneContactResponse, SceneError, SceneMesh, SceneSolidMesh};
 
 use super::{Check, CompileOptions, CompileProgress};
 
 /// Samples along the longest side of a solid.
 pub(super) const CELLS: u32 = 64;
 /// How far beyond a solid distances are sampled \[m\]; farther than half the thickness of any cloth.
-const MARGIN: f64 = 0.02;
+pub(super) const MARGIN: f64 = 0.02;
 
 /// Bytes of the samples of one solid at most, with so many samples along its longest side: the margin is at most a
 /// quarter of it on both ends, and gradients need some more.
@@ -39,8 +39,13 @@ impl Plans {
         Self { list: Vec::new(), of_triangles }
     }
 
+    /// Whether cloth knows meshes by their triangles.
+    pub(super) const fn of_triangles(&self) -> bool {
+        self.of_triangles
+    }
+
     /// Stands for the solid until its distances are known; errors are about `key`.
-    fn draft(&mut self, key: &str, plan: DistanceGridPlan) -> ColliderShape {
+    pub(super) fn draft(&mut self, key: &str, plan: DistanceGridPlan) -> ColliderShape {
         let draft = plan.draft();
         self.list.push((key.to_owned(), plan));
         ColliderShape::Grid(Arc::new(draft))
@@ -127,7 +132,7 @@ pub(super) fn distances(
     Ok(plans.draft(key, plan.map_err(|error| place(check, key, &error))?))
 }
 
-fn cells_check(check: &Check<'_>, key: &str, cells: u32) -> Result<(), SceneError> {
+pub(super) fn cells_check(check: &Check<'_>, key: &str, cells: u32) -> Result<(), SceneError> {
     if (4..=400).contains(&cells) {
         Ok(())
     } else {
@@ -141,71 +146,6 @@ pub(super) fn tetrahedron(vertices: &[[f64; 3]; 4]) -> TriangleMesh {
         triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
         ..TriangleMesh::default()
     }
-}
-
-/// Most files of an animation.
-const FRAMES_MAX: u32 = 10_000;
-
-/// The signed distances of a mesh that changes its shape.
-pub(super) fn animated(
-    check: &Check<'_>,
-    key: &str,
-    name: &str,
-    animation: &SceneAnimation,
-    options: &CompileOptions,
-    plans: &mut Plans,
-) -> Result<ColliderShape, SceneError> {
-    let wrong = |field: &str, problem: String| SceneError::Value {
-        place: check.place(&format!("{key}.{field}")),
-        problem,
-    };
-    check.positive(&format!("{key}.rate"), animation.rate)?;
-    if !animation.file.contains("{}") {
-        let problem = format!("`{}` has no `{{}}` in the place of the number", animation.file);
-        return Err(wrong("file", problem));
-    }
-    if !(1..=FRAMES_MAX).contains(&animation.frames) {
-        let problem = format!("{} files: give 1 to {FRAMES_MAX}", animation.frames);
-        return Err(wrong("frames", problem));
-    }
-    cells_check(check, key, animation.cells)?;
-    let file = |number: u32| -> Result<TriangleMesh, SceneError> {
-        let number = u64::from(animation.first) + u64::from(number);
-        let mesh = SceneMesh {
-            file: animation.file.replace("{}", &number.to_string()),
-            scale: animation.scale,
-            rotation: animation.rotation,
-            translation: animation.translation,
-        };
-        super::mesh::compile(check, key, &mesh, options)
-    };
-    let meshes: Vec<_> = (0..animation.frames).map(file).collect::<Result<_, _>>()?;
-    if plans.of_triangles {
-        return surface_sequence(name, meshes, animation.rate)
-            .map(|surface| ColliderShape::Surface(Arc::new(surface)))
-            .map_err(|error| place(check, key, &error));
-    }
-    let plan = DistanceGridPlan::sequence(name, &meshes, animation.rate, (animation.cells, MARGIN));
-    Ok(plans.draft(key, plan.map_err(|error| place(check, key, &error))?))
-}
-
-/// The triangles of a mesh that changes its shape, all of the same faces.
-fn surface_sequence(
-    name: &str,
-    meshes: Vec<TriangleMesh>,
-    rate: f64,
-) -> Result<BodySurface, RigidError> {
-    let Some(first) = meshes.first() else {
-        return Err(RigidError::Flat { name: name.into() });
-    };
-    let triangles = first.triangles.clone();
-    let count = first.positions.len();
-    let same = |mesh: &TriangleMesh| mesh.triangles == triangles && mesh.positions.len() == count;
-    if let Some(frame) = meshes.iter().position(|mesh| !same(mesh)) {
-        return Err(RigidError::FacesDiffer { name: name.into(), frame });
-    }
-    let sets = meshes.into_iter().map(|mesh| mesh.positions).collect();
-    Ok(BodySurface { triangles, sets, rate })
 }
 
 pub(super) fn place(check: &Check<'_>, key: &str, error: &RigidError) -> SceneError {

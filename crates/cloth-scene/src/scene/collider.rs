@@ -76,23 +76,44 @@ pub enum SceneShape {
     },
 }
 
-/// A mesh that changes its shape. All files have the same faces, and other vertices. With contact of triangles vertices go in straight
-/// lines between two files. Else holes are closed by a flat cap, distances change linearly, and the surface moves along its normal with the
-/// velocity that follows from that. The last file holds from its time on. Not beside rigid bodies, which would not
-/// feel it change.
+/// A mesh that changes its shape, such as a body that walks: a file for each key frame, or one file and a point cache. All key frames have the same
+/// faces, and other vertices. With contact of triangles vertices go in straight lines between two of them. Else holes are closed by a flat cap,
+/// distances change linearly, and the surface moves along its normal with the velocity that follows from that. The last one holds from its time on.
+/// Not beside rigid bodies, which would not feel it change.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneAnimation {
-    /// The files, relative to the folder of the scene file, with `{}` in the place of the number.
+    /// The files, relative to the folder of the scene file, with `{}` in the place of the number; with a cache one file, whose vertices move.
     pub file: String,
-    /// Number of the first file; 0 if not given.
+    /// File with the positions of these vertices, a Point Cache 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cache: Option<String>,
+    /// Number of the first file, or of the first key frame of the cache, which count from 0; 0 if not given.
     #[serde(default)]
     pub first: u32,
-    /// Number of files.
+    /// Number of key frames; all that follow in the cache if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(range(min = 1, max = 10_000)))]
-    pub frames: u32,
-    /// Files for a second \[1/s\].
+    pub frames: Option<u32>,
+    /// File with the mesh at rest, such as a body with its arms spread, around which a garment is sewn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rest: Option<String>,
+    /// Time \[s\] in which the mesh at rest becomes that of the first key frame, in straight lines that begin and end at rest. It is rounded to whole
+    /// key frames.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
+    pub blend: Option<f64>,
+    /// When the mesh begins to move \[s\]; 0 if not given.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[cfg_attr(test, schemars(range(min = 0.0)))]
+    pub start: f64,
+    /// Thickness \[m\] of a skin around the mesh, which cloth feels and pictures do not show; 0 if not given. With contact of triangles vertices are
+    /// moved along their normals by it, in pictures, too.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[cfg_attr(test, schemars(range(min = 0.0)))]
+    pub skin: f64,
+    /// Key frames for a second \[1/s\].
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub rate: f64,
     /// Samples of the distance along the longest side, 4 to 400; 64 if not given.
@@ -131,6 +152,11 @@ pub struct SceneKeyframe {
 
 const fn cells_default() -> u32 {
     64
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 const fn one() -> f64 {

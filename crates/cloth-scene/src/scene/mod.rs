@@ -1,5 +1,6 @@
 //! The description of a scene: plain data, the same for every file format.
 
+mod attachment;
 mod bounds;
 mod cloth;
 mod collider;
@@ -25,6 +26,7 @@ mod view;
 
 use serde::{Deserialize, Serialize};
 
+pub use attachment::SceneAttachment;
 pub use bounds::SceneBounds;
 pub use cloth::{SceneCloth, SceneGeometry, SceneGrid, SceneInflation, SceneMesh, SceneStencil};
 pub use collider::{SceneAnimation, SceneCollider, SceneKeyframe, SceneShape};
@@ -43,7 +45,7 @@ pub use panels::{ScenePanels, ScenePiece};
 pub use pin::{ScenePin, ScenePinAttribute};
 pub use rigid::{SceneRigid, SceneRigidJoint, SceneRigidJointKind, SceneRigidShape};
 pub use rotation::SceneRotation;
-pub use seam::{ScenePhase, SceneSeam, SceneSeamEnd, SceneSeamPoint, SceneStart};
+pub use seam::{SceneElastic, ScenePhase, SceneSeam, SceneSeamEnd, SceneSeamPoint, SceneStart};
 pub use simulation::{ScenePrecision, SceneSimulation, SceneSpringClass, SceneStrainLimit};
 pub use solid_mesh::SceneSolidMesh;
 pub use solver::{SceneAdaptive, SceneImplicit, SceneMidpoint, SceneSemiImplicit, SceneSolver};
@@ -78,6 +80,12 @@ pub struct Scene {
     /// Where they are sewn.
     #[serde(default, rename = "seam", skip_serializing_if = "Vec::is_empty")]
     pub seams: Vec<SceneSeam>,
+    /// Elastic bands along their borders.
+    #[serde(default, rename = "elastic", skip_serializing_if = "Vec::is_empty")]
+    pub elastics: Vec<SceneElastic>,
+    /// What holds them to colliders and to each other.
+    #[serde(default, rename = "attachment", skip_serializing_if = "Vec::is_empty")]
+    pub attachments: Vec<SceneAttachment>,
     /// Spans of time with settings of their own, from the start on.
     #[serde(default, rename = "phase", skip_serializing_if = "Vec::is_empty")]
     pub phases: Vec<ScenePhase>,
@@ -125,6 +133,8 @@ impl Scene {
             start: None,
             cloths: Vec::new(),
             seams: Vec::new(),
+            elastics: Vec::new(),
+            attachments: Vec::new(),
             phases: Vec::new(),
             colliders: Vec::new(),
             rigids: Vec::new(),

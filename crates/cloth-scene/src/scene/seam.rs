@@ -80,6 +80,29 @@ pub struct SceneSeamPoint {
     pub place: f64,
 }
 
+/// An elastic band along borders of panels, such as a waistband: springs from vertex to vertex that draw the border together.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct SceneElastic {
+    /// Name, unique among elastic bands, seams and attachments.
+    pub name: String,
+    /// The cloth that it is in; if not given, the only one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cloth: Option<String>,
+    /// Vertex groups along the border, each of which it follows from end to end. Where seams join these the band goes on.
+    pub line: Vec<String>,
+    /// Length of the band without forces in units of that of the border, above 0 to 1.
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0), range(max = 1.0)))]
+    pub ratio: f64,
+    /// Stiffness \[N\]: the force that would stretch it to twice its length.
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
+    pub stiffness: f64,
+    /// When it begins to contract and when it has its length \[s\]; [0, 1] if not given.
+    #[serde(default = "first_second")]
+    pub close: [f64; 2],
+}
+
 /// Another run to start from.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]

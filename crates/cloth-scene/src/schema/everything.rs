@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 /// The texts.
-pub(super) const SCENES: [&str; 7] = [
+pub(super) const SCENES: [&str; 9] = [
     r##"name = "triangles"
 contact = { distance = 0.002, response.triangles.friction = 0.3 }
 [[cloth]]
@@ -138,10 +138,56 @@ name = "points"
 cloth = "panels"
 points = [{ vertex = 2, edge = [3, 5], place = 0.5 }]
 end = "hold"
+[[elastic]]
+name = "waist"
+cloth = "shirt"
+line = ["b:2"]
+ratio = 0.75
+stiffness = 10.5
+close = [0.0, 1.5]
 [[seam]]
 name = "file"
 cloth = "panels"
 file = true
+"##,
+    r##"name = "attached"
+[[cloth]]
+name = "band"
+material.preset = "denim"
+geometry.grid = { columns = 4, rows = 3, spacing = 0.1 }
+[[cloth]]
+name = "button"
+material.preset = "denim"
+geometry.grid = { columns = 2, rows = 2, spacing = 0.1, centre = [0.0, 0.0, 0.01] }
+[[collider]]
+name = "ball"
+shape.sphere.radius = 0.5
+[[attachment]]
+name = "thread"
+cloth = "button"
+vertices = [0, "corners"]
+to = "band"
+stiffness = 50.5
+damping = 0.5
+reach = 25.5
+[[cloth]]
+name = "sheet"
+material.preset = "denim"
+geometry.mesh.file = "sheet.ply"
+[[attachment]]
+name = "hands"
+cloth = "sheet"
+vertices = [{ attribute = "pin", above = 0.25 }]
+to = "ball"
+stiffness = 10.5
+reach = 25.5
+[[attachment]]
+name = "waist"
+cloth = "band"
+vertices = ["top"]
+to = "ball"
+reach = 1.5
+release = 2.5
 "##,
     r##"name = "solids"
 [[cloth]]
@@ -176,7 +222,16 @@ name = "file"
 shape.mesh = { file = "solid1.obj", cells = 5 }
 [[collider]]
 name = "animation"
-shape.animation = { file = "solid{}.obj", first = 1, frames = 2, rate = 2.0, cells = 5, scale = 2.0, rotation = { axis = [0.0, 0.0, 1.0], degrees = 30.0 }, translation = [0.0, 0.0, 1.0] }
+shape.animation = { file = "solid{}.obj", first = 1, frames = 2, rate = 2.0, rest = "solid1.obj", blend = 0.5, start = 0.25, skin = 0.01, cells = 5, scale = 2.0, rotation = { axis = [0.0, 0.0, 1.0], degrees = 30.0 }, translation = [0.0, 0.0, 1.0] }
+"##,
+    r##"name = "cached"
+[[cloth]]
+name = "c"
+material.preset = "denim"
+geometry.grid = { columns = 2, rows = 2, spacing = 0.1 }
+[[collider]]
+name = "animation"
+shape.animation = { file = "solid1.obj", cache = "solid.pc2", rate = 2.0, cells = 5 }
 "##,
     r##"name = "bodies"
 [[cloth]]
@@ -258,4 +313,14 @@ pub(super) fn meshes_write(folder: &Path) {
     ] {
         std::fs::write(folder.join(name), text).unwrap();
     }
+    let mut cache = b"POINTCACHE2\0".to_vec();
+    let numbers = [1.0_f32, 2.0, 3.0];
+    cache.extend([1_i32, 4].into_iter().flat_map(i32::to_le_bytes));
+    cache.extend([0.0_f32, 1.0].into_iter().flat_map(f32::to_le_bytes));
+    cache.extend(3_i32.to_le_bytes());
+    for size in numbers {
+        let corners = [[0.0; 3], [size, 0.0, 0.0], [0.0, size, 0.0], [0.0, 0.0, size]];
+        cache.extend(corners.into_iter().flatten().flat_map(f32::to_le_bytes));
+    }
+    std::fs::write(folder.join("solid.pc2"), cache).unwrap();
 }

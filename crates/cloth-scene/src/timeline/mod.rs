@@ -1,10 +1,12 @@
 //! What the outside does to a running scene, frame by frame.
 
+mod attachment_track;
 mod collider_track;
 mod pin_track;
 
 use cloth_core::{ColliderControl, Control, PinControl};
 
+pub(crate) use attachment_track::{AttachmentTrack, Hold};
 pub(crate) use collider_track::{ColliderKey, ColliderTrack};
 pub(crate) use pin_track::{PinMove, PinTrack};
 
@@ -15,6 +17,7 @@ pub struct Timeline {
     frames_per_second: f64,
     pins: Vec<PinTrack>,
     colliders: Vec<ColliderTrack>,
+    attachments: Vec<AttachmentTrack>,
 }
 
 /// Share of a frame below which a difference of two times is rounding.
@@ -26,13 +29,18 @@ impl Timeline {
         pins: Vec<PinTrack>,
         colliders: Vec<ColliderTrack>,
     ) -> Self {
-        Self { frames_per_second, pins, colliders }
+        Self { frames_per_second, pins, colliders, attachments: Vec::new() }
+    }
+
+    /// The same with what colliders hold.
+    pub(crate) fn with_attachments(self, attachments: Vec<AttachmentTrack>) -> Self {
+        Self { attachments, ..self }
     }
 
     /// Whether nothing ever happens.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
-        self.pins.is_empty() && self.colliders.is_empty()
+        self.pins.is_empty() && self.colliders.is_empty() && self.attachments.is_empty()
     }
 
     /// The control to set before frame number `frame` is advanced; frames count from 0, frame k
@@ -47,7 +55,16 @@ impl Timeline {
             let pose = track.moves_in(&span).then(|| track.pose(span.end))?;
             Some(ColliderControl { collider: track.collider, pose })
         });
-        Control { pins: pins.collect(), colliders: colliders.collect(), ..Control::default() }
+        let tracks = &self.colliders;
+        let carried = self.attachments.iter().flat_map(|held| held.pins(tracks, &span));
+        let springs = self.attachments.iter().any(|held| held.spring.is_some());
+        let forces = self.attachments.iter().flat_map(|held| held.forces(tracks, &span));
+        Control {
+            pins: carried.chain(pins).collect(),
+            colliders: colliders.collect(),
+            forces: springs.then(|| forces.collect()),
+            ..Control::default()
+        }
     }
 }
 

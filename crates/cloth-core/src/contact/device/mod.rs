@@ -14,9 +14,7 @@ pub use task::{
     TASK_MARKED, TASK_NEW, TRIANGLE_WORDS, WaysFrom, pairs_of, surface_words,
 };
 
-use crate::{
-    ContactStatistics, Integrator, Model, NewtonStart, Real, Result, stepper::Substep,
-};
+use crate::{ContactStatistics, Integrator, Model, NewtonStart, Real, Result, stepper::Substep};
 
 use super::{
     Certifier, ContactLaw, ContactMotion, ContactSet, ContactSurface, UnprovenPair,

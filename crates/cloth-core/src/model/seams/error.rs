@@ -62,6 +62,18 @@ pub enum SeamError {
         /// The vertices, each in its cloth.
         vertices: [u32; 2],
     },
+    /// Stitches that keep a distance, and others beside them.
+    #[error(
+        "seam {seam:?} has {ties} ties and {stitches} stitches: give one for each stitch and hold the seam by springs, or none"
+    )]
+    Ties {
+        /// Name of the seam.
+        seam: String,
+        /// Its ties.
+        ties: usize,
+        /// Its stitches.
+        stitches: usize,
+    },
     /// Particles of two cloths cannot become one.
     #[error(
         "seam {seam:?} is to be welded between cloths {:?} and {:?}: put both panels into one cloth, or let springs hold the seam", cloths[0], cloths[1]

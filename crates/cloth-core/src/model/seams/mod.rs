@@ -36,6 +36,22 @@ pub struct Seam {
     pub closing: [f64; 2],
     /// Whether the vertices of each stitch become one once it is closed. Else springs hold them.
     pub weld: bool,
+    /// Where stitches are to stay apart: one for each stitch, or none if all close.
+    pub ties: Vec<SeamTie>,
+}
+
+/// A stitch whose vertices keep a distance, as those of a button and of the cloth below it do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeamTie {
+    /// Length to which the stitch goes \[m\].
+    pub length: f64,
+    /// Share of the stiffness and damping of the seam.
+    pub share: f64,
+}
+
+impl SeamTie {
+    /// A stitch that closes.
+    pub const CLOSED: Self = Self { length: STITCH_LENGTH, share: 1.0 };
 }
 
 impl Seam {
@@ -50,11 +66,26 @@ impl Seam {
             damping: None,
             closing: [0.0, 1.0],
             weld: true,
+            ties: Vec::new(),
         }
     }
 
+    /// The stitches with what each goes to.
+    pub(super) fn tied(&self) -> impl Iterator<Item = ([u32; 2], SeamTie)> {
+        let ties = self.ties.iter().copied().chain(std::iter::repeat(SeamTie::CLOSED));
+        self.stitches.iter().copied().zip(ties)
+    }
+
     fn validate(&self) -> Result<(), ModelError> {
-        let Self { name, cloths: _, stitches, stiffness, damping, closing, weld: _ } = self;
+        let Self { name, cloths: _, stitches, stiffness, damping, closing, weld, ties } = self;
+        for tie in ties {
+            positive(|| format!("length of a tie of seam {name:?}"), tie.length)?;
+            positive(|| format!("share of a tie of seam {name:?}"), tie.share)?;
+        }
+        if !ties.is_empty() && (ties.len() != stitches.len() || *weld) {
+            let (ties, stitches) = (ties.len(), stitches.len());
+            return Err(SeamError::Ties { seam: name.clone(), ties, stitches }.into());
+        }
         positive(|| format!("stiffness of seam {name:?}"), *stiffness)?;
         if let Some(damping) = damping {
             not_negative(|| format!("damping of seam {name:?}"), *damping)?;
@@ -88,8 +119,8 @@ pub struct SeamRange {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct ClosingKind {
     kind: u32,
-    /// At the start \[m\].
-    length: f64,
+    /// At the start, and in the end \[m\].
+    lengths: [f64; 2],
     closing: [f64; 2],
 }
 
@@ -99,6 +130,8 @@ pub struct Seams {
     ranges: Vec<SeamRange>,
     /// Particles of each stitch in the composite model.
     stitches: Vec<[u32; 2]>,
+    /// Length to which each goes \[m\].
+    lengths: Vec<f64>,
     kinds: Vec<ClosingKind>,
 }
 
@@ -134,15 +167,19 @@ impl Seams {
         ends.reduce(f64::max)
     }
 
-    /// The widest stitch of each seam \[m\] while particles are at `positions`.
+    /// The widest stitch of each seam \[m\] while particles are at `positions`; of one whose vertices keep a distance, what it is wider than that.
     #[must_use]
     pub fn gaps(&self, positions: &[[f64; 3]]) -> Vec<f64> {
-        let gap = |&[a, b]: &[u32; 2]| match (positions.get(a as usize), positions.get(b as usize))
-        {
-            (Some(a), Some(b)) => glam::DVec3::from(*a).distance(glam::DVec3::from(*b)),
-            _ => f64::INFINITY,
+        let gap = |index: u32| {
+            let [a, b] = self.stitches[index as usize];
+            let (Some(a), Some(b)) = (positions.get(a as usize), positions.get(b as usize)) else {
+                return f64::INFINITY;
+            };
+            let width = glam::DVec3::from(*a).distance(glam::DVec3::from(*b));
+            let length = self.lengths[index as usize];
+            if length > STITCH_LENGTH { (width - length).max(0.0) } else { width }
         };
-        self.ranges.iter().map(|seam| self.of(seam).iter().map(gap).fold(0.0, f64::max)).collect()
+        self.ranges.iter().map(|seam| seam.stitches.clone().map(gap).fold(0.0, f64::max)).collect()
     }
 }
 
@@ -163,7 +200,27 @@ impl Model {
     #[must_use]
     pub fn seam_classes(&self) -> VertexClasses {
         let mut classes = VertexClasses::new(self.particle_count());
-        self.seams.stitches.iter().for_each(|&[a, b]| classes.join(a, b));
+        let stitches = self.seams.stitches.iter().zip(&self.seams.lengths);
+        // What keeps a distance stays two places.
+        stitches
+            .filter(|(_, length)| **length <= STITCH_LENGTH)
+            .for_each(|(&[a, b], _)| classes.join(a, b));
+        classes
+    }
+
+    /// The same for contact of triangles: particles of stitches that are longer yet than the contact distance are still obstacles to each other. So
+    /// panels do not slide over each other before they meet.
+    #[must_use]
+    pub fn contact_classes(&self) -> VertexClasses {
+        let mut classes = VertexClasses::new(self.particle_count());
+        let reach = self.self_contact().map_or(0.0, |contact| contact.distance);
+        let stitches = self.seams.stitches.iter().zip(&self.seams.kinds);
+        for (&[a, b], ClosingKind { kind, lengths, .. }) in stitches {
+            let now = self.springs.kinds()[*kind as usize].rest_length;
+            if lengths[1] <= STITCH_LENGTH && now <= reach.max(STITCH_LENGTH) {
+                classes.join(a, b);
+            }
+        }
         classes
     }
 
@@ -171,9 +228,13 @@ impl Model {
     #[must_use]
     pub fn sewn_at(&self, time: f64) -> Self {
         let mut model = self.clone();
-        for ClosingKind { kind, length, closing } in &self.seams.kinds {
-            let left = length * share_left(*closing, time);
-            model.springs.kind_mut(*kind).rest_length = left.max(STITCH_LENGTH);
+        for ClosingKind { kind, lengths: [start, end], closing } in &self.seams.kinds {
+            let left = share_left(*closing, time);
+            let length = match *end <= STITCH_LENGTH {
+                true => (start * left).max(STITCH_LENGTH),
+                false => end + left * (start - end),
+            };
+            model.springs.kind_mut(*kind).rest_length = length;
         }
         model
     }
@@ -211,17 +272,18 @@ impl Seamstress<'_> {
             let ranges = seam.cloths.each_ref().map(|name| self.particles(seam, name));
             let [a, b] = ranges;
             let ranges = [a?, b?];
-            for stitch in &seam.stitches {
-                let particles = self.stitch(seam, &ranges, *stitch)?;
-                let kind = self.kind(seam, particles);
+            for (stitch, tie) in seam.tied() {
+                let particles = self.stitch(seam, &ranges, stitch)?;
+                let kind = self.kind(seam, particles, tie.share);
                 let number = springs.kind_own(kind);
                 sewn.kinds.push(ClosingKind {
                     kind: number,
-                    length: kind.rest_length,
+                    lengths: [kind.rest_length, tie.length],
                     closing: seam.closing,
                 });
                 rows.push((particles, number));
                 sewn.stitches.push(particles);
+                sewn.lengths.push(tie.length);
             }
             sewn.ranges.push(SeamRange {
                 name: seam.name.clone(),
@@ -281,15 +343,16 @@ impl Seamstress<'_> {
         Ok([a.min(b), a.max(b)])
     }
 
-    fn kind(&self, seam: &Seam, particles: [u32; 2]) -> SpringKind {
+    fn kind(&self, seam: &Seam, particles: [u32; 2], share: f64) -> SpringKind {
         let [a, b] = particles.map(|i| glam::DVec3::from(self.positions[i as usize]));
         let [m, n] = particles.map(|i| self.masses[i as usize]);
         let reduced = m * n / (m + n);
         SpringKind {
             class: SpringClass::Seam,
             rest_length: a.distance(b).max(STITCH_LENGTH),
-            stiffness: seam.stiffness,
-            damping: seam.damping.unwrap_or_else(|| 2.0 * (seam.stiffness * reduced).sqrt()),
+            stiffness: share * seam.stiffness,
+            damping: share
+                * seam.damping.unwrap_or_else(|| 2.0 * (seam.stiffness * reduced).sqrt()),
             rigidity: None,
         }
     }

@@ -46,16 +46,17 @@ impl ModelBuilder {
             let both = [first, second];
             let end =
                 |stitch: &[u32; 2], side: usize| both[side].get(stitch[side] as usize).copied();
-            let mut stitches: Vec<[u32; 2]> = seam
-                .stitches
-                .iter()
-                .filter_map(|stitch| Some([end(stitch, 0)?, end(stitch, 1)?]))
-                .filter(|[a, b]| a != b || seam.cloths[0] != seam.cloths[1])
+            let mut tied: Vec<_> = seam
+                .tied()
+                .filter_map(|(stitch, tie)| Some(([end(&stitch, 0)?, end(&stitch, 1)?], tie)))
+                .filter(|([a, b], _)| a != b || seam.cloths[0] != seam.cloths[1])
                 .collect();
-            stitches.sort_unstable();
-            stitches.dedup();
+            tied.sort_by_key(|(stitch, _)| *stitch);
+            tied.dedup_by_key(|(stitch, _)| *stitch);
+            let (stitches, ties): (Vec<_>, Vec<_>) = tied.into_iter().unzip();
             if !stitches.is_empty() {
-                builder = builder.seam(Seam { stitches, ..seam.clone() });
+                let ties = if seam.ties.is_empty() { Vec::new() } else { ties };
+                builder = builder.seam(Seam { stitches, ties, ..seam.clone() });
             }
         }
         Ok(Some(Weld { model: builder.build()?, map }))

@@ -1,6 +1,6 @@
 //! Vertices where a seam needs some: a stitch to a point on an edge becomes one to a vertex.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use cloth_core::{MeshStitch, TriangleMesh};
 
@@ -94,6 +94,36 @@ impl<'a> Cutter<'a> {
             });
             self.members[a].extend(moved);
         }
+    }
+
+    /// Makes room between triangles that would lie on each other for good, as seams make all their corners one: at a tip that is sewn to itself, at
+    /// the bottom of a pleat, where the corners of two panels meet.
+    ///
+    /// Their edges within the panel get a vertex in the middle each, but for an edge that both have, which is the fold. So the tip becomes a small
+    /// cone, with all of its area and mass.
+    pub(super) fn tips_open(&mut self) {
+        let mut same: BTreeMap<[u32; 3], Vec<usize>> = BTreeMap::new();
+        for (face, corners) in self.mesh.triangles.iter().enumerate() {
+            let mut key =
+                corners.map(|v| self.class.get(&v).map_or(v, |&class| self.members[class][0]));
+            key.sort_unstable();
+            same.entry(key).or_default().push(face);
+        }
+        let mut edges = BTreeSet::new();
+        for faces in same.into_values().filter(|faces| faces.len() > 1) {
+            for &face in &faces {
+                let [a, b, c] = self.mesh.triangles[face];
+                for edge in [[a, b], [b, c], [c, a]].map(sorted) {
+                    let on = self.faces.get(&edge).map_or(&[][..], Vec::as_slice);
+                    if on.len() > 1 && on.iter().filter(|&face| faces.contains(face)).count() < 2 {
+                        edges.insert(edge);
+                    }
+                }
+            }
+        }
+        edges.into_iter().for_each(|edge| {
+            self.split(edge, 0.5);
+        });
     }
 
     /// The vertex to which `vertex` is sewn that is sewn to `place` on an edge, from 0 to 1. It is new unless one is near.
@@ -233,6 +263,47 @@ mod tests {
         let uv = |i: u32| texture.coordinates[i as usize];
         let areas: Vec<f64> = texture.triangles.iter().map(|t| area(t, &uv)).collect();
         assert!((areas.iter().sum::<f64>() - 2.0).abs() < 1e-15, "{areas:?}");
+    }
+
+    #[test]
+    fn tips_that_would_be_two_triangles_in_one_place_become_cones() {
+        // A kite around vertex 0, whose two sides there are sewn to each other; below the kite the panel goes on.
+        let triangles = vec![[0, 1, 2], [0, 2, 3], [1, 4, 2], [2, 4, 5], [2, 5, 3]];
+        let positions: Vec<[f64; 3]> =
+            [[0.0, 2.0], [-1.0, 1.0], [0.0, 0.5], [1.0, 1.0], [-1.0, 0.0], [1.0, 0.0]]
+                .map(|[x, y]| [x, y, 0.0])
+                .into();
+        let panel = TriangleMesh { positions, triangles, ..TriangleMesh::default() };
+        let welded = |is_opened: bool| {
+            let mut mesh = panel.clone();
+            let mut cutter = Cutter::new(&mut mesh);
+            cutter.join(1, 3);
+            if is_opened {
+                cutter.tips_open();
+            }
+            let triangles = mesh.triangles.iter().map(|t| t.map(|v| if v == 3 { 1 } else { v }));
+            let triangles: Vec<[u32; 3]> = triangles.collect();
+            TriangleMesh { triangles, ..mesh }
+        };
+        let sorted = |mesh: &TriangleMesh| {
+            let mut all: Vec<[u32; 3]> = mesh.triangles.clone();
+            all.iter_mut().for_each(|triangle| triangle.sort_unstable());
+            all.sort_unstable();
+            all
+        };
+        let twice = |all: &[[u32; 3]]| all.windows(2).filter(|pair| pair[0] == pair[1]).count();
+        assert_eq!(twice(&sorted(&welded(false))), 1, "what is to be mended");
+        let mesh = welded(true);
+        assert_eq!(twice(&sorted(&mesh)), 0);
+        assert_eq!(mesh.positions.len(), panel.positions.len() + 2);
+        assert_eq!(mesh.triangles.len(), panel.triangles.len() + 4);
+        let mut edges: HashMap<[u32; 2], usize> = HashMap::new();
+        for &[a, b, c] in &mesh.triangles {
+            for side in [[a, b], [b, c], [c, a]] {
+                *edges.entry(super::sorted(side)).or_default() += 1;
+            }
+        }
+        assert!(edges.values().all(|&triangles| triangles <= 2), "{edges:?}");
     }
 
     #[test]

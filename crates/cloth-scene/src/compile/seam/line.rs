@@ -69,6 +69,12 @@ impl Line {
         self.segments(cutter).last().map_or(0.0, |segment| segment.range[1])
     }
 
+    /// Its edges, each with its length \[m\].
+    pub(super) fn edges(&self, cutter: &Cutter<'_>) -> Vec<([u32; 2], f64)> {
+        let segments = self.segments(cutter).into_iter();
+        segments.map(|Segment { edge, range: [start, end] }| (edge, end - start)).collect()
+    }
+
     fn segments(&self, cutter: &Cutter<'_>) -> Vec<Segment> {
         let at = |vertex: u32| DVec3::from(cutter.mesh().positions[vertex as usize]);
         let mut along = 0.0;

@@ -1,6 +1,7 @@
 //! Seams: from what a scene says of them to stitches between vertices.
 
 mod cut;
+mod elastic;
 mod line;
 
 use cloth_core::{MeshStitch, Seam, TriangleMesh};
@@ -16,8 +17,22 @@ use line::{Line, LineProblem};
 /// Difference of the lengths of two lines that needs no gathering.
 const EASE: f64 = 0.05;
 
-/// Stitches of the seams within one cloth, by the number of the seam.
-pub(super) type SeamStitches = Vec<(usize, Vec<[u32; 2]>)>;
+/// What is sewn within cloths.
+#[derive(Default)]
+pub(super) struct Sewn {
+    /// Stitches of seams, by the number of the seam.
+    stitches: Vec<(usize, Vec<[u32; 2]>)>,
+    /// Edges of elastic bands with their lengths \[m\], by the number of the band.
+    bands: Vec<(usize, Vec<([u32; 2], f64)>)>,
+}
+
+impl Sewn {
+    /// Adds that of another cloth.
+    pub(super) fn extend(&mut self, other: Self) {
+        self.stitches.extend(other.stitches);
+        self.bands.extend(other.bands);
+    }
+}
 
 /// The cloth that a seam is in.
 fn cloth_of<'a>(scene: &'a Scene, seam: &'a SceneSeam) -> Option<&'a str> {
@@ -35,12 +50,12 @@ pub(super) fn sew(
     name: &str,
     mesh: &mut TriangleMesh,
     notes: &mut Vec<String>,
-) -> Result<SeamStitches, SceneError> {
+) -> Result<Sewn, SceneError> {
     let within =
         |(_, seam): &(usize, &SceneSeam)| cloth_of(scene, seam) == Some(name) && seam.to.is_none();
     let seams: Vec<_> = scene.seams.iter().enumerate().filter(within).collect();
-    if seams.is_empty() {
-        return Ok(Vec::new());
+    if seams.is_empty() && !elastic::are_in(scene, name) {
+        return Ok(Sewn::default());
     }
     let of_file = std::mem::take(&mut mesh.stitches);
     let given = mesh.positions.len();
@@ -99,7 +114,9 @@ pub(super) fn sew(
         };
         all.push((index, stitches));
     }
-    Ok(all)
+    cutter.tips_open();
+    let bands = elastic::bands((scene, check), name, &cutter)?;
+    Ok(Sewn { stitches: all, bands })
 }
 
 /// The stitches that leave all edges their length, and the vertices of those that do not.
@@ -147,26 +164,7 @@ fn lines(
 ) -> Result<Vec<[u32; 2]>, SceneError> {
     let mut both = Vec::with_capacity(2);
     for (side, names) in groups.iter().enumerate() {
-        let key = format!("{key}.lines[{side}]");
-        if names.is_empty() {
-            return Err(check.error(&key, "is empty: name vertex groups along a border"));
-        }
-        let mut sets = Vec::with_capacity(names.len());
-        for name in names {
-            let Some(group) = cutter.mesh().group(name) else {
-                let known = cutter.mesh().groups.iter().map(|group| group.name.clone()).collect();
-                return Err(SceneUnknown::error(
-                    check.place(&key),
-                    "group of the mesh",
-                    name,
-                    known,
-                ));
-            };
-            sets.push(group.vertices.clone());
-        }
-        both.push(Line::new(cutter, &sets).map_err(|LineProblem::NoWay| {
-            check.error(&key, "is no way along the border: a group must hold all vertices from one end to the other, and no others")
-        })?);
+        both.push(line(check, &format!("{key}.lines[{side}]"), cutter, names)?);
     }
     let [first, second] = &mut both[..] else { return Ok(Vec::new()) };
     let at = |vertex: u32| DVec3::from(cutter.mesh().positions[vertex as usize]);
@@ -198,12 +196,36 @@ fn lines(
     Ok(line::stitches(cutter, &lines))
 }
 
+/// The line along the border through vertex groups with these names.
+fn line(
+    check: &Check<'_>,
+    key: &str,
+    cutter: &Cutter<'_>,
+    names: &[String],
+) -> Result<Line, SceneError> {
+    if names.is_empty() {
+        return Err(check.error(key, "is empty: name vertex groups along a border"));
+    }
+    let mut sets = Vec::with_capacity(names.len());
+    for name in names {
+        let Some(group) = cutter.mesh().group(name) else {
+            let known = cutter.mesh().groups.iter().map(|group| group.name.clone()).collect();
+            return Err(SceneUnknown::error(check.place(key), "group of the mesh", name, known));
+        };
+        sets.push(group.vertices.clone());
+    }
+    Line::new(cutter, &sets).map_err(|LineProblem::NoWay| {
+        check.error(key, "is no way along the border: a group must hold all vertices from one end to the other, and no others")
+    })
+}
+
 /// The seams for the model.
 pub(super) fn compile(
     scene: &Scene,
     check: &Check<'_>,
-    mut within: SeamStitches,
+    sewn: Sewn,
 ) -> Result<Vec<Seam>, SceneError> {
+    let Sewn { stitches: mut within, bands } = sewn;
     let mut seams = Vec::with_capacity(scene.seams.len());
     let mut named = 0;
     // Where seams meet both have the same stitch.
@@ -256,7 +278,9 @@ pub(super) fn compile(
             damping: seam.damping,
             closing: seam.close,
             weld: seam.end == SceneSeamEnd::Weld && seam.to.is_none(),
+            ties: Vec::new(),
         });
     }
+    seams.extend(elastic::compile(scene, check, bands)?);
     Ok(seams)
 }

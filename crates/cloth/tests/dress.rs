@@ -1,0 +1,79 @@
+//! A real garment: the dress of "Codimensional Incremental Potential Contact" (Li, Kaufman and Jiang, SIGGRAPH 2021), 14 flat panels with 851 stitches
+//! around a body. Its files are not part of this project: `CLOTH_TEST_DATA=FOLDER` names a folder with `dress/stage.obj` and `rumba/shell0.obj` to
+//! `rumba/shell30.obj` of them, and without it the test says so and does nothing.
+//!
+//! `CLOTH_DRESS_FRAMES=N` runs another number of frames than the 33 in which it is sewn.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
+use std::{path::Path, time::Instant};
+
+use cloth::{
+    SceneAudit, Simulation, backend_create,
+    scene::{CompileOptions, Scene},
+};
+
+const DRESS: &str = r#"
+name = "dress"
+simulation = { frames = 60, frames_per_second = 30, solver = "implicit", implicit.time_step = 0.008333333333333333 }
+contact = { distance = 0.002, response.triangles.friction = 0.3 }
+[[phase]]
+name = "sew"
+duration = 1.0
+gravity = [0, 0, 0]
+time_step = 0.016666666666666666
+[[cloth]]
+name = "dress"
+model = "fabric"
+material.preset = "cotton-broad"
+geometry.mesh.file = "dress/stage.obj"
+pattern.from = "uv"
+[[seam]]
+name = "all"
+file = true
+close = [0, 0.7]
+[[field]]
+drag.rate = [2, 2, 2]
+[[collider]]
+name = "body"
+# The panels stand upright around a body whose y axis points up.
+shape.animation = { file = "rumba/shell{}.obj", frames = 1, rate = 30, cells = 120, rotation = { axis = [1, 0, 0], degrees = 90 }, translation = [0, 0, -0.75] }
+"#;
+
+#[test]
+fn a_dress_is_sewn_around_a_body() {
+    let Some(folder) = std::env::var_os("CLOTH_TEST_DATA") else {
+        println!(
+            "CLOTH_TEST_DATA names no folder with dress/stage.obj and rumba/shell0.obj: nothing is tested"
+        );
+        return;
+    };
+    let frames = std::env::var("CLOTH_DRESS_FRAMES").ok().and_then(|text| text.parse().ok());
+    let mut scene = Scene::from_toml(DRESS, "dress.toml").unwrap();
+    scene.origin.directory = Path::new(&folder).to_owned();
+    let begin = Instant::now();
+    let scene = scene.compile(&CompileOptions::default()).unwrap();
+    let stitches = scene.model.seams().stitches().len();
+    println!("{stitches} stitches, read and checked in {:.1} s", begin.elapsed().as_secs_f64());
+    // One of 851 would take the length of an edge, and some are given twice where seams meet.
+    assert!(scene.notes.iter().any(|note| note.contains("[990]")), "{:?}", scene.notes);
+    let weld = scene.weld.clone().unwrap();
+    let [before, after] = [&*scene.model, &weld.model].map(|m| m.masses().iter().sum::<f64>());
+    assert!((before / after - 1.0).abs() < 1e-12, "welding keeps the mass");
+    let backend = backend_create("cpu", None).unwrap();
+    let mut simulation = Simulation::new(scene, backend.as_ref()).unwrap();
+    let audit = SceneAudit::new(simulation.model());
+    for frame in 1..=frames.unwrap_or(33) {
+        simulation.step().unwrap();
+        let found = simulation.intersections(&audit).unwrap();
+        let (is_welded, gaps) = simulation.seams().unwrap();
+        println!(
+            "frame {frame}: {:.1} s, welded {is_welded}, widest stitch {:.6} m, {} pairs of triangles intersect",
+            begin.elapsed().as_secs_f64(),
+            gaps[0],
+            found.within
+        );
+    }
+    let (is_welded, gaps) = simulation.seams().unwrap();
+    assert!(is_welded && gaps[0] == 0.0, "{gaps:?}");
+}
