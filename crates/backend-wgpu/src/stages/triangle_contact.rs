@@ -257,7 +257,7 @@ impl Stages {
         }
         self.with_triangles(|stages, triangles| {
             let integrator = &stages.config.integrator;
-            let law = ContactLaw::new(integrator, substep.length);
+            let law = ContactLaw::new(integrator, substep.length, stages.config.time_step);
             if triangles.near.is_empty() {
                 triangles.set.stencils_set(law, Vec::new());
                 triangles.set.states_set(Vec::new());
