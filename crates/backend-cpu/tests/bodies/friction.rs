@@ -35,10 +35,8 @@ fn slope(friction: f64) -> Arc<Model> {
     patch.row_axis = [0.0, 1.0, 0.0];
     // Half the contact distance above, but for what its weight presses it down; off the diagonal.
     let height = 0.5 * DISTANCE - 5e-6;
-    let start = |along: f64, across: f64| {
-        [0.1 + cos * along + sin * height, across, 0.2 - sin * along + cos * height]
-    };
-    patch.origin = start(-0.2, 0.1);
+    let [along, across] = [-0.2, 0.1];
+    patch.origin = [0.1 + cos * along + sin * height, across, 0.2 - sin * along + cos * height];
     build(ModelBuilder::new().cloth(cloth).collider(square).self_contact(triangles(0.9)))
 }
 
