@@ -80,7 +80,7 @@ fn contacts(model: &Model, [state, before]: [&State; 2], start: NewtonStart) -> 
     let found = surface.candidates().filter_map(|candidate| surface.contact(candidate, at));
     let mut set = ContactSet::new(model.particle_count());
     let integrator = Integrator::Implicit(cloth_core::ImplicitSettings::default());
-    set.stencils_set(ContactLaw::new(&integrator, LENGTH), found.collect());
+    set.stencils_set(ContactLaw::new(&integrator, LENGTH, LENGTH), found.collect());
     let inverse = |i: u32| {
         let is_held = state.held[i as usize] != 0;
         if is_held { 0.0 } else { 1.0 / model.masses()[i as usize] as f32 }

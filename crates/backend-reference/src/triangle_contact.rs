@@ -89,7 +89,7 @@ impl TriangleContact {
         };
         let found = self.surface.candidates();
         let found = found.filter_map(|candidate| self.surface.contact(candidate, position));
-        let law = ContactLaw::new(&config.integrator, substep.length);
+        let law = ContactLaw::new(&config.integrator, substep.length, config.time_step);
         let found = found.collect();
         self.set.stencils_set(law, found);
         let motion = ContactMotion {

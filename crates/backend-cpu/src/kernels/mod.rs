@@ -445,7 +445,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
             triangles.geometry(
                 (&kernels.present, &kernels.start),
                 (&kernels.masses.inverse, substep.length),
-                &kernels.config.integrator,
+                &kernels.config,
                 start,
             );
         });

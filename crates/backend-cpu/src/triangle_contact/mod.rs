@@ -121,7 +121,7 @@ impl<T: Real> TriangleContact<T> {
         &mut self,
         (motion, start): (&Motion<T>, &VectorField<T>),
         (inverse_mass, length): (&[T], f64),
-        integrator: &Integrator,
+        config: &SolverConfig,
         newton: NewtonStart,
     ) {
         self.newton = newton;
@@ -131,7 +131,7 @@ impl<T: Real> TriangleContact<T> {
             NewtonStart::Iterate => (bodies.end(), motion.position.count()),
         };
         self.position[particles..].copy_from_slice(now);
-        let law = ContactLaw::new(integrator, length);
+        let law = ContactLaw::new(&config.integrator, length, config.time_step);
         self.set.stencils_set(law, self.list.contacts(&self.surface, &self.position));
         let (velocity, start) = (FieldView::new(&motion.velocity), FieldView::new(start));
         let (position, step) = (&self.position, T::from_f64(length));

@@ -3,9 +3,9 @@
 use std::ffi::c_void;
 
 use cloth_core::{
-    Error, NewtonStart, Result,
+    Error, NewtonStart, Result, SolverConfig,
     contact::{
-        Candidate, ContactSet, Contacts,
+        Candidate, ContactLaw, ContactSet, Contacts,
         device::{
             DeviceContact, PAIR_WORDS, PairAnswer, PairDevice, PairLook, PairTask, WaysFrom,
             pairs_of,
@@ -97,11 +97,9 @@ impl<T: CudaReal> CudaKernels<T> {
         newton: NewtonStart,
     ) -> Result<()> {
         self.start_ensure()?;
-        let integrator = self.config.integrator.clone();
-        self.with_triangles(|contact, device| {
-            contact.geometry(device, (&integrator, substep), newton)
-        })
-        .map(drop)
+        let SolverConfig { integrator, time_step, .. } = &self.config;
+        let law = ContactLaw::new(integrator, substep.length, *time_step);
+        self.with_triangles(|contact, device| contact.geometry(device, law, newton)).map(drop)
     }
 
     /// `contact_forces` of triangles, if these touch.

@@ -2,9 +2,9 @@
 //! the certificate.
 
 use cloth_core::{
-    Error, NewtonStart, Result,
+    Error, NewtonStart, Result, SolverConfig,
     contact::{
-        Candidate, ContactSet, ContactSlip, Contacts,
+        Candidate, ContactLaw, ContactSet, ContactSlip, Contacts,
         device::{
             DeviceContact, PAIR_WORDS, PAIRS_MAX, PairAnswer, PairDevice, PairLook, PairTask,
             WaysFrom, pairs_of,
@@ -73,11 +73,9 @@ impl Stages {
         newton: NewtonStart,
     ) -> Result<()> {
         self.start_ensure()?;
-        self.with_triangles(|stages, triangles| {
-            let integrator = stages.config.integrator.clone();
-            triangles.geometry(stages, (&integrator, substep), newton)
-        })
-        .map(drop)
+        let SolverConfig { integrator, time_step, .. } = &self.config;
+        let law = ContactLaw::new(integrator, substep.length, *time_step);
+        self.with_triangles(|stages, triangles| triangles.geometry(stages, law, newton)).map(drop)
     }
 
     /// `contact_certify`.

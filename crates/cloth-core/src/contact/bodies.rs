@@ -3,7 +3,7 @@
 use std::{collections::HashMap, ops::Range};
 
 use crate::{
-    ColliderImpulse, ColliderShape, Error, GridSets, Model, Pose, Real, State,
+    ColliderShape, Error, GridSets, Model, Pose, Real, State,
     stepper::{ColliderState, FramePlan},
 };
 
@@ -320,15 +320,13 @@ impl<T: Real> BodyMotion<T> {
         if way <= JUMP_MIN {
             return false;
         }
-        let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-        for at in self.range(body) {
-            for axis in 0..3 {
-                let x = self.start[at][axis].to_f64();
-                bounds[0][axis] = bounds[0][axis].min(x);
-                bounds[1][axis] = bounds[1][axis].max(x);
-            }
-        }
-        way > length::<f64>(sub(bounds[1], bounds[0]))
+        let bound = |pick: fn(f64, f64) -> f64, from: f64| {
+            self.range(body).fold([from; 3], |bound, at| {
+                std::array::from_fn(|axis| pick(bound[axis], self.start[at][axis].to_f64()))
+            })
+        };
+        let [low, high] = [bound(f64::min, f64::INFINITY), bound(f64::max, f64::NEG_INFINITY)];
+        way > length::<f64>(sub(high, low))
     }
 
     fn range(&self, body: usize) -> Range<usize> {
@@ -369,56 +367,5 @@ impl<T: Real> Carrier<T> for BodyMotion<T> {
             let turned: f64 = (0..3).map(|j| to.rotation[k][j] * local[j]).sum();
             T::from_f64((to.translation[k] - from.translation[k]) + (turned - arm[k]))
         })
-    }
-}
-
-/// What bodies did to cloth, one sum for each collider, with what it was at the start of a substep that may be taken back.
-#[derive(Clone, Debug, Default)]
-pub struct BodyImpulses {
-    sums: Vec<ColliderImpulse>,
-    kept: Vec<ColliderImpulse>,
-}
-
-impl BodyImpulses {
-    /// None, of the colliders of a model; without memory if the model does not ask for them or has no bodies.
-    #[must_use]
-    pub fn new(model: &Model) -> Self {
-        let is_asked = model.collider_impulses() && model.has_contact_bodies();
-        let count = if is_asked { model.colliders().len() } else { 0 };
-        let sums = vec![ColliderImpulse::default(); count];
-        Self { kept: sums.clone(), sums }
-    }
-
-    /// Whether the model asks for them.
-    #[must_use]
-    pub const fn is_asked(&self) -> bool {
-        !self.sums.is_empty()
-    }
-
-    /// A collider gave an impulse \[kg m/s\] to cloth at a place \[m\].
-    pub fn add(&mut self, collider: usize, place: [f64; 3], linear: [f64; 3]) {
-        let [x, y, z] = place;
-        let [a, b, c] = linear;
-        if let Some(sum) = self.sums.get_mut(collider) {
-            *sum +=
-                ColliderImpulse { linear, angular: [y * c - z * b, z * a - x * c, x * b - y * a] };
-        }
-    }
-
-    /// `state_keep`.
-    pub fn keep(&mut self) {
-        self.kept.clone_from(&self.sums);
-    }
-
-    /// `state_restore`.
-    pub fn restore(&mut self) {
-        self.sums.clone_from(&self.kept);
-    }
-
-    /// Adds all sums to those of `out`, and starts again from zero.
-    pub fn take(&mut self, out: &mut [ColliderImpulse]) {
-        for (sum, out) in self.sums.iter_mut().zip(out) {
-            *out += std::mem::take(sum);
-        }
     }
 }

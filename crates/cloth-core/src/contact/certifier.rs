@@ -3,7 +3,8 @@
 use crate::{Error, Real, Result};
 
 use super::{
-    Candidate, certificate_distance, closest_axis, is_apart, is_proven, plus, sub, truncation,
+    Candidate, Carrier, certificate_distance, closest_axis, is_apart, is_proven, plus, sub,
+    truncation,
 };
 
 /// Times that particles are shortened by planes before they stay where they are.
@@ -67,33 +68,6 @@ pub trait PairSearch<T> {
         marked: Option<&[bool]>,
         out: &mut Vec<UnprovenPair>,
     ) -> Result<()>;
-}
-
-/// How what is joined to prescribed particles goes along with them.
-pub trait Carrier<T> {
-    /// The rigid body that a node belongs to, if it turns by less than a radian in the substep.
-    fn body(&self, node: u32) -> Option<u32>;
-
-    /// The way \[m\] of what is at `place` \[m\] at the start and moves like a part of this body, to a few units of roundoff.
-    fn way(&self, body: u32, place: [T; 3]) -> [T; 3];
-
-    /// Whether the body of this node goes too far in the substep to take anything along.
-    fn jumps(&self, node: u32) -> bool;
-}
-
-/// No rigid bodies.
-impl<T: Real> Carrier<T> for () {
-    fn body(&self, _: u32) -> Option<u32> {
-        None
-    }
-
-    fn way(&self, _: u32, _: [T; 3]) -> [T; 3] {
-        [T::ZERO; 3]
-    }
-
-    fn jumps(&self, _: u32) -> bool {
-        false
-    }
 }
 
 /// Proves that no two features meet in a substep, and shortens the ways of particles where there is no proof.

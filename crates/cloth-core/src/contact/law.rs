@@ -30,6 +30,8 @@ pub(crate) const EXPLICIT_EIGENVALUE: f64 = 16.0 * EXPLICIT_STIFFNESS + 2.0 * EX
 pub struct ContactLaw<T> {
     is_implicit: bool,
     length: T,
+    /// The time step that stiffness is for: a shorter substep at the end of a frame must not change it, or what rests is thrown up.
+    time_step: T,
 }
 
 /// What a contact does to its first point, and minus that to its second.
@@ -51,12 +53,13 @@ pub struct ContactAction<T> {
 }
 
 impl<T: Real> ContactLaw<T> {
-    /// The law for a substep of `length` \[s\].
+    /// The law for a substep of `length` \[s\] where most are `time_step` \[s\] long.
     #[must_use]
-    pub fn new(integrator: &Integrator, length: f64) -> Self {
+    pub fn new(integrator: &Integrator, length: f64, time_step: f64) -> Self {
         Self {
             is_implicit: matches!(integrator, Integrator::Implicit(_)),
             length: T::from_f64(length),
+            time_step: T::from_f64(time_step.max(length)),
         }
     }
 
@@ -75,12 +78,12 @@ impl<T: Real> ContactLaw<T> {
     ) -> ContactAction<T> {
         let h = self.length;
         let crowd = T::from_f64(f64::from(crowd));
-        let inertia = mass / h;
+        let inertia = mass / self.time_step;
         let stiffness = if self.is_implicit {
-            let stiffness = T::from_f64(IMPLICIT_STIFFNESS) * (inertia / h);
+            let stiffness = T::from_f64(IMPLICIT_STIFFNESS) * (inertia / self.time_step);
             stiffness.minimum(T::from_f64(STIFFNESS_MAX))
         } else {
-            T::from_f64(EXPLICIT_STIFFNESS) * (inertia / h) / crowd
+            T::from_f64(EXPLICIT_STIFFNESS) * (inertia / self.time_step) / crowd
         };
         let [push, slope] = normal_force(stiffness, stencil.reach, stencil.gap);
         let parting = dot(stencil.normal, velocity);
@@ -93,7 +96,7 @@ impl<T: Real> ContactLaw<T> {
             if parting > T::ZERO {
                 let overlap = (stencil.reach - stencil.gap).maximum(T::ZERO);
                 let left = overlap / T::from_f64(RECOVERY_TIME) - parting;
-                push = push.minimum((inertia / crowd) * left.maximum(T::ZERO));
+                push = push.minimum((mass / h / crowd) * left.maximum(T::ZERO));
             }
             let trial = plus(slip.map(|s| stiffness * s), damping, across);
             let [_, share, sticks] = cone(stencil.friction, push, trial);
@@ -212,7 +215,7 @@ mod tests {
 
     /// The force of a contact of 10 mg that overlaps by .2 mm of 1 mm, at a speed of parting, in a substep of 1 ms.
     fn explicit_push(parting: f64) -> f64 {
-        let law = ContactLaw::<f64>::new(&Integrator::Explicit, 1e-3);
+        let law = ContactLaw::<f64>::new(&Integrator::Explicit, 1e-3, 1e-3);
         let stencil = ContactStencil {
             key: crate::contact::ContactKey {
                 kind: crate::contact::ContactKind::VertexFace,

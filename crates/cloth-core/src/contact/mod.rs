@@ -2,6 +2,8 @@
 //! that none passes another. All is pure functions of positions, which backends call for many pairs at once.
 
 mod bodies;
+mod body_impulses;
+mod carrier;
 mod certificate;
 mod certifier;
 pub mod device;
@@ -13,9 +15,11 @@ mod stencil;
 mod surface;
 mod truncation;
 
-pub use bodies::{BodyImpulses, BodyMotion, ContactBody};
+pub use bodies::{BodyMotion, ContactBody};
+pub use body_impulses::BodyImpulses;
+pub use carrier::Carrier;
 pub use certificate::{MARGIN, Split, certify, certify_with_margin, closest_axis, is_apart};
-pub use certifier::{Carrier, Certifier, PairSearch, UnprovenPair, Ways};
+pub use certifier::{Certifier, PairSearch, UnprovenPair, Ways};
 pub(crate) use law::EXPLICIT_EIGENVALUE;
 pub use law::{ContactAction, ContactLaw};
 pub use records::{Contact, ContactSlip, Contacts};

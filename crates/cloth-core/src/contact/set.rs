@@ -319,7 +319,7 @@ mod tests {
             reach: 2e-3,
             friction: 0.0,
         };
-        let law = ContactLaw::new(&crate::Integrator::Explicit, 1e-3);
+        let law = ContactLaw::new(&crate::Integrator::Explicit, 1e-3, 1e-3);
         let mut set = ContactSet::<f64>::new(6);
         set.stencils_set(law, vec![stencil(4, [4, 0, 1, 2]), stencil(3, [3, 1, 0, 2])]);
         let found: Vec<_> = (0..6).map(|i| set.of(i).collect::<Vec<_>>()).collect();

@@ -45,6 +45,9 @@ const FABRIC_BYTES: u64 = 2600;
 /// Numbers of a solver for each particle of a cloth of fabric: forces, tangents and blocks of two triangles.
 const FABRIC_NUMBERS: u64 = 880;
 
+/// Bytes of a vertex of a body at one time.
+const VERTEX_BYTES: u64 = 24;
+
 impl Scene {
     /// Estimates the memory that the model and a solver on the CPU need at their peak, without that of the program itself.
     ///
@@ -104,16 +107,23 @@ impl Scene {
             estimate.bytes = estimate.bytes.saturating_add(bytes);
             springs = springs.saturating_add(particles.saturating_mul(springs_each));
         }
+        let of_triangles = solid::of_triangles(self);
+        let solid_bytes = |cells: Option<u32>| if of_triangles { 0 } else { solid::bytes(cells) };
         let colliders = self.colliders.iter().map(|collider| match &collider.shape {
-            SceneShape::Mesh(mesh) => solid::bytes(mesh.cells),
-            SceneShape::Tetrahedron { .. } => solid::bytes(None),
+            SceneShape::Mesh(mesh) => solid_bytes(mesh.cells),
+            SceneShape::Tetrahedron { .. } => solid_bytes(None),
+            SceneShape::Animation(animation) if of_triangles => {
+                let first = animation.file.replace("{}", &animation.first.to_string());
+                let vertices = self.file_vertices(&first, options);
+                super::animation::sets(animation).saturating_mul(VERTEX_BYTES * vertices)
+            }
             SceneShape::Animation(animation) => super::animation::sets(animation)
                 .saturating_mul(solid::bytes(Some(animation.cells))),
             _ => 0,
         });
         let rigids = self.rigids.iter().map(|rigid| match &rigid.shape {
-            SceneRigidShape::Mesh(mesh) => solid::bytes(mesh.cells),
-            SceneRigidShape::Tetrahedron { .. } => solid::bytes(None),
+            SceneRigidShape::Mesh(mesh) => solid_bytes(mesh.cells),
+            SceneRigidShape::Tetrahedron { .. } => solid_bytes(None),
             _ => 0,
         });
         let solids = colliders.chain(rigids).fold(0, u64::saturating_add);
@@ -125,7 +135,11 @@ impl Scene {
     }
 
     fn mesh_vertices(&self, mesh: &SceneMesh, options: &CompileOptions) -> u64 {
-        mesh::resolve(&self.origin.directory, &mesh.file, options)
+        self.file_vertices(&mesh.file, options)
+    }
+
+    fn file_vertices(&self, file: &str, options: &CompileOptions) -> u64 {
+        mesh::resolve(&self.origin.directory, file, options)
             .and_then(|path| vertex_count(&path).ok())
             .unwrap_or(0)
     }

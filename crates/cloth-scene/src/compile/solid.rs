@@ -24,6 +24,12 @@ pub(super) fn bytes(cells: Option<u32>) -> u64 {
     side.saturating_pow(3).saturating_mul(4)
 }
 
+/// Whether cloth knows meshes by their triangles.
+pub(super) fn of_triangles(scene: &Scene) -> bool {
+    let response = scene.contact.as_ref().map(|contact| contact.response);
+    matches!(response, Some(SceneContactResponse::Triangles { .. }))
+}
+
 /// The solids whose distances are to be sampled, in the order of their colliders.
 pub(super) struct Plans {
     list: Vec<(String, DistanceGridPlan)>,
@@ -34,9 +40,7 @@ pub(super) struct Plans {
 impl Plans {
     /// None, for a scene.
     pub(super) fn new(scene: &Scene) -> Self {
-        let response = scene.contact.as_ref().map(|contact| contact.response);
-        let of_triangles = matches!(response, Some(SceneContactResponse::Triangles { .. }));
-        Self { list: Vec::new(), of_triangles }
+        Self { list: Vec::new(), of_triangles: of_triangles(scene) }
     }
 
     /// Whether cloth knows meshes by their triangles.

@@ -14,7 +14,7 @@ pub use task::{
     TASK_MARKED, TASK_NEW, TRIANGLE_WORDS, WaysFrom, pairs_of, surface_words,
 };
 
-use crate::{ContactStatistics, Integrator, Model, NewtonStart, Real, Result, stepper::Substep};
+use crate::{ContactStatistics, Model, NewtonStart, Real, Result, stepper::Substep};
 
 use super::{
     Certifier, ContactLaw, ContactMotion, ContactSet, ContactSurface, UnprovenPair,
@@ -120,10 +120,9 @@ impl<T: Real> DeviceContact<T> {
     pub fn geometry(
         &mut self,
         device: &mut impl PairDevice<T>,
-        (integrator, substep): (&Integrator, &Substep),
+        law: ContactLaw<T>,
         newton: NewtonStart,
     ) -> Result<()> {
-        let law = ContactLaw::new(integrator, substep.length);
         if self.near.is_empty() {
             self.set.stencils_set(law, Vec::new());
             self.set.states_set(Vec::new());
