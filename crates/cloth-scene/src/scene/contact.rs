@@ -43,9 +43,9 @@ pub enum SceneContactResponse {
         #[cfg_attr(test, schemars(range(min = 0.0)))]
         damping: f64,
     },
-    /// Triangles push each other apart, rub, and are proven in every substep not to have gone through each other. Backends cpu and
-    /// reference have it. What is closer than the contact distance within a cloth at the start, such as triangles next to each
-    /// other, pushes only once it comes closer than nine tenths of that.
+    /// Triangles push each other apart, rub, and are proven in every substep not to have gone through each other. What is
+    /// closer than the contact distance within a cloth at the start, such as triangles next to each other, pushes
+    /// only once it comes closer than nine tenths of that.
     Triangles {
         /// Coulomb friction coefficient between cloths; 0 if not given.
         #[serde(default)]
