@@ -38,7 +38,7 @@ pub(crate) fn words(patch: &PatchFrames, region: Option<usize>) -> Vec<u32> {
         ContactResponse::Impulse { restitution, friction } => {
             [contact.distance, restitution, friction]
         }
-        ContactResponse::Triangles { .. } => panic!("CUDA has no contact of triangles"),
+        ContactResponse::Triangles { .. } => panic!("frames have no contact of triangles"),
     });
     push(&contact);
     push(&[SelfContact::recovery(patch.time_step())]);

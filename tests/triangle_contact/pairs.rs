@@ -174,7 +174,7 @@ fn lists_stay_complete_while_layers_fall() {
     for candidate in others() {
         let _turn = candidate.turn();
         let integrator = Integrator::Implicit(settings);
-        let (length, substeps) = (1.0 / 120.0, 30_u32);
+        let (length, substeps) = (1.0 / 120.0, 15_u32);
         let mut kernels = kernels(candidate, &model, &integrator);
         let mut state = model.initial_state();
         kernels.state_write(&state).expect("it is valid");

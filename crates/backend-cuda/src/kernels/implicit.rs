@@ -502,10 +502,9 @@ impl<T: CudaReal> CudaKernels<T> {
             for k in 0..counts.get(i).copied().unwrap_or(0) as usize {
                 out.push(minus(i, partners[k * n + i] as usize, pair_factors[k * n + i]));
             }
-            if let Some(triangles) = &self.triangles {
-                if linear.data.has_contacts != 0 {
-                    blocks(triangles.set(), i, |block| out.push(block));
-                }
+            let touching = self.triangles.as_ref().filter(|_| linear.data.has_contacts != 0);
+            if let Some(triangles) = touching {
+                blocks(triangles.set(), i, |block| out.push(block));
             }
             if let Some((rows, numbers)) = &elements {
                 rows.row(numbers, i, |block| out.push(block));

@@ -74,12 +74,12 @@ impl SemiImplicit {
         }
     }
 
-    /// Takes note of one.
     /// Whether each particle is held.
     pub(super) fn held(&self) -> &[bool] {
         &self.held
     }
 
+    /// Takes note of one.
     pub(super) fn held_write(&mut self, particle: u32, held: bool) {
         let before = self.held.get_mut(particle as usize);
         if before.is_some_and(|before| std::mem::replace(before, held) != held) {
