@@ -129,7 +129,7 @@ impl Default for LinearSettings {
             matrix: MatrixForm::default(),
             stop: LinearStop::default(),
             tolerance: 1e-3,
-            iterations_max: 200,
+            iterations_max: 1000,
             warm_start: false,
         }
     }

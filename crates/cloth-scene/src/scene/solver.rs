@@ -83,7 +83,7 @@ pub struct SceneImplicit {
     /// What `stop` measures, relative to the start, at which an iteration stops, 0 to 1; 0.001 if not given, 0 runs to the cap.
     #[cfg_attr(test, schemars(range(min = 0.0, max = 1.0)))]
     pub tolerance: f64,
-    /// Cap on iterations of each solve; 200 if not given.
+    /// Cap on iterations of each solve; 1000 if not given.
     #[cfg_attr(test, schemars(range(min = 1, max = 10_000)))]
     pub iterations: u32,
     /// Whether an iteration starts from the answer of the substep before; off if not given.
