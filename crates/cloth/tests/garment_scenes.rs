@@ -94,13 +94,3 @@ fn a_shirt_is_sewn_around_its_wearer() {
     let top = positions.iter().map(|x| x[2]).fold(f64::MIN, f64::max);
     assert!((1.3..1.6).contains(&top), "it hangs on the shoulders: {top} m");
 }
-
-#[test]
-fn a_skirt_hangs_on_its_waistband() {
-    let positions = sewn(run("skirt.toml", 60));
-    let top = positions.iter().map(|x| x[2]).fold(f64::MIN, f64::max);
-    assert!((0.8..1.1).contains(&top), "the band holds it: {top} m");
-    let waist = positions.iter().filter(|x| x[2] > top - 0.05).map(|x| x[0].hypot(x[1]));
-    let widest = waist.fold(0.0, f64::max);
-    assert!(widest < 0.2, "the band draws it together: {widest} m");
-}

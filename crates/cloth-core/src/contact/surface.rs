@@ -130,7 +130,7 @@ impl ContactSurface {
             particles.flat_map(|(c, cloth)| cloth.particles.clone().map(move |_| c as u32));
         let mut cloths: Vec<u32> = cloths.collect();
         let mut start = model.positions().to_vec();
-        let mut classes = model.contact_classes().all();
+        let mut classes = model.seam_classes().all();
         start.extend(BodyMotion::<f64>::new(model).start());
         classes.extend(own[0]..nodes as u32);
         for (number, body) in (model.cloths().len() as u32..).zip(&bodies) {

@@ -12,6 +12,9 @@ const BORDER: f64 = 0.65;
 /// Double area over the sum of squared sides of a triangle that is wide enough; 0.577 if its sides are equal.
 const WIDE: f64 = 0.25;
 
+/// The same of one that has no area but for rounding.
+const FLAT: f64 = 1e-9;
+
 /// Most points of a piece.
 const POINTS_MAX: f64 = 1e5;
 
@@ -82,7 +85,10 @@ pub(crate) fn piece_mesh(outline: Outline, edge: f64) -> Result<TriangleMesh, St
                 return true;
             }
             let [a, b, c] = [a, b, c].map(|i| points[i as usize].to_vec2());
-            !sides.iter().any(|&[a, b]| follows(b, a))
+            // Between points of a straight side, which are on a line but for rounding, nothing else tells inside from outside.
+            let has_area = (b - a).cross(c - a) > FLAT * ((b - a).hypot2() + (c - a).hypot2());
+            has_area
+                && !sides.iter().any(|&[a, b]| follows(b, a))
                 && is_inside(&polygon, ((a + b + c) / 3.0).to_point())
         })
         .collect();

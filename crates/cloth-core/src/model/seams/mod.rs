@@ -208,22 +208,6 @@ impl Model {
         classes
     }
 
-    /// The same for contact of triangles: particles of stitches that are longer yet than the contact distance are still obstacles to each other. So
-    /// panels do not slide over each other before they meet.
-    #[must_use]
-    pub fn contact_classes(&self) -> VertexClasses {
-        let mut classes = VertexClasses::new(self.particle_count());
-        let reach = self.self_contact().map_or(0.0, |contact| contact.distance);
-        let stitches = self.seams.stitches.iter().zip(&self.seams.kinds);
-        for (&[a, b], ClosingKind { kind, lengths, .. }) in stitches {
-            let now = self.springs.kinds()[*kind as usize].rest_length;
-            if lengths[1] <= STITCH_LENGTH && now <= reach.max(STITCH_LENGTH) {
-                classes.join(a, b);
-            }
-        }
-        classes
-    }
-
     /// The model with its stitches as long as they are to be at `time` \[s\].
     #[must_use]
     pub fn sewn_at(&self, time: f64) -> Self {

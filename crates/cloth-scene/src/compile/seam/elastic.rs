@@ -6,6 +6,9 @@ use crate::{Scene, SceneElastic, SceneError, error::SceneUnknown};
 
 use super::{Check, Cutter};
 
+/// The number of a band, and its edges with their lengths \[m\].
+pub(super) type Band = (usize, Vec<([u32; 2], f64)>);
+
 /// The cloth that a band is in.
 fn cloth_of<'a>(scene: &'a Scene, band: &'a SceneElastic) -> Option<&'a str> {
     match (&band.cloth, &scene.cloths[..]) {
@@ -25,7 +28,7 @@ pub(super) fn bands(
     (scene, check): (&Scene, &Check<'_>),
     name: &str,
     cutter: &Cutter<'_>,
-) -> Result<Vec<(usize, Vec<([u32; 2], f64)>)>, SceneError> {
+) -> Result<Vec<Band>, SceneError> {
     let mut found = Vec::new();
     for (index, band) in scene.elastics.iter().enumerate() {
         if cloth_of(scene, band) == Some(name) {
@@ -46,7 +49,7 @@ pub(super) fn bands(
 pub(super) fn compile(
     scene: &Scene,
     check: &Check<'_>,
-    mut within: Vec<(usize, Vec<([u32; 2], f64)>)>,
+    mut within: Vec<Band>,
 ) -> Result<Vec<Seam>, SceneError> {
     let mut bands = Vec::with_capacity(scene.elastics.len());
     for (index, band) in scene.elastics.iter().enumerate() {

@@ -22,8 +22,8 @@ const EASE: f64 = 0.05;
 pub(super) struct Sewn {
     /// Stitches of seams, by the number of the seam.
     stitches: Vec<(usize, Vec<[u32; 2]>)>,
-    /// Edges of elastic bands with their lengths \[m\], by the number of the band.
-    bands: Vec<(usize, Vec<([u32; 2], f64)>)>,
+    /// Edges of elastic bands.
+    bands: Vec<elastic::Band>,
 }
 
 impl Sewn {
