@@ -1,8 +1,8 @@
 //! Backward Euler (NUMERICS §5).
 
 use crate::{
-    ImplicitSettings, Kernels, LinearOutcome, LinearStart, LinearStop, LinearVector,
-    NewtonSettings, NewtonStart, Result, SolverReport,
+    ImplicitSettings, Kernels, LinearOutcome, LinearStart, LinearVector, NewtonSettings,
+    NewtonStart, Result, SolverReport,
 };
 
 use super::{Substep, finish, forces};
@@ -17,10 +17,6 @@ const SLOPE_MAX: f64 = 0.9;
 /// Newton iterations at least where triangles touch. A system knows what touches where it is linearised alone: what lies still on
 /// something, a hair above its contact distance, falls through it by g h^2 in one, and is thrown out of it in the next.
 const CONTACT_ITERATIONS: u32 = 4;
-
-/// Relative residual of their linear systems at least, the forcing term of an inexact Newton method: the nonlinear system ends with some
-/// hundredths of its first residual, however well each of these is solved.
-const FORCING: f64 = 1e-2;
 
 /// One implicit substep, booked in `report`: the velocity at its end from Newton's method under the constraints of
 /// colliders, then the motion with that velocity, contact between cloths along the way.
@@ -45,7 +41,8 @@ pub fn substep<K: Kernels + ?Sized>(
     system(kernels, substep, NewtonStart::StepStart)?;
     let mut settings = *settings;
     if kernels.model().has_triangle_contact() && kernels.triangles_touch() {
-        settings = where_triangles_touch(&settings);
+        let iterations = &mut settings.newton.iterations_max;
+        *iterations = CONTACT_ITERATIONS.max(*iterations);
     }
     let settings = &settings;
     let start = if settings.linear.warm_start && substep.index > 0 {
@@ -68,20 +65,6 @@ pub fn substep<K: Kernels + ?Sized>(
     let end = if iterates { NewtonStart::Iterate } else { NewtonStart::StepStart };
     advance(kernels, substep, end)?;
     Ok(true)
-}
-
-/// Settings of a substep in which triangles touch: at least [`CONTACT_ITERATIONS`] of Newton's method, each of which solves its system once, and
-/// no better than the next one can make use of. Contacts with colliders are released from one to the next.
-fn where_triangles_touch(settings: &ImplicitSettings) -> ImplicitSettings {
-    let mut settings = *settings;
-    let newton = &mut settings.newton;
-    newton.iterations_max = newton.iterations_max.max(CONTACT_ITERATIONS);
-    let linear = &mut settings.linear;
-    if newton.tolerance > 0.0 && linear.tolerance > 0.0 && linear.stop == LinearStop::Residual {
-        linear.tolerance = linear.tolerance.max(FORCING);
-    }
-    settings.constraint_passes = 1;
-    settings
 }
 
 /// The end of a substep, once the velocities are found: impulses of the constraints, motion, contact
