@@ -1,14 +1,13 @@
 //! Triangles of fabric: their tables, and what they do to particles (NUMERICS §11, §12).
 
 mod element_blocks;
-mod fold_table;
 mod stretch_limit;
 
 use cloth_core::{
     Error, Incidence, InteractionKind, LinearMethod, LinearSettings, MatrixForm, Model,
     NewtonStart, Preconditioner, Real, Result, SolverConfig,
     fabric::{
-        bending::{self, BendingRest, BendingTangent, Folds, PATCH},
+        bending::{self, BendingRest, BendingTangent, PATCH},
         membrane::{self, Law, MembraneTangent, RestState},
     },
 };
@@ -17,7 +16,6 @@ use rayon::prelude::*;
 use crate::memory::{BLOCK, LANES, Motion};
 
 pub(crate) use element_blocks::ElementBlocks;
-use fold_table::FoldTable;
 pub(crate) use stretch_limit::StretchLimiter;
 
 /// Refuses settings for which fabric has no matrix of the form that they need.
@@ -67,7 +65,6 @@ pub(crate) struct Fabric<T> {
     bending: Vec<[[T; 3]; PATCH]>,
     membrane_tangents: Vec<MembraneTangent<T>>,
     bending_tangents: Vec<BendingTangent<T>>,
-    folds: FoldTable<T>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -157,7 +154,6 @@ impl<T: Real> Fabric<T> {
             bending: vec![[zero; PATCH]; triangles.len()],
             membrane_tangents: Vec::new(),
             bending_tangents: Vec::new(),
-            folds: FoldTable::new(elements.patches()),
         }))
     }
 
@@ -174,11 +170,10 @@ impl<T: Real> Fabric<T> {
 
     /// Computes the forces of all folded triangles.
     pub(crate) fn bending_forces(&mut self, motion: &Motion<T>) {
-        self.folds.compute(motion);
-        let all = self.bending.par_iter_mut().zip(&self.patches).zip(self.folds.of_patches());
-        all.with_min_len(TASK).for_each(|((forces, patch), folds)| {
-            let v = patch.particles.map(|particle| motion.velocity.get(particle as usize));
-            *forces = bending::patch_forces_of(Folds::of(folds, &patch.rest), v, &patch.rest);
+        let all = self.bending.par_iter_mut().zip(&self.patches).with_min_len(TASK);
+        all.for_each(|(forces, patch)| {
+            let [x, v] = at(motion, patch.particles);
+            *forces = bending::patch_forces(x, v, &patch.rest);
         });
     }
 
@@ -196,12 +191,9 @@ impl<T: Real> Fabric<T> {
     /// Linearises all folds for a substep of `length` \[s\].
     pub(crate) fn bending_linearise(&mut self, motion: &Motion<T>, length: T, start: NewtonStart) {
         let from_start = start == NewtonStart::StepStart;
-        self.folds.compute(motion);
-        let patches = self.patches.par_iter().zip(self.folds.of_patches()).with_min_len(TASK);
-        let tangents = patches.map(|(patch, folds)| {
-            let folds = Folds::of(folds, &patch.rest);
-            let v = patch.particles.map(|particle| motion.velocity.get(particle as usize));
-            BendingTangent::of(folds, v, &patch.rest, length, from_start)
+        let tangents = self.patches.par_iter().with_min_len(TASK).map(|patch| {
+            let [x, v] = at(motion, patch.particles);
+            BendingTangent::new(x, v, &patch.rest, length, from_start)
         });
         tangents.collect_into_vec(&mut self.bending_tangents);
     }

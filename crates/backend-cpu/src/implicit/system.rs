@@ -174,14 +174,6 @@ impl<T: Real> ImplicitSystem<T> {
         self.matrix_has_changed();
     }
 
-    /// Completes the matrix, before it is used. What fabric adds off the diagonal is dear, and not needed where a right-hand side alone
-    /// is looked at.
-    pub(crate) fn complete(&mut self, fabric: Option<&Fabric<T>>, arch: pulp::Arch) {
-        if let Some((elements, fabric)) = self.matrix.elements.as_mut().zip(fabric) {
-            elements.complete(fabric, arch);
-        }
-    }
-
     pub(crate) fn collider_constraints(
         &mut self,
         at: Surroundings<'_, T>,

@@ -33,14 +33,6 @@ impl<T: Real> CpuKernels<T> {
         result
     }
 
-    fn matrix_complete(&mut self) {
-        if self.fabric.is_some() {
-            self.implicit_stage("implicit_assemble", 0.0, |kernels, system, _| {
-                system.complete(kernels.fabric.as_ref(), kernels.arch);
-            });
-        }
-    }
-
     /// Tells the preconditioner how well it did.
     fn solved(&mut self, outcome: &LinearOutcome) {
         if let Some(system) = &mut self.implicit {
@@ -153,7 +145,6 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
                 return 0;
             }
             let (from, to) = (LinearVector::Solution, LinearVector::Image);
-            system.complete(kernels.fabric.as_ref(), kernels.arch);
             system.matrix_apply(&kernels.springs, from, to, kernels.arch);
             system.constraint_release(&kernels.masses, &kernels.present.velocity)
         }))
@@ -177,7 +168,6 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
             }
             if start == NewtonStart::StepStart {
                 let (from, to) = (LinearVector::Solution, LinearVector::Image);
-                system.complete(kernels.fabric.as_ref(), kernels.arch);
                 system.matrix_apply(&kernels.springs, from, to, kernels.arch);
             }
             system.constraint_impulses(&kernels.present, start, &mut impulses);
@@ -206,7 +196,6 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
         from: LinearVector,
         to: LinearVector,
     ) -> Result<()> {
-        self.matrix_complete();
         self.implicit_stage("matrix_apply", 0.0, |kernels, system, _| match form {
             MatrixForm::Assembled => {
                 system.matrix_apply_assembled((&kernels.model, &kernels.springs), from, to);
@@ -217,7 +206,6 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
     }
 
     fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
-        self.matrix_complete();
         self.implicit_stage("preconditioner_build", 0.0, |kernels, system, _| {
             let model = (&*kernels.model, &kernels.springs);
             let particles = (&kernels.masses, &kernels.present.position);
@@ -278,7 +266,6 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
     }
 
     fn matrix_read(&mut self, out: &mut Vec<MatrixBlock>) -> Result<()> {
-        self.matrix_complete();
         if let Some(system) = &self.implicit {
             system.matrix_read(&self.springs, out);
         }

@@ -25,6 +25,21 @@ pub const FOLD_PLACES: [[usize; 4]; FOLDS] = [
     [5, 0, 2, 11],
 ];
 
+/// For each fold and place of the patch, which vertex of the fold it is; 4 for none.
+const VERTEX_OF_FOLD: [[usize; PATCH]; FOLDS] = {
+    let mut table = [[4; PATCH]; FOLDS];
+    let mut fold = 0;
+    while fold < FOLDS {
+        let mut vertex = 0;
+        while vertex < 4 {
+            table[fold][FOLD_PLACES[fold][vertex]] = vertex;
+            vertex += 1;
+        }
+        fold += 1;
+    }
+    table
+};
+
 /// How a triangle resists folds, in the precision of a solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BendingRest<T> {
@@ -60,13 +75,7 @@ impl<T: Real> Folds<T> {
     #[inline(always)]
     #[must_use]
     pub fn new(patch: [Vector<T>; PATCH], rest: &BendingRest<T>) -> Self {
-        Self::of(FOLD_PLACES.map(|places| hinge::fold(places.map(|place| patch[place]))), rest)
-    }
-
-    /// From the folds themselves, in the order of [`FOLD_PLACES`]: up to six patches have the same fold.
-    #[inline(always)]
-    #[must_use]
-    pub fn of(folds: [Fold<T>; FOLDS], rest: &BendingRest<T>) -> Self {
+        let folds = FOLD_PLACES.map(|places| hinge::fold(places.map(|place| patch[place])));
         let difference =
             |edge: usize| hinge::difference_of_angles(folds[edge].angle, rest.angles[edge]);
         Self { differences: std::array::from_fn(difference), folds }
@@ -94,13 +103,17 @@ impl<T: Real> Folds<T> {
     #[inline(always)]
     #[must_use]
     pub fn forces(&self, moments: [T; FOLDS]) -> [Vector<T>; PATCH] {
-        let mut forces = [[T::ZERO; 3]; PATCH];
-        for (places, (fold, moment)) in FOLD_PLACES.iter().zip(self.folds.iter().zip(moments)) {
-            for (&place, &gradient) in places.iter().zip(&fold.gradient) {
-                forces[place] = combination(forces[place], T::ONE, gradient, -moment);
+        std::array::from_fn(|place| {
+            let mut force = [T::ZERO; 3];
+            for edge in 0..FOLDS {
+                let vertex = VERTEX_OF_FOLD[edge][place];
+                if vertex < 4 {
+                    let gradient = self.folds[edge].gradient[vertex];
+                    force = combination(force, T::ONE, gradient, -moments[edge]);
+                }
             }
-        }
-        forces
+            force
+        })
     }
 }
 
@@ -112,17 +125,7 @@ pub fn patch_forces<T: Real>(
     velocities: [Vector<T>; PATCH],
     rest: &BendingRest<T>,
 ) -> [Vector<T>; PATCH] {
-    patch_forces_of(Folds::new(patch, rest), velocities, rest)
-}
-
-/// The same from the folds of the patch.
-#[inline(always)]
-#[must_use]
-pub fn patch_forces_of<T: Real>(
-    folds: Folds<T>,
-    velocities: [Vector<T>; PATCH],
-    rest: &BendingRest<T>,
-) -> [Vector<T>; PATCH] {
+    let folds = Folds::new(patch, rest);
     let mut bent = folds.differences;
     if rest.damping > T::ZERO {
         let rates = folds.rates(velocities);
@@ -150,19 +153,7 @@ impl<T: Real> BendingTangent<T> {
         length: T,
         from_start: bool,
     ) -> Self {
-        Self::of(Folds::new(patch, rest), velocities, rest, length, from_start)
-    }
-
-    /// The same from the folds of the patch.
-    #[inline(always)]
-    #[must_use]
-    pub fn of(
-        folds: Folds<T>,
-        velocities: [Vector<T>; PATCH],
-        rest: &BendingRest<T>,
-        length: T,
-        from_start: bool,
-    ) -> Self {
+        let folds = Folds::new(patch, rest);
         let rates = folds.rates(velocities);
         let damped = length * rest.damping;
         let along = if from_start { length * length + damped } else { damped };
@@ -180,14 +171,6 @@ impl<T: Real> BendingTangent<T> {
         ];
         let impulses = folds.forces(rest.stiffness.moments(bent));
         Self { gradients, moments, impulses }
-    }
-
-    /// Derivatives of the three curvatures by the vertices \[1/m^2\], and (h^2 + h beta) A D times these: what
-    /// [`block`](Self::block) multiplies.
-    #[inline(always)]
-    #[must_use]
-    pub const fn factors(&self) -> [&[[Vector<T>; PATCH]; 3]; 2] {
-        [&self.gradients, &self.moments]
     }
 
     /// The block of two places of the patch \[kg\], row by row: the sum over the curvatures of gradient times moment. All blocks together are
