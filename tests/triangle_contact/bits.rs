@@ -7,13 +7,15 @@ use harness::{
 };
 
 use crate::{
-    rig::{contact, integrators, run},
+    rig::{contact, cuda_takes_part, integrators, run},
     scenes::layers,
 };
 
 /// CUDA in each precision, and the CPU in the same; nothing on a machine without an NVIDIA GPU.
 fn pairs() -> impl Iterator<Item = [&'static Candidate; 2]> {
-    let cuda = candidates().iter().filter(|candidate| candidate.label.starts_with("cuda"));
+    let cuda = candidates()
+        .iter()
+        .filter(|candidate| cuda_takes_part() && candidate.label.starts_with("cuda"));
     cuda.map(|cuda| {
         let is_cpu =
             |one: &&Candidate| one.label.starts_with("cpu") && one.precision == cuda.precision;
