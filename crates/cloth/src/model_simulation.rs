@@ -133,6 +133,7 @@ impl<S: Solver> ModelSimulation<S> {
     }
 
     /// That state, if it has been read.
+    #[cfg(feature = "scene")]
     pub(crate) fn state_known(&self) -> Option<&State> {
         self.state.is_current.then_some(&self.state.value)
     }
@@ -203,6 +204,7 @@ impl<S: Solver> ModelSimulation<S> {
     }
 
     /// Counts from another number, for a state that is not that of the start.
+    #[cfg(feature = "scene")]
     pub(crate) const fn frame_set(&mut self, frame: u64) {
         self.frame = frame;
     }
