@@ -290,6 +290,11 @@ impl Kernels for ReferenceKernels {
         Ok(())
     }
 
+    fn contact_certify_iterate(&mut self, substep: &Substep) -> Result<u64> {
+        let Some(triangles) = &mut self.triangles else { return Ok(0) };
+        triangles.ways_shorten(&self.model, &mut self.particles, &self.start.0, substep, false)
+    }
+
     fn triangles_touch(&self) -> bool {
         self.triangles.as_ref().is_some_and(|triangles| !triangles.set.stencils().is_empty())
     }

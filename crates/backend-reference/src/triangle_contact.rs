@@ -161,6 +161,31 @@ impl TriangleContact {
         start: &[Vector<f64>],
         substep: &Substep,
     ) -> Result<()> {
+        self.truncated += self.ways_shorten(model, particles, start, substep, true)?;
+        let (count, nodes) = (particles.len(), self.bodies.end());
+        let position = |i: u32| match (i as usize).checked_sub(count) {
+            Some(node) => nodes[node],
+            None => particles.positions[i as usize].0,
+        };
+        let nodes_start = self.bodies.start();
+        self.set.settle(position, |i| match (i as usize).checked_sub(count) {
+            Some(node) => nodes_start[node],
+            None => start[i as usize].0,
+        });
+        self.set.body_impulses((&self.bodies, &mut self.impulses), position, substep.length);
+        self.bodies.substep_end();
+        Ok(())
+    }
+
+    /// `contact_certify` of an iterate, or of the end of a substep, which bodies feel. Returns how many particles have changed.
+    pub(crate) fn ways_shorten(
+        &mut self,
+        model: &Model,
+        particles: &mut Particles<f64>,
+        start: &[Vector<f64>],
+        substep: &Substep,
+        is_end: bool,
+    ) -> Result<u64> {
         let (length, count) = (substep.length, particles.len());
         self.bodies.substep_begin(model, substep.index);
         let mut from: Vec<_> = start.iter().map(|x| x.0).collect();
@@ -171,23 +196,19 @@ impl TriangleContact {
         let is_held = |i: u32| i as usize >= count || particles.is_held(i as usize);
         let ways = (&*from, &mut *end);
         let changed = self.certifier.certify_with(&mut search, ways, is_held, &self.bodies);
-        self.truncated += changed.map_err(|error| self.bodies.error_name(model, error))?;
+        let changed = changed.map_err(|error| self.bodies.error_name(model, error))?;
         for (i, &end) in end[..count].iter().enumerate() {
             if Vector(end) != particles.positions[i] && !particles.is_held(i) {
                 let change = (Vector(end) - particles.positions[i]).divided(length);
                 particles.velocities[i] += change;
                 particles.positions[i] = Vector(end);
-                let body = self.certifier.body_at(i);
+                let body = self.certifier.body_at(i).filter(|_| is_end);
                 if let Some(collider) = body.and_then(|node| self.bodies.collider_of(node)) {
                     let mass = particles.inverse_masses[i].recip();
                     self.impulses.add(collider, end, change.scaled(mass).0);
                 }
             }
         }
-        let position = |i: u32| end[i as usize];
-        self.set.settle(position, |i| from[i as usize]);
-        self.set.body_impulses((&self.bodies, &mut self.impulses), position, length);
-        self.bodies.substep_end();
-        Ok(())
+        Ok(changed)
     }
 }

@@ -237,6 +237,10 @@ impl Kernels for PerturbedKernels {
         self.inner.contact_certify(substep)
     }
 
+    fn contact_certify_iterate(&mut self, substep: &Substep) -> Result<u64> {
+        self.inner.contact_certify_iterate(substep)
+    }
+
     fn contacts_read(&mut self, out: &mut Contacts) -> Result<()> {
         self.inner.contacts_read(out)
     }

@@ -461,6 +461,15 @@ impl<T: Real> Kernels for CpuKernels<T> {
         })
     }
 
+    fn contact_certify_iterate(&mut self, substep: &Substep) -> Result<u64> {
+        self.stage("contact_certify", |kernels| {
+            let Some(triangles) = &mut kernels.triangles else { return Ok(0) };
+            let motion = (&mut kernels.present, &kernels.start);
+            let step = (substep.index, T::from_f64(substep.length));
+            triangles.ways_shorten(&kernels.model, motion, &kernels.masses, step, false)
+        })
+    }
+
     fn triangles_touch(&self) -> bool {
         self.triangles.as_ref().is_some_and(TriangleContact::any)
     }

@@ -171,15 +171,33 @@ impl<T: Real> TriangleContact<T> {
         (&self.set, &self.bodies, self.newton)
     }
 
-    /// `contact_certify`: shortens the ways from `start` of particles that are free.
+    /// `contact_certify`: shortens the ways from `start` of particles that are free, and ends the substep.
     pub(crate) fn certify(
+        &mut self,
+        model: &Model,
+        motion: (&mut Motion<T>, &VectorField<T>),
+        masses: &Masses<T>,
+        (index, length): (usize, T),
+    ) -> Result<()> {
+        let changed = self.ways_shorten(model, motion, masses, (index, length), true)?;
+        self.statistics.truncated += changed;
+        let Self { position, other, set, bodies, impulses, .. } = self;
+        set.settle(|i| position[i as usize], |i| other[i as usize]);
+        set.body_impulses((bodies, impulses), |i| position[i as usize], length.to_f64());
+        bodies.substep_end();
+        Ok(())
+    }
+
+    /// `contact_certify` of an iterate, or of the end of a substep, which bodies feel. Returns how many particles have changed.
+    pub(crate) fn ways_shorten(
         &mut self,
         model: &Model,
         (motion, start): (&mut Motion<T>, &VectorField<T>),
         masses: &Masses<T>,
         (index, length): (usize, T),
-    ) -> Result<()> {
-        let Self { surface, trees, list, position, other, certifier, set, statistics, .. } = self;
+        is_end: bool,
+    ) -> Result<u64> {
+        let Self { surface, trees, list, position, other, certifier, .. } = self;
         let (bodies, impulses) = (&mut self.bodies, &mut self.impulses);
         bodies.substep_begin(model, index);
         read(start, bodies.start(), other);
@@ -190,7 +208,6 @@ impl<T: Real> TriangleContact<T> {
         let ways = (&**other, &mut **position);
         let changed = certifier.certify_with(&mut search, ways, is_held, bodies);
         let changed = changed.map_err(|error| bodies.error_name(model, error))?;
-        statistics.truncated += changed;
         if changed > 0 {
             for (i, end) in position[..particles].iter().enumerate() {
                 let wanted = motion.position.get(i);
@@ -199,9 +216,8 @@ impl<T: Real> TriangleContact<T> {
                     let change: [T; 3] = std::array::from_fn(|k| (end[k] - wanted[k]) / length);
                     motion.velocity.set(i, std::array::from_fn(|k| v[k] + change[k]));
                     motion.position.set(i, *end);
-                    if let Some(collider) =
-                        certifier.body_at(i).and_then(|node| bodies.collider_of(node))
-                    {
+                    let body = certifier.body_at(i).filter(|_| is_end);
+                    if let Some(collider) = body.and_then(|node| bodies.collider_of(node)) {
                         let mass = masses.mass[i];
                         let linear = change.map(|change| (mass * change).to_f64());
                         impulses.add(collider, end.map(T::to_f64), linear);
@@ -209,10 +225,7 @@ impl<T: Real> TriangleContact<T> {
                 }
             }
         }
-        set.settle(|i| position[i as usize], |i| other[i as usize]);
-        set.body_impulses((bodies, impulses), |i| position[i as usize], length.to_f64());
-        bodies.substep_end();
-        Ok(())
+        Ok(changed)
     }
 
     /// A frame begins.

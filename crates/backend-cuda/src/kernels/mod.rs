@@ -255,6 +255,10 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
         self.triangle_certify(substep)
     }
 
+    fn contact_certify_iterate(&mut self, substep: &Substep) -> Result<u64> {
+        self.triangle_certify_iterate(substep)
+    }
+
     fn triangles_touch(&self) -> bool {
         self.triangles.as_ref().is_some_and(|triangles| triangles.touches())
     }

@@ -130,6 +130,15 @@ impl<T: CudaReal> CudaKernels<T> {
         self.with_triangles(|contact, device| contact.certify(device, substep, &held)).map(drop)
     }
 
+    /// `contact_certify` of an iterate.
+    pub(super) fn triangle_certify_iterate(&mut self, substep: &Substep) -> Result<u64> {
+        self.start_ensure()?;
+        let held = self.semi_implicit.held().to_vec();
+        let changed = self
+            .with_triangles(|contact, device| contact.certify_iterate(device, substep, &held))?;
+        Ok(changed.unwrap_or_default())
+    }
+
     /// All contacts as last computed.
     pub(super) fn triangle_contacts(&self, out: &mut Contacts) {
         out.contacts.clear();

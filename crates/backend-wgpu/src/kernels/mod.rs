@@ -118,6 +118,10 @@ impl Kernels for WgpuKernels {
         self.stages.contact_certify(substep)
     }
 
+    fn contact_certify_iterate(&mut self, substep: &Substep) -> Result<u64> {
+        self.stages.contact_certify_iterate(substep)
+    }
+
     fn triangles_touch(&self) -> bool {
         self.stages.triangles_touch()
     }

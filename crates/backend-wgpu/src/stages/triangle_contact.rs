@@ -89,6 +89,17 @@ impl Stages {
         done
     }
 
+    /// `contact_certify` of an iterate.
+    pub(crate) fn contact_certify_iterate(&mut self, substep: &Substep) -> Result<u64> {
+        self.start_ensure()?;
+        let held = std::mem::take(&mut self.held);
+        let changed = self.with_triangles(|stages, triangles| {
+            triangles.certify_iterate(stages, substep, &held)
+        });
+        self.held = held;
+        Ok(changed?.unwrap_or_default())
+    }
+
     /// `contact_forces`.
     pub(super) fn triangle_forces(&mut self) -> Result<()> {
         if self.triangles.as_ref().is_none_or(|triangles| !triangles.has_contacts) {

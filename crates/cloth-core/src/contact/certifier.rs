@@ -3,11 +3,14 @@
 use crate::{Error, Real, Result};
 
 use super::{
-    Candidate, Carrier, certificate_distance, closest_axis, is_apart, is_proven, plus, sub,
-    truncation,
+    Candidate, Carrier, SeparatingPlane, certificate_distance, closest_axis, is_apart, is_proven,
+    plus, sub,
 };
 
-/// Times that particles are shortened by planes before they stay where they are.
+/// Times that particles slide along planes before their ways are shortened.
+const SLIDING_ROUNDS: u32 = 6;
+
+/// Times that ways are shortened by planes before particles stay where they are.
 const TRUNCATION_ROUNDS: u32 = 6;
 
 /// In how many parts prescribed ways are gone: more where fewer are not proven.
@@ -333,7 +336,8 @@ impl<T: Real> Certifier<T> {
         }
     }
 
-    /// Shortens the ways of the particles of unproven pairs, until there are none.
+    /// Changes the ends of particles of unproven pairs, until there are none: they slide along planes between their features, then
+    /// their ways are shortened, then they stay where they are.
     fn shorten(
         &mut self,
         search: &mut impl PairSearch<T>,
@@ -344,31 +348,52 @@ impl<T: Real> Certifier<T> {
     ) -> Result<()> {
         self.shares.fill(T::ONE);
         self.marked.fill(false);
-        let wanted = end.to_vec();
+        let mut wanted = end.to_vec();
         let mut round = 0;
         while !pairs.is_empty() {
-            let mut goes_on = false;
+            let slides = round < SLIDING_ROUNDS;
+            if slides {
+                // Each pair starts from where the last one has put its particles.
+                pairs.sort_unstable();
+            } else if round == SLIDING_ROUNDS {
+                wanted.copy_from_slice(end);
+            }
+            let mut goes_on = slides;
             for pair in &*pairs {
-                let shares = if round < TRUNCATION_ROUNDS {
-                    let (from, to) = (pair.at(start), pair.at(&wanted));
-                    truncation(&from, &to, pair.candidate.split(), delta)
-                } else {
-                    [T::ZERO; 4]
-                };
-                for (particle, share) in pair.particles.into_iter().zip(shares) {
+                let (from, to) = (pair.at(start), pair.at(&wanted));
+                let plane = (round < SLIDING_ROUNDS + TRUNCATION_ROUNDS)
+                    .then(|| SeparatingPlane::new(&from, &to, pair.candidate.split(), delta))
+                    .flatten();
+                for (place, particle) in pair.particles.into_iter().enumerate() {
                     let i = particle as usize;
-                    if !is_held(particle) {
-                        goes_on |= !self.marked[i] || share < self.shares[i];
-                        if share < self.shares[i] {
-                            body_note(&mut self.bodies, i, pair);
+                    if is_held(particle) {
+                        continue;
+                    }
+                    let mut changes = !self.marked[i];
+                    if slides {
+                        let slid = plane.and_then(|plane| plane.projected(place, end[i]));
+                        if let Some(slid) = slid {
+                            (end[i], changes) = (slid, true);
                         }
-                        self.marked[i] = true;
-                        self.shares[i] = self.shares[i].minimum(share);
+                    } else {
+                        let share = match plane {
+                            Some(plane) => plane.share(place, from[place], to[place]),
+                            None => T::ZERO,
+                        };
+                        if share < self.shares[i] {
+                            changes = true;
+                            self.shares[i] = share;
+                        }
                         end[i] = along(start[i], wanted[i], self.shares[i]);
+                    }
+                    self.marked[i] = true;
+                    if changes {
+                        goes_on = true;
+                        body_note(&mut self.bodies, i, pair);
                     }
                 }
             }
-            if !goes_on && round >= TRUNCATION_ROUNDS {
+            if !goes_on && round >= SLIDING_ROUNDS + TRUNCATION_ROUNDS {
                 return Err(pinched(&pairs[0], start));
             }
             round += 1;

@@ -26,7 +26,7 @@ pub use records::{Contact, ContactSlip, Contacts};
 pub use set::{ContactMotion, ContactSet, ContactState};
 pub use stencil::{ContactKey, ContactKind, ContactStencil};
 pub use surface::{Candidate, ContactSurface};
-pub use truncation::{certificate_distance, is_proven, truncation};
+pub use truncation::{SeparatingPlane, certificate_distance, is_proven};
 
 use crate::Real;
 

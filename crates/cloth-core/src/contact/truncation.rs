@@ -2,7 +2,7 @@
 
 use crate::Real;
 
-use super::{Split, certify, closest_axis, dot, is_apart, sub};
+use super::{Split, certify, closest_axis, dot, is_apart, plus, sub};
 
 /// Least distance of features at the end of a step \[m\].
 const DISTANCE_MIN: f64 = 2e-5;
@@ -45,49 +45,78 @@ fn along_axes<T: Real>(start: &[[T; 3]; 4], end: &[[T; 3]; 4], split: Split, del
     })
 }
 
-/// Which share of their way four particles may go so that a plane at rest stays between them: the plane is normal to the closest
-/// vector at the start, divides the gap as the features approach it, and is approached to no less than a little more than half of
-/// `delta` \[m\]. All stay where no plane is found.
-#[inline(always)]
-#[must_use]
-pub fn truncation<T: Real>(
-    start: &[[T; 3]; 4],
-    end: &[[T; 3]; 4],
-    split: Split,
-    delta: T,
-) -> [T; 4] {
-    let normal = closest_axis(start, split);
-    if !is_apart(start, normal, split, T::ZERO) {
-        return [T::ZERO; 4];
-    }
-    let first = match split {
-        Split::VertexTriangle => 1,
-        Split::EdgeEdge => 2,
-    };
-    let height: [T; 4] = std::array::from_fn(|i| dot(normal, sub(start[i], start[3])));
-    let rise: [T; 4] = std::array::from_fn(|i| dot(normal, sub(end[i], start[i])));
-    let (mut low, mut high) = (T::INFINITY, -T::INFINITY);
-    let (mut down, mut up) = (T::ZERO, T::ZERO);
-    for i in 0..4 {
-        if i < first {
-            low = low.minimum(height[i]);
-            down = down.maximum(-rise[i]);
-        } else {
-            high = high.maximum(height[i]);
-            up = up.maximum(rise[i]);
+/// A plane at rest that is to stay between the features of a pair: normal to the closest vector at the start, it divides the gap as
+/// the features approach it.
+#[derive(Clone, Copy, Debug)]
+pub struct SeparatingPlane<T> {
+    /// To the first feature, of length 1.
+    normal: [T; 3],
+    /// A point that heights are measured from.
+    origin: [T; 3],
+    height: T,
+    /// Distance that particles keep from it \[m\]: a little more than half of what features keep.
+    floor: T,
+    /// Particles of the first feature.
+    first: usize,
+}
+
+impl<T: Real> SeparatingPlane<T> {
+    /// That of a pair which is to keep `delta` \[m\] apart; none if nothing proves that it is apart at the start.
+    #[inline(always)]
+    #[must_use]
+    pub fn new(start: &[[T; 3]; 4], end: &[[T; 3]; 4], split: Split, delta: T) -> Option<Self> {
+        let normal = closest_axis(start, split);
+        if !is_apart(start, normal, split, T::ZERO) {
+            return None;
         }
-    }
-    let both = down + up;
-    let share = if both > T::ZERO { up / both } else { T::from_f64(0.5) };
-    let share = share.maximum(T::from_f64(0.05)).minimum(T::from_f64(0.95));
-    let plane = high + share * (low - high);
-    let floor = T::from_f64(0.55) * delta;
-    std::array::from_fn(|i| {
-        let (room, approach) = if i < first {
-            ((height[i] - plane) - floor, -rise[i])
-        } else {
-            ((plane - height[i]) - floor, rise[i])
+        let first = match split {
+            Split::VertexTriangle => 1,
+            Split::EdgeEdge => 2,
         };
+        let origin = start[3];
+        let (mut low, mut high) = (T::INFINITY, -T::INFINITY);
+        let (mut down, mut up) = (T::ZERO, T::ZERO);
+        for i in 0..4 {
+            let height = dot(normal, sub(start[i], origin));
+            let rise = dot(normal, sub(end[i], start[i]));
+            if i < first {
+                low = low.minimum(height);
+                down = down.maximum(-rise);
+            } else {
+                high = high.maximum(height);
+                up = up.maximum(rise);
+            }
+        }
+        let both = down + up;
+        let share = if both > T::ZERO { up / both } else { T::from_f64(0.5) };
+        let share = share.maximum(T::from_f64(0.05)).minimum(T::from_f64(0.95));
+        let height = high + share * (low - high);
+        Some(Self { normal, origin, height, floor: T::from_f64(0.55) * delta, first })
+    }
+
+    /// How far particle `i` of the pair is on its side of the plane at a place, less the floor \[m\].
+    #[inline(always)]
+    fn room(&self, i: usize, place: [T; 3]) -> T {
+        let height = dot(self.normal, sub(place, self.origin)) - self.height;
+        (if i < self.first { height } else { -height }) - self.floor
+    }
+
+    /// The place nearest to `place` that is on the side of particle `i`, if that is another one.
+    #[inline(always)]
+    #[must_use]
+    pub fn projected(&self, i: usize, place: [T; 3]) -> Option<[T; 3]> {
+        let room = self.room(i, place);
+        let way = if i < self.first { -room } else { room };
+        (room < T::ZERO).then(|| plus(place, way, self.normal))
+    }
+
+    /// Which share of its way particle `i` may go to stay on its side.
+    #[inline(always)]
+    #[must_use]
+    pub fn share(&self, i: usize, start: [T; 3], end: [T; 3]) -> T {
+        let rise = dot(self.normal, sub(end, start));
+        let approach = if i < self.first { -rise } else { rise };
+        let room = self.room(i, start);
         if approach > T::ZERO { (room.maximum(T::ZERO) / approach).minimum(T::ONE) } else { T::ONE }
-    })
+    }
 }

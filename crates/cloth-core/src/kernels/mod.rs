@@ -156,6 +156,13 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     /// `Pinched` if prescribed ways go through cloth that cannot make way; `Unsupported` by a backend without contact of triangles.
     fn contact_certify(&mut self, substep: &Substep) -> Result<()>;
 
+    /// NUMERICS §15: the same for an iterate of the end of the substep, which friction does not remember. Returns how many particles it
+    /// has put elsewhere.
+    ///
+    /// # Errors
+    /// As [`Self::contact_certify`].
+    fn contact_certify_iterate(&mut self, substep: &Substep) -> Result<u64>;
+
     /// Whether the last `contact_geometry` has found any contact between triangles. A backend that does not know may always say so, at the
     /// cost of time.
     fn triangles_touch(&self) -> bool {

@@ -51,9 +51,10 @@ pub fn substep<K: Kernels + ?Sized>(
         LinearStart::Constraints
     };
     let iterates = settings.newton.iterations_max > 1;
+    let mut end = if iterates { NewtonStart::Iterate } else { NewtonStart::StepStart };
     let mut solved = solve(kernels, settings, (start, !iterates), report)?;
-    if solved && iterates {
-        solved = newton(kernels, substep, settings, report)?;
+    if solved && (iterates || kernels.model().has_triangle_contact()) {
+        (solved, end) = newton(kernels, substep, settings, report)?;
     } else if solved {
         kernels.velocity_add(1.0)?;
     }
@@ -62,7 +63,6 @@ pub fn substep<K: Kernels + ?Sized>(
         return Ok(false);
     }
     kernels.position_from_kept(0.0)?;
-    let end = if iterates { NewtonStart::Iterate } else { NewtonStart::StepStart };
     advance(kernels, substep, end)?;
     Ok(true)
 }
@@ -140,15 +140,18 @@ fn solve<K: Kernels + ?Sized>(
 }
 
 /// Newton iterations after the first solve, each with a line search: the step is halved as long as
-/// the residual at its end points back along it. Returns whether the systems could be solved.
+/// the residual at its end points back along it. Where triangles touch, an iterate is one that they can reach: what would pass is
+/// stopped, and as it is known then what it touches, more iterations follow. Returns whether the systems could be solved, and what the last one was
+/// linearised about.
 fn newton<K: Kernels + ?Sized>(
     kernels: &mut K,
     substep: &Substep,
     settings: &ImplicitSettings,
     report: &mut SolverReport,
-) -> Result<bool> {
+) -> Result<(bool, NewtonStart)> {
     use LinearVector::{Residual, Solution};
-    let NewtonSettings { iterations_max, tolerance } = settings.newton;
+    let NewtonSettings { mut iterations_max, tolerance } = settings.newton;
+    let touch = kernels.model().has_triangle_contact();
     let mut first = None;
     for iteration in 1.. {
         // The solver has left its own residual there.
@@ -161,10 +164,17 @@ fn newton<K: Kernels + ?Sized>(
         kernels.velocity_add(scale)?;
         for halving in 0.. {
             kernels.position_from_kept(substep.length)?;
+            let stopped = if touch { kernels.contact_certify_iterate(substep)? } else { 0 };
+            if stopped > 0 {
+                iterations_max = iterations_max.max(CONTACT_ITERATIONS);
+            } else if iterations_max == 1 {
+                return Ok((true, NewtonStart::StepStart));
+            }
             system(kernels, substep, NewtonStart::Iterate)?;
             left = residual(kernels)?;
             let slope = kernels.vector_dot(Residual, Solution)?;
-            if -slope <= SLOPE_MAX * slope_start.abs() || halving == HALVINGS_MAX {
+            let is_short = -slope <= SLOPE_MAX * slope_start.abs();
+            if is_short || stopped > 0 || halving == HALVINGS_MAX {
                 break;
             }
             scale *= 0.5;
@@ -173,14 +183,14 @@ fn newton<K: Kernels + ?Sized>(
         let relative = if first > 0.0 { left / first } else { 0.0 };
         if iteration == iterations_max || relative <= tolerance || !relative.is_finite() {
             report.newton_residual = report.newton_residual.max(relative);
-            return Ok(relative.is_finite());
+            return Ok((relative.is_finite(), NewtonStart::Iterate));
         }
         let is_final = iteration + 1 == iterations_max;
         if !solve(kernels, settings, (LinearStart::Constraints, is_final), report)? {
-            return Ok(false);
+            return Ok((false, NewtonStart::Iterate));
         }
     }
-    Ok(true)
+    Ok((true, NewtonStart::Iterate))
 }
 
 /// Gives the velocities what constraints ask for, and leaves the free part of the step as the

@@ -173,11 +173,28 @@ impl<T: Real> DeviceContact<T> {
             device.ends_read(&mut self.motion.position, &mut self.motion.start)?;
         }
         if !is_proven {
-            self.shorten(device, T::from_f64(substep.length), held)?;
+            self.truncated += self.shorten(device, T::from_f64(substep.length), held)?;
         }
         let [position, start] = [&self.motion.position, &self.motion.start];
         self.set.settle(|i| vector(&position[i as usize]), |i| vector(&start[i as usize]));
         Ok(())
+    }
+
+    /// `contact_certify` of an iterate. Returns how many particles have changed.
+    ///
+    /// # Errors
+    /// As [`Self::certify`].
+    pub fn certify_iterate(
+        &mut self,
+        device: &mut impl PairDevice<T>,
+        substep: &Substep,
+        held: &[bool],
+    ) -> Result<u64> {
+        if self.is_proven(device)? {
+            return Ok(0);
+        }
+        device.ends_read(&mut self.motion.position, &mut self.motion.start)?;
+        self.shorten(device, T::from_f64(substep.length), held)
     }
 
     /// Whether the device proves all pairs, and nothing else is to be looked at. What is not finite is left to whoever looks for
@@ -210,17 +227,21 @@ impl<T: Real> DeviceContact<T> {
         }
     }
 
-    /// Shortens ways, on the host, with the pairs that the device finds.
-    fn shorten(&mut self, device: &mut impl PairDevice<T>, length: T, held: &[bool]) -> Result<()> {
+    /// Shortens ways, on the host, with the pairs that the device finds. Returns how many.
+    fn shorten(
+        &mut self,
+        device: &mut impl PairDevice<T>,
+        length: T,
+        held: &[bool],
+    ) -> Result<u64> {
         let Self { motion, list, certifier, .. } = self;
         let start: Vec<_> = motion.start.iter().map(vector).collect();
         let mut end: Vec<_> = motion.position.iter().map(vector).collect();
         let mut search = DeviceSearch { device: &mut *device, list };
         let changed =
             certifier.certify(&mut search, &start, &mut end, |i: u32| held[i as usize])?;
-        self.truncated += changed;
         if changed == 0 {
-            return Ok(());
+            return Ok(0);
         }
         device.velocities_read(&mut motion.velocity)?;
         let moved = motion.position.iter_mut().zip(&mut motion.velocity).zip(&end).zip(held);
@@ -232,7 +253,8 @@ impl<T: Real> DeviceContact<T> {
                 }
             }
         }
-        device.motion_write(&motion.position, &motion.velocity)
+        device.motion_write(&motion.position, &motion.velocity)?;
+        Ok(changed)
     }
 
     /// Counts since the last call.
