@@ -5,6 +5,8 @@ use crate::{
     NewtonStart, Result, SolverReport,
 };
 
+mod inexact;
+
 use super::{Substep, finish, forces};
 
 /// Halvings of a Newton step at most.
@@ -13,10 +15,6 @@ const HALVINGS_MAX: u32 = 10;
 /// A Newton step is too long if the slope at its end is more than this share of that at its start,
 /// and positive.
 const SLOPE_MAX: f64 = 0.9;
-
-/// Newton iterations at least where triangles touch. A system knows what touches where it is linearised alone: what lies still on
-/// something, a hair above its contact distance, falls through it by g h^2 in one, and is thrown out of it in the next.
-const CONTACT_ITERATIONS: u32 = 4;
 
 /// One implicit substep, booked in `report`: the velocity at its end from Newton's method under the constraints of
 /// colliders, then the motion with that velocity, contact between cloths along the way.
@@ -39,29 +37,28 @@ pub fn substep<K: Kernels + ?Sized>(
         kernels.collider_constraints(substep)?;
     }
     system(kernels, substep, NewtonStart::StepStart)?;
-    let mut settings = *settings;
-    if kernels.model().has_triangle_contact() && kernels.triangles_touch() {
-        let iterations = &mut settings.newton.iterations_max;
-        *iterations = CONTACT_ITERATIONS.max(*iterations);
-    }
-    let settings = &settings;
     let start = if settings.linear.warm_start && substep.index > 0 {
         LinearStart::Solution
     } else {
         LinearStart::Constraints
     };
-    let iterates = settings.newton.iterations_max > 1;
-    let mut end = if iterates { NewtonStart::Iterate } else { NewtonStart::StepStart };
-    let mut solved = solve(kernels, settings, (start, !iterates), report)?;
-    if solved && (iterates || kernels.model().has_triangle_contact()) {
-        (solved, end) = newton(kernels, substep, settings, report)?;
-    } else if solved {
-        kernels.velocity_add(1.0)?;
-    }
-    if !solved {
+    let done = if kernels.model().has_triangle_contact() {
+        inexact::newton(kernels, substep, (settings, start), report)?
+    } else {
+        let iterates = settings.newton.iterations_max > 1;
+        let mut solved = solve(kernels, settings, (start, !iterates), report)?;
+        if solved && iterates {
+            solved = newton(kernels, substep, settings, report)?;
+        } else if solved {
+            kernels.velocity_add(1.0)?;
+        }
+        let end = if iterates { NewtonStart::Iterate } else { NewtonStart::StepStart };
+        solved.then_some(end)
+    };
+    let Some(end) = done else {
         kernels.state_restore()?;
         return Ok(false);
-    }
+    };
     kernels.position_from_kept(0.0)?;
     advance(kernels, substep, end)?;
     Ok(true)
@@ -140,18 +137,15 @@ fn solve<K: Kernels + ?Sized>(
 }
 
 /// Newton iterations after the first solve, each with a line search: the step is halved as long as
-/// the residual at its end points back along it. Where triangles touch, an iterate is one that they can reach: what would pass is
-/// stopped, and as it is known then what it touches, more iterations follow. Returns whether the systems could be solved, and what the last one was
-/// linearised about.
+/// the residual at its end points back along it. Returns whether the systems could be solved.
 fn newton<K: Kernels + ?Sized>(
     kernels: &mut K,
     substep: &Substep,
     settings: &ImplicitSettings,
     report: &mut SolverReport,
-) -> Result<(bool, NewtonStart)> {
+) -> Result<bool> {
     use LinearVector::{Residual, Solution};
-    let NewtonSettings { mut iterations_max, tolerance } = settings.newton;
-    let touch = kernels.model().has_triangle_contact();
+    let NewtonSettings { iterations_max, tolerance } = settings.newton;
     let mut first = None;
     for iteration in 1.. {
         // The solver has left its own residual there.
@@ -164,17 +158,10 @@ fn newton<K: Kernels + ?Sized>(
         kernels.velocity_add(scale)?;
         for halving in 0.. {
             kernels.position_from_kept(substep.length)?;
-            let stopped = if touch { kernels.contact_certify_iterate(substep)? } else { 0 };
-            if stopped > 0 {
-                iterations_max = iterations_max.max(CONTACT_ITERATIONS);
-            } else if iterations_max == 1 {
-                return Ok((true, NewtonStart::StepStart));
-            }
             system(kernels, substep, NewtonStart::Iterate)?;
             left = residual(kernels)?;
             let slope = kernels.vector_dot(Residual, Solution)?;
-            let is_short = -slope <= SLOPE_MAX * slope_start.abs();
-            if is_short || stopped > 0 || halving == HALVINGS_MAX {
+            if is_short(slope, slope_start) || halving == HALVINGS_MAX {
                 break;
             }
             scale *= 0.5;
@@ -183,14 +170,19 @@ fn newton<K: Kernels + ?Sized>(
         let relative = if first > 0.0 { left / first } else { 0.0 };
         if iteration == iterations_max || relative <= tolerance || !relative.is_finite() {
             report.newton_residual = report.newton_residual.max(relative);
-            return Ok((relative.is_finite(), NewtonStart::Iterate));
+            return Ok(relative.is_finite());
         }
         let is_final = iteration + 1 == iterations_max;
         if !solve(kernels, settings, (LinearStart::Constraints, is_final), report)? {
-            return Ok((false, NewtonStart::Iterate));
+            return Ok(false);
         }
     }
-    Ok((true, NewtonStart::Iterate))
+    Ok(true)
+}
+
+/// Whether a Newton step has not gone too far, by its slopes at both ends.
+fn is_short(slope: f64, slope_start: f64) -> bool {
+    -slope <= SLOPE_MAX * slope_start.abs()
 }
 
 /// Gives the velocities what constraints ask for, and leaves the free part of the step as the
