@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use super::camera::View;
+use super::floor::Floor;
 use super::geometry::linear;
 use super::raster::{BAND, Band, SAMPLES};
 
@@ -143,13 +144,14 @@ impl Dust {
         clear: &mut Vec<f32>,
         samples: &Band,
         [band, row_in_band]: [usize; 2],
-        width: u32,
+        floor: &Floor,
+        view: &View,
     ) {
         clear.clear();
         let Some(streaks) = self.bands.get(band).filter(|streaks| !streaks.is_empty()) else {
             return;
         };
-        let (width, row) = (width as usize, band * BAND + row_in_band);
+        let (width, row) = (view.width as usize, band * BAND + row_in_band);
         clear.resize(width, 1.0);
         for &index in streaks {
             let streak = &self.streaks[index as usize];
@@ -160,7 +162,7 @@ impl Dust {
             for (column, clear) in clear.iter_mut().enumerate().take(right).skip(left) {
                 let (cover, nearness) = streak.cover(Vec2::new(column as f32, row as f32) + 0.5);
                 if cover > 0.0 {
-                    let samples = samples.pixel(column, row_in_band);
+                    let samples = samples.pixel(column, [band, row_in_band], floor, view);
                     let behind = samples.iter().filter(|sample| sample.1 < nearness).count();
                     let part = behind as f32 / (SAMPLES * SAMPLES) as f32;
                     *clear *= 1.0 - streak.opacity * cover * part;

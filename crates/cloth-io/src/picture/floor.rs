@@ -5,9 +5,14 @@ use rayon::prelude::*;
 
 use super::camera::View;
 use super::geometry::Plane;
+use super::raster::{NOTHING, SAMPLES};
 
 /// Light and dark tile in linear light.
 const TILES: [Vec3; 2] = [Vec3::new(0.50, 0.50, 0.49), Vec3::new(0.40, 0.405, 0.41)];
+/// Numbers of samples from here on are those of planes.
+pub(super) const PLANE: u32 = u32::MAX - (1 << 16);
+/// What stands for a pixel whose samples see different things.
+pub(super) const EDGE: u32 = PLANE - 1;
 /// Nothing of a plane is seen that is farther than so many times the point that the camera looks at.
 const FAR: f32 = 1e3;
 
@@ -17,25 +22,35 @@ pub(super) struct Floor {
     pub(super) planes: Vec<Plane>,
     /// How near each plane is at a place in the picture.
     nearness: Vec<PlaneNearness>,
-    /// The nearest plane in the middle of each pixel, if nothing was in front of it.
-    pixels: Vec<FloorPoint>,
+    /// What is seen in each pixel if nothing is in front of it: the number of a plane or that of
+    /// nothing at all its samples, or [`EDGE`].
+    numbers: Vec<u32>,
+    /// The plane in the middle of each of these pixels.
+    points: PixelPoints,
     width: usize,
     tile: f32,
 }
 
-/// A point of a plane in a picture.
-#[derive(Clone, Copy)]
-pub(super) struct FloorPoint {
-    /// Number of the plane; `u32::MAX` where there is none.
-    pub(super) plane: u32,
-    /// Where it is \[m\].
-    pub(super) point: Vec3,
-    /// Share of the light that it sends back.
-    pub(super) color: Vec3,
+/// Points of a plane in pixels that follow each other in a row.
+pub(super) struct FloorPoints<const N: usize> {
+    /// Where they lie along the axes of the plane, from its point on \[m\].
+    pub(super) along: [[f32; N]; 2],
+    /// How much of the pixel is a dark tile.
+    pub(super) part: [f32; N],
     /// How squarely the viewer sees it.
-    pub(super) facing: f32,
+    pub(super) facing: [f32; N],
     /// How much haze there is in front of it.
-    pub(super) haze: f32,
+    pub(super) haze: [f32; N],
+}
+
+/// Points of planes in all pixels; each value lies beside that of the next pixel, as processors read them
+/// together.
+#[derive(Default)]
+struct PixelPoints {
+    along: [Vec<f32>; 2],
+    part: Vec<f32>,
+    facing: Vec<f32>,
+    haze: Vec<f32>,
 }
 
 /// The nearness of a plane, which is linear on the screen.
@@ -73,52 +88,136 @@ impl Floor {
             .filter_map(|plane| Some((PlaneNearness::new(&plane, view)?, plane)))
             .map(|(nearness, plane)| (plane, nearness))
             .unzip();
+        let width = view.width as usize;
         let mut floor = Self {
             planes,
             nearness,
-            pixels: Vec::new(),
-            width: view.width as usize,
+            numbers: Vec::new(),
+            points: PixelPoints::default(),
+            width,
             tile: floor_tile(view.half_height()),
         };
         if floor.planes.is_empty() {
             return floor;
         }
-        let count = view.width as usize * view.height as usize;
-        let pixel = |index: usize| {
-            let place = Vec2::new((index % floor.width) as f32, (index / floor.width) as f32) + 0.5;
-            let mut nearest = (floor.farthest(view), None);
-            for (number, nearness) in floor.nearness.iter().enumerate() {
-                let nearness = nearness.at(place.x, place.y);
-                if nearness > nearest.0 {
-                    nearest = (nearness, Some(number));
-                }
-            }
-            nearest.1.map_or(FloorPoint::NONE, |plane| floor.point_on(plane, place, view))
+        let count = width * view.height as usize;
+        let pixel = |index: usize| [index % width, index / width];
+        let number = |index| {
+            let [first, rest @ ..] = floor.samples(pixel(index), view).map(|sample| sample.0);
+            if rest.iter().all(|&number| number == first) { first } else { EDGE }
         };
-        floor.pixels = (0..count).into_par_iter().map(pixel).collect();
+        floor.numbers = (0..count).into_par_iter().map(number).collect();
+        let point = |(index, &number)| match plane_of(number) {
+            Some(plane) => floor.point_on(plane, pixel(index), view),
+            None => FloorPoints::NONE,
+        };
+        let points: Vec<_> = floor.numbers.par_iter().enumerate().map(point).collect();
+        let all = |value: fn(&FloorPoints<1>) -> f32| points.iter().map(value).collect();
+        floor.points = PixelPoints {
+            along: [all(|point| point.along[0][0]), all(|point| point.along[1][0])],
+            part: all(|point| point.part[0]),
+            facing: all(|point| point.facing[0]),
+            haze: all(|point| point.haze[0]),
+        };
         floor
     }
 
     /// The least nearness that is seen.
-    pub(super) fn farthest(&self, view: &View) -> f32 {
-        (FAR * view.eye.length()).recip()
+    fn least(&self, view: &View) -> f32 {
+        if self.planes.is_empty() { 0.0 } else { (FAR * view.eye.length()).recip() }
     }
 
-    /// How near each plane is.
-    pub(super) fn nearness(&self) -> &[PlaneNearness] {
-        &self.nearness
+    /// What is seen in each pixel of a row if nothing is in front of it; nothing if there is no plane.
+    pub(super) fn numbers(&self, row: usize) -> &[u32] {
+        self.numbers.get(row * self.width..(row + 1) * self.width).unwrap_or_default()
     }
 
-    /// The point of plane number `plane` that is seen in a pixel.
-    pub(super) fn point(&self, plane: usize, [column, row]: [usize; 2], view: &View) -> FloorPoint {
-        match self.pixels.get(row * self.width + column) {
-            Some(point) if point.plane as usize == plane => *point,
-            _ => self.point_on(plane, Vec2::new(column as f32, row as f32) + 0.5, view),
+    /// Fills numbers and nearness of the samples of a row from column `start` on with what is seen if nothing is in
+    /// front of it.
+    pub(super) fn fill(
+        &self,
+        row: usize,
+        start: usize,
+        view: &View,
+        numbers: &mut [u32],
+        nearness: &mut [f32],
+    ) {
+        numbers.fill(NOTHING);
+        // Nothing is behind the eye, and nothing that is too far is seen.
+        nearness.fill(self.least(view));
+        let y = sample_place(row);
+        for (plane, line) in (PLANE..NOTHING).zip(&self.nearness) {
+            let samples = numbers.iter_mut().zip(&mut *nearness);
+            for (column, (number, nearest)) in (start as i32..).zip(samples) {
+                let nearness = line.at(sample_place(column as usize), y);
+                let is_nearer = nearness > *nearest;
+                *nearest = if is_nearer { nearness } else { *nearest };
+                *number = if is_nearer { plane } else { *number };
+            }
         }
     }
 
-    fn point_on(&self, number: usize, place: Vec2, view: &View) -> FloorPoint {
+    /// Numbers and nearness at the samples of a pixel if nothing is in front of it.
+    pub(super) fn samples(
+        &self,
+        [column, row]: [usize; 2],
+        view: &View,
+    ) -> [(u32, f32); SAMPLES * SAMPLES] {
+        let least = self.least(view);
+        std::array::from_fn(|sample| {
+            let x = sample_place(column * SAMPLES + sample % SAMPLES);
+            let y = sample_place(row * SAMPLES + sample / SAMPLES);
+            let mut nearest = (NOTHING, least);
+            for (number, line) in (PLANE..NOTHING).zip(&self.nearness) {
+                let nearness = line.at(x, y);
+                if nearness > nearest.1 {
+                    nearest = (number, nearness);
+                }
+            }
+            nearest
+        })
+    }
+
+    /// The point of plane number `plane` that is seen in a pixel.
+    pub(super) fn point(
+        &self,
+        plane: usize,
+        [column, row]: [usize; 2],
+        view: &View,
+    ) -> FloorPoints<1> {
+        match self.numbers(row).get(column) {
+            Some(&number) if plane_of(number) == Some(plane) => self.points([column, row], 1),
+            _ => self.point_on(plane, [column, row], view),
+        }
+    }
+
+    /// The points in `count` pixels from one on, all of which see one plane; behind them the last one again.
+    #[inline]
+    pub(super) fn points<const N: usize>(
+        &self,
+        [column, row]: [usize; 2],
+        count: usize,
+    ) -> FloorPoints<N> {
+        let start = row * self.width + column;
+        let take = |values: &[f32]| -> [f32; N] {
+            let values = values.get(start..start + count).unwrap_or_default();
+            if let Ok(values) = values.try_into() {
+                return values;
+            }
+            let last = values.last().copied().unwrap_or_default();
+            std::array::from_fn(|i| values.get(i).copied().unwrap_or(last))
+        };
+        FloorPoints {
+            along: [take(&self.points.along[0]), take(&self.points.along[1])],
+            part: take(&self.points.part),
+            facing: take(&self.points.facing),
+            haze: take(&self.points.haze),
+        }
+    }
+
+    fn point_on(&self, number: usize, pixel: [usize; 2], view: &View) -> FloorPoints<1> {
         let plane = &self.planes[number];
+        let place = Vec2::from(pixel.map(|index| index as f32 + 0.5));
         let meet = |x: f32, y: f32| {
             let ray = view.ray(x, y);
             view.eye - ray * (plane.distance(view.eye) / ray.dot(plane.normal))
@@ -131,28 +230,43 @@ impl Floor {
         // plane so that single precision is enough for the rest.
         let pair = 2.0 * f64::from(self.tile);
         let start = (plane.place - (plane.place / pair).floor() * pair).as_vec2();
-        let place = start + along(point - plane.point);
+        let from_point = along(point - plane.point);
         let toward = (view.eye - point).normalize_or(plane.normal);
         // Haze blends the floor into the background far away.
         let distance = (point - plane.point).length() / (3.2 * view.eye.length());
-        FloorPoint {
-            plane: number as u32,
-            point,
-            color: tile_color(place, right.abs() + down.abs(), self.tile),
-            facing: plane.normal.dot(toward).abs(),
-            haze: 1.0 - (-distance * distance).exp(),
+        FloorPoints {
+            along: [[from_point.x], [from_point.y]],
+            part: [tile_part(start + from_point, right.abs() + down.abs(), self.tile)],
+            facing: [plane.normal.dot(toward).abs()],
+            haze: [1.0 - (-distance * distance).exp()],
         }
     }
 }
 
-impl FloorPoint {
-    const NONE: Self =
-        Self { plane: u32::MAX, point: Vec3::ZERO, color: Vec3::ZERO, facing: 0.0, haze: 1.0 };
+impl FloorPoints<1> {
+    const NONE: Self = Self { along: [[0.0]; 2], part: [0.0], facing: [0.0], haze: [1.0] };
 }
 
-/// The colour of a floor of square tiles with edges of length `tile` \[m\] at `place` \[m\], averaged
+/// The middle of a column or row of samples \[pixel\].
+#[inline]
+pub(super) fn sample_place(sample: usize) -> f32 {
+    (sample as i32 as f32 + 0.5) * (1.0 / SAMPLES as f32)
+}
+
+/// The number of the plane that a sample with this number sees.
+#[inline]
+pub(super) fn plane_of(number: u32) -> Option<usize> {
+    (PLANE..NOTHING).contains(&number).then(|| (number - PLANE) as usize)
+}
+
+/// One of red, green and blue of the light and of the dark tile.
+pub(super) fn tile(channel: usize) -> [f32; 2] {
+    TILES.map(|tile| tile[channel])
+}
+
+/// How much is dark of a floor of square tiles with edges of length `tile` \[m\] at `place` \[m\], averaged
 /// over the footprint of a pixel with that `width` \[m\].
-fn tile_color(place: Vec2, width: Vec2, tile: f32) -> Vec3 {
+fn tile_part(place: Vec2, width: Vec2, tile: f32) -> f32 {
     // The mean of a checked pattern over a box is a product of means of square waves.
     let mean = |place: f32, width: f32| {
         let width = width.abs().max(1e-4);
@@ -160,8 +274,7 @@ fn tile_color(place: Vec2, width: Vec2, tile: f32) -> Vec3 {
     };
     let place = place / tile;
     let width = width / tile;
-    let part = 0.5 - 0.5 * mean(place.x, width.x) * mean(place.y, width.y);
-    TILES[0].lerp(TILES[1], part)
+    0.5 - 0.5 * mean(place.x, width.x) * mean(place.y, width.y)
 }
 
 /// The integral of the square wave that is 1 on even and -1 on odd tiles.
@@ -189,12 +302,11 @@ mod tests {
     #[test]
     fn tiles_alternate_and_average_far_away() {
         let point = Vec2::splat(0.01);
-        let here = tile_color(Vec2::new(0.5, 0.5), point, 1.0);
-        let next = tile_color(Vec2::new(1.5, 0.5), point, 1.0);
-        assert!(here.abs_diff_eq(TILES[0], 1e-3));
-        assert!(next.abs_diff_eq(TILES[1], 1e-3));
-        let far = tile_color(Vec2::new(0.5, 0.5), Vec2::splat(100.0), 1.0);
-        assert!(far.abs_diff_eq(0.5 * (TILES[0] + TILES[1]), 0.01));
+        let here = tile_part(Vec2::new(0.5, 0.5), point, 1.0);
+        let next = tile_part(Vec2::new(1.5, 0.5), point, 1.0);
+        assert!(here.abs() < 1e-3 && (next - 1.0).abs() < 1e-3, "{here} and {next}");
+        let far = tile_part(Vec2::new(0.5, 0.5), Vec2::splat(100.0), 1.0);
+        assert!((far - 0.5).abs() < 0.01, "{far}");
     }
 
     #[test]

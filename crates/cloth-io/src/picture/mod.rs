@@ -10,6 +10,7 @@ mod dust;
 mod error;
 mod floor;
 mod geometry;
+mod plane_light;
 mod raster;
 mod renderer;
 mod scan;

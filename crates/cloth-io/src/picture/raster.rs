@@ -8,7 +8,7 @@ use retrofire_core::math::ProjVec3;
 use retrofire_core::render::clip::{ClipVert, Status, view_frustum};
 
 use super::camera::View;
-use super::floor::Floor;
+use super::floor::{EDGE, Floor, plane_of};
 use super::geometry::Mesh;
 use super::scan::ScanTriangle;
 
@@ -20,8 +20,6 @@ pub(super) const NOTHING: u32 = u32::MAX;
 pub(super) const BAND: usize = 16;
 /// Triangles that one task projects.
 const CHUNK: usize = 2048;
-/// Numbers from here on are those of planes.
-const PLANE: u32 = u32::MAX - (1 << 16);
 
 /// What is seen at a sample.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -68,8 +66,8 @@ impl Screen {
     pub(super) fn seen(&self, number: u32) -> Seen {
         if number == NOTHING {
             Seen::Nothing
-        } else if number >= PLANE {
-            Seen::Plane((number - PLANE) as usize)
+        } else if let Some(plane) = plane_of(number) {
+            Seen::Plane(plane)
         } else if number >= self.cloth_start {
             Seen::Triangle { mesh: 1, triangle: (number - self.cloth_start) as usize }
         } else {
@@ -129,6 +127,9 @@ fn clip(corners: [Vec4; 3], mut part: impl FnMut([Vec4; 3])) {
 pub(super) struct Band {
     /// Samples in a row.
     width: usize,
+    /// Pixels in each row of pixels that triangles can cover, from the first to the one after the last; samples
+    /// beside them are not filled, as the floor tells what is there.
+    covered: [[usize; 2]; BAND],
     /// Number of what is seen, by rows, see [`Screen::seen`].
     numbers: Vec<u32>,
     /// How near it is; larger is nearer, linear on the screen.
@@ -140,7 +141,8 @@ impl Band {
     pub(super) fn new(view: &View) -> Self {
         let width = view.width as usize * SAMPLES;
         let count = width * BAND * SAMPLES;
-        Self { width, numbers: vec![NOTHING; count], nearness: vec![0.0; count] }
+        let covered = [[0, 0]; BAND];
+        Self { width, covered, numbers: vec![NOTHING; count], nearness: vec![0.0; count] }
     }
 
     /// Finds what is visible in band number `number`, of which the picture has `rows` rows of pixels.
@@ -154,26 +156,18 @@ impl Band {
     ) {
         let top = number * BAND * SAMPLES;
         let bottom = top + rows * SAMPLES;
-        self.numbers.fill(NOTHING);
-        // Nothing is behind the eye, and nothing that is too far is seen.
-        let farthest = if floor.nearness().is_empty() { 0.0 } else { floor.farthest(view) };
-        self.nearness.fill(farthest);
-        let samples = self.numbers.chunks_mut(self.width).zip(self.nearness.chunks_mut(self.width));
-        for (row, (numbers, nearness)) in (top..bottom).zip(samples) {
-            let middle = |sample: usize| (sample as f32 + 0.5) / SAMPLES as f32;
-            for (plane, line) in (PLANE..NOTHING).zip(floor.nearness()) {
-                for (sample, (number, nearest)) in
-                    numbers.iter_mut().zip(&mut *nearness).enumerate()
-                {
-                    let nearness = line.at(middle(sample), middle(row));
-                    if nearness > *nearest {
-                        (*nearest, *number) = (nearness, plane);
-                    }
-                }
-            }
+        let triangles = screen.bands.get(number).map_or(&[][..], Vec::as_slice);
+        let triangles = || triangles.iter().map(|&index| &screen.triangles[index as usize]);
+        self.cover(triangles().map(|(_, triangle)| triangle), top, bottom);
+        for row in top..bottom {
+            let [start, end] = self.covered[(row - top) / SAMPLES].map(|pixel| pixel * SAMPLES);
+            let base = (row - top) * self.width;
+            let samples = base + start..base + end;
+            let (numbers, nearness) =
+                (&mut self.numbers[samples.clone()], &mut self.nearness[samples]);
+            floor.fill(row, start, view, numbers, nearness);
         }
-        for &index in screen.bands.get(number).into_iter().flatten() {
-            let (number, triangle) = &screen.triangles[index as usize];
+        for (number, triangle) in triangles() {
             triangle.spans(top, bottom, |row, start, end, span| {
                 let base = (row - top) * self.width;
                 // Rounding can reach one sample beyond the edge.
@@ -193,14 +187,72 @@ impl Band {
         }
     }
 
-    /// Numbers and nearness at the samples of a pixel in row `row` of the band, left to right, then
+    /// Notes which pixels `triangles` can cover.
+    fn cover<'t>(
+        &mut self,
+        triangles: impl Iterator<Item = &'t ScanTriangle>,
+        top: usize,
+        bottom: usize,
+    ) {
+        self.covered = [[usize::MAX, 0]; BAND];
+        for triangle in triangles {
+            let ([first, end], [left, right]) = (triangle.rows(), triangle.columns());
+            let (first, end) = (first.max(top), end.min(bottom));
+            // A sample more on each side, as rounding may have it.
+            let (left, right) = (left.saturating_sub(1) / SAMPLES, (right + 1).div_ceil(SAMPLES));
+            let rows = (first - top) / SAMPLES..(end - top).div_ceil(SAMPLES);
+            for [start, end] in self.covered.get_mut(rows).into_iter().flatten() {
+                (*start, *end) = ((*start).min(left), (*end).max(right));
+            }
+        }
+        let width = self.width / SAMPLES;
+        for [start, end] in &mut self.covered {
+            *end = (*end).min(width);
+            *start = (*start).min(*end);
+        }
+    }
+
+    /// Numbers and nearness at the samples of a pixel in row `row_in_band` of band number `band`, left to right, then
     /// downwards.
     #[inline]
-    pub(super) fn pixel(&self, column: usize, row: usize) -> [(u32, f32); SAMPLES * SAMPLES] {
-        let start = row * SAMPLES * self.width + column * SAMPLES;
+    pub(super) fn pixel(
+        &self,
+        column: usize,
+        [band, row_in_band]: [usize; 2],
+        floor: &Floor,
+        view: &View,
+    ) -> [(u32, f32); SAMPLES * SAMPLES] {
+        let [first, end] = self.covered[row_in_band];
+        if !(first..end).contains(&column) {
+            return floor.samples([column, band * BAND + row_in_band], view);
+        }
+        let start = row_in_band * SAMPLES * self.width + column * SAMPLES;
         std::array::from_fn(|sample| {
             let index = start + sample / SAMPLES * self.width + sample % SAMPLES;
             (self.numbers[index], self.nearness[index])
         })
+    }
+
+    /// Fills `numbers` with what all samples of each pixel of a row see, or [`EDGE`] where they see different
+    /// things.
+    pub(super) fn row(&self, numbers: &mut [u32], [band, row_in_band]: [usize; 2], floor: &Floor) {
+        let behind = floor.numbers(band * BAND + row_in_band);
+        if behind.is_empty() {
+            numbers.fill(NOTHING);
+        } else {
+            numbers.copy_from_slice(behind);
+        }
+        let [first, end] = self.covered[row_in_band];
+        let base = row_in_band * SAMPLES * self.width;
+        let samples = |row: usize| {
+            let base = base + row * self.width;
+            self.numbers[base + first * SAMPLES..base + end * SAMPLES].as_chunks::<SAMPLES>().0
+        };
+        let rows: [_; SAMPLES] = std::array::from_fn(samples);
+        for (pixel, number) in numbers[first..end].iter_mut().enumerate() {
+            let seen = rows[0][pixel][0];
+            let is_same = rows.iter().all(|row| row[pixel] == [seen; SAMPLES]);
+            *number = if is_same { seen } else { EDGE };
+        }
     }
 }

@@ -11,8 +11,9 @@ use super::camera::View;
 use super::dust::Dust;
 use super::floor::Floor;
 use super::geometry::{Cloths, Mesh, Plane, Stage, linear, planes, solids};
+use super::plane_light::PlaneLight;
 use super::raster::{BAND, Band, Screen};
-use super::shade::Shader;
+use super::shade::{Room, Shader};
 use super::shadow::{ShadowMap, key_direction, key_size};
 use super::sky::{Sky, SkyMaps};
 use super::tone::EncodeTable;
@@ -27,6 +28,8 @@ pub struct PictureRenderer {
     bytes: EncodeTable,
     floor: Mutex<Option<Arc<Floor>>>,
     solids: Mutex<Option<Arc<Solids>>>,
+    /// Room for the lights of pictures that are being made: new memory for each would take as long as to fill it.
+    spare: Mutex<Vec<Lights>>,
 }
 
 /// Solids of a picture, with what the lights see of them.
@@ -37,11 +40,23 @@ struct Solids {
 }
 
 /// What the strong light and the sky see.
-#[derive(Clone)]
 struct Lights {
     stage: Stage,
     key: ShadowMap,
     sky: SkyMaps,
+}
+
+impl Clone for Lights {
+    fn clone(&self) -> Self {
+        Self { stage: self.stage, key: self.key.clone(), sky: self.sky.clone() }
+    }
+
+    /// Into the same memory.
+    fn clone_from(&mut self, other: &Self) {
+        self.stage = other.stage;
+        self.key.clone_from(&other.key);
+        self.sky.clone_from(&other.sky);
+    }
 }
 
 impl Lights {
@@ -69,6 +84,7 @@ impl PictureRenderer {
             bytes: EncodeTable::new(),
             floor: Mutex::new(None),
             solids: Mutex::new(None),
+            spare: Mutex::new(Vec::new()),
         })
     }
 
@@ -85,14 +101,18 @@ impl PictureRenderer {
         let floor = self.floor(scene.shapes);
         let meshes = [&solids.mesh, &cloths.mesh];
         let stage = Stage::of(meshes, view);
-        let mut lights = Lights::clone(&solids.lights(stage, view));
+        let mut lights = self.spare_lights(&solids.lights(stage, view));
         lights.cast(&cloths.mesh);
         let (sky, screen) = rayon::join(
-            || Sky::new(&lights.sky, meshes, &floor.planes, &stage),
+            || Sky::new(&lights.sky, meshes, &floor.planes, &stage, view.eye),
             || Screen::new(meshes, view),
         );
         let dust = Dust::new(scene.dust, view);
+        let plane_light = |(number, plane): (usize, &Plane)| {
+            PlaneLight::new(number, plane, view, &lights.key, &sky)
+        };
         let shader = Shader {
+            planes: floor.planes.iter().enumerate().map(plane_light).collect(),
             view,
             screen: &screen,
             floor: &floor,
@@ -108,16 +128,25 @@ impl PictureRenderer {
         let row_size = 3 * view.width as usize;
         let bands = image.par_chunks_mut(BAND * row_size).enumerate();
         bands.for_each_init(
-            || (Band::new(view), Vec::new()),
-            |(band, clear), (number, pixels)| {
+            || (Band::new(view), Room::default()),
+            |(band, room), (number, pixels)| {
                 let rows = pixels.len() / row_size;
                 band.fill(&screen, &floor, view, number, rows);
                 for (row, pixels) in pixels.chunks_exact_mut(row_size).enumerate() {
-                    shader.row(band, [number, row], pixels, clear);
+                    shader.row(band, [number, row], pixels, room);
                 }
             },
         );
+        self.spare.lock().unwrap_or_else(PoisonError::into_inner).push(lights);
         Ok(image)
+    }
+
+    /// Lights that are the same as these, and can be changed.
+    fn spare_lights(&self, lights: &Lights) -> Lights {
+        let spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let Some(mut spare) = spare else { return lights.clone() };
+        spare.clone_from(lights);
+        spare
     }
 
     /// The planes among `shapes`, as they were in the picture before if they stand still.

@@ -14,6 +14,8 @@ pub(super) struct ScanTriangle {
     nearness: [f32; 2],
     /// First row covered and the one after the last.
     rows: [usize; 2],
+    /// First column covered and the one after the last.
+    columns: [usize; 2],
 }
 
 impl ScanTriangle {
@@ -44,12 +46,17 @@ impl ScanTriangle {
         let along = (ab.z * ac.y - ac.z * ab.y) / area;
         let down = (ac.z * ab.x - ab.z * ac.x) / area;
         let nearness = [a.z.min(b.z).min(c.z), a.z.max(b.z).max(c.z)];
-        Some(Self { corners: [a, b, c], along, down, nearness, rows })
+        Some(Self { corners: [a, b, c], along, down, nearness, rows, columns })
     }
 
     /// First row covered and the one after the last.
     pub(super) fn rows(&self) -> [usize; 2] {
         self.rows
+    }
+
+    /// First column covered and the one after the last.
+    pub(super) fn columns(&self) -> [usize; 2] {
+        self.columns
     }
 
     /// Calls `span` for each row from `top` up to `bottom` that is covered, with the row, the first
@@ -91,7 +98,10 @@ impl SpanNearness {
     /// The nearness in a column.
     #[inline]
     pub(super) fn at(self, column: usize) -> f32 {
-        (self.at_zero + self.along * column as u32 as f32).max(self.low).min(self.high)
+        // As comparisons, for none of them is no number: `max` and `min` would ask for that.
+        let nearness = self.at_zero + self.along * column as i32 as f32;
+        let nearness = if nearness > self.low { nearness } else { self.low };
+        if nearness < self.high { nearness } else { self.high }
     }
 }
 
@@ -121,7 +131,7 @@ pub(super) fn single([a, b, c]: [Vec3; 3], row: usize, column: usize) -> Option<
 
 /// The least index that is not below `x`; zero for what is not a number.
 #[inline]
-fn ceiling(x: f32) -> usize {
+pub(super) fn ceiling(x: f32) -> usize {
     // The conversion saturates. Rounding functions are slow on processors that have no instruction
     // for them.
     let below = x as i32;

@@ -4,25 +4,38 @@ use glam::{Vec2, Vec3};
 
 use super::camera::View;
 use super::dust::Dust;
-use super::floor::Floor;
+use super::floor::{EDGE, Floor, plane_of};
 use super::geometry::{Cloths, Mesh};
-use super::raster::{BAND, Band, SAMPLES, Screen, Seen};
+use super::plane_light::PlaneLight;
+use super::raster::{BAND, Band, NOTHING, SAMPLES, Screen, Seen};
 use super::shadow::ShadowMap;
 use super::sky::Sky;
 use super::tone::{EncodeTable, tone};
 
 /// Strong light, warm like the sun.
-const KEY: Vec3 = Vec3::new(1.28, 1.23, 1.14);
+pub(super) const KEY: Vec3 = Vec3::new(1.28, 1.23, 1.14);
 /// Light of the open sky, a little blue.
-const SKY: Vec3 = Vec3::new(0.44, 0.48, 0.55);
+pub(super) const SKY: Vec3 = Vec3::new(0.44, 0.48, 0.55);
 /// Light that the floor throws up.
-const GROUND: Vec3 = Vec3::new(0.16, 0.15, 0.14);
+pub(super) const GROUND: Vec3 = Vec3::new(0.16, 0.15, 0.14);
 /// Weak light from the side of the viewer, without shadow.
-const FILL: Vec3 = Vec3::new(0.11, 0.12, 0.13);
+pub(super) const FILL: Vec3 = Vec3::new(0.11, 0.12, 0.13);
 /// Colour of colliders in linear light.
 const SOLID: Vec3 = Vec3::new(0.5, 0.48, 0.45);
 /// Side of the square of texels that soften the edge of the shadow of the strong light.
-const KEY_TAPS: usize = 4;
+pub(super) const KEY_TAPS: usize = 4;
+
+/// Pixels of a floor that are shaded together.
+const RUN: usize = 16;
+
+/// Room for what is known of the pixels of a row.
+#[derive(Default)]
+pub(super) struct Room {
+    /// How much of each is seen through dust.
+    clear: Vec<f32>,
+    /// What all samples of each see.
+    numbers: Vec<u32>,
+}
 
 /// Shades one picture.
 pub(super) struct Shader<'a> {
@@ -31,6 +44,8 @@ pub(super) struct Shader<'a> {
     pub(super) floor: &'a Floor,
     pub(super) solids: &'a Mesh,
     pub(super) cloths: &'a Cloths,
+    /// What the lights do to each plane of the floor.
+    pub(super) planes: Vec<PlaneLight<'a>>,
     pub(super) key: &'a ShadowMap,
     pub(super) sky: &'a Sky,
     pub(super) dust: &'a Dust,
@@ -64,36 +79,64 @@ struct Hit {
 }
 
 impl Shader<'_> {
-    /// Shades a row of the picture, the one with this number in `band`, which has a number too. `clear` is room
-    /// for how much of each pixel is seen through dust.
-    pub(super) fn row(
-        &self,
-        band: &Band,
-        [band_number, row_in_band]: [usize; 2],
-        pixels: &mut [u8],
-        clear: &mut Vec<f32>,
-    ) {
+    /// Shades a row of the picture, the one with this number in `band`, which has a number too.
+    pub(super) fn row(&self, band: &Band, place: [usize; 2], pixels: &mut [u8], room: &mut Room) {
+        let [band_number, row_in_band] = place;
         let row = band_number * BAND + row_in_band;
-        self.dust.veil(clear, band, [band_number, row_in_band], self.view.width);
+        let Room { clear, numbers } = room;
+        self.dust.veil(clear, band, place, self.floor, self.view);
+        numbers.resize(self.view.width as usize, NOTHING);
+        band.row(numbers, place, self.floor);
         let background = self.background(row);
         let background_bytes = self.bytes.encode(background);
-        for (column, pixel) in pixels.chunks_exact_mut(3).enumerate() {
-            let samples = band.pixel(column, row_in_band);
-            let first = samples[0].0;
-            let is_same = samples.iter().all(|sample| sample.0 == first);
-            let clear = clear.get(column).copied().unwrap_or(1.0);
-            if clear == 1.0 && is_same && self.screen.seen(first) == Seen::Nothing {
-                pixel.copy_from_slice(&background_bytes);
+        let is_clear = |column: usize| clear.get(column).is_none_or(|&clear| clear == 1.0);
+        let mut column = 0;
+        while column < numbers.len() {
+            let number = numbers[column];
+            let plane = plane_of(number);
+            if (plane.is_some() || number == NOTHING) && is_clear(column) {
+                // Most of a picture: what nothing is in front of, several pixels at a time.
+                let end = (column..numbers.len())
+                    .find(|&next| numbers[next] != number || !is_clear(next))
+                    .unwrap_or(numbers.len());
+                let pixels = &mut pixels[3 * column..3 * end];
+                match plane {
+                    Some(plane) => self.plane_run(plane, [column, row], pixels, background),
+                    None => pixels.as_chunks_mut().0.fill(background_bytes),
+                }
+                column = end;
                 continue;
             }
-            let color = if is_same {
-                let center = Vec2::new(column as f32, row as f32) + 0.5;
-                self.color(self.screen.seen(first), [column, row], center, background)
-            } else {
+            let color = if number == EDGE {
+                let samples = band.pixel(column, place, self.floor, self.view);
                 self.mean(&samples, [column, row], background)
+            } else {
+                let center = Vec2::new(column as f32, row as f32) + 0.5;
+                self.color(self.screen.seen(number), [column, row], center, background)
             };
+            let clear = clear.get(column).copied().unwrap_or(1.0);
             let color = self.dust.color.lerp(color, clear);
-            pixel.copy_from_slice(&self.bytes.encode(color));
+            pixels[3 * column..][..3].copy_from_slice(&self.bytes.encode(color));
+            column += 1;
+        }
+    }
+
+    /// Shades `pixels` that follow one, all of which see one plane.
+    fn plane_run(
+        &self,
+        plane: usize,
+        [column, row]: [usize; 2],
+        pixels: &mut [u8],
+        background: Vec3,
+    ) {
+        let light = &self.planes[plane];
+        for (run, pixels) in pixels.chunks_mut(3 * RUN).enumerate() {
+            let points = self.floor.points::<RUN>([column + run * RUN, row], pixels.len() / 3);
+            let colors = light.colors(&points, background);
+            let [red, green, blue] = colors.map(|channel| self.bytes.channel(channel));
+            for (i, pixel) in pixels.as_chunks_mut().0.iter_mut().enumerate() {
+                *pixel = [red[i], green[i], blue[i]];
+            }
         }
     }
 
@@ -253,18 +296,9 @@ impl Shader<'_> {
     }
 
     fn plane(&self, number: usize, pixel: [usize; 2], background: Vec3) -> Vec3 {
-        let plane = &self.floor.planes[number];
-        let at = self.floor.point(number, pixel, self.view);
-        // The side of the plane on which the viewer is.
-        let side = if plane.distance(self.view.eye) >= 0.0 { 1.0 } else { -1.0 };
-        let normal = side * plane.normal;
-        let facing = normal.dot(self.key.direction).max(0.0);
-        let sky = self.sky.on_plane(number, at.point);
-        let down = 0.5 - 0.5 * normal.z;
-        let fill = at.facing * (0.4 + 0.6 * sky);
-        let lit = self.lit(at.point, normal);
-        let light = KEY * (facing * lit) + SKY * sky + GROUND * down + FILL * fill;
-        tone(at.color * light).lerp(background, at.haze)
+        let point = self.floor.point(number, pixel, self.view);
+        let colors = self.planes[number].colors(&point, background);
+        Vec3::from(colors.map(|[channel]| channel))
     }
 }
 

@@ -4,12 +4,18 @@ use glam::Vec3;
 
 /// Compresses bright light into what a screen can show.
 pub(super) fn tone(color: Vec3) -> Vec3 {
+    Vec3::from(color.to_array().map(tone_channel))
+}
+
+/// The same for one of red, green and blue.
+#[inline]
+pub(super) fn tone_channel(light: f32) -> f32 {
     // Linear up to the knee, then a shoulder that reaches 1 at infinity.
     const KNEE: f32 = 0.6;
-    let excess = (color - KNEE).max(Vec3::ZERO) / (1.0 - KNEE);
+    let excess = (light - KNEE).max(0.0) * (1.0 / (1.0 - KNEE));
     // 1 - 1 / (1 + x + x²/2) bends like 1 - exp(-x), without its cost.
-    let shoulder = Vec3::ONE - (Vec3::ONE + excess + 0.5 * excess * excess).recip();
-    color.min(Vec3::splat(KNEE)) + (1.0 - KNEE) * shoulder
+    let shoulder = 1.0 - 1.0 / (1.0 + excess + 0.5 * excess * excess);
+    light.min(KNEE) + (1.0 - KNEE) * shoulder
 }
 
 /// Linear light to sRGB by a table: the power would take a good part of the time of a picture.
@@ -31,8 +37,16 @@ impl EncodeTable {
 
     #[inline]
     pub(super) fn encode(&self, color: Vec3) -> [u8; 3] {
-        let scaled = color.max(Vec3::ZERO) * Self::STEPS as f32 + 0.5;
-        scaled.to_array().map(|step| self.0[(step as usize).min(Self::STEPS)])
+        self.channel(color.to_array())
+    }
+
+    /// The same for several values of red, green or blue.
+    #[inline]
+    pub(super) fn channel<const N: usize>(&self, light: [f32; N]) -> [u8; N] {
+        // The conversion makes zero of what is not a number.
+        let steps = light
+            .map(|light| (light * Self::STEPS as f32 + 0.5).clamp(0.0, Self::STEPS as f32) as i32);
+        steps.map(|step| self.0.get(step as usize).copied().unwrap_or(u8::MAX))
     }
 }
 
