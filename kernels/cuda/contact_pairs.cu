@@ -84,7 +84,7 @@ extern "C" __global__ void contact_pairs_boxes(const __grid_constant__ Solver s,
 }
 
 // Boxes around the nodes of the tree, by one block, level by level.
-extern "C" __global__ void contact_pairs_tree(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
+extern "C" __global__ void __launch_bounds__(1024) contact_pairs_tree(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
     for (uint first = t.task.group_count / 2; first > 0; first /= 2) {
         for (uint node = first + threadIdx.x; node < 2 * first; node += blockDim.x) {
             t.boxes[node_place(t, node)] = bounds_union(t.boxes[node_place(t, 2 * node)], t.boxes[node_place(t, 2 * node + 1)]);

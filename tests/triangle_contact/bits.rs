@@ -22,7 +22,6 @@ fn pairs() -> impl Iterator<Item = [&'static Candidate; 2]> {
 }
 
 #[test]
-#[ignore = "CUDA refuses contact of triangles, as its kernels read beyond their arrays on a card"]
 fn cuda_has_the_bits_of_the_cpu() {
     for [cuda, cpu] in pairs() {
         let builder = || layers(contact(2e-3, 0.3));

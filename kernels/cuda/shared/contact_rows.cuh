@@ -9,6 +9,8 @@ struct TriangleContact {
     real padding[3];
 };
 
+static_assert(sizeof(TriangleContact) == 16 + 16 * sizeof(real), "`triangle_contact.rs` of the backend has another layout");
+
 // For each particle where its places begin, and the end; the places, 4 c + a for particle a of contact c.
 struct ContactTable {
     const uint* offsets;

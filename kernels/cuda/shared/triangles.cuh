@@ -48,7 +48,6 @@ struct Bounds {
 // All memory of contact of triangles, the second argument of its kernels.
 struct TrianglePairs {
     PairTask task;
-    uint padding;
     // Eight words for each place in a group: the number of its triangle, NO_TRIANGLE at the end of the last groups; its corners; a bit for
     // each corner and then for each edge that belongs to it; its edges. Behind all of them two words for each edge, its particles, and for each
     // particle whom seams make it one with.
@@ -67,6 +66,8 @@ struct TrianglePairs {
     // Sixteen numbers for each block of `contact_pairs_moved`.
     real* moved;
 };
+
+static_assert(sizeof(TrianglePairs) == 7 * sizeof(real) + 7 * 4 + (sizeof(real) > 4 ? 4 : 0) + 8 * 8, "`triangle_contact.rs` of the backend has another layout");
 
 #define NO_TRIANGLE 0xffffffffu
 // Triangles of a group.
