@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// CUDA in each precision, and the CPU in the same; nothing on a machine without an NVIDIA GPU.
-fn pairs() -> impl Iterator<Item = [&'static Candidate; 2]> {
+pub(crate) fn pairs() -> impl Iterator<Item = [&'static Candidate; 2]> {
     let cuda = candidates().iter().filter(|candidate| candidate.label.starts_with("cuda"));
     cuda.map(|cuda| {
         let is_cpu =

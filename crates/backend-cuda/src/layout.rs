@@ -251,7 +251,7 @@ mod tests {
         assert_eq!(size_of::<SolverData<f64>>(), 608 + 32 * 8);
         assert_eq!(size_of::<LinearData<f32>>(), 416);
         assert_eq!(size_of::<LinearData<f64>>(), 472);
-        assert_eq!(size_of::<TrianglePairs<f32>>(), 7 * 4 + 7 * 4 + 8 * 8);
-        assert_eq!(size_of::<TrianglePairs<f64>>(), 7 * 8 + 7 * 4 + 4 + 8 * 8);
+        assert_eq!(size_of::<TrianglePairs<f32>>(), 7 * 4 + 9 * 4 + 8 * 8);
+        assert_eq!(size_of::<TrianglePairs<f64>>(), 7 * 8 + 9 * 4 + 4 + 8 * 8);
     }
 }

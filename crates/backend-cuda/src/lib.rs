@@ -132,7 +132,6 @@ impl CudaBackend {
         model: Arc<Model>,
         config: &SolverConfig,
     ) -> Result<CudaKernels<T>> {
-        model.check_no_contact_bodies(BACKEND)?;
         model.check_no_stretch_limit(config, BACKEND)?;
         model.check_fabric(config, BACKEND)?;
         model.check_no_inflation(BACKEND)?;

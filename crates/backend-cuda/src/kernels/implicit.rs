@@ -171,7 +171,7 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
             memory.kept.copy_from(&self.memory.queue, &memory.impulses)?;
         }
         if let Some(triangles) = &mut self.triangles {
-            triangles.set_mut().keep();
+            triangles.keep();
         }
         Ok(())
     }
@@ -183,7 +183,7 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
             memory.impulses.copy_from(&self.memory.queue, &memory.kept)?;
         }
         if let Some(triangles) = &mut self.triangles {
-            triangles.set_mut().restore();
+            triangles.restore();
         }
         let launch = Launch::over(self.count());
         self.start(("implicit_motion", "state_restore"), launch, &[])
