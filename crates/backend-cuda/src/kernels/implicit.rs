@@ -83,6 +83,7 @@ impl<T: CudaReal> CudaKernels<T> {
         self.linear()?;
         let Some(linear) = &mut self.linear else { unreachable!("it was just made") };
         let launch = SolverForm::choose(name, &mut self.memory, linear)?;
+        self.memory.solver_barrier_prepare(launch.blocks)?;
         let from_solution = u32::from(start == LinearStart::Solution);
         let arguments = [
             argument(&settings.tolerance),
