@@ -272,7 +272,9 @@ impl<T: Real> DeviceContact<T> {
         };
         let position = |i| of(i, &motion.position, bodies.end());
         set.settle(position, |i| of(i, &motion.start, bodies.start()));
-        set.body_impulses((bodies, impulses), position, substep.length);
+        // Rounded as the processor has it.
+        let length = T::from_f64(substep.length).to_f64();
+        set.body_impulses((bodies, impulses), position, length);
         bodies.substep_end();
         Ok(())
     }
