@@ -7,7 +7,7 @@ extern "C" __global__ void contact_certify(const __grid_constant__ Solver s, con
     Points start, end;
     bool is_marked = false, rests = true;
     for (uint k = 0; k < 4; k++) {
-        real4 way = t.ways[(size_t)s.count + pair.particles[k]];
+        real4 way = t.ways[(size_t)t.task.node_count + pair.particles[k]];
         vec3 a = start.x[k] = xyz(t.ways[pair.particles[k]]);
         vec3 b = end.x[k] = xyz(way);
         is_marked |= way.w != 0;

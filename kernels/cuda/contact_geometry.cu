@@ -67,25 +67,33 @@ __device__ __forceinline__ bool weights_of_edges(const Points& x, real* weights)
     return s > 0 && s < 1 && t > 0 && t < 1;
 }
 
-extern "C" __global__ void contact_geometry(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
-    uint number = blockIdx.x * blockDim.x + threadIdx.x;
-    if (number >= t.task.pair_count) return;
-    FeaturePair pair = t.list[number];
+// Whether a pair may touch with particles at the starts of their ways, and nodes of bodies there or at the ends.
+__device__ __forceinline__ bool is_near(const Solver& s, const TrianglePairs& t, const FeaturePair& pair, bool nodes_at_end) {
     bool edges = pair_is_edges(pair);
     Points x;
     Bounds first = bounds_none(), second = bounds_none();
     for (uint k = 0; k < 4; k++) {
-        x.x[k] = xyz(t.ways[pair.particles[k]]);
+        uint at = pair.particles[k];
+        x.x[k] = xyz(t.ways[nodes_at_end && at >= s.count ? t.task.node_count + at : at]);
         Bounds& bounds = k < (edges ? 2u : 1u) ? first : second;
         bounds = bounds_with(bounds, x.x[k]);
     }
-    if (bounds_are_apart(first, second, t.task.distance)) return;
+    if (bounds_are_apart(first, second, t.task.distance)) return false;
     real w[4];
     if (edges) {
-        if (!weights_of_edges(x, w)) return;
+        if (!weights_of_edges(x, w)) return false;
     } else {
         weights_of_triangle(x, w);
     }
     vec3 difference = (w[1] * (x.x[1] - x.x[0]) + w[2] * (x.x[2] - x.x[0])) + w[3] * (x.x[3] - x.x[0]);
-    if (root(dot(difference, difference)) < t.task.distance) pair_found(t, pair);
+    return root(dot(difference, difference)) < t.task.distance;
+}
+
+extern "C" __global__ void contact_geometry(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
+    uint number = blockIdx.x * blockDim.x + threadIdx.x;
+    if (number >= t.task.pair_count) return;
+    FeaturePair pair = t.list[number];
+    bool has_node = false;
+    for (uint k = 0; k < 4; k++) has_node |= pair.particles[k] >= s.count;
+    if (is_near(s, t, pair, false) || (has_node && is_near(s, t, pair, true))) pair_found(t, pair);
 }

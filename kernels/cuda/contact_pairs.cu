@@ -6,7 +6,7 @@ extern "C" __global__ void contact_pairs_ahead(const __grid_constant__ Solver s,
     if (i >= s.count) return;
     vec3 x = xyz(s.position[s.present][i]), v = xyz(s.velocity[s.present][i]);
     t.ways[i] = with_w(x, 0);
-    t.ways[(size_t)s.count + i] = with_w(x + t.task.length * v, 0);
+    t.ways[(size_t)t.task.node_count + i] = with_w(x + t.task.length * v, 0);
 }
 
 // Ways from the start of the substep to where particles are.
@@ -14,7 +14,7 @@ extern "C" __global__ void contact_pairs_substep(const __grid_constant__ Solver 
     uint i = blockIdx.x * blockDim.x + threadIdx.x;
     if (i >= s.count) return;
     t.ways[i] = with_w(xyz(s.start_position[i]), 0);
-    t.ways[(size_t)s.count + i] = with_w(xyz(s.position[s.present][i]), 0);
+    t.ways[(size_t)t.task.node_count + i] = with_w(xyz(s.position[s.present][i]), 0);
 }
 
 #define MOVED_NUMBERS 16
@@ -28,13 +28,13 @@ extern "C" __global__ void __launch_bounds__(MOVED_THREADS) contact_pairs_moved(
     // the largest coordinate, and whether something is not finite.
     real own[MOVED_NUMBERS];
     for (uint k = 0; k < MOVED_NUMBERS; k++) own[k] = k < 12 ? -(real)REAL_MAX : (real)0;
-    for (uint i = blockIdx.x % blocks * MOVED_THREADS + thread; i < s.count; i += blocks * MOVED_THREADS) {
-        vec3 x = xyz(t.ways[(size_t)half * s.count + i]);
+    for (uint i = blockIdx.x % blocks * MOVED_THREADS + thread; i < t.task.node_count; i += blocks * MOVED_THREADS) {
+        vec3 x = xyz(t.ways[(size_t)half * t.task.node_count + i]);
         if (!is_finite(x)) {
             own[14] = 1;
             continue;
         }
-        vec3 a = xyz(t.references[i]), b = xyz(t.references[(size_t)s.count + i]);
+        vec3 a = xyz(t.references[i]), b = xyz(t.references[(size_t)t.task.node_count + i]);
         for (uint axis = 0; axis < 3; axis++) {
             real p = component(x, axis), q = component(a, axis), r = component(b, axis);
             own[axis] = maximum(own[axis], p - q);
@@ -59,13 +59,13 @@ extern "C" __global__ void __launch_bounds__(MOVED_THREADS) contact_pairs_moved(
 // Takes the common motion out of the second set of positions.
 extern "C" __global__ void contact_pairs_reference(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
     uint i = blockIdx.x * blockDim.x + threadIdx.x;
-    if (i >= s.count) return;
-    real4& reference = t.references[(size_t)s.count + i];
+    if (i >= t.task.node_count) return;
+    real4& reference = t.references[(size_t)t.task.node_count + i];
     reference = with_w(xyz(reference) - make_vec3(t.task.drift[0], t.task.drift[1], t.task.drift[2]), 0);
 }
 
 __device__ __forceinline__ Bounds bounds_with_way(const Solver& s, const TrianglePairs& t, const Bounds& bounds, uint particle) {
-    return bounds_with(bounds_with(bounds, xyz(t.references[particle])), xyz(t.references[(size_t)s.count + particle]));
+    return bounds_with(bounds_with(bounds, xyz(t.references[particle])), xyz(t.references[(size_t)t.task.node_count + particle]));
 }
 
 // `contact_groups`: boxes around triangles at both sets of positions and all between, and around their groups.
@@ -84,7 +84,7 @@ extern "C" __global__ void contact_pairs_boxes(const __grid_constant__ Solver s,
 }
 
 // Boxes around the nodes of the tree, by one block, level by level.
-extern "C" __global__ void contact_pairs_tree(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
+extern "C" __global__ void __launch_bounds__(1024) contact_pairs_tree(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
     for (uint first = t.task.group_count / 2; first > 0; first /= 2) {
         for (uint node = first + threadIdx.x; node < 2 * first; node += blockDim.x) {
             t.boxes[node_place(t, node)] = bounds_union(t.boxes[node_place(t, 2 * node)], t.boxes[node_place(t, 2 * node + 1)]);
@@ -166,11 +166,11 @@ __device__ __forceinline__ uint last_group(uint node, uint count) {
     return node - count;
 }
 
-// All pairs of features whose boxes are closer than the reach, a thread for each group. Their order has no meaning.
+// All pairs of features whose boxes are closer than the reach, a thread for each group of cloths. Their order has no meaning.
 extern "C" __global__ void contact_pairs_list(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
     uint group = blockIdx.x * blockDim.x + threadIdx.x;
     uint count = t.task.group_count;
-    if (group >= count) return;
+    if (group >= t.task.own_group_count) return;
     Bounds own = t.boxes[node_place(t, count + group)];
     if (bounds_is_empty(own)) return;
     // One node of each level waits at most, and the root.

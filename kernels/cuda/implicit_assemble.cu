@@ -96,7 +96,15 @@ extern "C" __global__ void implicit_assemble(const __grid_constant__ Solver s, c
     }
     if (l.has_contacts && contacts_any(l.contacts, i)) {
         // The velocities at the start have moved what touches.
-        if (!is_iterate) right = right + negative(contacts_row(l.contacts, motion.v, i));
+        if (!is_iterate) {
+            vec3 sum = contacts_row(l.contacts, motion.v, i);
+            for (uint k = l.contacts.offsets[i], end = l.contacts.offsets[i + 1]; k < end; k++) {
+                const TriangleContact& contact = l.contacts.contacts[l.contacts.places[k] / 4];
+                const real* v = contact.carried;
+                sum = sum + contact.weights[l.contacts.places[k] % 4] * make_vec3(v[0], v[1], v[2]);
+            }
+            right = right + negative(sum);
+        }
         vec3 block_on = {0, 0, 0}, block_off = {0, 0, 0};
         for (uint k = l.contacts.offsets[i], end = l.contacts.offsets[i + 1]; k < end; k++) {
             const TriangleContact& contact = l.contacts.contacts[l.contacts.places[k] / 4];

@@ -2,7 +2,7 @@
 //!include model pair_task pair_ways pair_list pair_results pair_found pair_each certificate
 
 fn is_marked(particle: u32) -> bool {
-    return pair_ways[model.particle_count + particle].w != 0.0;
+    return pair_ways[pair_task.node_count + particle].w != 0.0;
 }
 
 fn pair_is_wanted(pair: Pair) -> bool {

@@ -53,12 +53,20 @@ fn square_of_edges(a: vec3f, b: vec3f, c: vec3f, d: vec3f) -> f32 {
     return dot(difference, difference);
 }
 
-fn pair_is_wanted(pair: Pair) -> bool {
+// Where a particle is, or a node of a body: at the start of its way, or at its end.
+fn place(node: u32, nodes_at_end: bool) -> vec3f {
+    if nodes_at_end && node >= model.particle_count {
+        return way_end(node);
+    }
+    return way_start(node);
+}
+
+fn is_near(pair: Pair, nodes_at_end: bool) -> bool {
     let p = pair.particles;
-    let a = way_start(p.x);
-    let b = way_start(p.y);
-    let c = way_start(p.z);
-    let d = way_start(p.w);
+    let a = place(p.x, nodes_at_end);
+    let b = place(p.y, nodes_at_end);
+    let c = place(p.z, nodes_at_end);
+    let d = place(p.w, nodes_at_end);
     var first = box_with(box_none(), a);
     var second = box_with(box_with(box_none(), c), d);
     var square = 0.0;
@@ -75,4 +83,9 @@ fn pair_is_wanted(pair: Pair) -> bool {
         square = square_to_triangle(a, b, c, d);
     }
     return square < reach * reach;
+}
+
+// With particles at the starts of their ways, and nodes of bodies there or at the ends.
+fn pair_is_wanted(pair: Pair) -> bool {
+    return is_near(pair, false) || (any(pair.particles >= vec4<u32>(model.particle_count)) && is_near(pair, true));
 }

@@ -13,5 +13,5 @@ fn main(
     let position = position_in[particle].xyz;
     let ahead = add_scaled(position, pair_task.length, velocity_in[particle].xyz);
     pair_ways[particle] = vec4f(position, 0.0);
-    pair_ways[model.particle_count + particle] = vec4f(ahead, 0.0);
+    pair_ways[pair_task.node_count + particle] = vec4f(ahead, 0.0);
 }

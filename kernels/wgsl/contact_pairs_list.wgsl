@@ -1,5 +1,5 @@
 // NUMERICS section 15, contact_pairs: all pairs of features whose boxes, around both sets of positions, are closer than the reach, one thread for
-// each group of triangles. Their order has no meaning.
+// each group of triangles of cloths. Their order has no meaning.
 //!include model pair_task pair_references pair_box surface pair_boxes pair_list pair_results
 
 // Pairs of a list at most.
@@ -96,7 +96,7 @@ fn main(
 ) {
     let group = particle_index(id, groups);
     let count = pair_task.group_count;
-    if group >= count {
+    if group >= pair_task.own_group_count {
         return;
     }
     let own = stored_box(node_place(count + group));

@@ -24,8 +24,8 @@ fn main(
     var outside = 0.0;
     var largest = 0.0;
     var bad = 0.0;
-    for (var i = block % blocks * MOVED_THREADS + thread; i < model.particle_count; i += blocks * MOVED_THREADS) {
-        let x = pair_ways[half * model.particle_count + i].xyz;
+    for (var i = block % blocks * MOVED_THREADS + thread; i < pair_task.node_count; i += blocks * MOVED_THREADS) {
+        let x = pair_ways[half * pair_task.node_count + i].xyz;
         if !is_finite(x) {
             bad = 1.0;
             continue;

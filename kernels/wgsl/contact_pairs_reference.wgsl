@@ -7,9 +7,9 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let particle = particle_index(id, groups);
-    if particle >= model.particle_count {
+    if particle >= pair_task.node_count {
         return;
     }
-    let place = model.particle_count + particle;
+    let place = pair_task.node_count + particle;
     pair_references[place] = vec4f(pair_references[place].xyz - pair_task.drift, 0.0);
 }

@@ -107,7 +107,7 @@ fn main(
             for (var b = 0u; b < 4u; b += 1u) {
                 relative = add_scaled(relative, contact_number(at + 4u + b), velocity_in[contact_table[at + b]].xyz);
             }
-            parts.right_side -= weight * symmetric_apply(rows, relative);
+            parts.right_side -= weight * (symmetric_apply(rows, relative) + contact_three(at + 17u));
         }
     }
 //!end

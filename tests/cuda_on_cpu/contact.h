@@ -50,7 +50,8 @@ int main(int, char** arguments) {
     if (file) fclose(file);
     uint seed = input_integer();
     s.count = input_integer();
-    t.task.group_count = input_integer();
+    t.task.node_count = s.count;
+    t.task.group_count = t.task.own_group_count = input_integer();
     t.task.edge_count = input_integer();
     t.task.moved_blocks = input_integer();
     t.task.flags = input_integer();

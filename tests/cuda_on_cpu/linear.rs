@@ -208,7 +208,7 @@ fn systems_in_contact() {
     for (right, wrong) in [
         ("w[2] * c) + w[3] * d", "w[3] * c) + w[2] * d"),
         ("m[3] * v.x + m[1] * v.y", "m[4] * v.x + m[1] * v.y"),
-        ("right + negative(contacts_row", "right + (real)0 * (contacts_row"),
+        ("right + negative(sum)", "right + (real)0 * (sum)"),
         ("sum + contact.weights[table.places[k] % 4] * make_vec3", "sum + make_vec3"),
     ] {
         let found = by_kernels(&words, |text| replaced(&text, right, wrong));

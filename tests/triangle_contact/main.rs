@@ -1,6 +1,7 @@
-//! Contact of triangles on the GPU against the CPU: its stages, and cloth that is dropped, shot, laid and left on a slope.
+//! Contact of triangles on the GPU against the CPU: its stages, and cloth that is dropped, shot, laid, left on a slope and on bodies.
 
 mod bits;
+mod bodies;
 mod pairs;
 mod rig;
 mod scenes;

@@ -40,16 +40,9 @@ pub(crate) fn processor() -> &'static Candidate {
     all.find(|candidate| candidate.label == "cpu f32").expect("it is one of them")
 }
 
-/// Whether CUDA is tested here. It refuses contact of triangles, as its kernels read beyond their arrays on a card; whoever mends that
-/// takes the refusal away and sets this.
-pub(crate) const fn cuda_takes_part() -> bool {
-    false
-}
-
 /// The candidates on GPUs in single precision.
 pub(crate) fn others() -> impl Iterator<Item = &'static Candidate> {
-    let is_gpu =
-        |label: &str| label.starts_with("wgpu") || cuda_takes_part() && label.starts_with("cuda");
+    let is_gpu = |label: &str| label.starts_with("wgpu") || label.starts_with("cuda");
     let single = |candidate: &&Candidate| candidate.precision == Precision::F32;
     candidates().iter().filter(single).filter(move |candidate| is_gpu(&candidate.label))
 }

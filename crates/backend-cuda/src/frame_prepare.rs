@@ -156,16 +156,21 @@ impl<T: CudaReal> Memory<T> {
             FrameForm::Pass | FrameForm::Stages => {}
         }
         self.data.packets = self.packets.address();
+        if let Some(patch) = patch {
+            self.data.columns = patch.columns as u32;
+            self.data.rows = patch.rows as u32;
+        }
+        if model.has_triangle_contact() {
+            // Its substeps are made of single stages: the frame kernel takes long to compile, for nothing.
+            return Ok(patch);
+        }
         let has_runs = matches!(self.frame_form, FrameForm::PatchFlat | FrameForm::PatchTiles);
         self.options = options;
         let kernel = self.kernel(self.frame_form.module(), "explicit_frame")?;
         let resident = self.queue.device.resident_blocks(kernel, threads, shared)? as usize;
         let blocks = if is_small { resident.min(multiprocessors) } else { resident };
         let mut chunk = items.div_ceil(blocks);
-        if let Some(patch) = patch {
-            self.data.columns = patch.columns as u32;
-            self.data.rows = patch.rows as u32;
-        } else {
+        if patch.is_none() {
             chunk = chunk.next_multiple_of(32);
         }
         let blocks = if has_runs { blocks.min(items).min(RUNS_MAX) } else { items.div_ceil(chunk) };

@@ -228,6 +228,7 @@ plain!(SubstepData GridData ColliderData PinData ControlForceData);
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{linear::LinearData, triangle_contact::TrianglePairs};
 
     #[test]
     fn nothing_that_is_copied_has_padding() {
@@ -241,5 +242,16 @@ mod tests {
         assert_eq!(size_of::<PinData<f64>>(), 8 + 6 * 8);
         assert_eq!(size_of::<ControlForceData<f32>>(), 8 + 12 * 4);
         assert_eq!(size_of::<ControlForceData<f64>>(), 8 + 12 * 8);
+    }
+
+    /// The CUDA sources assert the same.
+    #[test]
+    fn kernels_are_given_as_many_bytes_as_they_take() {
+        assert_eq!(size_of::<SolverData<f32>>(), 608 + 32 * 4);
+        assert_eq!(size_of::<SolverData<f64>>(), 608 + 32 * 8);
+        assert_eq!(size_of::<LinearData<f32>>(), 416);
+        assert_eq!(size_of::<LinearData<f64>>(), 472);
+        assert_eq!(size_of::<TrianglePairs<f32>>(), 7 * 4 + 9 * 4 + 8 * 8);
+        assert_eq!(size_of::<TrianglePairs<f64>>(), 7 * 8 + 9 * 4 + 4 + 8 * 8);
     }
 }

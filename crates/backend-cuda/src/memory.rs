@@ -90,6 +90,8 @@ pub(crate) struct Memory<T> {
     kernels: HashMap<(&'static str, &'static str, Option<&'static str>), Kernel>,
     /// How the linear system is solved at present.
     pub(crate) solver: SolverForm,
+    /// Blocks that have last met in a linear solver.
+    solver_blocks: u32,
     fast: bool,
 }
 
@@ -215,6 +217,7 @@ impl<T: CudaReal> Memory<T> {
             tables,
             kernels: HashMap::new(),
             solver: SolverForm::General,
+            solver_blocks: 0,
             fast,
             queue,
             data,
@@ -305,6 +308,17 @@ impl<T: CudaReal> Memory<T> {
             again: 0,
         };
         self.status.write(&self.queue, 0, &[status])
+    }
+
+    /// Sets the counter of the meetings of a linear solver back where another number of blocks comes to them: it has to begin with a
+    /// multiple of that.
+    pub(crate) fn solver_barrier_prepare(&mut self, blocks: u32) -> Result<()> {
+        if self.solver_blocks == blocks {
+            return Ok(());
+        }
+        self.solver_blocks = blocks;
+        let second = std::mem::offset_of!(Status, barrier) + size_of::<u64>();
+        self.status.clear_bytes(&self.queue, second, size_of::<u64>())
     }
 
     pub(crate) fn status_read(&self) -> Result<Status> {

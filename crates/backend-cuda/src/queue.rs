@@ -167,6 +167,18 @@ impl<T: Pod> Buffer<T> {
         unsafe { result::memcpy_htod_async(to, entries, queue.stream) }.engine()
     }
 
+    /// Makes some of the bytes of the array zero.
+    ///
+    /// # Errors
+    /// `DeviceLost`.
+    pub(crate) fn clear_bytes(&mut self, queue: &Queue, first: usize, bytes: usize) -> Result<()> {
+        assert!(first + bytes <= self.length * size_of::<T>(), "access beyond a device array");
+        queue.device.bind()?;
+        let at = self.address + first as u64;
+        // SAFETY: the range was checked.
+        unsafe { result::memset_d8_async(at, 0, bytes, queue.stream) }.engine()
+    }
+
     /// Takes the contents of an array of the same length.
     ///
     /// # Errors

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use cloth_core::{
     Error, MatrixBlock, Result,
     contact::{
-        ContactSet, ContactStencil,
+        ContactEquation, ContactSet, ContactStencil,
         device::{DeviceContact, MOVED_NUMBERS, PAIR_WORDS, PAIRS_MAX, PairTask},
     },
 };
@@ -37,7 +37,7 @@ pub(crate) struct ContactData<T> {
     weights: [T; 4],
     rows: [T; 6],
     force: [T; 3],
-    padding: [T; 3],
+    carried: [T; 3],
 }
 
 // SAFETY: numbers alone, without padding in either precision (tested below).
@@ -93,10 +93,11 @@ impl<T: CudaReal> TriangleMemory<T> {
     /// `OutOfMemory`.
     pub(crate) fn new(queue: &Queue, contact: &DeviceContact<T>, count: usize) -> Result<Self> {
         let task = &contact.list.task;
+        let nodes = task.node_count as usize;
         Ok(Self {
             surface: Buffer::of(queue, &contact.surface_words())?,
-            ways: Buffer::zeros(queue, 2 * count)?,
-            references: Buffer::zeros(queue, 2 * count)?,
+            ways: Buffer::zeros(queue, 2 * nodes)?,
+            references: Buffer::zeros(queue, 2 * nodes)?,
             boxes: Buffer::zeros(queue, contact.box_count())?,
             list: pairs(queue, task.pair_capacity)?,
             counts: Buffer::zeros(queue, 2)?,
@@ -147,19 +148,25 @@ impl<T: CudaReal> TriangleMemory<T> {
     ///
     /// # Errors
     /// `OutOfMemory`.
-    pub(crate) fn contacts_write(&mut self, queue: &Queue, set: &ContactSet<T>) -> Result<()> {
+    pub(crate) fn contacts_write(
+        &mut self,
+        queue: &Queue,
+        set: &ContactSet<T>,
+        equations: &[ContactEquation<T>],
+    ) -> Result<()> {
         let (offsets, places) = set.rows();
-        let all = set.stencils().iter().zip(set.states());
+        let all = equations.iter().zip(set.states());
         let contacts: Vec<_> = all
-            .map(|(stencil, state)| ContactData {
-                particles: stencil.particles,
-                weights: stencil.weights,
+            .map(|(&ContactEquation { particles, weights, carried }, state)| ContactData {
+                particles,
+                weights,
                 rows: state.action.rows,
                 force: state.action.force,
-                padding: [T::ZERO; 3],
+                carried,
             })
             .collect();
-        self.offsets.write(queue, 0, offsets)?;
+        // Behind those of particles come those of nodes of bodies.
+        self.offsets.write(queue, 0, &offsets[..self.offsets.len()])?;
         write_growing(queue, &mut self.places, places)?;
         write_growing(queue, &mut self.contacts, &contacts)
     }
@@ -192,7 +199,7 @@ pub(crate) fn blocks<T: CudaReal>(
         let stencil: &ContactStencil<T> = &set.stencils()[contact];
         let [xx, yy, zz, xy, xz, yz] = set.states()[contact].action.rows;
         for (other, other_weight) in stencil.particles.into_iter().zip(stencil.weights) {
-            if other as usize != particle && other_weight != T::ZERO {
+            if other as usize != particle && other_weight != T::ZERO && set.is_particle(other) {
                 let factor = weight * other_weight;
                 let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
                 let entries = rows.map(|row| row.map(|entry| (factor * entry).to_f64()));
@@ -210,7 +217,5 @@ mod tests {
     fn nothing_that_is_copied_has_padding() {
         assert_eq!(size_of::<ContactData<f32>>(), 16 + 16 * 4);
         assert_eq!(size_of::<ContactData<f64>>(), 16 + 16 * 8);
-        assert_eq!(size_of::<TrianglePairs<f32>>(), 7 * 4 + 7 * 4 + 8 * 8);
-        assert_eq!(size_of::<TrianglePairs<f64>>(), 7 * 8 + 7 * 4 + 4 + 8 * 8);
     }
 }

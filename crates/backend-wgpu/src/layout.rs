@@ -221,8 +221,8 @@ shared_struct! {
         found_capacity: u32,
         moved_blocks: u32,
         edge_count: u32,
-        padding_0: u32,
-        padding_1: u32,
+        node_count: u32,
+        own_group_count: u32,
     }
 }
 

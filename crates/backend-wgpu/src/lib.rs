@@ -197,7 +197,6 @@ impl WgpuBackend {
     }
 
     fn kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<WgpuKernels> {
-        model.check_no_contact_bodies("wgpu")?;
         model.check_no_stretch_limit(config, "wgpu")?;
         model.check_fabric(config, "wgpu")?;
         model.check_no_inflation("wgpu")?;

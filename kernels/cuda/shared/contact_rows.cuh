@@ -1,13 +1,16 @@
 // NUMERICS section 15: what contacts of triangles do, for forces and for the matrix.
 
-// A contact: its particles and their weights, S (xx, yy, zz, xy, xz, yz), the force on its first point.
+// A contact: its particles and their weights, where nodes of bodies are another particle with weight 0; S (xx, yy, zz, xy, xz, yz); the force on
+// its first point; and S sum w_b v_b of the nodes of bodies.
 struct TriangleContact {
     uint particles[4];
     real weights[4];
     real rows[6];
     real force[3];
-    real padding[3];
+    real carried[3];
 };
+
+static_assert(sizeof(TriangleContact) == 16 + 16 * sizeof(real), "`triangle_contact.rs` of the backend has another layout");
 
 // For each particle where its places begin, and the end; the places, 4 c + a for particle a of contact c.
 struct ContactTable {

@@ -123,6 +123,8 @@ struct Linear {
     real stencil[12];
 };
 
+static_assert(sizeof(Linear) == (sizeof(real) > 4 ? 472 : 416), "`linear.rs` of the backend has another layout");
+
 #define SOLUTION 0
 #define RIGHT_SIDE 1
 #define RESIDUAL 2

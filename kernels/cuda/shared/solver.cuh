@@ -230,6 +230,8 @@ struct Solver {
     real stencil[6][3];
 };
 
+static_assert(sizeof(Solver) == 608 + 32 * sizeof(real), "`layout.rs` of the backend has another layout");
+
 // Positions and velocities that a kernel reads.
 struct Motion {
     const real4* x;

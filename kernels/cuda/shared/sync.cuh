@@ -2,7 +2,7 @@
 // thread after `__syncthreads` covers what all threads of its block wrote, an acquire before it what they read.
 
 // All blocks of the grid. The counter only grows, so that it never has to be set back; each kernel has its
-// own, as their numbers of blocks differ.
+// own, as their numbers of blocks differ, and the host sets that of the linear solvers back where their form changes.
 __device__ __forceinline__ void grid_barrier(ulong* counter) {
     __syncthreads();
     if (threadIdx.x == 0) {

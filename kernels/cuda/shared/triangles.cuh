@@ -14,7 +14,7 @@ struct PairTask {
     real distance;
     // Sum of the TASK_ constants.
     uint flags;
-    // Groups of triangles, a power of two.
+    // Groups of triangles, a power of two: those of cloths, and behind them those of bodies.
     uint group_count;
     uint pair_count;
     // Room for pairs in the list, and for those that are found.
@@ -23,6 +23,10 @@ struct PairTask {
     // Blocks of `contact_pairs_moved` for each end of the ways.
     uint moved_blocks;
     uint edge_count;
+    // Particles, and nodes of bodies behind them.
+    uint node_count;
+    // Groups of cloths: two triangles of bodies are no pair.
+    uint own_group_count;
 };
 
 // Only pairs with a marked particle are looked at.
@@ -48,10 +52,9 @@ struct Bounds {
 // All memory of contact of triangles, the second argument of its kernels.
 struct TrianglePairs {
     PairTask task;
-    uint padding;
     // Eight words for each place in a group: the number of its triangle, NO_TRIANGLE at the end of the last groups; its corners; a bit for
     // each corner and then for each edge that belongs to it; its edges. Behind all of them two words for each edge, its particles, and for each
-    // particle whom seams make it one with.
+    // node whom seams make it one with.
     const uint* surface;
     // Starts of the ways, then ends; w is not 0 if the particle is marked.
     real4* ways;
@@ -67,6 +70,8 @@ struct TrianglePairs {
     // Sixteen numbers for each block of `contact_pairs_moved`.
     real* moved;
 };
+
+static_assert(sizeof(TrianglePairs) == 7 * sizeof(real) + 9 * 4 + (sizeof(real) > 4 ? 4 : 0) + 8 * 8, "`triangle_contact.rs` of the backend has another layout");
 
 #define NO_TRIANGLE 0xffffffffu
 // Triangles of a group.

@@ -1,7 +1,8 @@
 // NUMERICS section 15: the contacts of triangles and what they do, ascending by their names.
 //
 // Two words: where contacts begin, and whether the right-hand side has the velocities at the start. For each particle where its places begin, and the end;
-// the places, 4 c + a for particle a of contact c; for each contact its particles, their weights, S (xx, yy, zz, xy, xz, yz), the force on its first point.
+// the places, 4 c + a for particle a of contact c; for each contact its particles, their weights, where nodes of bodies are another particle with weight 0,
+// S (xx, yy, zz, xy, xz, yz), the force on its first point, S sum w_b v_b of the nodes of bodies.
 
 @group(0) @binding(75) var<storage, read> contact_table: array<u32>;
 

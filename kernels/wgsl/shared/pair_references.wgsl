@@ -7,5 +7,5 @@ fn reference_first(particle: u32) -> vec3f {
 }
 
 fn reference_second(particle: u32) -> vec3f {
-    return pair_references[model.particle_count + particle].xyz;
+    return pair_references[pair_task.node_count + particle].xyz;
 }

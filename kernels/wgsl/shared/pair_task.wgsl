@@ -13,7 +13,7 @@ struct PairTask {
     distance: f32,
     // Sum of the TASK_ constants.
     flags: u32,
-    // Groups of triangles, a power of two.
+    // Groups of triangles, a power of two: those of cloths, and behind them those of bodies.
     group_count: u32,
     // Pairs in the list.
     pair_count: u32,
@@ -24,8 +24,10 @@ struct PairTask {
     moved_blocks: u32,
     // Edges of the surface.
     edge_count: u32,
-    padding_0: u32,
-    padding_1: u32,
+    // Particles, and nodes of bodies behind them.
+    node_count: u32,
+    // Groups of cloths: two triangles of bodies are no pair.
+    own_group_count: u32,
 }
 
 @group(0) @binding(69) var<uniform> pair_task: PairTask;

@@ -8,5 +8,5 @@ fn way_start(particle: u32) -> vec3f {
 }
 
 fn way_end(particle: u32) -> vec3f {
-    return pair_ways[model.particle_count + particle].xyz;
+    return pair_ways[pair_task.node_count + particle].xyz;
 }

@@ -2,7 +2,7 @@
 //
 // Eight words for each: its number, NO_TRIANGLE at the end of the last groups; its corners; a bit for each corner and then for each edge that
 // belongs to it; its edges. Behind all of them two words for each edge, its particles, and for each
-// particle whom seams make it one with.
+// node whom seams make it one with.
 
 @group(0) @binding(68) var<storage, read> surface: array<u32>;
 

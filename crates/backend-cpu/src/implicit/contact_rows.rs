@@ -2,7 +2,7 @@
 
 use cloth_core::{
     NewtonStart, Real,
-    contact::{BodyMotion, ContactSet},
+    contact::{BodyMotion, ContactEquation, ContactSet},
 };
 
 use super::{block_matrix::times, matrix::Symmetric};
@@ -21,11 +21,10 @@ pub(super) struct ContactRows<T> {
 
 #[derive(Clone, Copy, Debug)]
 struct Row<T> {
-    /// Nodes of bodies, which no equation is about, are another particle, with weight 0.
+    /// As those of [`ContactEquation`].
     particles: [u32; 4],
     weights: [T; 4],
     rows: Symmetric<T>,
-    /// S sum w_b v_b of these nodes.
     carried: [T; 3],
 }
 
@@ -64,31 +63,10 @@ impl<T: Real> ContactRows<T> {
     ) {
         self.from_start = start == NewtonStart::StepStart;
         self.contacts.clear();
-        let all = set.stencils().iter().zip(set.states());
-        let particles = self.offsets.len() - 1;
-        let is_particle = |node: u32| (node as usize) < particles;
-        self.contacts.extend(all.map(|(stencil, state)| {
-            let mut row = Row {
-                particles: stencil.particles,
-                weights: stencil.weights,
-                rows: state.action.rows,
-                carried: [T::ZERO; 3],
-            };
-            if let Some(own) = stencil.particles.into_iter().find(|&node| is_particle(node))
-                && !stencil.particles.into_iter().all(is_particle)
-            {
-                let of_body = |node: u32| match is_particle(node) {
-                    true => [T::ZERO; 3],
-                    false => bodies.velocity(node, length),
-                };
-                row.carried = times(&row.rows, stencil.relative(of_body));
-                for (particle, weight) in row.particles.iter_mut().zip(&mut row.weights) {
-                    if !is_particle(*particle) {
-                        (*particle, *weight) = (own, T::ZERO);
-                    }
-                }
-            }
-            row
+        self.contacts.extend(set.states().iter().enumerate().map(|(contact, state)| {
+            let ContactEquation { particles, weights, carried } =
+                set.equation(contact, bodies, length);
+            Row { particles, weights, rows: state.action.rows, carried }
         }));
         self.places.clear();
         for particle in 0..self.offsets.len() - 1 {

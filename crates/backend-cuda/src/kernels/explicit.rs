@@ -14,6 +14,8 @@ use crate::{
     queue::{Buffer, Launch, argument},
 };
 
+/// Where nothing is \[m\].
+const FAR_BELOW: f64 = -1e30;
 /// Substeps that are collected at most.
 const BATCH_MAX: usize = 1024;
 
@@ -69,6 +71,18 @@ impl<T> FrameQueue<T> {
     }
 }
 
+/// What stands for a body in contact of triangles where kernels read colliders: a plane far below everything.
+fn body<T: Real>() -> ColliderData<T> {
+    let mut data = ColliderData {
+        translation: [T::ZERO, T::ZERO, T::from_f64(FAR_BELOW)],
+        ..ColliderData::default()
+    };
+    for axis in 0..3 {
+        data.rotation[4 * axis] = T::ONE;
+    }
+    data
+}
+
 /// A collider as kernels read it; `grid` is the address of its distance grid.
 fn collider<T: Real>(
     collider: &cloth_core::Collider,
@@ -81,7 +95,7 @@ fn collider<T: Real>(
         &ColliderShape::Sphere { radius } => (1, [radius, 0.0, 0.0]),
         &ColliderShape::Capsule { half_length, radius } => (2, [half_length, radius, 0.0]),
         &ColliderShape::Box { half_extents } => (3, half_extents),
-        // Refused with the contact that it is for.
+        // It is for contact of triangles alone, where it is a body.
         ColliderShape::Surface(_) => (0, [0.0; 3]),
         ColliderShape::Grid(_) => (4, [f64::from(state.sets.index), state.sets.share, 0.0]),
     };
@@ -111,7 +125,13 @@ impl<T: CudaReal> CudaKernels<T> {
             .cycle()
             .zip(self.memory.grids.iter().cycle())
             .zip(&plan.colliders)
-            .map(|((shape, &grid), state)| collider(shape, grid, state))
+            .enumerate()
+            .map(|(at, ((shape, &grid), state))| {
+                match self.model.is_contact_body(at % plan.collider_count) {
+                    true => body(),
+                    false => collider(shape, grid, state),
+                }
+            })
             .collect();
         self.frames.collider_sets = plan.colliders.len() / plan.collider_count;
         Memory::<T>::grow_write(&self.memory.queue, &mut self.memory.colliders, &data)?;

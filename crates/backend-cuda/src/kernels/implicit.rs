@@ -83,6 +83,7 @@ impl<T: CudaReal> CudaKernels<T> {
         self.linear()?;
         let Some(linear) = &mut self.linear else { unreachable!("it was just made") };
         let launch = SolverForm::choose(name, &mut self.memory, linear)?;
+        self.memory.solver_barrier_prepare(launch.blocks)?;
         let from_solution = u32::from(start == LinearStart::Solution);
         let arguments = [
             argument(&settings.tolerance),
@@ -171,7 +172,7 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
             memory.kept.copy_from(&self.memory.queue, &memory.impulses)?;
         }
         if let Some(triangles) = &mut self.triangles {
-            triangles.set_mut().keep();
+            triangles.keep();
         }
         Ok(())
     }
@@ -183,7 +184,7 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
             memory.impulses.copy_from(&self.memory.queue, &memory.kept)?;
         }
         if let Some(triangles) = &mut self.triangles {
-            triangles.set_mut().restore();
+            triangles.restore();
         }
         let launch = Launch::over(self.count());
         self.start(("implicit_motion", "state_restore"), launch, &[])

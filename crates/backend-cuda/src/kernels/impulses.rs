@@ -46,6 +46,9 @@ impl<T: CudaReal> CudaKernels<T> {
         let colliders = self.model.colliders().len();
         out.clear();
         out.resize(colliders, ColliderImpulse::default());
+        if let Some(triangles) = &mut self.triangles {
+            triangles.impulses_take(out);
+        }
         let Some(memory) = &self.memory.impulses else { return Ok(()) };
         let (sums, count) = (memory.sums.address(), memory.sums.len());
         let blocks = self.count().div_ceil(BLOCK);

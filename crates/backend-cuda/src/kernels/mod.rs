@@ -184,6 +184,9 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
 
     fn frame_begin(&mut self, plan: &FramePlan) -> Result<()> {
         self.settle()?;
+        if let Some(triangles) = &mut self.triangles {
+            triangles.frame_begin(plan);
+        }
         self.colliders_upload(plan)
     }
 

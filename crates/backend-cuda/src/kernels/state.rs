@@ -37,7 +37,7 @@ impl<T: CudaReal> CudaKernels<T> {
         self.memory.velocity[present].write(&self.memory.queue, 0, &velocity)?;
         self.semi_implicit.held_set(&state.held);
         if let Some(triangles) = &mut self.triangles {
-            triangles.state_given(&state.slips);
+            triangles.state_given(&self.model, state);
         }
         self.memory.status_reset()
     }

@@ -1,17 +1,17 @@
 //! Contact of triangles: what [`DeviceContact`] asks of the device.
 
-use std::ffi::c_void;
+use std::{ffi::c_void, sync::Arc};
 
 use cloth_core::{
-    Error, NewtonStart, Result, SolverConfig,
+    ColliderImpulse, Error, Model, NewtonStart, Result, SolverConfig, State,
     contact::{
-        Candidate, ContactLaw, ContactSet, Contacts,
+        Candidate, ContactEquation, ContactLaw, ContactSet, Contacts,
         device::{
             DeviceContact, PAIR_WORDS, PairAnswer, PairDevice, PairLook, PairTask, WaysFrom,
             pairs_of,
         },
     },
-    stepper::Substep,
+    stepper::{FramePlan, Substep},
 };
 
 use super::CudaKernels;
@@ -39,13 +39,25 @@ impl<T: CudaReal> Triangles<T> {
         &self.contact.set
     }
 
-    pub(super) fn set_mut(&mut self) -> &mut ContactSet<T> {
-        &mut self.contact.set
+    /// A state has been given from outside.
+    pub(super) fn state_given(&mut self, model: &Model, state: &State) {
+        self.contact.state_given(model, state);
     }
 
-    /// A state has been given from outside.
-    pub(super) fn state_given(&mut self, slips: &[cloth_core::contact::ContactSlip]) {
-        self.contact.state_given(slips);
+    pub(super) fn frame_begin(&mut self, plan: &FramePlan) {
+        self.contact.frame_begin(plan);
+    }
+
+    pub(super) fn keep(&mut self) {
+        self.contact.keep();
+    }
+
+    pub(super) fn restore(&mut self) {
+        self.contact.restore();
+    }
+
+    pub(super) fn impulses_take(&mut self, out: &mut [ColliderImpulse]) {
+        self.contact.impulses_take(out);
     }
 
     pub(super) fn touches(&self) -> bool {
@@ -87,7 +99,8 @@ impl<T: CudaReal> CudaKernels<T> {
     /// `contact_pairs`.
     pub(super) fn triangle_pairs(&mut self, substep: &Substep) -> Result<()> {
         self.settle()?;
-        self.with_triangles(|contact, device| contact.pairs(device, substep)).map(drop)
+        let model = Arc::clone(&self.model);
+        self.with_triangles(|contact, device| contact.pairs(&model, device, substep)).map(drop)
     }
 
     /// `contact_geometry`.
@@ -127,15 +140,19 @@ impl<T: CudaReal> CudaKernels<T> {
     pub(super) fn triangle_certify(&mut self, substep: &Substep) -> Result<()> {
         self.start_ensure()?;
         let held = self.semi_implicit.held().to_vec();
-        self.with_triangles(|contact, device| contact.certify(device, substep, &held)).map(drop)
+        let model = Arc::clone(&self.model);
+        self.with_triangles(|contact, device| contact.certify(&model, device, substep, &held))
+            .map(drop)
     }
 
     /// `contact_certify` of an iterate.
     pub(super) fn triangle_certify_iterate(&mut self, substep: &Substep) -> Result<u64> {
         self.start_ensure()?;
         let held = self.semi_implicit.held().to_vec();
-        let changed = self
-            .with_triangles(|contact, device| contact.certify_iterate(device, substep, &held))?;
+        let model = Arc::clone(&self.model);
+        let changed = self.with_triangles(|contact, device| {
+            contact.certify_iterate(&model, device, substep, &held)
+        })?;
         Ok(changed.unwrap_or_default())
     }
 
@@ -235,6 +252,12 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
         self.memory.ways.write(&self.kernels.memory.queue, 0, ways)
     }
 
+    fn nodes_write(&mut self, start: &[Real4<T>], end: &[Real4<T>]) -> Result<()> {
+        let (queue, particles) = (&self.kernels.memory.queue, self.kernels.count());
+        self.memory.ways.write(queue, particles, start)?;
+        self.memory.ways.write(queue, 2 * particles + start.len(), end)
+    }
+
     fn look(
         &mut self,
         task: &PairTask<T>,
@@ -275,7 +298,8 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
     }
 
     fn references_drift(&mut self, task: &PairTask<T>) -> Result<()> {
-        self.pairs_start("contact_pairs_reference", Launch::over(self.kernels.count()), task)
+        let launch = Launch::over(task.node_count as usize);
+        self.pairs_start("contact_pairs_reference", launch, task)
     }
 
     fn boxes_fit(&mut self, task: &PairTask<T>) -> Result<()> {
@@ -287,7 +311,8 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
 
     fn list_fill(&mut self, task: &PairTask<T>) -> Result<u32> {
         self.count_clear(1)?;
-        self.pairs_start("contact_pairs_list", Launch::over(task.group_count as usize), task)?;
+        let launch = Launch::over(task.own_group_count as usize);
+        self.pairs_start("contact_pairs_list", launch, task)?;
         Ok(self.counts()?[1])
     }
 
@@ -309,7 +334,12 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
         memory.velocity[present].write(&memory.queue, 0, velocity)
     }
 
-    fn contacts_write(&mut self, set: &ContactSet<T>, _: NewtonStart) -> Result<()> {
-        self.memory.contacts_write(&self.kernels.memory.queue, set)
+    fn contacts_write(
+        &mut self,
+        set: &ContactSet<T>,
+        equations: &[ContactEquation<T>],
+        _: NewtonStart,
+    ) -> Result<()> {
+        self.memory.contacts_write(&self.kernels.memory.queue, set, equations)
     }
 }

@@ -14,6 +14,9 @@ impl Stages {
         if !self.model.collider_impulses() || colliders == 0 {
             return Ok(());
         }
+        if let Some(triangles) = &mut self.triangles {
+            triangles.impulses_take(out);
+        }
         self.settle()?;
         let blocks = self.particle_count().div_ceil(MEASURE_BLOCK) as usize;
         let items = ((blocks * colliders) as u32, 1);

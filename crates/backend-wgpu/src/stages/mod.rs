@@ -472,6 +472,9 @@ impl Stages {
         self.slots.ticks();
         self.slots_write()?;
         self.colliders_write(plan)?;
+        if let Some(triangles) = &mut self.triangles {
+            triangles.frame_begin(plan);
+        }
         self.contact_constants_write()?;
         if self.may_repeat() {
             self.plan = Some(Arc::new(plan.clone()));
@@ -491,7 +494,13 @@ impl Stages {
         let data: Vec<layout::Collider> = shapes
             .zip(self.grid_numbers.iter().cycle())
             .zip(&plan.colliders)
-            .map(|((collider, &grid), at)| motion::collider(collider, grid, at))
+            .enumerate()
+            .map(|(number, ((collider, &grid), at))| {
+                match self.model.is_contact_body(number % plan.collider_count) {
+                    true => motion::body(),
+                    false => motion::collider(collider, grid, at),
+                }
+            })
             .collect();
         self.write_growing("colliders", bytemuck::cast_slice(&data))
     }

@@ -10,6 +10,17 @@ use crate::{
     readback::Readback,
 };
 
+/// What stands for a body in contact of triangles where kernels read colliders: a plane far below everything.
+pub(super) fn body() -> layout::Collider {
+    layout::Collider {
+        translation: [0.0, 0.0, FAR_BELOW],
+        row_x: [1.0, 0.0, 0.0],
+        row_y: [0.0, 1.0, 0.0],
+        row_z: [0.0, 0.0, 1.0],
+        ..layout::Collider::default()
+    }
+}
+
 /// A collider at one time, as kernels read it; `grid` is the number of its distance grid.
 pub(super) fn collider(collider: &Collider, grid: f32, at: &ColliderState) -> layout::Collider {
     let single = |vector: [f64; 3]| vector.map(|component| component as f32);
@@ -19,7 +30,7 @@ pub(super) fn collider(collider: &Collider, grid: f32, at: &ColliderState) -> la
         &ColliderShape::Sphere { radius } => (1, [radius, 0.0, 0.0]),
         &ColliderShape::Capsule { half_length, radius } => (2, [half_length, radius, 0.0]),
         &ColliderShape::Box { half_extents } => (3, half_extents),
-        // Refused with the contact that it is for.
+        // It is for contact of triangles alone, where it is a body.
         ColliderShape::Surface(_) => (0, [0.0; 3]),
         ColliderShape::Grid(_) => (4, [f64::from(grid), f64::from(at.sets.index), at.sets.share]),
     };
@@ -39,6 +50,9 @@ pub(super) fn collider(collider: &Collider, grid: f32, at: &ColliderState) -> la
         size_z,
     }
 }
+
+/// Where nothing is \[m\].
+const FAR_BELOW: f32 = -1e30;
 
 /// The copy of positions and velocities that `state_keep` makes.
 pub(super) const KEPT: [&str; 2] = ["position_kept", "velocity_kept"];
@@ -74,7 +88,7 @@ impl Stages {
         queue.write_buffer(self.buffers.velocity(0), 0, bytemuck::cast_slice(&vectors));
         self.semi_implicit.held_changed();
         if let Some(triangles) = &mut self.triangles {
-            triangles.state_given(&state.slips);
+            triangles.state_given(&self.model, state);
         }
         self.slots.restart(state.time);
         self.status_reset(STOPPED_NEVER)?;
@@ -226,7 +240,7 @@ impl Stages {
             }
         }
         if let Some(triangles) = &mut self.triangles {
-            triangles.set.keep();
+            triangles.keep();
         }
         self.impulses_copy(["impulses", "impulses_kept"])?;
         self.kept_copy(true)
@@ -251,7 +265,7 @@ impl Stages {
         self.in_place()?;
         self.list_uses = 0;
         if let Some(triangles) = &mut self.triangles {
-            triangles.set.restore();
+            triangles.restore();
         }
         self.impulses_copy(["impulses_kept", "impulses"])?;
         self.kept_copy(false)

@@ -1,10 +1,12 @@
 //! The stages of contact of triangles: what [`DeviceContact`] asks of the device. A substep looks at it once for contacts, and once for
 //! the certificate.
 
+use std::sync::Arc;
+
 use cloth_core::{
     Error, NewtonStart, Result, SolverConfig,
     contact::{
-        Candidate, ContactLaw, ContactSet, ContactSlip, Contacts,
+        Candidate, ContactEquation, ContactLaw, ContactSet, ContactSlip, Contacts,
         device::{
             DeviceContact, PAIR_WORDS, PAIRS_MAX, PairAnswer, PairDevice, PairLook, PairTask,
             WaysFrom, pairs_of,
@@ -28,12 +30,13 @@ impl Stages {
             let particles = stages.model.particle_count() as u64;
             let surface = triangles.surface_words();
             let surface: &[u8] = bytemuck::cast_slice(&surface);
+            let nodes = u64::from(triangles.list.task.node_count);
             let boxes = 2 * VECTOR_SIZE * triangles.box_count() as u64;
             for (name, size, contents) in [
                 ("surface", surface.len() as u64, Some(surface)),
                 ("pair_task", size_of::<layout::PairTask>() as u64, None),
-                ("pair_ways", 2 * VECTOR_SIZE * particles, None),
-                ("pair_references", 2 * VECTOR_SIZE * particles, None),
+                ("pair_ways", 2 * VECTOR_SIZE * nodes, None),
+                ("pair_references", 2 * VECTOR_SIZE * nodes, None),
                 ("pair_boxes", boxes, None),
                 ("contact_table", 4 * (TABLE_HEAD as u64 + particles + 1), None),
             ] {
@@ -63,7 +66,8 @@ impl Stages {
 
     /// `contact_pairs`.
     pub(crate) fn contact_pairs_find(&mut self, substep: &Substep) -> Result<()> {
-        self.with_triangles(|stages, triangles| triangles.pairs(stages, substep)).map(drop)
+        let model = Arc::clone(&self.model);
+        self.with_triangles(|stages, triangles| triangles.pairs(&model, stages, substep)).map(drop)
     }
 
     /// `contact_geometry`.
@@ -82,8 +86,9 @@ impl Stages {
     pub(crate) fn contact_certify(&mut self, substep: &Substep) -> Result<()> {
         self.start_ensure()?;
         let held = std::mem::take(&mut self.held);
+        let model = Arc::clone(&self.model);
         let done = self
-            .with_triangles(|stages, triangles| triangles.certify(stages, substep, &held))
+            .with_triangles(|stages, triangles| triangles.certify(&model, stages, substep, &held))
             .map(drop);
         self.held = held;
         done
@@ -93,8 +98,9 @@ impl Stages {
     pub(crate) fn contact_certify_iterate(&mut self, substep: &Substep) -> Result<u64> {
         self.start_ensure()?;
         let held = std::mem::take(&mut self.held);
+        let model = Arc::clone(&self.model);
         let changed = self.with_triangles(|stages, triangles| {
-            triangles.certify_iterate(stages, substep, &held)
+            triangles.certify_iterate(&model, stages, substep, &held)
         });
         self.held = held;
         Ok(changed?.unwrap_or_default())
@@ -179,7 +185,7 @@ impl Stages {
     }
 
     /// Puts the ways in place.
-    fn ways_record(&mut self, from: WaysFrom) -> Result<()> {
+    fn ways_record(&mut self, task: &PairTask<f32>, from: WaysFrom) -> Result<()> {
         match from {
             WaysFrom::Device => Ok(()),
             WaysFrom::Velocities => {
@@ -192,7 +198,8 @@ impl Stages {
                 let start = self.buffers.get(START, 0, 0)?;
                 let end = self.buffers.position(self.present);
                 self.recorder.copy(&self.context, start, 0, ways, 0, size);
-                self.recorder.copy(&self.context, end, 0, ways, size, size);
+                let ends = VECTOR_SIZE * u64::from(task.node_count);
+                self.recorder.copy(&self.context, end, 0, ways, ends, size);
                 Ok(())
             }
         }
@@ -220,6 +227,13 @@ impl PairDevice<f32> for Stages {
         self.write("pair_ways", 0, bytemuck::cast_slice(ways))
     }
 
+    fn nodes_write(&mut self, start: &[[f32; 4]], end: &[[f32; 4]]) -> Result<()> {
+        let behind = VECTOR_SIZE * self.model.particle_count() as u64;
+        let size = VECTOR_SIZE * start.len() as u64;
+        self.write("pair_ways", behind, bytemuck::cast_slice(start))?;
+        self.write("pair_ways", 2 * behind + size, bytemuck::cast_slice(end))
+    }
+
     fn look(
         &mut self,
         task: &PairTask<f32>,
@@ -230,7 +244,7 @@ impl PairDevice<f32> for Stages {
     ) -> Result<()> {
         self.task_write(task)?;
         self.write("pair_results", 0, bytemuck::bytes_of(&0_u32))?;
-        self.ways_record(ways)?;
+        self.ways_record(task, ways)?;
         self.pair_kernel("contact_pairs", "contact_pairs_moved", (2 * task.moved_blocks, 1))?;
         let kernel = match look {
             PairLook::Moved => None,
@@ -256,8 +270,8 @@ impl PairDevice<f32> for Stages {
         Ok(())
     }
 
-    fn references_take(&mut self, _: &PairTask<f32>) -> Result<()> {
-        let size = 2 * VECTOR_SIZE * self.model.particle_count() as u64;
+    fn references_take(&mut self, task: &PairTask<f32>) -> Result<()> {
+        let size = 2 * VECTOR_SIZE * u64::from(task.node_count);
         let [ways, references] =
             [self.buffers.get("pair_ways", 0, 0)?, self.buffers.get("pair_references", 0, 0)?];
         self.recorder.copy(&self.context, ways, 0, references, 0, size);
@@ -266,7 +280,7 @@ impl PairDevice<f32> for Stages {
 
     fn references_drift(&mut self, task: &PairTask<f32>) -> Result<()> {
         self.task_write(task)?;
-        let items = (self.particle_count(), WORKGROUP);
+        let items = (task.node_count, WORKGROUP);
         self.pair_kernel("contact_pairs", "contact_pairs_reference", items)
     }
 
@@ -279,7 +293,8 @@ impl PairDevice<f32> for Stages {
     fn list_fill(&mut self, task: &PairTask<f32>) -> Result<u32> {
         self.task_write(task)?;
         self.write("pair_results", 4, bytemuck::bytes_of(&0_u32))?;
-        self.pair_kernel("contact_pairs", "contact_pairs_list", (task.group_count, WORKGROUP))?;
+        let items = (task.own_group_count, WORKGROUP);
+        self.pair_kernel("contact_pairs", "contact_pairs_list", items)?;
         Ok(self.read_words::<u32>("pair_results", 2)?[1])
     }
 
@@ -304,8 +319,13 @@ impl PairDevice<f32> for Stages {
         Ok(())
     }
 
-    fn contacts_write(&mut self, set: &ContactSet<f32>, newton: NewtonStart) -> Result<()> {
-        let table = table(set, self.model.particle_count(), newton);
+    fn contacts_write(
+        &mut self,
+        set: &ContactSet<f32>,
+        equations: &[ContactEquation<f32>],
+        newton: NewtonStart,
+    ) -> Result<()> {
+        let table = table(set, equations, self.model.particle_count(), newton);
         self.write_growing("contact_table", bytemuck::cast_slice(&table))
     }
 }

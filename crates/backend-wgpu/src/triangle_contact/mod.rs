@@ -19,6 +19,7 @@ impl From<PairTask<f32>> for layout::PairTask {
         let PairTask { drift, reach, length, delta, distance, .. } = task;
         let PairTask { flags, group_count, pair_count, pair_capacity, .. } = task;
         let PairTask { found_capacity, moved_blocks, edge_count, .. } = task;
+        let PairTask { node_count, own_group_count, .. } = task;
         Self {
             drift,
             reach,
@@ -32,7 +33,8 @@ impl From<PairTask<f32>> for layout::PairTask {
             found_capacity,
             moved_blocks,
             edge_count,
-            ..Self::default()
+            node_count,
+            own_group_count,
         }
     }
 }

@@ -2,28 +2,33 @@
 
 use cloth_core::{
     MatrixBlock, NewtonStart,
-    contact::{ContactSet, ContactStencil},
+    contact::{ContactEquation, ContactSet, ContactStencil},
 };
 
 /// Words before the rows of particles.
 pub(crate) const TABLE_HEAD: usize = 2;
 /// Words of a contact.
-const CONTACT_WORDS: usize = 20;
+const CONTACT_WORDS: usize = 4 + 4 + 6 + 3 + 3;
 
 /// The particles of a contact, with their place in it and their weight.
-fn ends(stencil: &ContactStencil<f32>) -> impl Iterator<Item = (usize, usize, f32)> {
-    let ends = stencil.particles.into_iter().zip(stencil.weights).enumerate();
+fn ends(particles: [u32; 4], weights: [f32; 4]) -> impl Iterator<Item = (usize, usize, f32)> {
+    let ends = particles.into_iter().zip(weights).enumerate();
     ends.map(|(place, (particle, weight))| (place, particle as usize, weight))
         .filter(|(_, _, weight)| *weight != 0.0)
 }
 
 /// The table of the present contacts of `count` particles.
-pub(crate) fn table(set: &ContactSet<f32>, count: usize, start: NewtonStart) -> Vec<u32> {
-    let (stencils, states) = (set.stencils(), set.states());
+pub(crate) fn table(
+    set: &ContactSet<f32>,
+    equations: &[ContactEquation<f32>],
+    count: usize,
+    start: NewtonStart,
+) -> Vec<u32> {
+    let ends = |equation: &ContactEquation<f32>| ends(equation.particles, equation.weights);
     let first = TABLE_HEAD + count + 1;
     let mut words = vec![0_u32; first];
     // Each row begins where the one before ends: counts first.
-    for (_, particle, _) in stencils.iter().flat_map(ends) {
+    for (_, particle, _) in equations.iter().flat_map(ends) {
         words[TABLE_HEAD + particle + 1] += 1;
     }
     words[TABLE_HEAD] = first as u32;
@@ -33,21 +38,20 @@ pub(crate) fn table(set: &ContactSet<f32>, count: usize, start: NewtonStart) -> 
     let end = words[first - 1];
     words.resize(end as usize, 0);
     let mut next = words[TABLE_HEAD..first].to_vec();
-    for (contact, stencil) in stencils.iter().enumerate() {
-        for (place, particle, _) in ends(stencil) {
+    for (contact, equation) in equations.iter().enumerate() {
+        for (place, particle, _) in ends(equation) {
             words[next[particle] as usize] = (4 * contact + place) as u32;
             next[particle] += 1;
         }
     }
     words[0] = end;
     words[1] = u32::from(start == NewtonStart::StepStart);
-    words.reserve(CONTACT_WORDS * stencils.len());
-    for (stencil, state) in stencils.iter().zip(states) {
-        words.extend(stencil.particles);
-        let numbers = stencil.weights.iter().chain(&state.action.rows);
-        words.extend(numbers.chain(&state.action.force).map(|number| number.to_bits()));
-        // Up to the next contact.
-        words.resize(words.len() + CONTACT_WORDS - 4 - 4 - 6 - 3, 0);
+    words.reserve(CONTACT_WORDS * equations.len());
+    for (equation, state) in equations.iter().zip(set.states()) {
+        words.extend(equation.particles);
+        let numbers = equation.weights.iter().chain(&state.action.rows);
+        let numbers = numbers.chain(&state.action.force).chain(&equation.carried);
+        words.extend(numbers.map(|number| number.to_bits()));
     }
     words
 }
@@ -58,6 +62,10 @@ pub(crate) fn blocks(set: &ContactSet<f32>, count: usize) -> Vec<Vec<MatrixBlock
     for (stencil, state) in set.stencils().iter().zip(set.states()) {
         let [xx, yy, zz, xy, xz, yz] = state.action.rows.map(f64::from);
         let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+        let ends = |stencil: &ContactStencil<f32>| {
+            let is_particle = |&(_, end, _): &(usize, usize, f32)| set.is_particle(end as u32);
+            ends(stencil.particles, stencil.weights).filter(is_particle)
+        };
         for (_, row, a) in ends(stencil) {
             for (_, column, b) in ends(stencil).filter(|(_, column, _)| *column != row) {
                 let factor = f64::from(a * b);

@@ -63,6 +63,11 @@ impl<T: Real> ContactLaw<T> {
         }
     }
 
+    /// Length of the substep \[s\].
+    pub(super) const fn length(&self) -> T {
+        self.length
+    }
+
     /// The force of a contact whose mass is `mass` \[kg\], that of 1 / sum w^2 / m, shared by `crowd` contacts of one particle.
     ///
     /// `velocity` \[m/s\] is that of the first point past the second, `slip` \[m\] the displacement along the plane from where both

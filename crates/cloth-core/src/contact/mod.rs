@@ -23,7 +23,7 @@ pub use certifier::{Certifier, PairSearch, UnprovenPair, Ways};
 pub(crate) use law::EXPLICIT_EIGENVALUE;
 pub use law::{ContactAction, ContactLaw};
 pub use records::{Contact, ContactSlip, Contacts};
-pub use set::{ContactMotion, ContactSet, ContactState};
+pub use set::{ContactEquation, ContactMotion, ContactSet, ContactState};
 pub use stencil::{ContactKey, ContactKind, ContactStencil};
 pub use surface::{Candidate, ContactSurface};
 pub use truncation::{SeparatingPlane, certificate_distance, is_proven};

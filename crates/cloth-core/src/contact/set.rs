@@ -37,6 +37,17 @@ pub struct ContactState<T> {
     pub action: ContactAction<T>,
 }
 
+/// A contact in the equations of particles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactEquation<T> {
+    /// Its particles. Nodes of bodies, which no equation is about, are another particle, with weight 0.
+    pub particles: [u32; 4],
+    /// Their weights.
+    pub weights: [T; 4],
+    /// S sum w_b v_b of the nodes of bodies.
+    pub carried: [T; 3],
+}
+
 /// What the state of a contact follows from, besides its geometry.
 pub struct ContactMotion<X, V, S, M> {
     /// Present positions \[m\].
@@ -119,6 +130,13 @@ impl<T: Real> ContactSet<T> {
         }
     }
 
+    /// Whether a number is that of a particle, not of a node of a body.
+    #[inline(always)]
+    #[must_use]
+    pub const fn is_particle(&self, node: u32) -> bool {
+        node < self.particles
+    }
+
     /// The contacts.
     #[must_use]
     pub fn stencils(&self) -> &[ContactStencil<T>] {
@@ -159,6 +177,40 @@ impl<T: Real> ContactSet<T> {
         let slip = stencil.tangential(slip);
         let action = law.action(stencil, (mass, crowd), (velocity, slip), start);
         Some(ContactState { slip, action })
+    }
+
+    /// What a contact is in the equations of particles, in a substep of `length` \[s\].
+    #[must_use]
+    pub fn equation(
+        &self,
+        contact: usize,
+        bodies: &BodyMotion<T>,
+        length: T,
+    ) -> ContactEquation<T> {
+        let stencil = &self.stencils[contact];
+        let is_particle = |node: &u32| self.is_particle(*node);
+        let mut equation = ContactEquation {
+            particles: stencil.particles,
+            weights: stencil.weights,
+            carried: [T::ZERO; 3],
+        };
+        let own = stencil.particles.into_iter().find(is_particle);
+        let Some(own) = own.filter(|_| !stencil.particles.iter().all(is_particle)) else {
+            return equation;
+        };
+        let [x, y, z] = stencil.relative(|node: u32| match is_particle(&node) {
+            true => [T::ZERO; 3],
+            false => bodies.velocity(node, length),
+        });
+        let [xx, yy, zz, xy, xz, yz] = self.states[contact].action.rows;
+        equation.carried =
+            [xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z];
+        for (particle, weight) in equation.particles.iter_mut().zip(&mut equation.weights) {
+            if !is_particle(particle) {
+                (*particle, *weight) = (own, T::ZERO);
+            }
+        }
+        equation
     }
 
     /// Takes in what all contacts do, in their order.

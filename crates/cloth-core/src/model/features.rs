@@ -170,23 +170,6 @@ pub enum ContactFeature {
 }
 
 impl Model {
-    /// Checks, for a backend whose contact of triangles is one of cloths alone, that no collider takes part in it.
-    ///
-    /// # Errors
-    /// `Unsupported`, with the collider and the backends that have it.
-    pub fn check_no_contact_bodies(&self, backend: &'static str) -> Result<(), Error> {
-        let all = self.colliders().iter().enumerate();
-        let Some((_, body)) = all.into_iter().find(|&(number, _)| self.is_contact_body(number))
-        else {
-            return Ok(());
-        };
-        let feature = format!(
-            "contact of triangles with the faces of collider {:?} (the backends cpu and reference do)",
-            body.name
-        );
-        Err(Error::Unsupported { backend, feature })
-    }
-
     /// Checks, for a backend, that no integrator is asked for what none of its backends has: fabric in the constant matrix of the
     /// semi-implicit one, contact of triangles in the midpoint one.
     ///

@@ -43,10 +43,10 @@ pub enum SceneContactResponse {
         #[cfg_attr(test, schemars(range(min = 0.0)))]
         damping: f64,
     },
-    /// Triangles push each other apart, rub, and are proven in every substep not to have gone through each other. So are, on the backends cpu
-    /// and reference, the faces of boxes and meshes among the colliders, which are then exact, may be open, and need no distances. What is
-    /// closer than the contact distance within a cloth at the start, such as triangles next to each other, pushes only once it comes closer
-    /// than nine tenths of that.
+    /// Triangles push each other apart, rub, and are proven in every substep not to have gone through each other. So are
+    /// the faces of boxes and meshes among the colliders, which are then exact, may be open, and need no distances. What is closer than
+    /// the contact distance within a cloth at the start, such as triangles next to each other, pushes only once it comes closer than nine
+    /// tenths of that.
     Triangles {
         /// Coulomb friction coefficient between cloths; 0 if not given.
         #[serde(default)]

@@ -1,6 +1,6 @@
 //! The list of pairs on a device: when it is built, and what is found in it.
 
-use crate::{Model, Real, Result, model::SelfContact};
+use crate::{Real, Result};
 
 use super::{
     super::{ContactSurface, UnprovenPair},
@@ -45,22 +45,30 @@ impl<T: Real> Look<T> {
 }
 
 impl<T: Real> DeviceList<T> {
-    pub(super) fn new(model: &Model, contact: &SelfContact, surface: &ContactSurface) -> Self {
-        let triangles = surface.triangles().len();
-        let blocks = model.particle_count().div_ceil(MOVED_THREADS).clamp(1, MOVED_BLOCKS_MAX);
+    pub(super) fn new(surface: &ContactSurface) -> Self {
+        let (triangles, own) = (surface.triangles().len(), surface.cloth_triangles());
+        let groups = |triangles: usize| triangles.div_ceil(GROUP).next_power_of_two() as u32;
+        // Those of cloths are one half of the tree, those of bodies the other one.
+        let has_bodies = triangles > own;
+        let own_groups =
+            if has_bodies { groups(own).max(groups(triangles - own)) } else { groups(own) };
+        let nodes = surface.node_count();
+        let blocks = nodes.div_ceil(MOVED_THREADS).clamp(1, MOVED_BLOCKS_MAX);
         let task = PairTask {
-            reach: T::from_f64((1.0 + SKIN) * contact.distance),
-            distance: T::from_f64(contact.distance),
+            reach: T::from_f64((1.0 + SKIN) * surface.reach()),
+            distance: T::from_f64(surface.reach()),
             drift: [T::ZERO; 3],
             length: T::ZERO,
             delta: T::ZERO,
             flags: 0,
-            group_count: triangles.div_ceil(GROUP).next_power_of_two() as u32,
+            group_count: if has_bodies { 2 * own_groups } else { own_groups },
             pair_count: 0,
             pair_capacity: (16 * triangles).max(1024) as u32,
             found_capacity: 1024,
             moved_blocks: blocks as u32,
             edge_count: surface.edges().len() as u32,
+            node_count: nodes as u32,
+            own_group_count: own_groups,
         };
         let answer = PairAnswer { found: 0, pairs: Vec::new(), moved: Vec::new() };
         Self { task, has_list: false, expected: EXPECTED_MIN, answer, rebuilds: 0 }

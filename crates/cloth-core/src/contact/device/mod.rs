@@ -14,11 +14,14 @@ pub use task::{
     TASK_MARKED, TASK_NEW, TRIANGLE_WORDS, WaysFrom, pairs_of, surface_words,
 };
 
-use crate::{ContactStatistics, Model, NewtonStart, Real, Result, stepper::Substep};
+use crate::{
+    ColliderImpulse, ContactStatistics, Model, NewtonStart, Real, Result, State,
+    stepper::{FramePlan, Substep},
+};
 
 use super::{
-    Certifier, ContactLaw, ContactMotion, ContactSet, ContactSurface, UnprovenPair,
-    certificate_distance,
+    BodyImpulses, BodyMotion, Certifier, ContactLaw, ContactMotion, ContactSet, ContactSurface,
+    UnprovenPair, certificate_distance,
 };
 use search::DeviceSearch;
 
@@ -37,6 +40,10 @@ pub struct DeviceContact<T> {
     pub has_contacts: bool,
     truncated: u64,
     motion: HostMotion<T>,
+    /// Where the nodes of bodies are, whose numbers come behind those of particles.
+    bodies: BodyMotion<T>,
+    impulses: BodyImpulses,
+    particles: usize,
 }
 
 /// What contacts follow from, as it was last read.
@@ -53,11 +60,14 @@ impl<T: Real> DeviceContact<T> {
     pub fn new(model: &Model) -> Option<Self> {
         let contact = *model.self_contact().filter(|contact| contact.is_of_triangles())?;
         let surface = ContactSurface::new(model, &contact);
-        let count = model.particle_count();
+        let (count, nodes) = (model.particle_count(), surface.node_count());
         Some(Self {
-            list: DeviceList::new(model, &contact, &surface),
-            set: ContactSet::new(count),
-            certifier: Certifier::new(count),
+            list: DeviceList::new(&surface),
+            set: ContactSet::with_nodes(count, nodes),
+            certifier: Certifier::with_nodes(count, nodes),
+            bodies: BodyMotion::new(model),
+            impulses: BodyImpulses::new(model),
+            particles: count,
             near: Vec::new(),
             has_contacts: false,
             truncated: 0,
@@ -79,10 +89,52 @@ impl<T: Real> DeviceContact<T> {
     }
 
     /// A state has been given from outside.
-    pub fn state_given(&mut self, slips: &[super::ContactSlip]) {
+    pub fn state_given(&mut self, model: &Model, state: &State) {
+        self.bodies.state_write(model, state);
         self.certifier.positions_given();
-        self.set.slips_write(slips);
+        self.set.slips_write(&state.slips);
         self.near.clear();
+    }
+
+    /// A frame begins.
+    pub fn frame_begin(&mut self, plan: &FramePlan) {
+        self.bodies.frame_begin(plan);
+    }
+
+    /// `state_keep`.
+    pub fn keep(&mut self) {
+        self.set.keep();
+        self.bodies.keep();
+        self.impulses.keep();
+    }
+
+    /// `state_restore`.
+    pub fn restore(&mut self) {
+        self.set.restore();
+        self.bodies.restore();
+        self.impulses.restore();
+    }
+
+    /// Adds what bodies did to cloth since the last call to the sums of their colliders.
+    pub fn impulses_take(&mut self, out: &mut [ColliderImpulse]) {
+        self.impulses.take(out);
+    }
+
+    /// Puts the nodes of bodies where they are in a substep.
+    fn bodies_put(
+        &mut self,
+        model: &Model,
+        device: &mut impl PairDevice<T>,
+        substep: &Substep,
+    ) -> Result<()> {
+        if self.bodies.is_empty() {
+            return Ok(());
+        }
+        self.bodies.substep_begin(model, substep.index);
+        let full = |&[x, y, z]: &[T; 3]| [x, y, z, T::ZERO];
+        let [start, end] = [self.bodies.start(), self.bodies.end()]
+            .map(|nodes| nodes.iter().map(full).collect::<Vec<_>>());
+        device.nodes_write(&start, &end)
     }
 
     /// Whether the last [`Self::geometry`] has found contacts.
@@ -95,9 +147,18 @@ impl<T: Real> DeviceContact<T> {
     ///
     /// # Errors
     /// Those of the device.
-    pub fn pairs(&mut self, device: &mut impl PairDevice<T>, substep: &Substep) -> Result<()> {
-        let list = &mut self.list;
-        list.task.length = T::from_f64(substep.length);
+    pub fn pairs(
+        &mut self,
+        model: &Model,
+        device: &mut impl PairDevice<T>,
+        substep: &Substep,
+    ) -> Result<()> {
+        self.bodies_put(model, device, substep)?;
+        let Self { list, bodies, .. } = self;
+        let length = T::from_f64(substep.length);
+        // Contacts are asked for with bodies at the start and at the end: particles are where they are in both.
+        let moves = bodies.moves();
+        list.task.length = if moves { T::ZERO } else { length };
         self.near.clear();
         let distance = list.task.distance;
         let mut look = list.look(device, PairLook::Near, WaysFrom::Velocities)?;
@@ -105,7 +166,15 @@ impl<T: Real> DeviceContact<T> {
             // Whoever looks for divergence says so.
             return Ok(());
         }
-        if !list.holds_at_start(&look, distance) {
+        let holds = match moves {
+            true => list.holds_for(&look, distance),
+            false => list.holds_at_start(&look, distance),
+        };
+        if !holds {
+            if moves {
+                list.task.length = length;
+                list.look(device, PairLook::Moved, WaysFrom::Velocities)?;
+            }
             list.build(device, true)?;
             look = list.look(device, PairLook::Near, WaysFrom::Device)?;
         }
@@ -123,37 +192,54 @@ impl<T: Real> DeviceContact<T> {
         law: ContactLaw<T>,
         newton: NewtonStart,
     ) -> Result<()> {
+        let length = law.length();
         if self.near.is_empty() {
             self.set.stencils_set(law, Vec::new());
             self.set.states_set(Vec::new());
-            return self.contacts_write(device, newton);
+            return self.contacts_write(device, length, newton);
         }
-        let Self { surface, set, motion, near, .. } = self;
+        let Self { surface, set, motion, near, bodies, particles, .. } = self;
         device.ends_read(&mut motion.position, &mut motion.start)?;
         device.velocities_read(&mut motion.velocity)?;
-        let position = |i: u32| vector(&motion.position[i as usize]);
+        let (bodies, particles) = (&*bodies, *particles as u32);
+        let nodes = match newton {
+            NewtonStart::StepStart => bodies.start(),
+            NewtonStart::Iterate => bodies.end(),
+        };
+        let of = |i: u32, all: &[[T; 4]], nodes: &[[T; 3]]| match i.checked_sub(particles) {
+            Some(node) => nodes[node as usize],
+            None => vector(&all[i as usize]),
+        };
+        let position = |i: u32| of(i, &motion.position, nodes);
         let found = near.iter().filter_map(|pair| surface.contact(pair.candidate, position));
         set.stencils_set(law, found.collect());
         let motion = ContactMotion {
             position,
-            velocity: |i: u32| vector(&motion.velocity[i as usize]),
-            start: |i: u32| vector(&motion.start[i as usize]),
-            inverse_mass: |i: u32| motion.position[i as usize][3],
+            velocity: |i: u32| match i < particles {
+                true => vector(&motion.velocity[i as usize]),
+                false => bodies.velocity(i, length),
+            },
+            start: |i: u32| of(i, &motion.start, bodies.start()),
+            inverse_mass: |i: u32| motion.position.get(i as usize).map_or(T::ZERO, |x| x[3]),
         };
         let all = 0..set.stencils().len();
         let states = all.filter_map(|contact| set.state(contact, &motion, newton)).collect();
         set.states_set(states);
-        self.contacts_write(device, newton)
+        self.contacts_write(device, length, newton)
     }
 
     fn contacts_write(
         &mut self,
         device: &mut impl PairDevice<T>,
+        length: T,
         newton: NewtonStart,
     ) -> Result<()> {
         if self.touches() || self.has_contacts {
             self.has_contacts = self.touches();
-            device.contacts_write(&self.set, newton)?;
+            let all = 0..self.set.states().len();
+            let equations: Vec<_> =
+                all.map(|contact| self.set.equation(contact, &self.bodies, length)).collect();
+            device.contacts_write(&self.set, &equations, newton)?;
         }
         Ok(())
     }
@@ -164,19 +250,33 @@ impl<T: Real> DeviceContact<T> {
     /// Those of the device, and of [`Certifier::certify`].
     pub fn certify(
         &mut self,
+        model: &Model,
         device: &mut impl PairDevice<T>,
         substep: &Substep,
         held: &[bool],
     ) -> Result<()> {
+        self.bodies_put(model, device, substep)?;
         let is_proven = self.is_proven(device)?;
         if !is_proven || self.touches() {
             device.ends_read(&mut self.motion.position, &mut self.motion.start)?;
         }
         if !is_proven {
-            self.truncated += self.shorten(device, T::from_f64(substep.length), held)?;
+            let length = T::from_f64(substep.length);
+            let shortened = self.shorten(device, length, held, true);
+            self.truncated += shortened.map_err(|error| self.bodies.error_name(model, error))?;
         }
-        let [position, start] = [&self.motion.position, &self.motion.start];
-        self.set.settle(|i| vector(&position[i as usize]), |i| vector(&start[i as usize]));
+        let Self { set, motion, bodies, impulses, particles, .. } = self;
+        let particles = *particles as u32;
+        let of = |i: u32, all: &[[T; 4]], nodes: &[[T; 3]]| match i.checked_sub(particles) {
+            Some(node) => nodes[node as usize],
+            None => vector(&all[i as usize]),
+        };
+        let position = |i| of(i, &motion.position, bodies.end());
+        set.settle(position, |i| of(i, &motion.start, bodies.start()));
+        // Rounded as the processor has it.
+        let length = T::from_f64(substep.length).to_f64();
+        set.body_impulses((bodies, impulses), position, length);
+        bodies.substep_end();
         Ok(())
     }
 
@@ -186,15 +286,18 @@ impl<T: Real> DeviceContact<T> {
     /// As [`Self::certify`].
     pub fn certify_iterate(
         &mut self,
+        model: &Model,
         device: &mut impl PairDevice<T>,
         substep: &Substep,
         held: &[bool],
     ) -> Result<u64> {
+        self.bodies_put(model, device, substep)?;
         if self.is_proven(device)? {
             return Ok(0);
         }
         device.ends_read(&mut self.motion.position, &mut self.motion.start)?;
-        self.shorten(device, T::from_f64(substep.length), held)
+        let shortened = self.shorten(device, T::from_f64(substep.length), held, false);
+        shortened.map_err(|error| self.bodies.error_name(model, error))
     }
 
     /// Whether the device proves all pairs, and nothing else is to be looked at. What is not finite is left to whoever looks for
@@ -227,30 +330,43 @@ impl<T: Real> DeviceContact<T> {
         }
     }
 
-    /// Shortens ways, on the host, with the pairs that the device finds. Returns how many.
+    /// Shortens ways, on the host, with the pairs that the device finds, at the end of a substep, which bodies feel, or for an
+    /// iterate. Returns how many.
     fn shorten(
         &mut self,
         device: &mut impl PairDevice<T>,
         length: T,
         held: &[bool],
+        is_end: bool,
     ) -> Result<u64> {
-        let Self { motion, list, certifier, .. } = self;
-        let start: Vec<_> = motion.start.iter().map(vector).collect();
-        let mut end: Vec<_> = motion.position.iter().map(vector).collect();
+        let Self { motion, list, certifier, bodies, impulses, .. } = self;
+        let all = |own: &[[T; 4]], nodes: &[[T; 3]]| -> Vec<[T; 3]> {
+            own.iter().map(vector).chain(nodes.iter().copied()).collect()
+        };
+        let start = all(&motion.start, bodies.start());
+        let mut end = all(&motion.position, bodies.end());
         let mut search = DeviceSearch { device: &mut *device, list };
-        let changed =
-            certifier.certify(&mut search, &start, &mut end, |i: u32| held[i as usize])?;
+        let is_held = |i: u32| held.get(i as usize).is_none_or(|held| *held);
+        let ways = (&*start, &mut *end);
+        let changed = certifier.certify_with(&mut search, ways, is_held, &*bodies)?;
         if changed == 0 {
             return Ok(0);
         }
         device.velocities_read(&mut motion.velocity)?;
-        let moved = motion.position.iter_mut().zip(&mut motion.velocity).zip(&end).zip(held);
-        for (((wanted, velocity), end), _) in moved.filter(|(_, held)| !**held) {
-            if vector(wanted) != *end {
-                for (k, &end) in end.iter().enumerate() {
-                    velocity[k] += (end - wanted[k]) / length;
-                    wanted[k] = end;
-                }
+        let moved = motion.position.iter_mut().zip(&mut motion.velocity).zip(&end).enumerate();
+        for (i, ((wanted, velocity), end)) in moved.filter(|(i, _)| !held[*i]) {
+            if vector(wanted) == *end {
+                continue;
+            }
+            let change: [T; 3] = std::array::from_fn(|k| (end[k] - wanted[k]) / length);
+            for k in 0..3 {
+                velocity[k] += change[k];
+                wanted[k] = end[k];
+            }
+            let body = certifier.body_at(i).filter(|_| is_end);
+            if let Some(collider) = body.and_then(|node| bodies.collider_of(node)) {
+                let linear = change.map(|change| (velocity[3] * change).to_f64());
+                impulses.add(collider, end.map(T::to_f64), linear);
             }
         }
         device.motion_write(&motion.position, &motion.velocity)?;

@@ -2,7 +2,7 @@
 
 use crate::{NewtonStart, Real, Result};
 
-use super::super::{Candidate, ContactSet, ContactSurface, UnprovenPair};
+use super::super::{Candidate, ContactEquation, ContactSet, ContactSurface, UnprovenPair};
 
 /// Triangles in a group.
 pub const GROUP: usize = 8;
@@ -38,7 +38,7 @@ pub struct PairTask<T> {
     pub distance: T,
     /// Sum of the `TASK_` constants.
     pub flags: u32,
-    /// Groups of triangles, a power of two.
+    /// Groups of triangles, a power of two: those of cloths, and behind them those of bodies.
     pub group_count: u32,
     /// Pairs in the list.
     pub pair_count: u32,
@@ -50,6 +50,10 @@ pub struct PairTask<T> {
     pub moved_blocks: u32,
     /// Edges of the surface.
     pub edge_count: u32,
+    /// Particles, and nodes of bodies behind them.
+    pub node_count: u32,
+    /// Groups of cloths: two triangles of bodies are no pair.
+    pub own_group_count: u32,
 }
 
 /// Which pairs of the list a look is for.
@@ -106,7 +110,13 @@ pub trait PairDevice<T: Real> {
     /// What the device reports.
     fn ways_write(&mut self, ways: &[[T; 4]]) -> Result<()>;
 
-    /// Puts ways in place, finds how far particles have moved, and the pairs of the list that are asked for. About `expected` pairs
+    /// Gives ways of the nodes of bodies, behind those of particles: starts and ends.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn nodes_write(&mut self, start: &[[T; 4]], end: &[[T; 4]]) -> Result<()>;
+
+    /// Puts ways of particles in place, finds how far particles have moved, and the pairs of the list that are asked for. About `expected` pairs
     /// will be found.
     ///
     /// # Errors
@@ -166,21 +176,31 @@ pub trait PairDevice<T: Real> {
     ///
     /// # Errors
     /// What the device reports.
-    fn contacts_write(&mut self, set: &ContactSet<T>, newton: NewtonStart) -> Result<()>;
+    fn contacts_write(
+        &mut self,
+        set: &ContactSet<T>,
+        equations: &[ContactEquation<T>],
+        newton: NewtonStart,
+    ) -> Result<()>;
 }
 
-/// The surface as kernels read it: groups of triangles, slots behind the last one filled up; the ends of all edges; for each particle
-/// whom seams make it one with.
+/// The surface as kernels read it: groups of triangles of cloths, and in the second half those of bodies, if there are any, slots
+/// behind the last ones filled up; the ends of all edges; for each node whom seams make it one with.
 #[must_use]
 pub fn surface_words(surface: &ContactSurface, group_count: u32) -> Vec<u32> {
     let slots = GROUP * group_count as usize;
     let mut words = Vec::with_capacity(TRIANGLE_WORDS * slots);
-    for triangle in surface.groups(GROUP) {
-        let [a, b, c] = surface.triangles()[triangle as usize];
-        let (owned, [ab, bc, ca]) = surface.features(triangle);
-        words.extend([triangle, a, b, c, u32::from(owned), ab, bc, ca]);
-    }
-    words.resize(TRIANGLE_WORDS * slots, NO_TRIANGLE);
+    let mut groups_put = |groups: Vec<u32>, end: usize| {
+        for triangle in groups {
+            let [a, b, c] = surface.triangles()[triangle as usize];
+            let (owned, [ab, bc, ca]) = surface.features(triangle);
+            words.extend([triangle, a, b, c, u32::from(owned), ab, bc, ca]);
+        }
+        words.resize(TRIANGLE_WORDS * end, NO_TRIANGLE);
+    };
+    let bodies = surface.body_groups(GROUP);
+    groups_put(surface.groups(GROUP), if bodies.is_empty() { slots } else { slots / 2 });
+    groups_put(bodies, slots);
     words.extend(surface.edges().iter().flatten());
     words.extend(surface.classes());
     words

@@ -5,9 +5,7 @@ use crate::{
     NewtonStart, Result, SolverReport,
 };
 
-use super::{
-    super::Substep, HALVINGS_MAX, constraints_meet, is_short, residual, solve, system,
-};
+use super::{super::Substep, HALVINGS_MAX, constraints_meet, is_short, residual, solve, system};
 
 /// Iterations at most, if settings do not ask for more.
 const ITERATIONS_MAX: u32 = 8;
