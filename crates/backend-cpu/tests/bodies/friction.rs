@@ -110,7 +110,7 @@ fn what_friction_does_not_hold_slides_as_coulomb_says() {
 #[test]
 fn a_sheet_on_a_sheet_stops_after_the_way_of_coulomb() {
     let (friction, speed) = (0.3, 0.5);
-    let expected = speed * speed / (2.0 * friction * GRAVITY);
+    let ideal = speed * speed / (2.0 * friction * GRAVITY);
     let mut below = sheet("below", 12, 0.021, [0.0; 3]);
     below.pins = (0..144).collect();
     let mut above = sheet("above", 5, 0.0177, [-0.05, 0.003, DISTANCE - 5e-6]);
@@ -127,8 +127,10 @@ fn a_sheet_on_a_sheet_stops_after_the_way_of_coulomb() {
         }
         let found = middle(&run) - start;
         let left = run.state.velocities[144..].iter().map(|v| v[0]).sum::<f64>() / 25.0;
+        // Steps that go on with the velocity at their end leave out the half of one that brakes.
+        let expected = ideal - 0.5 * speed * way.1;
         println!("{:?}: {found} of {expected} m, {left} m/s left", way.0);
-        assert!((found / expected - 1.0).abs() < 0.02, "{:?}: {found} of {expected} m", way.0);
+        assert!((found / expected - 1.0).abs() < 0.01, "{:?}: {found} of {expected} m", way.0);
         assert!(left.abs() < 1e-3, "{:?}: {left} m/s", way.0);
     }
 }
@@ -207,7 +209,8 @@ fn the_sum_of_impulses_is_the_momentum_of_cloth() {
                 }
                 let change: [f64; 3] = std::array::from_fn(|k| momentum(&run)[k] - start[k]);
                 println!("{name} {speed} {}: {change:?} {sum:?} {}", way.1, run.truncated);
-                assert!(change[2] > 0.0 && (speed < 1.0 || run.truncated > 0));
+                let is_explicit = matches!(way.0, Integrator::Explicit);
+                assert!(change[2] > 0.0 && (speed < 1.0 || !is_explicit || run.truncated > 0));
                 for k in 0..3 {
                     let error = (sum[k] - change[k]).abs();
                     assert!(error < bound * change[2], "{name} {:?}: {change:?} {sum:?}", way.0);

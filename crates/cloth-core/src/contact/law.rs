@@ -8,6 +8,9 @@ use super::{ContactStencil, along_plane, dot, plus};
 /// substep. The force is sixteen times as stiff at most: all contacts together take half of what is stable.
 const EXPLICIT_STIFFNESS: f64 = 1.0 / 32.0;
 
+/// Below this share of tau the force is a line there.
+const EXPLICIT_LINE: f64 = 0.25;
+
 /// Damping of a contact, relative to its mass over the time step, along the normal and along the plane: another half.
 const EXPLICIT_DAMPING: f64 = 0.25;
 
@@ -17,6 +20,9 @@ const RECOVERY_TIME: f64 = 0.01;
 
 /// The same stiffness where it is part of the matrix.
 const IMPLICIT_STIFFNESS: f64 = 30.0;
+
+/// The same share where force is part of the matrix: it may rise further before the certificate has to stop what is pulled over an edge.
+const IMPLICIT_LINE: f64 = 1.0 / 16.0;
 
 /// Largest stiffness in a matrix \[N/m\]: with more, iterations of the linear solver multiply.
 const STIFFNESS_MAX: f64 = 200.0;
@@ -90,7 +96,8 @@ impl<T: Real> ContactLaw<T> {
         } else {
             T::from_f64(EXPLICIT_STIFFNESS) * (inertia / self.time_step) / crowd
         };
-        let [push, slope] = normal_force(stiffness, stencil.reach, stencil.gap);
+        let line = if self.is_implicit { IMPLICIT_LINE } else { EXPLICIT_LINE };
+        let [push, slope] = normal_force(stiffness, line, stencil.reach, stencil.gap);
         let parting = dot(stencil.normal, velocity);
         let across = along_plane(velocity, stencil.normal);
         if self.is_implicit {
@@ -197,12 +204,12 @@ fn cone<T: Real>(friction: T, push: T, trial: [T; 3]) -> [T; 3] {
     if size <= limit { [limit, T::ONE, T::ONE] } else { [limit, limit / size, T::ZERO] }
 }
 
-/// The force that pushes apart \[N\] and minus its derivative by the gap: k (r - d) down to d = tau = r / 2, k tau^2 / d down to tau / 4,
-/// and a line below that.
+/// The force that pushes apart \[N\] and minus its derivative by the gap: k (r - d) down to d = tau = r / 2, k tau^2 / d down to a share
+/// of tau, `line`, and a line below that.
 #[inline(always)]
-fn normal_force<T: Real>(stiffness: T, reach: T, gap: T) -> [T; 2] {
+fn normal_force<T: Real>(stiffness: T, line: f64, reach: T, gap: T) -> [T; 2] {
     let tau = T::from_f64(0.5) * reach;
-    let low = T::from_f64(0.25) * tau;
+    let low = T::from_f64(line) * tau;
     if gap >= tau {
         return [stiffness * (reach - gap).maximum(T::ZERO), stiffness];
     }
@@ -210,8 +217,9 @@ fn normal_force<T: Real>(stiffness: T, reach: T, gap: T) -> [T; 2] {
         let force = stiffness * tau * tau / gap;
         return [force, force / gap];
     }
-    let slope = T::from_f64(16.0) * stiffness;
-    [T::from_f64(4.0) * stiffness * tau + slope * (low - gap), slope]
+    let rise = T::from_f64(1.0 / line);
+    let slope = rise * rise * stiffness;
+    [rise * stiffness * tau + slope * (low - gap), slope]
 }
 
 #[cfg(test)]
@@ -252,16 +260,20 @@ mod tests {
     #[test]
     fn the_force_has_no_step_and_no_kink() {
         let (k, r) = (3.0, 2e-3);
-        for gap in [r, 0.5 * r, 0.125 * r] {
-            let [above, slope_above] = normal_force(k, r, gap * (1.0 + 1e-9));
-            let [below, slope_below] = normal_force(k, r, gap * (1.0 - 1e-9));
-            assert!((above - below).abs() < 1e-8 * k * r, "{gap}");
-            assert!((slope_above - slope_below).abs() < 1e-6 * k, "{gap}");
-        }
-        for gap in [1.7e-3, 0.7e-3, 0.3e-3, 1e-4] {
-            let difference = normal_force(k, r, gap - 1e-9)[0] - normal_force(k, r, gap + 1e-9)[0];
-            let slope = normal_force::<f64>(k, r, gap)[1];
-            assert!((difference / 2e-9 - slope).abs() < 1e-4 * slope, "{gap}");
+        for line in [EXPLICIT_LINE, IMPLICIT_LINE] {
+            let force = |gap: f64| normal_force(k, line, r, gap);
+            for gap in [r, 0.5 * r, 0.5 * line * r] {
+                let [above, slope_above] = force(gap * (1.0 + 1e-9));
+                let [below, slope_below] = force(gap * (1.0 - 1e-9));
+                assert!((above - below).abs() < 1e-7 * k * r, "{gap}");
+                let kink = (slope_above - slope_below).abs();
+                assert!(kink < 1e-6 * slope_below, "{gap}");
+            }
+            for gap in [1.7e-3, 0.7e-3, 0.3e-3, 1e-4, 2e-5] {
+                let difference = force(gap - 1e-9)[0] - force(gap + 1e-9)[0];
+                let slope = force(gap)[1];
+                assert!((difference / 2e-9 - slope).abs() < 1e-4 * slope, "{gap}");
+            }
         }
     }
 }
