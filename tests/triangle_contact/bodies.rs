@@ -116,9 +116,9 @@ fn nothing_goes_through_bodies() {
                 [processor(), candidate].map(|one| run(one, &model, way.clone()));
             assert_eq!((found.intersecting, found.counts[2]), (0, 0), "{what}");
             assert!(found.counts[0] > 0, "{what}: they have not met");
-            // In implicit steps the last bits decide who is stopped: the processor itself is 2 mm apart in its two precisions.
+            // In implicit steps the last bits decide who is stopped, and how far a linear system is solved in its last iteration.
             let is_implicit = matches!(way.0, Integrator::Implicit(_));
-            let most = if is_implicit { 3e-3 } else { 4e-4 };
+            let (most, share) = if is_implicit { (3e-3, 0.2) } else { (4e-4, 0.1) };
             for cloth in model.cloths() {
                 let centre = |outcome: &Outcome| -> [f64; 3] {
                     let range = cloth.particles.start as usize..cloth.particles.end as usize;
@@ -134,7 +134,7 @@ fn nothing_goes_through_bodies() {
                 outcome.impulses.chunks(3).map(|all| all[0].linear[2]).sum()
             };
             let [a, b] = [&expected, &found].map(pushed);
-            assert!(a > 0.0 && (a - b).abs() < 0.1 * a, "{what}: {a} {b} kg m/s");
+            assert!(a > 0.0 && (a - b).abs() < share * a, "{what}: {a} {b} kg m/s");
         }
     }
 }
