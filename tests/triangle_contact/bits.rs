@@ -26,7 +26,6 @@ fn cuda_has_the_bits_of_the_cpu() {
     for [cuda, cpu] in pairs() {
         let builder = || layers(contact(2e-3, 0.3));
         let model = builder().build().expect("it is valid");
-        let mut truncated = 0;
         // The semi-implicit one solves its system in another order.
         let is_exact = |integrator: &Integrator| !matches!(integrator, Integrator::SemiImplicit(_));
         for way in integrators(&model).into_iter().filter(|way| is_exact(&way.0)) {
@@ -39,9 +38,8 @@ fn cuda_has_the_bits_of_the_cpu() {
                 (outcome.truncated, outcome.contacts, outcome.exempt, outcome.intersecting)
             };
             assert_eq!(counts(&expected), counts(&found), "{what}");
-            truncated += found.truncated;
+            assert!(found.contacts > 0, "{what}: they have not met");
         }
-        assert!(truncated > 0, "no way was shortened");
         // Contact of points gives others: what is compared has contact of triangles in it.
         let response = ContactResponse::Impulse { restitution: 0.0, friction: 0.3 };
         let points = SelfContact { distance: 2e-3, response };

@@ -359,10 +359,10 @@ impl<T: Real> DeviceContact<T> {
                 continue;
             }
             let change: [T; 3] = std::array::from_fn(|k| (end[k] - wanted[k]) / length);
-            for k in 0..3 {
-                velocity[k] += change[k];
-                wanted[k] = end[k];
+            for (velocity, change) in velocity.iter_mut().zip(change) {
+                *velocity += change;
             }
+            wanted[..3].copy_from_slice(end);
             let body = certifier.body_at(i).filter(|_| is_end);
             if let Some(collider) = body.and_then(|node| bodies.collider_of(node)) {
                 let linear = change.map(|change| (velocity[3] * change).to_f64());
