@@ -77,7 +77,10 @@ fn every_scene_resumes_with_the_same_bits() {
         for &solver in SceneSolver::ALL {
             // What takes long to compile is compiled once for all backends.
             let side = if SLOW.contains(&entry.name) { SIDE_OF_SLOW } else { SIDE };
-            for (candidates, side) in [(&others, side), (&plain, SIDE_OF_SLOW)] {
+            // Plain loops take minutes for all pairs with the triangles of tables and stands; `layers` has the same stages.
+            let has_bodies = matches!(entry.name, "tablecloth" | "napkins");
+            let plain = if has_bodies { &vec![] } else { &plain };
+            for (candidates, side) in [(&others, side), (plain, SIDE_OF_SLOW)] {
                 let scene = compiled(scenes::small(entry.name, side).unwrap(), solver);
                 for candidate in candidates {
                     let what = format!("{} {} {}", entry.name, solver.name(), candidate.label);
