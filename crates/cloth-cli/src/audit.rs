@@ -54,7 +54,7 @@ fn frames(arguments: &AuditArguments) -> Result<(), Failure> {
     let audit = SceneAudit::new(&scene.model);
     let left_out: Vec<&str> = audit.left_out().collect();
     if !left_out.is_empty() {
-        say::note(format_args!("not meshes and left out: {}", left_out.join(", ")));
+        say::note(format_args!("planes, which are left out: {}", left_out.join(", ")));
     }
     let mut summary = IntersectionSummary::new();
     let mut out = Shown(stdout().lock());

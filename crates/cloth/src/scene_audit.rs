@@ -3,24 +3,24 @@
 use std::{borrow::Cow, ops::Range, sync::Arc};
 
 use cloth_audit::{Intersection, Intersections, Surface, intersections};
-use cloth_core::{ColliderShape, Model, Pose};
+use cloth_core::{ColliderShape, GridSets, Model, Pose};
 
 /// Counts triangles that intersect in states and stored frames of a model, see [`cloth_audit`].
 ///
-/// Its surfaces are the cloths, in their order, and after them the colliders that are meshes or boxes. Other colliders are no
-/// triangles and are left out; so are ropes and nets.
+/// Its surfaces are the cloths, in their order, and after them the colliders that have a surface of finite size. Planes are left
+/// out; so are ropes and nets.
 #[derive(Clone, Debug)]
 pub struct SceneAudit {
     model: Arc<Model>,
     cloths: Vec<ClothSurface>,
-    /// Colliders that are meshes or boxes.
+    /// Colliders that are no planes.
     bodies: Vec<usize>,
     /// What seams make one.
     classes: Option<Vec<u32>>,
 }
 
 /// Positions \[m\] and triangles of a collider.
-type Body<'a> = (Vec<[f64; 3]>, &'a [[u32; 3]]);
+type Body<'a> = (Vec<[f64; 3]>, Cow<'a, [[u32; 3]]>);
 
 /// The faces of a box, whose corner k has bit 2 of k for the upper side in x, bit 1 in y, bit 0 in z.
 const BOX: [[u32; 3]; 12] = {
@@ -58,12 +58,7 @@ impl SceneAudit {
             }
         });
         let cloths = cloths.collect();
-        let is_body = |&i: &usize| match model.colliders()[i].shape {
-            ColliderShape::Grid(_) | ColliderShape::Surface(_) | ColliderShape::Box { .. } => true,
-            ColliderShape::Plane | ColliderShape::Sphere { .. } | ColliderShape::Capsule { .. } => {
-                false
-            }
-        };
+        let is_body = |&i: &usize| !matches!(model.colliders()[i].shape, ColliderShape::Plane);
         let bodies = (0..model.colliders().len()).filter(is_body).collect();
         let classes = (!model.seams().is_empty()).then(|| model.seam_classes().all());
         Self { model: Arc::clone(model), cloths, bodies, classes }
@@ -109,20 +104,25 @@ impl SceneAudit {
                 pose.translation[k] + (0..3).map(|j| rotation[k][j] * at[j]).sum::<f64>()
             })
         };
-        let (positions, triangles) = match &collider.shape {
-            ColliderShape::Grid(grid) => (grid.positions_at(time), &grid.surface.triangles[..]),
-            ColliderShape::Surface(surface) => (surface.positions_at(time), &surface.triangles[..]),
+        let (positions, triangles): (Vec<_>, Cow<'_, [_]>) = match &collider.shape {
+            ColliderShape::Grid(grid) => {
+                (grid.positions_at(time), (&grid.surface.triangles[..]).into())
+            }
+            ColliderShape::Surface(surface) => {
+                (surface.positions_at(time), (&surface.triangles[..]).into())
+            }
             ColliderShape::Box { half_extents: [x, y, z] } => {
                 let sides = |extent: &f64| [-extent, *extent];
                 let corners = sides(x).into_iter().flat_map(|x| {
                     let edges = sides(y).into_iter();
                     edges.flat_map(move |y| sides(z).into_iter().map(move |z| [x, y, z]))
                 });
-                (corners.collect(), &BOX[..])
+                (corners.collect(), (&BOX[..]).into())
             }
-            ColliderShape::Plane | ColliderShape::Sphere { .. } | ColliderShape::Capsule { .. } => {
-                return None;
+            shape @ (ColliderShape::Sphere { .. } | ColliderShape::Capsule { .. }) => {
+                (shape.body_positions(GridSets::default()).into_owned(), shape.body_triangles()?)
             }
+            ColliderShape::Plane => return None,
         };
         Some((positions.iter().map(place).collect(), triangles))
     }
@@ -168,8 +168,8 @@ mod tests {
         geometry.grid = { columns = 4, rows = 4, spacing = 0.1, centre = [0, 0, 0.2] }
         material.preset = "jersey"
         [[collider]]
-        name = "ball"
-        shape.sphere.radius = 0.1
+        name = "floor"
+        shape.plane = {}
         translation = [0, 0, -1]
     "#;
 
@@ -180,7 +180,7 @@ mod tests {
         let audit = SceneAudit::new(&scene.model);
         let mut positions = scene.model.positions().to_vec();
         assert!(audit.at(&positions, &[], 0.0).is_clean());
-        assert_eq!(audit.left_out().collect::<Vec<_>>(), ["ball"]);
+        assert_eq!(audit.left_out().collect::<Vec<_>>(), ["floor"]);
         // A corner of the high one below the low one: its only triangle goes through.
         positions[25][2] = -0.1;
         let found = audit.at(&positions, &[], 0.0);
@@ -192,7 +192,7 @@ mod tests {
 
     #[test]
     fn a_box_is_twelve_triangles() {
-        let text = SCENE.replace("sphere.radius = 0.1", "box.half_extents = [0.1, 0.2, 0.3]");
+        let text = SCENE.replace("plane = {}", "box.half_extents = [0.1, 0.2, 0.3]");
         let scene = Scene::from_toml(&text, "two.toml").unwrap();
         let scene = scene.compile(&CompileOptions::default()).unwrap();
         let audit = SceneAudit::new(&scene.model);

@@ -81,7 +81,9 @@ fn surfaces_are_for_contact_of_triangles_alone() {
     assert!(matches!(&error, ModelError::BodyWithoutContact { collider } if collider == "open"));
     assert!(builder().build().unwrap().is_contact_body(0));
     let ball = body("ball", ColliderShape::Sphere { radius: 0.1 }, [0.0, 0.0, -0.2]);
-    assert!(!held([ball]).build().unwrap().is_contact_body(0));
+    assert!(held([ball]).build().unwrap().is_contact_body(0));
+    let floor = body("floor", ColliderShape::Plane, [0.0, 0.0, -0.2]);
+    assert!(!held([floor]).build().unwrap().is_contact_body(0));
 }
 
 /// Twice the same vertices and triangles, one without area, one inside out, all through each other.

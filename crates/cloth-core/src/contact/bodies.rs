@@ -66,7 +66,7 @@ impl ContactBody {
         let mut node_of_class = vec![None; count];
         let mut vertices = Vec::new();
         let mut triangles = Vec::with_capacity(source.len());
-        for corners in source {
+        for corners in source.iter() {
             let classes = corners.map(|corner| class[corner as usize]);
             if classes[0] == classes[1] || classes[1] == classes[2] || classes[2] == classes[0] {
                 continue;

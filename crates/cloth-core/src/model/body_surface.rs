@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::{ColliderShape, DistanceGrid, GridSets, Model};
+use super::{ColliderShape, DistanceGrid, GridSets, Model, round_surface::RoundSurface};
 use crate::{
     ModelError,
     error::{finite, positive},
@@ -110,18 +110,22 @@ const BOX_TRIANGLES: [[u32; 3]; 12] = [
 ];
 
 impl ColliderShape {
-    /// The triangles that this shape is to contact of triangles, if it is made of flat faces: a box, a mesh.
+    /// The triangles that this shape is to contact of triangles, if it has a surface of finite size: all shapes but planes. Those of
+    /// spheres and capsules are nowhere more than .7 mm inside, up to a radius of 2 m.
     #[must_use]
-    pub fn body_triangles(&self) -> Option<&[[u32; 3]]> {
+    pub fn body_triangles(&self) -> Option<Cow<'_, [[u32; 3]]>> {
         match self {
-            Self::Box { .. } => Some(&BOX_TRIANGLES),
-            Self::Grid(grid) => Some(&grid.surface.triangles),
-            Self::Surface(surface) => Some(&surface.triangles),
-            Self::Plane | Self::Sphere { .. } | Self::Capsule { .. } => None,
+            Self::Plane => None,
+            Self::Box { .. } => Some((&BOX_TRIANGLES[..]).into()),
+            Self::Grid(grid) => Some((&grid.surface.triangles[..]).into()),
+            Self::Surface(surface) => Some((&surface.triangles[..]).into()),
+            Self::Sphere { .. } | Self::Capsule { .. } => {
+                self.round_surface().map(|surface| surface.triangles().into())
+            }
         }
     }
 
-    /// The vertices of these in the local frame \[m\], where these sets hold; none for other shapes.
+    /// The vertices of these in the local frame \[m\], where these sets hold; none for planes.
     #[must_use]
     pub fn body_positions(&self, sets: GridSets) -> Cow<'_, [[f64; 3]]> {
         match self {
@@ -137,7 +141,18 @@ impl ColliderShape {
             Self::Grid(grid) => grid_positions(grid, sets).into(),
             Self::Surface(surface) if surface.sets.len() == 1 => (&surface.sets[0][..]).into(),
             Self::Surface(surface) => surface.positions_of(sets).into(),
-            Self::Plane | Self::Sphere { .. } | Self::Capsule { .. } => (&[][..]).into(),
+            Self::Plane => (&[][..]).into(),
+            Self::Sphere { .. } | Self::Capsule { .. } => {
+                self.round_surface().map(RoundSurface::positions).unwrap_or_default().into()
+            }
+        }
+    }
+
+    fn round_surface(&self) -> Option<RoundSurface> {
+        match *self {
+            Self::Sphere { radius } => Some(RoundSurface::new(0.0, radius)),
+            Self::Capsule { half_length, radius } => Some(RoundSurface::new(half_length, radius)),
+            _ => None,
         }
     }
 }
@@ -147,12 +162,13 @@ fn grid_positions(grid: &DistanceGrid, GridSets { index, next, share }: GridSets
 }
 
 impl Model {
-    /// Whether a collider is triangles of infinite mass in contact of triangles, and does nothing else (NUMERICS §15): boxes and
-    /// meshes, where triangles of cloths touch each other.
+    /// Whether a collider is triangles of infinite mass in contact of triangles, and does nothing else (NUMERICS §15): all but
+    /// planes, where triangles of cloths touch each other.
     #[must_use]
     pub fn is_contact_body(&self, collider: usize) -> bool {
         let shape = self.colliders.get(collider).map(|collider| &collider.shape);
-        self.has_triangle_contact() && shape.is_some_and(|shape| shape.body_triangles().is_some())
+        self.has_triangle_contact()
+            && shape.is_some_and(|shape| !matches!(shape, ColliderShape::Plane))
     }
 
     /// Whether there are such colliders.
@@ -172,7 +188,7 @@ mod tests {
         let x = shape.body_positions(GridSets::default());
         let mut volume = 0.0;
         let mut edges = std::collections::BTreeMap::new();
-        for triangle in shape.body_triangles().unwrap() {
+        for triangle in shape.body_triangles().unwrap().as_ref() {
             let [a, b, c] = triangle.map(|i| glam::DVec3::from(x[i as usize]));
             volume += a.dot(b.cross(c)) / 6.0;
             for k in 0..3 {

@@ -23,6 +23,7 @@ mod meshing;
 mod piece_blocks;
 mod range;
 mod regular_patch;
+mod round_surface;
 mod seams;
 mod springs;
 mod stability;
