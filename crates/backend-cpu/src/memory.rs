@@ -188,7 +188,10 @@ impl<'a, T: Real> FieldView<'a, T> {
 
     #[inline(always)]
     pub(crate) fn get(&self, particle: usize) -> [T; 3] {
-        self.components.map(|component| component[self.margin + particle])
+        // Not `map`, which is a call of its own within vector code.
+        let [x, y, z] = self.components;
+        let at = self.margin + particle;
+        [x[at], y[at], z[at]]
     }
 }
 

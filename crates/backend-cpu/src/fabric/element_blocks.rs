@@ -1,36 +1,62 @@
 //! The blocks of the matrix that triangles of fabric add (NUMERICS §11, §12): general 3 x 3 blocks, A_ji = A_ij^T.
 
-use cloth_core::{InteractionKind, Model, Neighbours, Real, fabric::bending::PATCH};
+use std::cmp::Ordering;
+
+use cloth_core::{Incidence, InteractionKind, Model, Neighbours, Real, fabric::bending::PATCH};
+use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
 use super::Fabric;
-use crate::memory::{FieldView, VectorField};
+use crate::memory::{FieldView, LANES, Lanes, VectorField};
 
 /// A 3 x 3 block, row by row.
 pub(crate) type Block<T> = [[T; 3]; 3];
 
-/// Blocks off the diagonal of particles that triangles couple, each once, in compressed sparse rows; diagonal blocks and right-hand
-/// sides of all particles.
+/// A block of each particle of a packet.
+type LaneBlock<T> = [[Lanes<T>; 3]; 3];
+
+/// Rows in one task.
+const ROWS: usize = 128;
+
+/// There is no such place.
+const NONE: u32 = u32::MAX;
+
+/// Blocks off the diagonal of particles that triangles couple; diagonal blocks and right-hand sides of all particles.
+///
+/// Blocks with larger columns are summed up in compressed sparse rows. For products all rows are spread out, those of a packet of particles
+/// side by side (sliced ELLPACK; Monakov, Lokhmotov and Avetisyan 2010), blocks with smaller columns as transposes, so that the matrix
+/// is symmetric to the last bit.
 #[derive(Debug)]
 pub(crate) struct ElementBlocks<T> {
     neighbours: Neighbours,
     /// Where the blocks of each row with larger columns start, and the end.
     upper: Vec<u32>,
     blocks: Vec<Block<T>>,
-    /// For each neighbour of each particle the place of the block, in the order of the rows.
-    places: Vec<u32>,
-    /// Where the neighbours of each particle start.
-    starts: Vec<u32>,
+    /// For each triangle of each particle where the blocks of its three particles go in the row, or [`NONE`].
+    membrane_slots: Vec<[u32; 3]>,
+    /// The same for the six of its patches.
+    bending_slots: Vec<[u32; PATCH]>,
+    /// Where the entries of each packet start, and the end.
+    slices: Vec<u32>,
+    entries: Vec<Entry<T>>,
+    /// For each entry the places among the blocks that are summed up, or [`NONE`].
+    sources: Vec<Lanes<u32>>,
     /// xx, yy, zz, xy, xz, yz.
     pub(crate) diagonal: Vec<[T; 6]>,
     pub(crate) right_side: Vec<[T; 3]>,
 }
 
+/// A block of each row of a packet. A row that has no more columns has itself, and zeros.
+#[derive(Clone, Debug)]
+struct Entry<T> {
+    columns: Lanes<u32>,
+    blocks: LaneBlock<T>,
+}
+
 /// What is added up for a row.
 struct Row<'a, T> {
-    columns: &'a [u32],
-    blocks: &'a mut [Block<T>],
     diagonal: Block<T>,
+    blocks: &'a mut [Block<T>],
     right_side: [T; 3],
 }
 
@@ -42,100 +68,119 @@ impl<T: Real> ElementBlocks<T> {
             .retain(|kind| matches!(kind, InteractionKind::Membrane | InteractionKind::Bending));
         let neighbours = Neighbours::new(&interactions);
         let count = neighbours.len();
-        let (mut upper, mut starts) = (vec![0_u32; count + 1], vec![0_u32; count + 1]);
+        let mut upper = vec![0_u32; count + 1];
         for i in 0..count {
             let row = neighbours.row(i);
-            let later = row.len() - row.partition_point(|&j| (j as usize) < i);
-            upper[i + 1] = upper[i] + later as u32;
-            starts[i + 1] = starts[i] + row.len() as u32;
+            upper[i + 1] = upper[i] + (row.len() - smaller(row, i)) as u32;
         }
-        let mut next = upper.clone();
-        let mut places = Vec::with_capacity(starts[count] as usize);
-        for i in 0..count {
-            for &j in neighbours.row(i) {
-                // Rows are visited in order: those of row j with larger columns are taken one after the other.
-                let slot = &mut next[i.min(j as usize)];
-                places.push(if (j as usize) > i {
-                    let first = upper[i];
-                    let larger = places.len() as u32 - starts[i];
-                    let smaller = neighbours.row(i).partition_point(|&j| (j as usize) < i) as u32;
-                    first + larger - smaller
-                } else {
-                    let place = *slot;
-                    *slot += 1;
-                    place
-                });
+        let source = |i: usize, j: usize| {
+            let (row, column) = (i.min(j), i.max(j));
+            let columns = neighbours.row(row);
+            upper[row] + (smaller(columns, column) - smaller(columns, row)) as u32
+        };
+        let (mut slices, mut entries, mut sources) = (vec![0], Vec::new(), Vec::new());
+        for first in (0..count).step_by(LANES) {
+            let rows = first..(first + LANES).min(count);
+            let longest = rows.clone().map(|i| neighbours.row(i).len()).max().unwrap_or(0);
+            for slot in 0..longest {
+                let mut entry = Entry {
+                    columns: std::array::from_fn(|lane| (first + lane) as u32),
+                    blocks: [[[T::ZERO; LANES]; 3]; 3],
+                };
+                let mut from = [NONE; LANES];
+                for (lane, i) in rows.clone().enumerate() {
+                    if let Some(&j) = neighbours.row(i).get(slot) {
+                        entry.columns[lane] = j;
+                        from[lane] = source(i, j as usize);
+                    }
+                }
+                entries.push(entry);
+                sources.push(from);
             }
+            slices.push(entries.len() as u32);
         }
+        let elements = model.elements();
+        let corners: Vec<[u32; 3]> =
+            elements.triangles().iter().map(|triangle| triangle.particles).collect();
+        let incidence = |kind| {
+            let list = interactions.list(kind);
+            list.map_or_else(Incidence::default, |list| Incidence::new(list, count))
+        };
+        let membrane = incidence(InteractionKind::Membrane);
+        let bending = incidence(InteractionKind::Bending);
         Self {
+            membrane_slots: slots(&neighbours, &membrane, &corners),
+            bending_slots: slots(&neighbours, &bending, elements.patches()),
             blocks: vec![[[T::ZERO; 3]; 3]; upper[count] as usize],
             diagonal: vec![[T::ZERO; 6]; count],
             right_side: vec![[T::ZERO; 3]; count],
             neighbours,
             upper,
-            places,
-            starts,
+            slices,
+            entries,
+            sources,
         }
     }
 
     /// Sums up what the triangles have been linearised to, row by row, in the order of the triangles.
-    pub(crate) fn assemble(&mut self, fabric: &Fabric<T>) {
-        let Self { neighbours, upper, blocks, diagonal, right_side, .. } = self;
+    pub(crate) fn assemble(&mut self, fabric: &Fabric<T>, arch: pulp::Arch) {
+        let Self { upper, blocks, entries, slices, sources, diagonal, right_side, .. } = self;
+        let slots = (&*self.membrane_slots, &*self.bending_slots);
         let mut rest = &mut **blocks;
-        let rows: Vec<_> = (upper.windows(2).enumerate())
-            .map(|(i, ends)| {
+        let tasks: Vec<_> = (upper[..upper.len() - 1].chunks(ROWS).enumerate())
+            .map(|(number, starts)| {
+                let first = number * ROWS;
+                let length = upper[first + starts.len()] - starts[0];
+                let (own, next) = std::mem::take(&mut rest).split_at_mut(length as usize);
+                rest = next;
+                (first, own)
+            })
+            .collect();
+        (tasks.into_par_iter())
+            .zip(diagonal.par_chunks_mut(ROWS))
+            .zip(right_side.par_chunks_mut(ROWS))
+            .for_each(|(((first, blocks), diagonal), right_side)| {
+                let out = (blocks, diagonal, right_side);
+                arch.dispatch(RowsTask { fabric, upper, slots, first, out });
+            });
+        let mut rest = &mut **entries;
+        let packets: Vec<_> = (slices.windows(2).enumerate())
+            .map(|(packet, ends)| {
                 let (own, next) =
                     std::mem::take(&mut rest).split_at_mut((ends[1] - ends[0]) as usize);
                 rest = next;
-                (i, own)
+                (packet * LANES, own, &sources[ends[0] as usize..])
             })
             .collect();
-        rows.into_par_iter().zip(diagonal).zip(right_side).with_min_len(64).for_each(
-            |(((i, blocks), diagonal), right_side)| {
-                let columns = neighbours.row(i);
-                let columns = &columns[columns.len() - blocks.len()..];
-                let zero = [[T::ZERO; 3]; 3];
-                blocks.fill(zero);
-                let mut row = Row { columns, blocks, diagonal: zero, right_side: zero[0] };
-                fabric.membrane_row(i, &mut row);
-                fabric.bending_row(i, &mut row);
-                let d = row.diagonal;
-                *diagonal = [d[0][0], d[1][1], d[2][2], d[0][1], d[0][2], d[1][2]];
-                *right_side = row.right_side;
-            },
-        );
+        packets.into_par_iter().with_min_len(ROWS / LANES).for_each(|(first, entries, sources)| {
+            let all = entries.iter_mut().zip(sources);
+            all.for_each(|(entry, sources)| entry.fill((blocks, sources), first));
+        });
     }
 
-    /// The row of a particle times a vector, without the diagonal block, columns ascending.
+    /// The rows of a packet of particles times a vector, without the diagonal blocks, columns ascending.
     #[inline(always)]
-    pub(crate) fn row_times(&self, i: usize, vector: FieldView<'_, T>) -> [T; 3] {
-        let mut sum = [T::ZERO; 3];
-        self.for_each(i, |j, block, transposed| {
-            let x = vector.get(j);
-            for (row, sum) in sum.iter_mut().enumerate() {
-                let entry = |k: usize| if transposed { block[k][row] } else { block[row][k] };
-                *sum += entry(0) * x[0] + entry(1) * x[1] + entry(2) * x[2];
+    pub(crate) fn packet_times(&self, packet: usize, vector: FieldView<'_, T>) -> [Lanes<T>; 3] {
+        let mut sum = [[T::ZERO; LANES]; 3];
+        let [first, end] = [self.slices[packet] as usize, self.slices[packet + 1] as usize];
+        for Entry { columns, blocks, .. } in &self.entries[first..end] {
+            let [x, y, z] = vector.gather(columns);
+            for (sum, [to_x, to_y, to_z]) in sum.iter_mut().zip(blocks) {
+                for lane in 0..LANES {
+                    sum[lane] += to_x[lane] * x[lane] + to_y[lane] * y[lane] + to_z[lane] * z[lane];
+                }
             }
-        });
+        }
         sum
     }
 
     /// The blocks of a row, columns ascending.
     pub(crate) fn row(&self, i: usize, mut visit: impl FnMut(usize, Block<T>)) {
-        self.for_each(i, |j, block, transposed| {
-            let block = *block;
-            let turned = || std::array::from_fn(|r| std::array::from_fn(|c| block[c][r]));
-            visit(j, if transposed { turned() } else { block });
-        });
-    }
-
-    #[inline(always)]
-    fn for_each(&self, i: usize, mut visit: impl FnMut(usize, &Block<T>, bool)) {
-        let start = self.starts[i] as usize;
-        let columns = self.neighbours.row(i);
-        let places = &self.places[start..start + columns.len()];
-        for (&j, &place) in columns.iter().zip(places) {
-            visit(j as usize, &self.blocks[place as usize], (j as usize) < i);
+        let (first, lane) = (self.slices[i / LANES] as usize, i % LANES);
+        for Entry { columns, blocks, .. } in
+            &self.entries[first..first + self.neighbours.row(i).len()]
+        {
+            visit(columns[lane] as usize, blocks.map(|row| row.map(|column| column[lane])));
         }
     }
 
@@ -153,21 +198,96 @@ impl<T: Real> ElementBlocks<T> {
     }
 }
 
-impl<T: Real> Row<'_, T> {
-    /// Adds the block of this row and the row of particle `j`.
-    #[inline(always)]
-    fn add(&mut self, i: u32, j: u32, block: Block<T>) {
-        let to = if i == j {
-            &mut self.diagonal
-        } else if j < i {
-            return;
-        } else {
-            // All that triangles couple is in the pattern.
-            let Ok(place) = self.columns.binary_search(&j) else { return };
-            &mut self.blocks[place]
+/// For each triangle of each particle where the blocks of its particles go in the row of that one: 0 is the diagonal, columns that are larger follow.
+fn slots<const N: usize>(
+    neighbours: &Neighbours,
+    incidence: &Incidence,
+    triangles: &[[u32; N]],
+) -> Vec<[u32; N]> {
+    let mut slots = Vec::with_capacity(incidence.entries().len());
+    for i in 0..neighbours.len() {
+        let row = neighbours.row(i);
+        let slot = |j: u32| match (j as usize).cmp(&i) {
+            Ordering::Less => NONE,
+            Ordering::Equal => 0,
+            Ordering::Greater => (smaller(row, j as usize) - smaller(row, i)) as u32 + 1,
         };
-        for (to, from) in to.iter_mut().flatten().zip(block.iter().flatten()) {
-            *to += *from;
+        let triangles = incidence.row(i).iter().map(|&entry| triangles[entry as usize / N]);
+        slots.extend(triangles.map(|particles| particles.map(slot)));
+    }
+    slots
+}
+
+/// How many columns of a row are smaller.
+fn smaller(columns: &[u32], than: usize) -> usize {
+    columns.partition_point(|&j| (j as usize) < than)
+}
+
+impl<T: Real> Entry<T> {
+    /// Copies blocks with larger columns, and transposes of those with smaller ones.
+    fn fill(&mut self, (blocks, sources): (&[Block<T>], &Lanes<u32>), first: usize) {
+        for lane in 0..LANES {
+            let Some(block) = blocks.get(sources[lane] as usize) else { continue };
+            let is_upper = self.columns[lane] as usize > first + lane;
+            for (row, to) in self.blocks.iter_mut().enumerate() {
+                for (column, to) in to.iter_mut().enumerate() {
+                    to[lane] = if is_upper { block[row][column] } else { block[column][row] };
+                }
+            }
+        }
+    }
+}
+
+/// Where the blocks of triangles and of patches go.
+type Slots<'a> = (&'a [[u32; 3]], &'a [[u32; PATCH]]);
+
+/// Blocks, diagonal blocks and right-hand sides of some rows.
+type RowsOut<'a, T> = (&'a mut [Block<T>], &'a mut [[T; 6]], &'a mut [[T; 3]]);
+
+/// Sums up some rows, compiled for each instruction set.
+struct RowsTask<'a, T> {
+    fabric: &'a Fabric<T>,
+    upper: &'a [u32],
+    slots: Slots<'a>,
+    first: usize,
+    out: RowsOut<'a, T>,
+}
+
+impl<T: Real> NullaryFnOnce for RowsTask<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { fabric, upper, slots, first, out: (mut blocks, diagonal, right_side) } = self;
+        for (local, (diagonal, right_side)) in diagonal.iter_mut().zip(right_side).enumerate() {
+            let i = first + local;
+            let length = (upper[i + 1] - upper[i]) as usize;
+            let (own, rest) = std::mem::take(&mut blocks).split_at_mut(length);
+            blocks = rest;
+            let zero = [[T::ZERO; 3]; 3];
+            own.fill(zero);
+            let mut row = Row { diagonal: zero, blocks: own, right_side: zero[0] };
+            fabric.membrane_row(i, slots.0, &mut row);
+            fabric.bending_row(i, slots.1, &mut row);
+            let d = row.diagonal;
+            *diagonal = [d[0][0], d[1][1], d[2][2], d[0][1], d[0][2], d[1][2]];
+            *right_side = row.right_side;
+        }
+    }
+}
+
+impl<T: Real> Row<'_, T> {
+    /// Adds to the diagonal block, which is slot 0, or to one behind it.
+    #[inline(always)]
+    fn add(&mut self, slot: u32, block: &Block<T>) {
+        let to = match slot.checked_sub(1) {
+            None => &mut self.diagonal,
+            Some(place) => &mut self.blocks[place as usize],
+        };
+        for (to, from) in to.iter_mut().zip(block) {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to += *from;
+            }
         }
     }
 
@@ -180,28 +300,28 @@ impl<T: Real> Row<'_, T> {
 }
 
 impl<T: Real> Fabric<T> {
-    fn membrane_row(&self, i: usize, row: &mut Row<'_, T>) {
-        for &entry in self.rows[0].row(i) {
+    #[inline(always)]
+    fn membrane_row(&self, i: usize, slots: &[[u32; 3]], row: &mut Row<'_, T>) {
+        let first = self.rows[0].offsets()[i] as usize;
+        for (&entry, slots) in self.rows[0].row(i).iter().zip(&slots[first..]) {
             let (triangle, a) = (entry as usize / 3, entry as usize % 3);
             let tangent = &self.membrane_tangents[triangle];
             row.push(tangent.impulses[a]);
-            for (b, &j) in self.membranes[triangle].particles.iter().enumerate() {
-                if j as usize >= i {
-                    row.add(i as u32, j, tangent.tangent.block(a, b));
-                }
+            for (b, &slot) in slots.iter().enumerate().filter(|&(_, &slot)| slot != NONE) {
+                row.add(slot, &tangent.tangent.block(a, b));
             }
         }
     }
 
-    fn bending_row(&self, i: usize, row: &mut Row<'_, T>) {
-        for &entry in self.rows[1].row(i) {
+    #[inline(always)]
+    fn bending_row(&self, i: usize, slots: &[[u32; PATCH]], row: &mut Row<'_, T>) {
+        let first = self.rows[1].offsets()[i] as usize;
+        for (&entry, slots) in self.rows[1].row(i).iter().zip(&slots[first..]) {
             let (patch, a) = (entry as usize / PATCH, entry as usize % PATCH);
             let tangent = &self.bending_tangents[patch];
             row.push(tangent.impulses[a]);
-            for (b, &j) in self.patches[patch].particles.iter().enumerate() {
-                if j as usize >= i {
-                    row.add(i as u32, j, tangent.block(a, b));
-                }
+            for (b, &slot) in slots.iter().enumerate().filter(|&(_, &slot)| slot != NONE) {
+                row.add(slot, &tangent.block(a, b));
             }
         }
     }

@@ -23,6 +23,9 @@ use crate::{
 /// Sums of one block.
 type Partial = [f64; 2];
 
+/// Sums of blocks, and products of contacts.
+pub(super) type Scratch<'a, T> = (&'a mut [Partial], &'a mut Vec<[T; 3]>);
+
 /// What all passes read.
 pub(super) struct Passes<'a, T> {
     pub(super) matrix: &'a Matrix<T>,
@@ -40,12 +43,15 @@ impl<T: Real> Passes<'_, T> {
         &self,
         from: &VectorField<T>,
         to: &mut VectorField<T>,
-        partials: &mut [Partial],
+        (partials, products): Scratch<'_, T>,
     ) -> f64 {
         let from = FieldView::new(from);
+        self.matrix.rows.products(from, products, self.arch);
+        let products = &**products;
         to.chunks_mut(BLOCK).zip(partials.par_iter_mut()).enumerate().for_each(
             |(block, (to, partial))| {
-                *partial = self.arch.dispatch(ApplyTask { passes: self, from, block, to });
+                *partial =
+                    self.arch.dispatch(ApplyTask { passes: self, from, products, block, to });
             },
         );
         block_sum(partials.iter().map(|partial| partial[0]))
@@ -101,7 +107,7 @@ pub(super) fn iterate<T: Real>(
     passes: &Passes<'_, T>,
     mut schwarz: Option<&mut Schwarz<T>>,
     fields: &mut [VectorField<T>; LinearVector::ALL.len()],
-    partials: &mut [Partial],
+    (partials, products): Scratch<'_, T>,
     progress: &mut Progress,
     mut gamma: f64,
 ) -> Next {
@@ -111,7 +117,7 @@ pub(super) fn iterate<T: Real>(
             other => return other,
         }
         let [_, _, _, preconditioned, image, _, _] = fields;
-        let delta = passes.apply(preconditioned, image, partials);
+        let delta = passes.apply(preconditioned, image, (partials, products));
         let factors = match progress.advance(gamma, delta) {
             Ok(factors) => factors,
             Err(instead) => return instead,
@@ -131,6 +137,7 @@ pub(super) fn iterate<T: Real>(
 struct ApplyTask<'a, 'b, T> {
     passes: &'a Passes<'a, T>,
     from: FieldView<'a, T>,
+    products: &'a [[T; 3]],
     block: usize,
     to: [&'b mut [T]; 3],
 }
@@ -142,7 +149,8 @@ impl<T: Real> NullaryFnOnce for ApplyTask<'_, '_, T> {
     fn call(mut self) -> Partial {
         let Passes { matrix, springs, filter, count, .. } = self.passes;
         let start = self.block * BLOCK;
-        matrix_apply::rows(matrix, springs, self.from, (start, *count), &mut self.to);
+        let vector = (self.from, self.products);
+        matrix_apply::rows(matrix, springs, vector, (start, *count), &mut self.to);
         filter.apply(self.block, &mut self.to);
         let [x, y, z] = &self.to;
         [block_dot(self.from.range(start as isize, x.len()), [x, y, z]), 0.0]

@@ -5,8 +5,14 @@ use cloth_core::{
     contact::{BodyMotion, ContactEquation, ContactSet},
 };
 
+use pulp::NullaryFnOnce;
+use rayon::prelude::*;
+
 use super::{block_matrix::times, matrix::Symmetric};
 use crate::memory::FieldView;
+
+/// Contacts in one task.
+const TASK: usize = 512;
 
 /// Blocks w_a w_b S, kept as weights and S; each particle finds the contacts that it is part of.
 #[derive(Debug)]
@@ -26,13 +32,17 @@ struct Row<T> {
     weights: [T; 4],
     rows: Symmetric<T>,
     carried: [T; 3],
+    /// Sum of the weights: 0, or 1 or -1 where the other side is a body.
+    total: T,
 }
 
 impl<T: Real> Row<T> {
     /// S sum w_b v_b.
     #[inline(always)]
     fn times(&self, vector: FieldView<'_, T>) -> [T; 3] {
-        let [a, b, c, d] = self.particles.map(|particle| vector.get(particle as usize));
+        let [a, b, c, d] = self.particles;
+        let [a, b] = [vector.get(a as usize), vector.get(b as usize)];
+        let [c, d] = [vector.get(c as usize), vector.get(d as usize)];
         let [wa, wb, wc, wd] = self.weights;
         let relative = std::array::from_fn(|k| ((wa * a[k] + wb * b[k]) + wc * c[k]) + wd * d[k]);
         times(&self.rows, relative)
@@ -66,7 +76,9 @@ impl<T: Real> ContactRows<T> {
         self.contacts.extend(set.states().iter().enumerate().map(|(contact, state)| {
             let ContactEquation { particles, weights, carried } =
                 set.equation(contact, bodies, length);
-            Row { particles, weights, rows: state.action.rows, carried }
+            let [a, b, c, d] = weights.map(T::to_f64);
+            let total = T::from_f64((a + b + c + d).round());
+            Row { particles, weights, rows: state.action.rows, carried, total }
         }));
         self.places.clear();
         for particle in 0..self.offsets.len() - 1 {
@@ -91,16 +103,30 @@ impl<T: Real> ContactRows<T> {
         &self.places[self.offsets[particle] as usize..self.offsets[particle + 1] as usize]
     }
 
-    /// The row of a particle times a vector, if it touches anything.
+    /// S sum w_b v_b of each contact, of which the rows of its particles take their shares.
+    pub(super) fn products(
+        &self,
+        vector: FieldView<'_, T>,
+        products: &mut Vec<[T; 3]>,
+        arch: pulp::Arch,
+    ) {
+        products.resize(self.contacts.len(), [T::ZERO; 3]);
+        let tasks = products.par_chunks_mut(TASK).zip(self.contacts.par_chunks(TASK));
+        tasks.for_each(|(products, contacts)| {
+            arch.dispatch(ProductsTask { contacts, vector, products });
+        });
+    }
+
+    /// The row of a particle times a vector, of which these are the products, if it touches anything.
     #[inline(always)]
-    pub(super) fn times(&self, particle: usize, vector: FieldView<'_, T>) -> Option<[T; 3]> {
+    pub(super) fn times(&self, particle: usize, products: &[[T; 3]]) -> Option<[T; 3]> {
         let places = self.of(particle);
         if places.is_empty() {
             return None;
         }
         let mut sum = [T::ZERO; 3];
         for &(contact, weight) in places {
-            let product = self.contacts[contact as usize].times(vector);
+            let product = products[contact as usize];
             for axis in 0..3 {
                 sum[axis] += weight * product[axis];
             }
@@ -108,12 +134,13 @@ impl<T: Real> ContactRows<T> {
         Some(sum)
     }
 
-    /// What a particle adds to the right-hand side and to the diagonal block, if it touches anything.
+    /// What a particle adds to the right-hand side and to the diagonal block, if it touches anything; the products are those of the
+    /// velocities.
     #[inline(always)]
     pub(super) fn of_particle(
         &self,
         particle: usize,
-        velocity: FieldView<'_, T>,
+        products: &[[T; 3]],
     ) -> Option<([T; 3], Symmetric<T>)> {
         let places = self.of(particle);
         if places.is_empty() {
@@ -121,7 +148,7 @@ impl<T: Real> ContactRows<T> {
         }
         let change = match self.from_start {
             true => {
-                let mut sum = self.times(particle, velocity)?;
+                let mut sum = self.times(particle, products)?;
                 for &(contact, weight) in places {
                     let carried = self.contacts[contact as usize].carried;
                     for axis in 0..3 {
@@ -142,6 +169,17 @@ impl<T: Real> ContactRows<T> {
         Some((change, block))
     }
 
+    /// The sum of all blocks of a row, the diagonal included: what bodies do to a particle.
+    pub(super) fn row_sum(&self, particle: usize) -> Symmetric<T> {
+        let mut sum = [T::ZERO; 6];
+        for &(contact, weight) in self.of(particle) {
+            let row = &self.contacts[contact as usize];
+            let factor = weight * row.total;
+            (0..6).for_each(|entry| sum[entry] += factor * row.rows[entry]);
+        }
+        sum
+    }
+
     /// The blocks of a row off the diagonal; a column can come several times.
     pub(super) fn row(&self, particle: usize, mut visit: impl FnMut(usize, Symmetric<T>)) {
         for &(contact, weight) in self.of(particle) {
@@ -152,6 +190,24 @@ impl<T: Real> ContactRows<T> {
                     visit(other as usize, row.rows.map(|entry| factor * entry));
                 }
             }
+        }
+    }
+}
+
+/// Products of some contacts, compiled for each instruction set.
+struct ProductsTask<'a, 'b, T> {
+    contacts: &'a [Row<T>],
+    vector: FieldView<'a, T>,
+    products: &'b mut [[T; 3]],
+}
+
+impl<T: Real> NullaryFnOnce for ProductsTask<'_, '_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for (product, contact) in self.products.iter_mut().zip(self.contacts) {
+            *product = contact.times(self.vector);
         }
     }
 }

@@ -38,9 +38,12 @@ impl<T: Real> Assembly<'_, T> {
         &self,
         matrix: &mut Matrix<T>,
         right_side: &mut VectorField<T>,
+        products: &mut Vec<[T; 3]>,
         arch: pulp::Arch,
     ) {
         self.base(&mut matrix.base);
+        matrix.rows.products(self.velocity, products, arch);
+        let products = &**products;
         if let Some(elements) = &matrix.elements {
             elements.diagonal_add(&mut |i, block| matrix.base.add(i, block));
         }
@@ -57,7 +60,7 @@ impl<T: Real> Assembly<'_, T> {
                     assembly: self,
                     factors,
                     contacts,
-                    rows,
+                    rows: (rows, products),
                     base,
                     start: block * BLOCK,
                     right_side,
@@ -105,7 +108,8 @@ struct BlockTask<'a, 'b, T> {
     assembly: &'a Assembly<'a, T>,
     factors: &'a SpringFactors<T>,
     contacts: &'a super::contact_linearise::ContactFactors<T>,
-    rows: &'a super::contact_rows::ContactRows<T>,
+    /// And their products with the velocities.
+    rows: (&'a super::contact_rows::ContactRows<T>, &'a [[T; 3]]),
     base: &'a BlockField<T>,
     start: usize,
     right_side: [&'b mut [T]; 3],
@@ -168,7 +172,7 @@ impl<T: Real> BlockTask<'_, '_, T> {
                 self.contacts_of(&mut sums, first, lane);
             }
         }
-        if !self.rows.is_empty() {
+        if !self.rows.0.is_empty() {
             for lane in 0..LANES.min(assembly.count - first) {
                 self.rows_of(&mut sums, first, lane);
             }
@@ -261,8 +265,8 @@ impl<T: Real> BlockTask<'_, '_, T> {
     /// The contacts of triangles of a particle.
     #[inline(always)]
     fn rows_of(&self, sums: &mut Sums<T>, first: usize, lane: usize) {
-        let Some((change, [xx, yy, zz, xy, xz, yz])) =
-            self.rows.of_particle(first + lane, self.assembly.velocity)
+        let (rows, products) = self.rows;
+        let Some((change, [xx, yy, zz, xy, xz, yz])) = rows.of_particle(first + lane, products)
         else {
             return;
         };

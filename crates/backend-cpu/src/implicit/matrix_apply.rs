@@ -12,12 +12,12 @@ use crate::{
 };
 
 /// The rows of A of the particles from `first` on, as many as `to` has, times a vector, for a model
-/// of `count` particles.
+/// of `count` particles; the products are those of contacts with the vector.
 #[inline(always)]
 pub(super) fn rows<T: Real>(
     matrix: &Matrix<T>,
     springs: &SpringColumns<T>,
-    vector: FieldView<'_, T>,
+    (vector, products): (FieldView<'_, T>, &[[T; 3]]),
     (first, count): (usize, usize),
     to: &mut [&mut [T]; 3],
 ) {
@@ -39,7 +39,7 @@ pub(super) fn rows<T: Real>(
                 packet_index += GROUP;
             }
             None => {
-                let sum = packet(matrix, springs, vector, first + local, count);
+                let sum = packet(matrix, springs, (vector, products), first + local, count);
                 for axis in 0..3 {
                     *lanes_mut(to[axis], local) = sum[axis];
                 }
@@ -87,7 +87,7 @@ fn group<T: Real>(
 fn packet<T: Real>(
     matrix: &Matrix<T>,
     springs: &SpringColumns<T>,
-    vector: FieldView<'_, T>,
+    (vector, products): (FieldView<'_, T>, &[[T; 3]]),
     first: usize,
     count: usize,
 ) -> [Lanes<T>; 3] {
@@ -117,15 +117,17 @@ fn packet<T: Real>(
     }
     if !matrix.rows.is_empty() {
         for lane in 0..LANES.min(count - first) {
-            if let Some(product) = matrix.rows.times(first + lane, vector) {
+            if let Some(product) = matrix.rows.times(first + lane, products) {
                 (0..3).for_each(|axis| sum[axis][lane] += product[axis]);
             }
         }
     }
     if let Some(elements) = &matrix.elements {
-        for lane in 0..LANES.min(count - first) {
-            let product = elements.row_times(first + lane, vector);
-            (0..3).for_each(|axis| sum[axis][lane] += product[axis]);
+        let product = elements.packet_times(first / LANES, vector);
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                sum[axis][lane] += product[axis][lane];
+            }
         }
     }
     sum

@@ -41,6 +41,8 @@ pub(crate) struct ImplicitSystem<T> {
     vectors: LinearVectors<T>,
     inverse: BlockField<T>,
     partials: Vec<[f64; 2]>,
+    /// Of contacts of triangles and a vector.
+    products: Vec<[T; 3]>,
     count: usize,
     /// The preconditioner that was built last.
     preconditioner: Preconditioner,
@@ -79,6 +81,7 @@ impl<T: Real> ImplicitSystem<T> {
             vectors: LinearVectors::new(count, springs.margin()),
             inverse: BlockField::new(count, true),
             partials: vec![[0.0; 2]; count.div_ceil(BLOCK)],
+            products: Vec::new(),
             count,
             preconditioner: Preconditioner::default(),
             assembled: None,
@@ -166,10 +169,10 @@ impl<T: Real> ImplicitSystem<T> {
             count: self.count,
         };
         if let Some((elements, fabric)) = self.matrix.elements.as_mut().zip(fabric) {
-            elements.assemble(fabric);
+            elements.assemble(fabric, at.arch);
         }
         let right_side = self.vectors.get_mut(LinearVector::RightSide);
-        assembly.run(&mut self.matrix, right_side, at.arch);
+        assembly.run(&mut self.matrix, right_side, &mut self.products, at.arch);
         self.constraints.drag(assembly.velocity, &mut self.matrix, right_side);
         self.matrix_has_changed();
     }
@@ -270,6 +273,8 @@ impl<T: Real> ImplicitSystem<T> {
         let mut image = self.vectors.take(to);
         let vector = FieldView::new(self.vectors.get(from));
         let (matrix, count) = (&self.matrix, self.count);
+        matrix.rows.products(vector, &mut self.products, arch);
+        let vector = (vector, &*self.products);
         image.chunks_mut(BLOCK).enumerate().for_each(|(block, to)| {
             arch.dispatch(ApplyTask { matrix, springs, vector, start: block * BLOCK, count, to });
         });
@@ -438,8 +443,8 @@ impl<T: Real> ImplicitSystem<T> {
         };
         let schwarz = self.schwarz.as_deref_mut().filter(|_| is_schwarz);
         let fields = self.vectors.all_mut();
-        let partials = &mut self.partials;
-        conjugate_gradient::iterate(&passes, schwarz, fields, partials, progress, gamma)
+        let scratch = (&mut *self.partials, &mut self.products);
+        conjugate_gradient::iterate(&passes, schwarz, fields, scratch, progress, gamma)
     }
 
     pub(crate) fn matrix_read(&self, springs: &SpringColumns<T>, out: &mut Vec<MatrixBlock>) {
@@ -451,7 +456,8 @@ impl<T: Real> ImplicitSystem<T> {
 struct ApplyTask<'a, 'b, T> {
     matrix: &'a Matrix<T>,
     springs: &'a SpringColumns<T>,
-    vector: FieldView<'a, T>,
+    /// And the products of contacts with it.
+    vector: (FieldView<'a, T>, &'a [[T; 3]]),
     start: usize,
     count: usize,
     to: [&'b mut [T]; 3],

@@ -52,6 +52,10 @@ pub(in crate::implicit) struct SystemRows<'a, T> {
 impl<T: Real> Rows for SystemRows<'_, T> {
     fn base(&self, particle: usize) -> Block {
         let mut base = symmetric(self.matrix.base.get(particle));
+        let of_bodies = symmetric(self.matrix.rows.row_sum(particle));
+        for (row, of_bodies) in base.iter_mut().zip(of_bodies) {
+            row.iter_mut().zip(of_bodies).for_each(|(entry, of_bodies)| *entry += of_bodies);
+        }
         if let Some(elements) = &self.matrix.elements {
             // Products with the matrix take the diagonal blocks of triangles from there. Rounding may leave less than the mass.
             let own = symmetric(elements.diagonal[particle]);
@@ -84,7 +88,7 @@ impl<T: Real> Rows for SystemRows<'_, T> {
         for pair in self.matrix.contacts.of(particle) {
             visit(pair.partner, rank_one(pair.u, T::ZERO), Coupling::Contact);
         }
-        // The weights of a contact sum up to zero, as the rows of this matrix do.
+        // The weights of a contact of cloths sum up to zero, as the rows of this matrix do.
         self.matrix.rows.row(particle, |column, block| {
             visit(column, symmetric(block), Coupling::Contact);
         });
