@@ -10,18 +10,25 @@ use super::{super::Substep, HALVINGS_MAX, constraints_meet, is_short, residual, 
 /// Iterations at most, if settings do not ask for more.
 const ITERATIONS_MAX: u32 = 8;
 
-/// How much looser than the tolerance of the settings a linear system is solved, whose solution is good for one iteration alone.
-const FORCING: f64 = 20.0;
+/// How much larger than the tolerance of the settings the residual may be that a linear solve leaves, in proportion to that of the first
+/// system of the substep: its solution is good for one iteration alone.
+const FORCING: f64 = 10.0;
+
+/// What a linear solve has to take away is never less than down to this share of its own residual.
+const SHARE_MAX: f64 = 0.3;
 
 /// Largest correction of the velocities that no iteration follows, in the norm of the matrix, relative to what gravity gives them in the
-/// substep, if settings do not ask for Newton iterations and so for another; less if they ask for smaller tolerances than that by default.
-const CORRECTION: f64 = 0.02;
+/// substep, if settings do not ask for Newton iterations and so for another.
+const CORRECTION: f64 = 0.05;
+
+/// And relative to the tolerance of linear systems, if that asks for less.
+const CORRECTION_FORCING: f64 = 50.0;
 
 /// The first solve and the iterations after it. Returns what the last system was linearised about, or nothing if one could not be solved.
 ///
 /// An iterate ends where the certificate lets particles go: what would pass is stopped there, the next system knows what it touches, and
-/// cloth around it gives way within the same substep. The solution of each system is good for one iteration, so that it is solved to a
-/// share of its residual (Dembo, Eisenstat and Steihaug 1982), and constraints of colliders that pull are released from one to the
+/// cloth around it gives way within the same substep. The solution of each system is good for one iteration, so that it is not solved to
+/// the end (Dembo, Eisenstat and Steihaug 1982) but to a share of what the substep began with, and constraints of colliders that pull are released from one to the
 /// next. The iteration ends by the size of its corrections, the first one apart, not by the residual, of which rounding leaves much where cloth is stiff.
 ///
 /// # Errors
@@ -35,21 +42,24 @@ pub(super) fn newton<K: Kernels + ?Sized>(
     use LinearVector::{Residual, Solution};
     let NewtonSettings { iterations_max, tolerance } = settings.newton;
     let is_asked = iterations_max > 1;
-    let correction =
-        if is_asked { tolerance } else { CORRECTION.min(FORCING * settings.linear.tolerance) };
+    let linear = settings.linear.tolerance;
+    let correction = if is_asked { tolerance } else { CORRECTION.min(CORRECTION_FORCING * linear) };
     let iterations_max = iterations_max.max(ITERATIONS_MAX);
     let is_linear = !is_asked && !kernels.model().has_fabric();
     let keeps_impulses = kernels.model().collider_impulses();
     let mut solves = ImplicitSettings { constraint_passes: 1, ..*settings };
     let was_free = is_linear && !kernels.triangles_touch();
-    if settings.linear.stop == LinearStop::Residual && !was_free {
-        solves.linear.tolerance = (FORCING * settings.linear.tolerance).min(0.5);
-    }
+    let is_loose = settings.linear.stop == LinearStop::Residual && !was_free;
     let mut scale = substep.length * substep.length * weight(kernels.model());
     let mut end = NewtonStart::StepStart;
-    residual(kernels)?;
+    let first = residual(kernels)?;
+    let mut now = first;
     for iteration in 1..=iterations_max {
         let is_last = iteration == iterations_max;
+        if is_loose && now > 0.0 {
+            let share = (FORCING * linear * first / now).min(SHARE_MAX);
+            solves.linear.tolerance = share.max(linear);
+        }
         if !solve(kernels, &solves, (start, is_last), report)? {
             return Ok(None);
         }
@@ -74,7 +84,8 @@ pub(super) fn newton<K: Kernels + ?Sized>(
             }
             system(kernels, substep, NewtonStart::Iterate)?;
             end = NewtonStart::Iterate;
-            if !residual(kernels)?.is_finite() {
+            now = residual(kernels)?;
+            if !now.is_finite() {
                 return Ok(None);
             }
             let slope = kernels.vector_dot(Residual, Solution)?;
