@@ -58,6 +58,8 @@ pub(crate) struct Memory<T> {
     pub(crate) velocity: [Buffer<Real4<T>>; 2],
     pub(crate) force: Buffer<Real4<T>>,
     pub(crate) kept: Option<[Buffer<Real4<T>>; 2]>,
+    /// Velocities of an iterate of Newton's method.
+    pub(crate) iterate: Option<Buffer<Real4<T>>>,
     /// Positions of the last `start_keep`.
     pub(crate) start: Option<Buffer<Real4<T>>>,
     pub(crate) colliders: Buffer<ColliderData<T>>,
@@ -202,6 +204,7 @@ impl<T: CudaReal> Memory<T> {
             pins: Buffer::zeros(&queue, 1)?,
             control_forces: Buffer::zeros(&queue, 1)?,
             kept: None,
+            iterate: None,
             start: None,
             contact: None,
             triangles: None,

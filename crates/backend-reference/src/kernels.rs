@@ -49,6 +49,8 @@ pub struct ReferenceKernels {
 struct Kept {
     positions: Vec<Vector<f64>>,
     velocities: Vec<Vector<f64>>,
+    /// Those of an iterate of Newton's method.
+    iterate: Vec<Vector<f64>>,
     impulses: Vec<Impulse<f64>>,
 }
 

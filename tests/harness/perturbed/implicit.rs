@@ -61,6 +61,14 @@ impl ImplicitKernels for PerturbedKernels {
         self.state_stage(Stage::StateRestore, |inner| inner.state_restore())
     }
 
+    fn velocity_keep(&mut self) -> Result<()> {
+        self.inner.velocity_keep()
+    }
+
+    fn velocity_restore(&mut self) -> Result<()> {
+        self.inner.velocity_restore()
+    }
+
     fn spring_linearise(&mut self, substep: &Substep) -> Result<()> {
         self.inner.spring_linearise(&self.substep_of(Stage::SpringLinearise, substep))
     }

@@ -13,7 +13,7 @@ use super::CpuKernels;
 use crate::{
     implicit::{ImplicitSystem, Surroundings},
     integrate_implicit,
-    memory::{FieldView, Motion},
+    memory::{FieldView, Motion, VectorField},
 };
 
 impl<T: Real> CpuKernels<T> {
@@ -60,6 +60,20 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
         if let Some(triangles) = &mut self.triangles {
             triangles.keep();
         }
+        Ok(())
+    }
+
+    fn velocity_keep(&mut self) -> Result<()> {
+        let velocity = &self.present.velocity;
+        if self.iterate.count() != velocity.count() {
+            self.iterate = VectorField::new(velocity.count(), velocity.margin());
+        }
+        self.iterate.copy_from(FieldView::new(velocity));
+        Ok(())
+    }
+
+    fn velocity_restore(&mut self) -> Result<()> {
+        self.present.velocity.copy_from(FieldView::new(&self.iterate));
         Ok(())
     }
 

@@ -63,6 +63,8 @@ pub(crate) struct CpuKernels<T> {
     next: Motion<T>,
     /// The copy of `state_keep`.
     kept: Motion<T>,
+    /// Velocities of an iterate of Newton's method.
+    iterate: VectorField<T>,
     /// Positions of the last `start_keep`.
     start: VectorField<T>,
     /// Whether they are those of the substep that is under way.
@@ -111,6 +113,7 @@ impl<T: Real> CpuKernels<T> {
             present: Motion::new(count, margin),
             next: Motion::new(count, margin),
             kept: Motion::new(0, 0),
+            iterate: VectorField::empty(),
             start: VectorField::new(0, 0),
             has_start: false,
             implicit: None,

@@ -190,6 +190,27 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
         self.start(("implicit_motion", "state_restore"), launch, &[])
     }
 
+    fn velocity_keep(&mut self) -> Result<()> {
+        self.settle()?;
+        let (present, queue) = (self.memory.present(), &self.memory.queue);
+        if self.memory.iterate.is_none() {
+            self.memory.iterate = Some(Buffer::zeros(queue, self.model.particle_count())?);
+        }
+        match &mut self.memory.iterate {
+            Some(kept) => kept.copy_from(queue, &self.memory.velocity[present]),
+            None => Ok(()),
+        }
+    }
+
+    fn velocity_restore(&mut self) -> Result<()> {
+        self.settle()?;
+        let present = self.memory.present();
+        match &self.memory.iterate {
+            Some(kept) => self.memory.velocity[present].copy_from(&self.memory.queue, kept),
+            None => Ok(()),
+        }
+    }
+
     fn spring_linearise(&mut self, substep: &Substep) -> Result<()> {
         let linear = self.linear()?;
         linear.length_set(T::from_f64(substep.length));

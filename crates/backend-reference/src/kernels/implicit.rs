@@ -47,6 +47,7 @@ impl ImplicitKernels for ReferenceKernels {
         self.kept = Kept {
             positions: particles.positions.clone(),
             velocities: particles.velocities.clone(),
+            iterate: Vec::new(),
             impulses: self.impulses.clone(),
         };
         if let Some(triangles) = &mut self.triangles {
@@ -57,8 +58,18 @@ impl ImplicitKernels for ReferenceKernels {
         Ok(())
     }
 
+    fn velocity_keep(&mut self) -> Result<()> {
+        self.kept.iterate.clone_from(&self.particles.velocities);
+        Ok(())
+    }
+
+    fn velocity_restore(&mut self) -> Result<()> {
+        self.particles.velocities.clone_from(&self.kept.iterate);
+        Ok(())
+    }
+
     fn state_restore(&mut self) -> Result<()> {
-        let Kept { positions, velocities, impulses } = self.kept.clone();
+        let Kept { positions, velocities, impulses, .. } = self.kept.clone();
         self.particles.positions = positions;
         self.particles.velocities = velocities;
         self.impulses = impulses;

@@ -31,6 +31,8 @@ pub(crate) enum Command {
     StateKeep,
     StartKeep,
     StateRestore,
+    VelocityKeep,
+    VelocityRestore,
     SpringLinearise(Substep),
     MembraneLinearise(Substep, NewtonStart),
     BendingLinearise(Substep, NewtonStart),

@@ -17,6 +17,14 @@ impl ImplicitKernels for WgpuKernels {
         self.stages.execute(Command::StateRestore)
     }
 
+    fn velocity_keep(&mut self) -> Result<()> {
+        self.stages.execute(Command::VelocityKeep)
+    }
+
+    fn velocity_restore(&mut self) -> Result<()> {
+        self.stages.execute(Command::VelocityRestore)
+    }
+
     fn spring_linearise(&mut self, substep: &Substep) -> Result<()> {
         self.stages.execute(Command::SpringLinearise(*substep))
     }

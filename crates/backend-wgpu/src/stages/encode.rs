@@ -128,6 +128,8 @@ impl Stages {
             Command::StateKeep => self.state_keep(),
             Command::StartKeep => self.start_keep(),
             Command::StateRestore => self.state_restore(),
+            Command::VelocityKeep => self.iterate_copy(true),
+            Command::VelocityRestore => self.iterate_copy(false),
             Command::SpringLinearise(substep) => self.spring_linearise(substep),
             Command::MembraneLinearise(substep, start) => {
                 self.fabric_linearise("membrane_linearise", substep, *start)

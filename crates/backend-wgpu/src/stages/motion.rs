@@ -54,6 +54,9 @@ pub(super) fn collider(collider: &Collider, grid: f32, at: &ColliderState) -> la
 /// Where nothing is \[m\].
 const FAR_BELOW: f32 = -1e30;
 
+/// The copy of velocities that `velocity_keep` makes.
+const ITERATE: &str = "velocity_iterate";
+
 /// The copy of positions and velocities that `state_keep` makes.
 pub(super) const KEPT: [&str; 2] = ["position_kept", "velocity_kept"];
 
@@ -279,6 +282,19 @@ impl Stages {
             let (from, to) = if keeps { (present, kept) } else { (kept, present) };
             self.recorder.copy(&self.context, from, 0, to, 0, size);
         }
+        Ok(())
+    }
+
+    /// Records a copy of the present velocities, or takes them back to it.
+    pub(super) fn iterate_copy(&mut self, keeps: bool) -> Result<()> {
+        let size = VECTOR_SIZE * self.model.particle_count() as u64;
+        if self.buffers.get(ITERATE, 0, 0).is_err() {
+            self.buffers.create(&self.context, ITERATE, size, None)?;
+        }
+        let present = self.buffers.velocity(self.present);
+        let kept = self.buffers.get(ITERATE, 0, 0)?;
+        let (from, to) = if keeps { (present, kept) } else { (kept, present) };
+        self.recorder.copy(&self.context, from, 0, to, 0, size);
         Ok(())
     }
 

@@ -114,6 +114,18 @@ pub trait ImplicitKernels: Send {
     /// What the device reports.
     fn state_restore(&mut self) -> Result<()>;
 
+    /// Keeps a copy of the velocities, those of an iterate of Newton's method, beside the copy of the state.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn velocity_keep(&mut self) -> Result<()>;
+
+    /// Takes velocities back to that copy.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn velocity_restore(&mut self) -> Result<()>;
+
     /// NUMERICS §5: direction and the two factors of every spring at the present state.
     ///
     /// # Errors

@@ -25,8 +25,8 @@ const STABLE_SHARE: f64 = 0.9;
 const STEPS_PER_SECOND: f64 = 18_000.0;
 
 /// The same for fabric, whose triangles cost more in an explicit step than springs do: 70 x 70 cells of cotton took 4.3 ms for one, and
-/// 98 ms for an implicit one of a sixtieth of a second.
-const FABRIC_STEPS_PER_SECOND: f64 = 1_400.0;
+/// 98 ms for an implicit one of a sixtieth of a second. Contact of triangles costs as much in a step, whatever the cloth is made of.
+const TRIANGLE_STEPS_PER_SECOND: f64 = 1_400.0;
 
 /// Longest step of the implicit solver \[s\].
 const IMPLICIT_STEP: f64 = 1.0 / 60.0;
@@ -56,8 +56,8 @@ impl SolverChoice {
             None => {
                 let explicit = Self::step_for(SceneSolver::Explicit, model, frame);
                 let steps = frame / explicit.time_step;
-                let most =
-                    if model.has_fabric() { FABRIC_STEPS_PER_SECOND } else { STEPS_PER_SECOND };
+                let has_triangles = model.has_fabric() || model.has_triangle_contact();
+                let most = if has_triangles { TRIANGLE_STEPS_PER_SECOND } else { STEPS_PER_SECOND };
                 if steps <= most * frame {
                     let reason = format!("{}, which is the faster solver here", explicit.reason);
                     return Self { reason, ..explicit };
@@ -71,7 +71,7 @@ impl SolverChoice {
                     None => Self::step_for(solver, model, frame),
                 };
                 let reason = format!(
-                    "{}; the cloth is so stiff for its mass that explicit steps would be {steps:.0} in a frame",
+                    "{}; explicit steps would be {steps:.0} in a frame, which takes longer",
                     implicit.reason
                 );
                 Self { reason, ..implicit }

@@ -10,7 +10,7 @@ pub struct SceneContact {
     /// Distance of two particles, or of two triangles, below which they are in contact \[m\].
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub distance: f64,
-    /// What contact does; impulses with a friction of 0.3 if not given.
+    /// What contact does; triangles with a friction of 0.3 if not given.
     #[serde(default)]
     pub response: SceneContactResponse,
 }
@@ -58,6 +58,6 @@ pub enum SceneContactResponse {
 impl Default for SceneContactResponse {
     /// Cotton on cotton slides less, polyester more.
     fn default() -> Self {
-        Self::Impulse { restitution: 0.0, friction: 0.3 }
+        Self::Triangles { friction: 0.3 }
     }
 }

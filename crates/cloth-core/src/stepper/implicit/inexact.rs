@@ -10,6 +10,9 @@ use super::{super::Substep, HALVINGS_MAX, constraints_meet, is_short, residual, 
 /// Iterations at most, if settings do not ask for more.
 const ITERATIONS_MAX: u32 = 8;
 
+/// Halvings at most of a step that the certificate has stopped somewhere.
+const STOPPED_HALVINGS_MAX: u32 = 4;
+
 /// How much larger than the tolerance of the settings the residual may be that a linear solve leaves, in proportion to that of the first
 /// system of the substep: its solution is good for one iteration alone.
 const FORCING: f64 = 10.0;
@@ -27,7 +30,8 @@ const CORRECTION_FORCING: f64 = 50.0;
 /// The first solve and the iterations after it. Returns what the last system was linearised about, or nothing if one could not be solved.
 ///
 /// An iterate ends where the certificate lets particles go: what would pass is stopped there, the next system knows what it touches, and
-/// cloth around it gives way within the same substep. The solution of each system is good for one iteration, so that it is not solved to
+/// cloth around it gives way within the same substep. Stopped particles draw cloth out: where more of the residual is left than before, all of the step is
+/// halved, so that less is stopped. The solution of each system is good for one iteration, so that it is not solved to
 /// the end (Dembo, Eisenstat and Steihaug 1982) but to a share of what the substep began with, and constraints of colliders that pull are released from one to the
 /// next. The iteration ends by the size of its corrections, the first one apart, not by the residual, of which rounding leaves much where cloth is stiff.
 ///
@@ -74,7 +78,9 @@ pub(super) fn newton<K: Kernels + ?Sized>(
         let is_small =
             iteration > 1 && slope_start <= correction * correction * scale && !keeps_impulses;
         let mut step = 1.0;
+        kernels.velocity_keep()?;
         kernels.velocity_add(step)?;
+        let before = now;
         for halving in 0.. {
             kernels.position_from_kept(substep.length)?;
             let stopped = kernels.contact_certify_iterate(substep)?;
@@ -89,11 +95,16 @@ pub(super) fn newton<K: Kernels + ?Sized>(
                 return Ok(None);
             }
             let slope = kernels.vector_dot(Residual, Solution)?;
-            if stopped > 0 || is_short(slope, slope_start) || halving == HALVINGS_MAX {
+            let is_good = match stopped {
+                0 => is_short(slope, slope_start),
+                _ => now <= before || halving == STOPPED_HALVINGS_MAX,
+            };
+            if is_good || halving == HALVINGS_MAX {
                 break;
             }
             step *= 0.5;
-            kernels.velocity_add(-step)?;
+            kernels.velocity_restore()?;
+            kernels.velocity_add(step)?;
         }
         if is_last && slope_start > 0.0 && scale > 0.0 {
             report.newton_residual = report.newton_residual.max((slope_start / scale).sqrt());
