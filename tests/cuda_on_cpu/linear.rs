@@ -20,7 +20,9 @@ const LENGTH: f64 = 0.01;
 
 /// A folded patch in motion, and where its velocities were at the start of the step.
 fn patch(triangles: bool) -> (Arc<Model>, State, State) {
-    let patch = PatchFrames { triangles, fabric: true, ..PatchFrames::explicit([29, 23]) };
+    // A ball would be a body with nodes of its own.
+    let explicit = PatchFrames::explicit([29, 23]);
+    let patch = PatchFrames { triangles, fabric: true, collider: !triangles, ..explicit };
     let model = patch.model().expect("the patch is a model");
     let mut state = patch.start(&model);
     let positions = state.positions.clone();

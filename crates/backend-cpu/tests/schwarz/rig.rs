@@ -4,10 +4,10 @@ use std::{num::NonZeroUsize, sync::Arc};
 
 use cloth_backend_cpu::CpuBackend;
 use cloth_core::{
-    Aerodynamics, Backend, Cloth, ClothMaterial, FabricMaterial, Geometry, GridPatch,
-    ImplicitSettings, Integrator, Kernels, LinearOutcome, LinearSettings, LinearStart,
-    LinearVector, MaterialPreset, Model, ModelBuilder, NewtonStart, Precision, Preconditioner,
-    RestSource, SolverConfig,
+    Aerodynamics, Backend, Cloth, ClothMaterial, Collider, ColliderShape, ContactResponse,
+    FabricMaterial, Geometry, GridPatch, ImplicitSettings, Integrator, Kernels, LinearOutcome,
+    LinearSettings, LinearStart, LinearVector, MaterialPreset, Model, ModelBuilder, NewtonStart,
+    Pose, Precision, Preconditioner, RestSource, SelfContact, SolverConfig,
     fabric::{BendingRigidity, Fabric, InternalFriction, TensileCurve},
     stepper::{FramePlan, FrameSpan, implicit::system},
 };
@@ -53,6 +53,28 @@ pub(crate) fn sheet(side: u32, material: impl Fn(f64) -> ClothMaterial) -> Arc<M
         velocity: [0.0; 3],
     };
     Arc::new(ModelBuilder::new().cloth(cloth).build().unwrap())
+}
+
+/// A sheet that lies on a box in contact of triangles, or hovers far above it.
+pub(crate) fn lying(height: f64) -> Arc<Model> {
+    let cloth = Cloth {
+        name: "sheet".into(),
+        geometry: Geometry::Grid(GridPatch::new([48, 48], 0.02)),
+        material: fabric(),
+        pins: Vec::new(),
+        velocity: [0.0; 3],
+    };
+    let table = Collider {
+        name: "table".into(),
+        shape: ColliderShape::Box { half_extents: [0.6, 0.6, 0.1] },
+        pose: Pose::from_translation([0.0, 0.0, -0.1 - height]),
+        friction: 0.5,
+        restitution: 0.0,
+    };
+    let contact =
+        SelfContact { distance: 4e-3, response: ContactResponse::Triangles { friction: 0.5 } };
+    let builder = ModelBuilder::new().cloth(cloth).collider(table).self_contact(contact);
+    Arc::new(builder.build().unwrap())
 }
 
 /// Numbers in \[-1, 1\], the same on every run.
@@ -123,13 +145,14 @@ pub(crate) fn assembled_by(
     state.positions = positions.to_vec();
     let mut kernels = backend.create_kernels(Arc::clone(model), &config).unwrap();
     let mut plan = FramePlan::default();
+    let poses: Vec<_> = model.colliders().iter().map(|collider| collider.pose).collect();
     let span = FrameSpan {
         time: 0.0,
         duration: STEP,
         wind_velocity: [0.0; 3],
         anchor_offset: [[0.0; 3]; 2],
-        from: &[],
-        to: &[],
+        from: &poses,
+        to: &poses,
     };
     plan.refill(model, &span, (0.0, 0), STEP);
     kernels.state_write(&state).unwrap();
