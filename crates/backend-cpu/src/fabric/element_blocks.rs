@@ -63,9 +63,7 @@ struct Row<'a, T> {
 impl<T: Real> ElementBlocks<T> {
     /// The pattern of a model, all numbers zero.
     pub(crate) fn new(model: &Model) -> Self {
-        let mut interactions = model.interactions();
-        interactions
-            .retain(|kind| matches!(kind, InteractionKind::Membrane | InteractionKind::Bending));
+        let interactions = model.interactions().of_fabric();
         let neighbours = Neighbours::new(&interactions);
         let count = neighbours.len();
         let mut upper = vec![0_u32; count + 1];

@@ -17,7 +17,7 @@ const STOPPED_HALVINGS_MAX: u32 = 4;
 /// system of the substep: its solution is good for one iteration alone.
 const FORCING: f64 = 10.0;
 
-/// What a linear solve has to take away is never less than down to this share of its own residual.
+/// A linear solve goes on at least until this share of its own residual is left.
 const SHARE_MAX: f64 = 0.3;
 
 /// Largest correction of the velocities that no iteration follows, in the norm of the matrix, relative to what gravity gives them in the
@@ -30,10 +30,11 @@ const CORRECTION_FORCING: f64 = 50.0;
 /// The first solve and the iterations after it. Returns what the last system was linearised about, or nothing if one could not be solved.
 ///
 /// An iterate ends where the certificate lets particles go: what would pass is stopped there, the next system knows what it touches, and
-/// cloth around it gives way within the same substep. Stopped particles draw cloth out: where more of the residual is left than before, all of the step is
-/// halved, so that less is stopped. The solution of each system is good for one iteration, so that it is not solved to
-/// the end (Dembo, Eisenstat and Steihaug 1982) but to a share of what the substep began with, and constraints of colliders that pull are released from one to the
-/// next. The iteration ends by the size of its corrections, the first one apart, not by the residual, of which rounding leaves much where cloth is stiff.
+/// cloth around it gives way within the same substep. Stopped particles draw cloth out: where more of the residual is left than before, all
+/// of the step is halved, so that less is stopped.
+///
+/// The solution of each system is good for one iteration, so that it is not solved to the end (Dembo, Eisenstat and Steihaug 1982) but to a
+/// share of what the substep began with, and constraints of colliders that pull are released from one to the next. The iteration ends by the size of its corrections, the first one apart, not by the residual, of which rounding leaves much where cloth is stiff.
 ///
 /// # Errors
 /// Those of the stages.
