@@ -60,6 +60,8 @@ pub(crate) struct Memory<T> {
     pub(crate) kept: Option<[Buffer<Real4<T>>; 2]>,
     /// Velocities of an iterate of Newton's method.
     pub(crate) iterate: Option<Buffer<Real4<T>>>,
+    /// Positions of the last `iterate_keep`.
+    pub(crate) proven: Option<Buffer<Real4<T>>>,
     /// Positions of the last `start_keep`.
     pub(crate) start: Option<Buffer<Real4<T>>>,
     pub(crate) colliders: Buffer<ColliderData<T>>,
@@ -205,6 +207,7 @@ impl<T: CudaReal> Memory<T> {
             control_forces: Buffer::zeros(&queue, 1)?,
             kept: None,
             iterate: None,
+            proven: None,
             start: None,
             contact: None,
             triangles: None,

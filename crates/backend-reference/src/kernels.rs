@@ -35,6 +35,8 @@ pub struct ReferenceKernels {
     pairs: Vec<[u32; 2]>,
     contacts: ContactStatistics,
     triangles: Option<TriangleContact>,
+    /// Positions of `iterate_keep`, if it has come after `start_keep`.
+    proven: Option<Vec<Vector<f64>>>,
     /// Positions of `start_keep`, and whether a response has not used them yet.
     start: (Vec<Vector<f64>>, bool),
     impulses: Vec<Impulse<f64>>,
@@ -105,6 +107,7 @@ impl ReferenceKernels {
             pairs: Vec::new(),
             contacts: ContactStatistics::default(),
             triangles: TriangleContact::new(&model),
+            proven: None,
             start: (Vec::new(), false),
             impulses: vec![Impulse::default(); model.colliders().len()],
             kept: Kept::default(),
@@ -287,14 +290,21 @@ impl Kernels for ReferenceKernels {
 
     fn contact_certify(&mut self, substep: &Substep) -> Result<()> {
         if let Some(triangles) = &mut self.triangles {
-            triangles.certify(&self.model, &mut self.particles, &self.start.0, substep)?;
+            let starts = (&*self.start.0, self.proven.as_deref());
+            triangles.certify(&self.model, &mut self.particles, starts, substep)?;
         }
         Ok(())
     }
 
     fn contact_certify_iterate(&mut self, substep: &Substep) -> Result<u64> {
         let Some(triangles) = &mut self.triangles else { return Ok(0) };
-        triangles.ways_shorten(&self.model, &mut self.particles, &self.start.0, substep, false)
+        let starts = (&*self.start.0, self.proven.as_deref());
+        triangles.ways_shorten(&self.model, &mut self.particles, starts, substep, false)
+    }
+
+    fn iterate_keep(&mut self) -> Result<()> {
+        self.proven = Some(self.particles.positions.clone());
+        Ok(())
     }
 
     fn triangles_touch(&self) -> bool {
@@ -352,6 +362,7 @@ impl Kernels for ReferenceKernels {
 
     fn start_keep(&mut self) -> Result<()> {
         self.start = (self.particles.positions.clone(), true);
+        self.proven = None;
         Ok(())
     }
 

@@ -24,6 +24,9 @@ pub(crate) struct TriangleContact {
     newton: NewtonStart,
 }
 
+/// Where a substep starts, and the iterate that a certificate goes on from, if there is one.
+type Starts<'a> = (&'a [Vector<f64>], Option<&'a [Vector<f64>]>);
+
 /// Looks at all pairs.
 struct AllPairs<'a>(&'a ContactSurface);
 
@@ -89,7 +92,7 @@ impl TriangleContact {
         };
         let found = self.surface.candidates();
         let found = found.filter_map(|candidate| self.surface.contact(candidate, position));
-        let law = ContactLaw::new(&config.integrator, substep.length, config.time_step);
+        let law = ContactLaw::of(model, config, substep.length);
         let found = found.collect();
         self.set.stencils_set(law, found);
         let motion = ContactMotion {
@@ -158,10 +161,11 @@ impl TriangleContact {
         &mut self,
         model: &Model,
         particles: &mut Particles<f64>,
-        start: &[Vector<f64>],
+        (start, proven): Starts<'_>,
         substep: &Substep,
     ) -> Result<()> {
-        self.truncated += self.ways_shorten(model, particles, start, substep, true)?;
+        let starts = (start, proven);
+        self.truncated += self.ways_shorten(model, particles, starts, substep, true)?;
         let (count, nodes) = (particles.len(), self.bodies.end());
         let position = |i: u32| match (i as usize).checked_sub(count) {
             Some(node) => nodes[node],
@@ -182,14 +186,14 @@ impl TriangleContact {
         &mut self,
         model: &Model,
         particles: &mut Particles<f64>,
-        start: &[Vector<f64>],
+        (start, proven): Starts<'_>,
         substep: &Substep,
         is_end: bool,
     ) -> Result<u64> {
         let (length, count) = (substep.length, particles.len());
         self.bodies.substep_begin(model, substep.index);
-        let mut from: Vec<_> = start.iter().map(|x| x.0).collect();
-        from.extend(self.bodies.start());
+        let mut from: Vec<_> = proven.unwrap_or(start).iter().map(|x| x.0).collect();
+        from.extend(self.bodies.way_start(proven.is_some()));
         let mut end: Vec<_> = particles.positions.iter().map(|x| x.0).collect();
         end.extend(self.bodies.end());
         let mut search = AllPairs(&self.surface);

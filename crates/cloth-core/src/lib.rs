@@ -62,7 +62,7 @@ pub use model::{
     Neighbours, NetworkSpring, PieceBlocks, Pose, RegularPatch, RestSource, STITCH_LENGTH, Seam,
     SeamError, SeamRange, SeamTie, Seams, SelfContact, SlicedRows, Spring, SpringClass,
     SpringCoefficients, SpringColouring, SpringKind, SpringNetwork, SpringRows, Springs, Stencil,
-    StrainGauge, TriangleStrain, VertexClasses, Weld, WingedEdge, WingedEdges,
+    Stitching, StrainGauge, TriangleStrain, VertexClasses, Weld, WingedEdge, WingedEdges,
 };
 pub use real::Real;
 pub use report::{Measures, SolverReport, StageTime, StepReport, TimeStepChange, TimeStepReason};

@@ -111,4 +111,4 @@ pub use rigid_exchange::RigidExchange;
 #[cfg(feature = "scene")]
 pub use scene_audit::SceneAudit;
 #[cfg(feature = "scene")]
-pub use simulation::Simulation;
+pub use simulation::{SeamReport, Simulation};

@@ -5,7 +5,10 @@
 
 use std::sync::Arc;
 
-use cloth_core::{Backend, Control, Error, Model, Result, Solver, SolverConfig, State, Weld};
+use cloth_core::{
+    Backend, Control, Error, Integrator, Model, Result, Solver, SolverConfig, State, Stitching,
+    Weld,
+};
 use cloth_scene::CompiledScene;
 
 /// Stitches wider than this \[m\] are not welded: their vertices would jump.
@@ -15,31 +18,36 @@ const WELD_GAP: f64 = 1e-3;
 const ROUNDING: f64 = 1e-6;
 
 /// What a solver simulates.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Stage {
     is_welded: bool,
     phase: Option<usize>,
     /// The time that stitches are as long as \[s\].
     time: f64,
+    /// How wide each stitch is for contact \[m\], while nothing is welded.
+    widths: Vec<f64>,
 }
 
 impl Stage {
     /// Frame 0 of a scene without phases.
-    pub(crate) const START: Self = Self { is_welded: false, phase: None, time: 0.0 };
+    pub(crate) fn start(scene: &CompiledScene) -> Self {
+        let widths = scene.model.stitch_widths(scene.model.positions());
+        Self { is_welded: false, phase: None, time: 0.0, widths }
+    }
 
     /// What a run is at whose last frame ended with `state`.
     pub(crate) fn of_state(scene: &CompiledScene, frame: u64, state: &State) -> Self {
         let time = frame as f64 / scene.frames_per_second;
         let phase = frame.checked_sub(1).and_then(|last| phase_at(scene, last));
         let is_welded = scene.weld.as_ref().is_some_and(|weld| weld.is_done_in(state));
-        Self { is_welded, phase, time }
+        Self { is_welded, phase, time, widths: widths_in(scene, is_welded, state) }
     }
 
     /// Whether another stage can follow in `frame`.
     pub(crate) fn may_end(&self, scene: &CompiledScene, frame: u64) -> bool {
         let sews = self.time.to_bits() != self.time_of(scene, frame).to_bits()
             && !scene.model.seams().is_empty();
-        sews || phase_at(scene, frame) != self.phase
+        sews || self.widths.iter().any(|width| *width > 0.0) || phase_at(scene, frame) != self.phase
     }
 
     fn time_of(&self, scene: &CompiledScene, frame: u64) -> f64 {
@@ -60,8 +68,10 @@ impl Stage {
             let gaps = seams.ranges().iter().zip(seams.gaps(&state.positions));
             gaps.into_iter().all(|(seam, gap)| !seam.weld || gap <= WELD_GAP)
         };
+        let is_welded = self.is_welded || (scene.weld.is_some() && is_time && is_close());
         Self {
-            is_welded: self.is_welded || (scene.weld.is_some() && is_time && is_close()),
+            is_welded,
+            widths: widths_in(scene, is_welded, state),
             phase: phase_at(scene, frame),
             time: self.time_of(scene, frame),
         }
@@ -71,28 +81,52 @@ impl Stage {
     pub(crate) fn needs_solver(&self, scene: &CompiledScene, next: &Self) -> bool {
         self.is_welded != next.is_welded
             || self.phase != next.phase
-            || scene.model.is_sewn_between([self.time, next.time])
+            || self.widths != next.widths
+            || scene.model.is_sewn_between([self.time, next.time], next.pulls(scene))
     }
 
     /// What a solver of this stage gets.
     pub(crate) fn model_and_config(&self, scene: &CompiledScene) -> (Arc<Model>, SolverConfig) {
         let phase = self.phase.and_then(|phase| scene.phases.get(phase));
-        let config = phase.map_or(&scene.config, |phase| &phase.config).clone();
+        let config = self.config(scene).clone();
         let weld = self.weld(scene);
         let base = weld.as_ref().map_or(scene.model.as_ref(), |weld| &weld.model);
         let gravity = phase.and_then(|phase| phase.gravity);
-        if weld.is_none() && gravity.is_none() && self.time == 0.0 {
+        let bending = phase.map_or(1.0, |phase| phase.bending);
+        let is_own = gravity.is_none() && bending == 1.0 && base.seams().is_empty();
+        if weld.is_none() && is_own {
             return (Arc::clone(&scene.model), config);
         }
-        let model = base.sewn_at(self.time);
+        let model = base.sewn_at(&Stitching {
+            time: self.time,
+            pulls: self.pulls(scene),
+            widths: &self.widths,
+        });
         let own = model.gravity();
-        (Arc::new(model.with_gravity(gravity.unwrap_or(own))), config)
+        let model = model.with_gravity(gravity.unwrap_or(own));
+        let model = if bending == 1.0 { model } else { model.with_bending(bending) };
+        (Arc::new(model), config)
+    }
+
+    fn config<'a>(&self, scene: &'a CompiledScene) -> &'a SolverConfig {
+        let phase = self.phase.and_then(|phase| scene.phases.get(phase));
+        phase.map_or(&scene.config, |phase| &phase.config)
+    }
+
+    /// Whether stitches that should be closed become stiffer.
+    fn pulls(&self, scene: &CompiledScene) -> bool {
+        matches!(self.config(scene).integrator, Integrator::Implicit(_))
     }
 
     /// The weld that was made before this stage.
     pub(crate) fn weld(&self, scene: &CompiledScene) -> Option<Arc<Weld>> {
         scene.weld.clone().filter(|_| self.is_welded)
     }
+}
+
+/// [`Model::stitch_widths`], or nothing once seams are welded: those that are held are closed then.
+fn widths_in(scene: &CompiledScene, is_welded: bool, state: &State) -> Vec<f64> {
+    if is_welded { Vec::new() } else { scene.model.stitch_widths(&state.positions) }
 }
 
 fn phase_at(scene: &CompiledScene, frame: u64) -> Option<usize> {
@@ -110,7 +144,7 @@ pub(crate) struct Sewing<S> {
 
 impl<S> Default for Sewing<S> {
     fn default() -> Self {
-        Self { factory: None, backend: "given", stage: Stage::START }
+        Self { factory: None, backend: "given", stage: Stage::default() }
     }
 }
 
@@ -124,11 +158,11 @@ impl Sewing<Box<dyn Solver>> {
 }
 
 impl<S> Sewing<S> {
-    pub(crate) const fn stage(&self) -> Stage {
-        self.stage
+    pub(crate) const fn stage(&self) -> &Stage {
+        &self.stage
     }
 
-    pub(crate) const fn stage_set(&mut self, stage: Stage) {
+    pub(crate) fn stage_set(&mut self, stage: Stage) {
         self.stage = stage;
     }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cloth_audit::Intersections;
 use cloth_core::{
-    Audit, Backend, Control, Error, Model, Pose, Result, Solver, State, StepReport,
+    Audit, Backend, Control, Error, Model, Pose, Result, SeamRange, Solver, State, StepReport,
     divergence_origin,
 };
 use cloth_rigid::RigidWorld;
@@ -14,6 +14,19 @@ use crate::{
     Checkpoint, ModelSimulation, RigidExchange, SceneAudit,
     sewing::{Sewing, Stage},
 };
+
+/// How far sewing is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SeamReport {
+    /// Whether all seams are welded that are to be.
+    pub is_welded: bool,
+    /// The name of the seam with the widest stitch.
+    pub seam: String,
+    /// How wide that is, or how much wider than it is to be \[m\].
+    pub gap: f64,
+    /// Where it is \[m\].
+    pub place: [f64; 3],
+}
 
 /// A scene in progress. Frame 0 is the start; frame k is the state after k frames, at the time
 /// k / frames per second. As [`ModelSimulation`] it fetches what is asked for, and nothing else.
@@ -30,7 +43,8 @@ impl Simulation {
     /// # Errors
     /// What [`Backend::create_solver`] and [`Solver::collider_impulses`] report.
     pub fn new(scene: CompiledScene, backend: &dyn Backend) -> Result<Self> {
-        Self::at_stage(scene, backend, Stage::START)
+        let stage = Stage::start(&scene);
+        Self::at_stage(scene, backend, stage)
     }
 
     /// Makes ready to run `scene` from another state than its own at the start, such as [`Checkpoint::read_start`] gives: a garment that was draped in
@@ -147,7 +161,7 @@ impl<S: Solver> Simulation<S> {
 
     /// Makes the solver one of what is simulated in the next frame: seams that close, those that are welded, another phase.
     fn sew(&mut self) -> Result<()> {
-        let stage = self.sewing.stage();
+        let stage = self.sewing.stage().clone();
         let frame = self.run.frame();
         if !stage.may_end(&self.scene, frame) {
             return Ok(());
@@ -182,6 +196,31 @@ impl<S: Solver> Simulation<S> {
         let model = Arc::clone(&self.scene.model);
         let welded = self.sewing.stage().weld(&self.scene).is_some();
         Ok((welded, model.seams().gaps(&self.run.state()?.positions)))
+    }
+
+    /// How far sewing is at the end of the present frame, if the scene has seams.
+    ///
+    /// # Errors
+    /// As [`Self::state`].
+    pub fn seam_report(&mut self) -> Result<Option<SeamReport>> {
+        if self.scene.model.seams().is_empty() {
+            return Ok(None);
+        }
+        let model = Arc::clone(&self.scene.model);
+        let is_welded = self.sewing.stage().weld(&self.scene).is_some();
+        let positions = &self.run.state()?.positions;
+        let seams = model.seams();
+        Ok(seams.widest(positions).map(|(stitch, gap)| {
+            let [particle, _] = seams.stitches()[stitch];
+            let of = |seam: &&SeamRange| seam.stitches.contains(&(stitch as u32));
+            let seam = seams.ranges().iter().find(of);
+            SeamReport {
+                is_welded,
+                seam: seam.map(|seam| seam.name.clone()).unwrap_or_default(),
+                gap,
+                place: positions.get(particle as usize).copied().unwrap_or_default(),
+            }
+        }))
     }
 
     /// The error with what made the simulation diverge, if the state before the frame is known and tells.

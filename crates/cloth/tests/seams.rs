@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
 use cloth::{
-    Checkpoint, SceneAudit, Simulation, State, backend_create,
+    Checkpoint, STITCH_LENGTH, SceneAudit, Simulation, State, backend_create,
     scene::{CompileOptions, CompiledScene, Scene},
 };
 use tempfile::TempDir;
@@ -114,15 +114,17 @@ fn panels_with_unequal_edges_are_sewn_and_welded_on_every_way_of_stepping() {
                     welded = Some(frame);
                     assert!(gaps[0] == 0.0);
                 }
+                let found = simulation.intersections(&audit).unwrap();
+                assert_eq!((found.within, found.between), (0, 0), "{solver}, frame {frame}");
                 let after = momentum(&scene, simulation.state().unwrap());
                 let size = scene.model.masses().iter().sum::<f64>();
-                let kept = (0..3).all(|k| (after[k] - before[k]).abs() < 1e-3 * size);
+                // Forces keep it, and so does the weld. What the certificate stops does not, as it must in explicit steps where the panels meet.
+                let change = if solver == "explicit" { 2e-2 } else { 1e-6 };
+                let kept = (0..3).all(|k| (after[k] - before[k]).abs() < change * size);
                 assert!(kept, "{solver}, frame {frame}: {before:?} {after:?}");
             }
             // The seam is closed after nine frames; then the panels come to rest at it, within an eighth of a second.
             assert!(matches!(welded, Some(9..=12)), "{solver}: {welded:?}");
-            let found = simulation.intersections(&audit).unwrap();
-            assert_eq!((found.within, found.between), (0, 0), "{solver}");
         }
     }
 }
@@ -270,7 +272,7 @@ drag.rate = [20, 20, 20]
     let mass: f64 = lower.map(|i| scene.model.masses()[i as usize]).sum();
     let tension = |&[a, b]: &[u32; 2]| {
         let [a, b] = [a, b].map(|i| state.positions[i as usize]);
-        20.0 * (a[2] - b[2]).hypot((a[0] - b[0]).hypot(a[1] - b[1]))
+        20.0 * ((a[2] - b[2]).hypot((a[0] - b[0]).hypot(a[1] - b[1])) - STITCH_LENGTH)
     };
     let sum: f64 = scene.model.seams().stitches().iter().map(tension).sum();
     let load = mass * 9.81;

@@ -221,3 +221,36 @@ fn trampoline(settings: &str, substeps: u32) -> Vec<f64> {
     assert_eq!(simulation.state().unwrap().colliders[0], last);
     heights
 }
+
+/// Each substep at the impact takes cloth around the bar by more than a certificate along one straight line can prove.
+const BAR: &str = r#"
+name = "bar"
+simulation = { frames = 14, frames_per_second = 30, solver = "implicit", implicit.time_step = 0.016666666666666666 }
+contact.distance = 0.003
+[[cloth]]
+name = "scarf"
+model = "fabric"
+material.preset = "denim"
+geometry.grid = { columns = 21, rows = 9, spacing = 0.02, centre = [0.02, 0.01, 0.5] }
+[[collider]]
+name = "bar"
+shape.capsule = { half_length = 0.2, radius = 0.01 }
+translation = [0, 0, 0.41]
+rotation = { axis = [1, 0, 0], degrees = 90 }
+"#;
+
+#[test]
+fn fabric_that_lands_on_a_thin_bar_is_not_drawn_out() {
+    let scene = Scene::from_toml(BAR, "bar.toml").unwrap();
+    let scene = scene.compile(&CompileOptions::default()).unwrap();
+    let backend = backend_create("cpu", None).unwrap();
+    let mut simulation = Simulation::new(scene, backend.as_ref()).unwrap();
+    let (mut largest, mut touched) = (0.0_f64, 0);
+    for _ in 0..14 {
+        simulation.step().unwrap();
+        largest = largest.max(simulation.audit().unwrap().fabric.unwrap().stretches[1]);
+        touched = touched.max(simulation.report().contacts);
+    }
+    assert!(touched > 20, "{touched} contacts");
+    assert!(largest < 1.05, "stretched {largest} times");
+}

@@ -241,6 +241,10 @@ impl Kernels for PerturbedKernels {
         self.inner.contact_certify_iterate(substep)
     }
 
+    fn iterate_keep(&mut self) -> Result<()> {
+        self.inner.iterate_keep()
+    }
+
     fn contacts_read(&mut self, out: &mut Contacts) -> Result<()> {
         self.inner.contacts_read(out)
     }

@@ -67,6 +67,8 @@ pub(crate) struct CpuKernels<T> {
     iterate: VectorField<T>,
     /// Positions of the last `start_keep`.
     start: VectorField<T>,
+    /// Those of the last `iterate_keep`, if one has come after it.
+    proven: Option<VectorField<T>>,
     /// Whether they are those of the substep that is under way.
     has_start: bool,
     /// Memory of the linear system, once it is needed.
@@ -114,6 +116,7 @@ impl<T: Real> CpuKernels<T> {
             next: Motion::new(count, margin),
             kept: Motion::new(0, 0),
             iterate: VectorField::empty(),
+            proven: None,
             start: VectorField::new(0, 0),
             has_start: false,
             implicit: None,
@@ -448,7 +451,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
             triangles.geometry(
                 (&kernels.present, &kernels.start),
                 (&kernels.masses.inverse, substep.length),
-                &kernels.config,
+                (&kernels.model, &kernels.config),
                 start,
             );
         });
@@ -458,7 +461,8 @@ impl<T: Real> Kernels for CpuKernels<T> {
     fn contact_certify(&mut self, substep: &Substep) -> Result<()> {
         self.stage("contact_certify", |kernels| {
             let Some(triangles) = &mut kernels.triangles else { return Ok(()) };
-            let motion = (&mut kernels.present, &kernels.start);
+            let starts = (&kernels.start, kernels.proven.as_ref());
+            let motion = (&mut kernels.present, starts);
             let step = (substep.index, T::from_f64(substep.length));
             triangles.certify(&kernels.model, motion, &kernels.masses, step)
         })
@@ -467,10 +471,20 @@ impl<T: Real> Kernels for CpuKernels<T> {
     fn contact_certify_iterate(&mut self, substep: &Substep) -> Result<u64> {
         self.stage("contact_certify", |kernels| {
             let Some(triangles) = &mut kernels.triangles else { return Ok(0) };
-            let motion = (&mut kernels.present, &kernels.start);
+            let starts = (&kernels.start, kernels.proven.as_ref());
+            let motion = (&mut kernels.present, starts);
             let step = (substep.index, T::from_f64(substep.length));
             triangles.ways_shorten(&kernels.model, motion, &kernels.masses, step, false)
         })
+    }
+
+    fn iterate_keep(&mut self) -> Result<()> {
+        let position = &self.present.position;
+        let mut kept = (self.proven.take())
+            .unwrap_or_else(|| VectorField::new(position.count(), position.margin()));
+        kept.copy_from(FieldView::new(position));
+        self.proven = Some(kept);
+        Ok(())
     }
 
     fn triangles_touch(&self) -> bool {
@@ -600,6 +614,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
     }
 
     fn start_keep(&mut self) -> Result<()> {
+        self.proven = None;
         let count = self.model.particle_count();
         if self.start.is_empty() {
             self.start = VectorField::new(count, self.springs.margin());

@@ -68,6 +68,9 @@ pub(crate) struct TriangleContact<T> {
     statistics: ContactStatistics,
 }
 
+/// Where a substep starts, and the iterate that a certificate goes on from, if there is one.
+type Starts<'a, T> = (&'a VectorField<T>, Option<&'a VectorField<T>>);
+
 /// Contacts in a task.
 const TASK: usize = 512;
 
@@ -121,7 +124,7 @@ impl<T: Real> TriangleContact<T> {
         &mut self,
         (motion, start): (&Motion<T>, &VectorField<T>),
         (inverse_mass, length): (&[T], f64),
-        config: &SolverConfig,
+        (model, config): (&Model, &SolverConfig),
         newton: NewtonStart,
     ) {
         self.newton = newton;
@@ -131,7 +134,7 @@ impl<T: Real> TriangleContact<T> {
             NewtonStart::Iterate => (bodies.end(), motion.position.count()),
         };
         self.position[particles..].copy_from_slice(now);
-        let law = ContactLaw::new(&config.integrator, length, config.time_step);
+        let law = ContactLaw::of(model, config, length);
         self.set.stencils_set(law, self.list.contacts(&self.surface, &self.position));
         let (velocity, start) = (FieldView::new(&motion.velocity), FieldView::new(start));
         let (position, step) = (&self.position, T::from_f64(length));
@@ -175,13 +178,15 @@ impl<T: Real> TriangleContact<T> {
     pub(crate) fn certify(
         &mut self,
         model: &Model,
-        motion: (&mut Motion<T>, &VectorField<T>),
+        (motion, starts): (&mut Motion<T>, Starts<'_, T>),
         masses: &Masses<T>,
         (index, length): (usize, T),
     ) -> Result<()> {
-        let changed = self.ways_shorten(model, motion, masses, (index, length), true)?;
+        let step = (index, length);
+        let changed = self.ways_shorten(model, (motion, starts), masses, step, true)?;
         self.statistics.truncated += changed;
         let Self { position, other, set, bodies, impulses, .. } = self;
+        read(starts.0, bodies.start(), other);
         set.settle(|i| position[i as usize], |i| other[i as usize]);
         set.body_impulses((bodies, impulses), |i| position[i as usize], length.to_f64());
         bodies.substep_end();
@@ -192,7 +197,7 @@ impl<T: Real> TriangleContact<T> {
     pub(crate) fn ways_shorten(
         &mut self,
         model: &Model,
-        (motion, start): (&mut Motion<T>, &VectorField<T>),
+        (motion, (start, proven)): (&mut Motion<T>, Starts<'_, T>),
         masses: &Masses<T>,
         (index, length): (usize, T),
         is_end: bool,
@@ -200,7 +205,7 @@ impl<T: Real> TriangleContact<T> {
         let Self { surface, trees, list, position, other, certifier, .. } = self;
         let (bodies, impulses) = (&mut self.bodies, &mut self.impulses);
         bodies.substep_begin(model, index);
-        read(start, bodies.start(), other);
+        read(proven.unwrap_or(start), bodies.way_start(proven.is_some()), other);
         read(&motion.position, bodies.end(), position);
         let mut search = ListSearch { surface, trees, list };
         let particles = start.count();

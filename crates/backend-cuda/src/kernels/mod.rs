@@ -262,6 +262,10 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
         self.triangle_certify_iterate(substep)
     }
 
+    fn iterate_keep(&mut self) -> Result<()> {
+        self.triangle_iterate_keep()
+    }
+
     fn triangles_touch(&self) -> bool {
         self.triangles.as_ref().is_some_and(|triangles| triangles.touches())
     }
@@ -325,6 +329,7 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
 
     fn start_keep(&mut self) -> Result<()> {
         self.settle()?;
+        self.triangle_start_keep();
         self.start_copy()
     }
 

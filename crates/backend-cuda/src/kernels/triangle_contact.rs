@@ -3,7 +3,7 @@
 use std::{ffi::c_void, sync::Arc};
 
 use cloth_core::{
-    ColliderImpulse, Error, Model, NewtonStart, Result, SolverConfig, State,
+    ColliderImpulse, Error, Model, NewtonStart, Result, State,
     contact::{
         Candidate, ContactEquation, ContactLaw, ContactSet, Contacts,
         device::{
@@ -18,7 +18,7 @@ use super::CudaKernels;
 use crate::{
     fault::BACKEND,
     layout::{CudaReal, Real4},
-    queue::{Launch, argument},
+    queue::{Buffer, Launch, argument},
     triangle_contact::TriangleMemory,
 };
 
@@ -110,8 +110,7 @@ impl<T: CudaReal> CudaKernels<T> {
         newton: NewtonStart,
     ) -> Result<()> {
         self.start_ensure()?;
-        let SolverConfig { integrator, time_step, .. } = &self.config;
-        let law = ContactLaw::new(integrator, substep.length, *time_step);
+        let law = ContactLaw::of(&self.model, &self.config, substep.length);
         self.with_triangles(|contact, device| contact.geometry(device, law, newton)).map(drop)
     }
 
@@ -154,6 +153,26 @@ impl<T: CudaReal> CudaKernels<T> {
             contact.certify_iterate(&model, device, substep, &held)
         })?;
         Ok(changed.unwrap_or_default())
+    }
+
+    /// `start_keep` of triangles: certificates begin there.
+    pub(super) fn triangle_start_keep(&mut self) {
+        if let Some(triangles) = &mut self.triangles {
+            triangles.contact.start_keep();
+        }
+    }
+
+    /// `iterate_keep`.
+    pub(super) fn triangle_iterate_keep(&mut self) -> Result<()> {
+        let Some(triangles) = &mut self.triangles else { return Ok(()) };
+        triangles.contact.iterate_keep();
+        self.settle()?;
+        let (present, memory) = (self.memory.present(), &mut self.memory);
+        let proven = match memory.proven.take() {
+            Some(proven) => proven,
+            None => Buffer::zeros(&memory.queue, self.model.particle_count())?,
+        };
+        memory.proven.insert(proven).copy_from(&memory.queue, &memory.position[present])
     }
 
     /// All contacts as last computed.
@@ -223,8 +242,13 @@ impl<T: CudaReal> Working<'_, T> {
         match from {
             WaysFrom::Device => Ok(()),
             WaysFrom::Velocities => self.pairs_start("contact_pairs_ahead", launch, task),
-            WaysFrom::Substep => {
-                let Some(start) = &self.kernels.memory.start else {
+            WaysFrom::Substep | WaysFrom::Iterate => {
+                let memory = &self.kernels.memory;
+                let start = match from {
+                    WaysFrom::Iterate => &memory.proven,
+                    _ => &memory.start,
+                };
+                let Some(start) = start else {
                     let feature = "contact_certify without the start of the substep".into();
                     return Err(Error::Unsupported { backend: BACKEND, feature });
                 };
@@ -320,6 +344,11 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
         let memory = &self.kernels.memory;
         memory.position[memory.present()].read(&memory.queue, position)?;
         memory.start.as_ref().map_or(Ok(()), |from| from.read(&memory.queue, start))
+    }
+
+    fn iterate_read(&mut self, iterate: &mut Vec<[T; 4]>) -> Result<()> {
+        let memory = &self.kernels.memory;
+        memory.proven.as_ref().map_or(Ok(()), |from| from.read(&memory.queue, iterate))
     }
 
     fn velocities_read(&mut self, velocity: &mut Vec<[T; 4]>) -> Result<()> {

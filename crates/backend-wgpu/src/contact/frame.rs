@@ -30,6 +30,7 @@ pub(crate) enum Command {
     ExplicitPass(Substep),
     StateKeep,
     StartKeep,
+    IterateKeep,
     StateRestore,
     VelocityKeep,
     VelocityRestore,

@@ -163,6 +163,10 @@ impl Kernels for WgpuKernels {
         self.model().check_no_stretch_limit(self.config(), "wgpu")
     }
 
+    fn iterate_keep(&mut self) -> Result<()> {
+        self.stages.execute(Command::IterateKeep)
+    }
+
     fn start_keep(&mut self) -> Result<()> {
         self.stages.execute(Command::StartKeep)
     }

@@ -127,6 +127,7 @@ impl Stages {
             Command::ExplicitPass(substep) => self.explicit_pass(substep),
             Command::StateKeep => self.state_keep(),
             Command::StartKeep => self.start_keep(),
+            Command::IterateKeep => self.iterate_keep(),
             Command::StateRestore => self.state_restore(),
             Command::VelocityKeep => self.iterate_copy(true),
             Command::VelocityRestore => self.iterate_copy(false),

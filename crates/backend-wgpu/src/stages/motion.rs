@@ -60,6 +60,9 @@ const ITERATE: &str = "velocity_iterate";
 /// The copy of positions and velocities that `state_keep` makes.
 pub(super) const KEPT: [&str; 2] = ["position_kept", "velocity_kept"];
 
+/// The copy of positions that `iterate_keep` makes.
+pub(super) const PROVEN: &str = "position_proven";
+
 /// The copy of positions that `start_keep` makes.
 pub(super) const START: &str = "position_start";
 
@@ -251,15 +254,29 @@ impl Stages {
 
     /// Records a copy of the present positions, for colliders.
     pub(super) fn start_keep(&mut self) -> Result<()> {
+        if let Some(triangles) = &mut self.triangles {
+            triangles.start_keep();
+        }
+        self.has_start = true;
+        self.positions_copy(START)
+    }
+
+    /// Records a copy of the positions that are proven to be reached.
+    pub(super) fn iterate_keep(&mut self) -> Result<()> {
+        let Some(triangles) = &mut self.triangles else { return Ok(()) };
+        triangles.iterate_keep();
+        self.positions_copy(PROVEN)
+    }
+
+    fn positions_copy(&mut self, name: &'static str) -> Result<()> {
         let size = VECTOR_SIZE * self.model.particle_count() as u64;
-        if self.buffers.get(START, 0, 0).is_err() {
-            self.buffers.create(&self.context, START, size, None)?;
+        if self.buffers.get(name, 0, 0).is_err() {
+            self.buffers.create(&self.context, name, size, None)?;
             self.bind_groups.clear();
         }
         let present = self.buffers.position(self.present);
-        let start = self.buffers.get(START, 0, 0)?;
-        self.recorder.copy(&self.context, present, 0, start, 0, size);
-        self.has_start = true;
+        let copy = self.buffers.get(name, 0, 0)?;
+        self.recorder.copy(&self.context, present, 0, copy, 0, size);
         Ok(())
     }
 

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Error, NewtonStart, Result, SolverConfig,
+    Error, NewtonStart, Result,
     contact::{
         Candidate, ContactEquation, ContactLaw, ContactSet, ContactSlip, Contacts,
         device::{
@@ -15,7 +15,10 @@ use cloth_core::{
     stepper::Substep,
 };
 
-use super::{Stages, motion::START};
+use super::{
+    Stages,
+    motion::{PROVEN, START},
+};
 use crate::{
     buffers::VECTOR_SIZE,
     dispatch::WORKGROUP,
@@ -77,8 +80,7 @@ impl Stages {
         newton: NewtonStart,
     ) -> Result<()> {
         self.start_ensure()?;
-        let SolverConfig { integrator, time_step, .. } = &self.config;
-        let law = ContactLaw::new(integrator, substep.length, *time_step);
+        let law = ContactLaw::of(&self.model, &self.config, substep.length);
         self.with_triangles(|stages, triangles| triangles.geometry(stages, law, newton)).map(drop)
     }
 
@@ -192,10 +194,11 @@ impl Stages {
                 let items = (self.particle_count(), WORKGROUP);
                 self.pair_kernel("contact_pairs", "contact_pairs_ahead", items)
             }
-            WaysFrom::Substep => {
+            WaysFrom::Substep | WaysFrom::Iterate => {
+                let from = if from == WaysFrom::Iterate { PROVEN } else { START };
                 let size = VECTOR_SIZE * self.model.particle_count() as u64;
                 let ways = self.buffers.get("pair_ways", 0, 0)?;
-                let start = self.buffers.get(START, 0, 0)?;
+                let start = self.buffers.get(from, 0, 0)?;
                 let end = self.buffers.position(self.present);
                 self.recorder.copy(&self.context, start, 0, ways, 0, size);
                 let ends = VECTOR_SIZE * u64::from(task.node_count);
@@ -303,6 +306,11 @@ impl PairDevice<f32> for Stages {
         self.vectors_read(&from, position)?;
         let from = self.buffers.get(START, 0, 0)?.clone();
         self.vectors_read(&from, start)
+    }
+
+    fn iterate_read(&mut self, iterate: &mut Vec<[f32; 4]>) -> Result<()> {
+        let from = self.buffers.get(PROVEN, 0, 0)?.clone();
+        self.vectors_read(&from, iterate)
     }
 
     fn velocities_read(&mut self, velocity: &mut Vec<[f32; 4]>) -> Result<()> {

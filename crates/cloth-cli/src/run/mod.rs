@@ -10,8 +10,9 @@ mod summary;
 use std::{sync::Arc, time::Instant};
 
 use cloth::{
-    AUTO, Backend, BackendOptions, Checkpoint, PoseLog, SceneAudit, Simulation, StepReport,
-    backend_choose, backend_open, frame_solids, picture_style, picture_style_moving, topology,
+    AUTO, Backend, BackendOptions, Checkpoint, PoseLog, SceneAudit, SeamReport, Simulation,
+    StepReport, backend_choose, backend_open, frame_solids, picture_style, picture_style_moving,
+    topology,
 };
 use cloth::{io::PictureStyle, scene::CompiledScene};
 
@@ -157,23 +158,18 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
 fn seams_line(simulation: &mut Simulation) -> Result<Option<String>, Failure> {
     let model = Arc::clone(simulation.model());
     let seams = model.seams();
-    if seams.is_empty() {
-        return Ok(None);
-    }
-    let (is_welded, gaps) = simulation.seams()?;
     let count = seams.stitches().len();
-    let widest = seams.ranges().iter().zip(gaps).max_by(|a, b| a.1.total_cmp(&b.1));
-    Ok(widest.map(|(seam, gap)| {
-        let mend = if seam.weld && !is_welded {
+    Ok(simulation.seam_report()?.map(|SeamReport { is_welded, seam, gap, place: [x, y, z] }| {
+        let waits = !is_welded && seams.weld_time().is_some();
+        let mend = if waits {
             "; they are welded below 1 mm: give more time or stiffness, or move the panels"
         } else {
             ""
         };
         let welded = if is_welded { "welded" } else { "not welded" };
         format!(
-            "seams        {count} stitches, {welded}, the widest {:.3} mm of {:?}{mend}",
-            1e3 * gap,
-            seam.name
+            "seams        {count} stitches, {welded}, the widest {:.3} mm of {seam:?} at [{x:.3}, {y:.3}, {z:.3}] m{mend}",
+            1e3 * gap
         )
     }))
 }
@@ -265,7 +261,8 @@ fn frame(
     outputs.write(frame, state, normals)?;
     let report = StepReport { audit: simulation.audit()?, ..simulation.report().clone() };
     let intersections = audit.map(|audit| simulation.intersections(audit)).transpose()?;
-    reports.write(frame, &report, intersections.as_ref())?;
+    let seams = simulation.seam_report()?;
+    reports.write(frame, &report, (intersections.as_ref(), seams.as_ref()))?;
     summary.add(frame, &report);
     if let (Some(audit), Some(found)) = (audit, &intersections) {
         summary.intersections.add(audit, frame, found);

@@ -8,7 +8,7 @@ use std::{
 };
 
 use cloth::{
-    FabricAudit, Measures, SolverReport, StepReport, TimeStepChange, TimeStepReason,
+    FabricAudit, Measures, SeamReport, SolverReport, StepReport, TimeStepChange, TimeStepReason,
     audit::Intersections,
     io::{file_read, file_replace},
 };
@@ -54,6 +54,8 @@ struct ReportLine<'a> {
     intersections: Option<IntersectionLine>,
     #[serde(flatten)]
     fabric: Option<FabricColumns>,
+    #[serde(flatten)]
+    seams: Option<SeamColumns>,
     bodies_at_speed_limit: u32,
     penetration_max: f64,
     energy_kinetic: f64,
@@ -66,7 +68,11 @@ struct ReportLine<'a> {
 }
 
 impl<'a> ReportLine<'a> {
-    fn new(frame: u64, report: &'a StepReport, intersections: Option<&Intersections>) -> Self {
+    fn new(
+        frame: u64,
+        report: &'a StepReport,
+        (intersections, seams): (Option<&Intersections>, Option<&SeamReport>),
+    ) -> Self {
         let Measures {
             strain_max,
             strain_mean,
@@ -127,6 +133,7 @@ impl<'a> ReportLine<'a> {
             close_pairs: report.audit.close_pairs,
             intersections: intersections.map(IntersectionLine::from),
             fabric: report.audit.fabric.map(FabricColumns::from),
+            seams: seams.map(SeamColumns::from),
             bodies_at_speed_limit: report.bodies_at_speed_limit,
             penetration_max,
             energy_kinetic,
@@ -169,6 +176,21 @@ impl From<FabricAudit> for FabricColumns {
             strain_shear,
             strain_means: audit.strain_means,
         }
+    }
+}
+
+/// What is there only with seams: the widest stitch, how wide it is and where.
+#[derive(Serialize)]
+struct SeamColumns {
+    seams_welded: bool,
+    seam_widest: f64,
+    seam_place: [f64; 3],
+}
+
+impl From<&SeamReport> for SeamColumns {
+    fn from(report: &SeamReport) -> Self {
+        let &SeamReport { is_welded, seam: _, gap, place } = report;
+        Self { seams_welded: is_welded, seam_widest: gap, seam_place: place }
     }
 }
 
@@ -220,9 +242,9 @@ impl ReportWriter {
         &mut self,
         frame: u64,
         report: &StepReport,
-        intersections: Option<&Intersections>,
+        found: (Option<&Intersections>, Option<&SeamReport>),
     ) -> Result<(), Failure> {
-        let line = ReportLine::new(frame, report, intersections);
+        let line = ReportLine::new(frame, report, found);
         let mut line = serde_json::to_string(&line).map_err(Failure::other)?;
         line.push('\n');
         self.file.write_all(line.as_bytes()).map_err(WriteError::of(&self.path))?;
@@ -261,7 +283,7 @@ mod tests {
         let path = folder.path().join("report.jsonl");
         fs::write(&path, "1\n2\n3\n4\n").unwrap();
         let mut writer = ReportWriter::open(&path, 2, false).unwrap();
-        writer.write(3, &StepReport::default(), None).unwrap();
+        writer.write(3, &StepReport::default(), (None, None)).unwrap();
         let text = fs::read_to_string(&path).unwrap();
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[..2], ["1", "2"]);
@@ -282,7 +304,7 @@ mod tests {
             ..SolverReport::default()
         };
         let report = StepReport { solver, ..StepReport::default() };
-        let line = serde_json::to_value(ReportLine::new(1, &report, None)).unwrap();
+        let line = serde_json::to_value(ReportLine::new(1, &report, (None, None))).unwrap();
         assert!(line.get("intersections_within").is_none(), "not asked for");
         assert_eq!((&line["solver_solves"], &line["solver_unconverged"]), (&3.into(), &1.into()));
         let changes = &line["time_step_changes"];

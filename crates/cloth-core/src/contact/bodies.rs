@@ -272,6 +272,12 @@ impl<T: Real> BodyMotion<T> {
         &self.end
     }
 
+    /// Where they are when a certificate begins: at the start, or at the end for one that goes on from an iterate.
+    #[must_use]
+    pub fn way_start(&self, goes_on: bool) -> &[[T; 3]] {
+        if goes_on { &self.end } else { &self.start }
+    }
+
     /// Whether any node moves in the substep.
     #[must_use]
     pub fn moves(&self) -> bool {

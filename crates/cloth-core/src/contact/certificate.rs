@@ -16,6 +16,14 @@ pub enum Split {
 }
 
 impl Split {
+    /// How many of the points are of the first feature.
+    pub(super) const fn first(self) -> usize {
+        match self {
+            Self::VertexTriangle => 1,
+            Self::EdgeEdge => 2,
+        }
+    }
+
     /// The cross pairs \[i, j\]: point i is of the first feature, j of the second.
     #[inline(always)]
     const fn pairs(self) -> &'static [[usize; 2]] {

@@ -1,6 +1,6 @@
 //! `contact_forces` and `contact_linearise` (NUMERICS §15): what a contact does.
 
-use crate::{Integrator, NewtonStart, Real};
+use crate::{Integrator, Model, NewtonStart, Real, SolverConfig};
 
 use super::{ContactStencil, along_plane, dot, plus};
 
@@ -36,6 +36,8 @@ pub(crate) const EXPLICIT_EIGENVALUE: f64 = 16.0 * EXPLICIT_STIFFNESS + 2.0 * EX
 pub struct ContactLaw<T> {
     is_implicit: bool,
     length: T,
+    /// Least stiffness in a matrix \[N/m\]: that of open stitches, or they would pull cloth through all of the force.
+    least: T,
     /// The time step that stiffness is for: a shorter substep at the end of a frame must not change it, or what rests is thrown up.
     time_step: T,
 }
@@ -59,10 +61,18 @@ pub struct ContactAction<T> {
 }
 
 impl<T: Real> ContactLaw<T> {
-    /// The law for a substep of `length` \[s\] where most are `time_step` \[s\] long.
+    /// The law for a substep of `length` \[s\] of a model.
+    #[must_use]
+    pub fn of(model: &Model, config: &SolverConfig, length: f64) -> Self {
+        let least = T::from_f64(model.seam_stiffness());
+        Self { least, ..Self::new(&config.integrator, length, config.time_step) }
+    }
+
+    /// The law for a substep of `length` \[s\] where most are `time_step` \[s\] long, without open seams.
     #[must_use]
     pub fn new(integrator: &Integrator, length: f64, time_step: f64) -> Self {
         Self {
+            least: T::ZERO,
             is_implicit: matches!(integrator, Integrator::Implicit(_)),
             length: T::from_f64(length),
             time_step: T::from_f64(time_step.max(length)),
@@ -92,7 +102,9 @@ impl<T: Real> ContactLaw<T> {
         let inertia = mass / self.time_step;
         let stiffness = if self.is_implicit {
             let stiffness = T::from_f64(IMPLICIT_STIFFNESS) * (inertia / self.time_step);
-            stiffness.minimum(T::from_f64(STIFFNESS_MAX))
+            // What nothing moves needs none.
+            let least = if inertia > T::ZERO { self.least } else { T::ZERO };
+            stiffness.maximum(least).minimum(T::from_f64(STIFFNESS_MAX))
         } else {
             T::from_f64(EXPLICIT_STIFFNESS) * (inertia / self.time_step) / crowd
         };

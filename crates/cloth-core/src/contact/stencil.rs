@@ -164,7 +164,10 @@ impl ContactSurface {
     /// friction.
     #[inline(always)]
     fn reach_of<T: Real>(&self, candidate: Candidate, particles: [u32; 4]) -> (T, f64) {
-        let (reach, friction) = self.coupling(particles[0], particles[3]);
+        let (mut reach, friction) = self.coupling(particles[0], particles[3]);
+        if let Some(seam) = self.seam_reach(candidate, &particles) {
+            reach = reach.min(seam);
+        }
         let reach = T::from_f64(reach);
         if !self.is_one_cloth(particles[0], particles[3]) {
             return (reach, friction);

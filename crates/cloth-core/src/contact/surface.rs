@@ -75,8 +75,12 @@ pub struct ContactSurface {
     neighbours: Rows,
     /// Where particles start \[m\].
     start: Vec<[f64; 3]>,
-    /// What seams make one, or will: such particles are as one that two features share.
+    /// What closed stitches make one: such particles are as one that two features share.
     classes: Vec<u32>,
+    /// What seams will make one; empty if all are closed.
+    seam_classes: Vec<u32>,
+    /// Of each of these, the distance at which contact beside open stitches begins \[m\].
+    seam_reaches: Vec<f64>,
     /// The cloth of each particle; bodies count on behind the cloths.
     cloths: Vec<u32>,
     /// Of each cloth: distance at which forces between it and bodies begin \[m\].
@@ -130,7 +134,10 @@ impl ContactSurface {
             particles.flat_map(|(c, cloth)| cloth.particles.clone().map(move |_| c as u32));
         let mut cloths: Vec<u32> = cloths.collect();
         let mut start = model.positions().to_vec();
-        let mut classes = model.seam_classes().all();
+        let mut classes = model.joined_classes().all();
+        let seam_reaches = model.seam_reaches();
+        let seam_classes =
+            if seam_reaches.is_empty() { Vec::new() } else { model.seam_classes().all() };
         start.extend(BodyMotion::<f64>::new(model).start());
         classes.extend(own[0]..nodes as u32);
         for (number, body) in (model.cloths().len() as u32..).zip(&bodies) {
@@ -145,6 +152,8 @@ impl ContactSurface {
             neighbours: Rows::new(nodes, neighbours),
             start,
             classes,
+            seam_classes,
+            seam_reaches,
             cloths,
             reach: if bodies.is_empty() { contact.distance } else { largest },
             distance: contact.distance,
@@ -236,6 +245,15 @@ impl ContactSurface {
     fn has(&self, corners: &[u32], particle: u32) -> bool {
         let class = self.classes[particle as usize];
         corners.iter().any(|&corner| self.classes[corner as usize] == class)
+    }
+
+    /// Where an open stitch is to join the two features of a candidate, the distance at which their contact begins \[m\].
+    pub(super) fn seam_reach(&self, candidate: Candidate, particles: &[u32; 4]) -> Option<f64> {
+        let (first, second) = particles.split_at(candidate.split().first());
+        let class = |particle: &u32| self.seam_classes.get(*particle as usize).copied();
+        let is_shared = |own: &u32| second.iter().any(|particle| class(particle) == Some(*own));
+        let shared = first.iter().filter_map(class).filter(is_shared);
+        shared.map(|class| self.seam_reaches[class as usize]).reduce(f64::max)
     }
 
     /// Visits the pairs of what belongs to two triangles, less those that share a particle; those of bodies have none.

@@ -163,6 +163,13 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     /// As [`Self::contact_certify`].
     fn contact_certify_iterate(&mut self, substep: &Substep) -> Result<u64>;
 
+    /// NUMERICS §15: notes that particles have been proven to get where they are in an iterate of the end of the substep. Until the next
+    /// `start_keep` certificates go on from here, with bodies where they end.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn iterate_keep(&mut self) -> Result<()>;
+
     /// Whether the last `contact_geometry` has found any contact between triangles. A backend that does not know may always say so, at the
     /// cost of time.
     fn triangles_touch(&self) -> bool {

@@ -84,6 +84,13 @@ impl FabricElements {
         &self.edges
     }
 
+    /// Makes all triangles bend so many times as stiff.
+    pub(super) fn bending_scale(&mut self, times: f64) {
+        for triangle in &mut self.triangles {
+            triangle.bending.plate = triangle.bending.plate.map(|rigidity| times * rigidity);
+        }
+    }
+
     /// Adds a cloth whose particles begin at `first`.
     pub(super) fn add(&mut self, fabric: Fabric, shape: &RestShape, first: u32) {
         let number = self.fabrics.len() as u32;

@@ -55,7 +55,9 @@ pub use material_preset::MaterialPreset;
 pub use meshing::Meshing;
 pub use piece_blocks::PieceBlocks;
 pub use regular_patch::RegularPatch;
-pub use seams::{STITCH_LENGTH, Seam, SeamError, SeamRange, SeamTie, Seams, VertexClasses, Weld};
+pub use seams::{
+    STITCH_LENGTH, Seam, SeamError, SeamRange, SeamTie, Seams, Stitching, VertexClasses, Weld,
+};
 pub use springs::{Spring, SpringClass, SpringKind, SpringRows, Springs};
 pub use strain_gauge::{FabricAudit, StrainGauge, TriangleStrain};
 pub use winged_edge::{NONE, WingedEdge, WingedEdges};
@@ -238,6 +240,13 @@ impl Model {
     #[must_use]
     pub fn with_gravity(mut self, gravity: [f64; 3]) -> Self {
         self.gravity = gravity;
+        self
+    }
+
+    /// The same with fabric that bends so many times as stiff. It must be positive and finite.
+    #[must_use]
+    pub fn with_bending(mut self, times: f64) -> Self {
+        self.elements.bending_scale(times);
         self
     }
 

@@ -1,6 +1,6 @@
 //! Spans of time with settings of their own.
 
-use cloth_core::SolverConfig;
+use cloth_core::{Integrator, SolverConfig};
 
 use crate::{Scene, SceneError};
 
@@ -15,6 +15,8 @@ pub struct CompiledPhase {
     pub end: u64,
     /// Gravity \[m/s^2\], if it is another one than that of the scene.
     pub gravity: Option<[f64; 3]>,
+    /// How many times as stiff fabric bends.
+    pub bending: f64,
     /// Settings for the solver.
     pub config: SolverConfig,
 }
@@ -47,8 +49,14 @@ pub(super) fn compile(
             check.positive(&format!("{key}.time_step"), time_step)?;
             config.time_step = time_step;
         }
-        let name = phase.name.clone();
-        phases.push(CompiledPhase { name, end, gravity: phase.gravity, config });
+        let bending = phase.bending.unwrap_or(1.0);
+        check.positive(&format!("{key}.bending"), bending)?;
+        if bending > 1.0 && matches!(config.integrator, Integrator::Explicit) {
+            let problem = "is above 1, and explicit steps are as long as bending without it allows: use the implicit solver";
+            return Err(check.error(&format!("{key}.bending"), problem));
+        }
+        let (name, gravity) = (phase.name.clone(), phase.gravity);
+        phases.push(CompiledPhase { name, end, gravity, bending, config });
     }
     Ok(phases)
 }

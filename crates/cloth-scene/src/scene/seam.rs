@@ -131,6 +131,10 @@ pub struct ScenePhase {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub time_step: Option<f64>,
+    /// How many times as stiff fabric bends: panels that are stiff while they are sewn do not wrinkle at their seams; 1 if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
+    pub bending: Option<f64>,
 }
 
 const fn first_second() -> [f64; 2] {

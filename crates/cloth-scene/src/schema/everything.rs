@@ -107,6 +107,7 @@ name = "sew"
 duration = 1.5
 gravity = [0.0, 0.0, 0.5]
 time_step = 0.001
+bending = 20.5
 [[cloth]]
 name = "shirt"
 material.preset = "drape-001"

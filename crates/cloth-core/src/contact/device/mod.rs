@@ -44,6 +44,8 @@ pub struct DeviceContact<T> {
     bodies: BodyMotion<T>,
     impulses: BodyImpulses,
     particles: usize,
+    /// Whether certificates go on from an iterate, not from the start of the substep.
+    goes_on: bool,
 }
 
 /// What contacts follow from, as it was last read.
@@ -52,6 +54,8 @@ struct HostMotion<T> {
     position: Vec<[T; 4]>,
     velocity: Vec<[T; 4]>,
     start: Vec<[T; 4]>,
+    /// Where a certificate goes on from.
+    iterate: Vec<[T; 4]>,
 }
 
 impl<T: Real> DeviceContact<T> {
@@ -68,10 +72,16 @@ impl<T: Real> DeviceContact<T> {
             bodies: BodyMotion::new(model),
             impulses: BodyImpulses::new(model),
             particles: count,
+            goes_on: false,
             near: Vec::new(),
             has_contacts: false,
             truncated: 0,
-            motion: HostMotion { position: Vec::new(), velocity: Vec::new(), start: Vec::new() },
+            motion: HostMotion {
+                position: Vec::new(),
+                velocity: Vec::new(),
+                start: Vec::new(),
+                iterate: Vec::new(),
+            },
             surface,
         })
     }
@@ -101,6 +111,16 @@ impl<T: Real> DeviceContact<T> {
         self.bodies.frame_begin(plan);
     }
 
+    /// `start_keep`.
+    pub const fn start_keep(&mut self) {
+        self.goes_on = false;
+    }
+
+    /// `iterate_keep`: the device has noted where particles are.
+    pub const fn iterate_keep(&mut self) {
+        self.goes_on = true;
+    }
+
     /// `state_keep`.
     pub fn keep(&mut self) {
         self.set.keep();
@@ -120,19 +140,20 @@ impl<T: Real> DeviceContact<T> {
         self.impulses.take(out);
     }
 
-    /// Puts the nodes of bodies where they are in a substep.
+    /// Puts the nodes of bodies where they are in a substep, or in what is left of it where a certificate `goes_on`.
     fn bodies_put(
         &mut self,
         model: &Model,
         device: &mut impl PairDevice<T>,
         substep: &Substep,
+        goes_on: bool,
     ) -> Result<()> {
         if self.bodies.is_empty() {
             return Ok(());
         }
         self.bodies.substep_begin(model, substep.index);
         let full = |&[x, y, z]: &[T; 3]| [x, y, z, T::ZERO];
-        let [start, end] = [self.bodies.start(), self.bodies.end()]
+        let [start, end] = [self.bodies.way_start(goes_on), self.bodies.end()]
             .map(|nodes| nodes.iter().map(full).collect::<Vec<_>>());
         device.nodes_write(&start, &end)
     }
@@ -153,7 +174,7 @@ impl<T: Real> DeviceContact<T> {
         device: &mut impl PairDevice<T>,
         substep: &Substep,
     ) -> Result<()> {
-        self.bodies_put(model, device, substep)?;
+        self.bodies_put(model, device, substep, false)?;
         let Self { list, bodies, .. } = self;
         let length = T::from_f64(substep.length);
         // Contacts are asked for with bodies at the start and at the end: particles are where they are in both.
@@ -255,7 +276,7 @@ impl<T: Real> DeviceContact<T> {
         substep: &Substep,
         held: &[bool],
     ) -> Result<()> {
-        self.bodies_put(model, device, substep)?;
+        self.bodies_put(model, device, substep, self.goes_on)?;
         let is_proven = self.is_proven(device)?;
         if !is_proven || self.touches() {
             device.ends_read(&mut self.motion.position, &mut self.motion.start)?;
@@ -291,7 +312,7 @@ impl<T: Real> DeviceContact<T> {
         substep: &Substep,
         held: &[bool],
     ) -> Result<u64> {
-        self.bodies_put(model, device, substep)?;
+        self.bodies_put(model, device, substep, self.goes_on)?;
         if self.is_proven(device)? {
             return Ok(0);
         }
@@ -307,7 +328,7 @@ impl<T: Real> DeviceContact<T> {
             return Ok(false);
         }
         let list = &mut self.list;
-        let mut from = WaysFrom::Substep;
+        let mut from = if self.goes_on { WaysFrom::Iterate } else { WaysFrom::Substep };
         list.task.flags = 0;
         list.task.delta = list.task.delta.maximum(certificate_distance(T::ZERO));
         loop {
@@ -340,10 +361,14 @@ impl<T: Real> DeviceContact<T> {
         is_end: bool,
     ) -> Result<u64> {
         let Self { motion, list, certifier, bodies, impulses, .. } = self;
+        if self.goes_on {
+            device.iterate_read(&mut motion.iterate)?;
+        }
+        let from = if self.goes_on { &motion.iterate } else { &motion.start };
         let all = |own: &[[T; 4]], nodes: &[[T; 3]]| -> Vec<[T; 3]> {
             own.iter().map(vector).chain(nodes.iter().copied()).collect()
         };
-        let start = all(&motion.start, bodies.start());
+        let start = all(from, bodies.way_start(self.goes_on));
         let mut end = all(&motion.position, bodies.end());
         let mut search = DeviceSearch { device: &mut *device, list };
         let is_held = |i: u32| held.get(i as usize).is_none_or(|held| *held);

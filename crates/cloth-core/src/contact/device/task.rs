@@ -74,6 +74,8 @@ pub enum WaysFrom {
     Velocities,
     /// The start of the substep and the present positions.
     Substep,
+    /// The iterate that was kept last and the present positions.
+    Iterate,
     /// They are on the device already.
     Device,
 }
@@ -159,6 +161,12 @@ pub trait PairDevice<T: Real> {
     /// # Errors
     /// What the device reports.
     fn ends_read(&mut self, position: &mut Vec<[T; 4]>, start: &mut Vec<[T; 4]>) -> Result<()>;
+
+    /// Reads the positions of the iterate that was kept last.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn iterate_read(&mut self, iterate: &mut Vec<[T; 4]>) -> Result<()>;
 
     /// Reads velocities with masses.
     ///

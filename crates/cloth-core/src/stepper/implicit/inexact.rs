@@ -20,17 +20,20 @@ const FORCING: f64 = 10.0;
 /// A linear solve goes on at least until this share of its own residual is left.
 const SHARE_MAX: f64 = 0.3;
 
-/// Largest correction of the velocities that no iteration follows, in the norm of the matrix, relative to what gravity gives them in the
-/// substep, if settings do not ask for Newton iterations and so for another.
+/// Largest correction of the velocities that no iteration follows, in the norm of the matrix, relative to what gravity, or that of the earth if there
+/// is none, gives them in the substep, if settings do not ask for Newton iterations and so for another.
 const CORRECTION: f64 = 0.05;
 
 /// And relative to the tolerance of linear systems, if that asks for less.
 const CORRECTION_FORCING: f64 = 50.0;
 
+/// Standard gravity \[m/s^2\].
+const EARTH: f64 = 9.81;
+
 /// The first solve and the iterations after it. Returns what the last system was linearised about, or nothing if one could not be solved.
 ///
-/// An iterate ends where the certificate lets particles go: what would pass is stopped there, the next system knows what it touches, and
-/// cloth around it gives way within the same substep. Stopped particles draw cloth out: where more of the residual is left than before, all
+/// An iterate ends where the certificate lets particles go from the iterate before: what would pass is stopped there, the next system knows what it
+/// touches, and cloth around it gives way within the same substep. Stopped particles draw cloth out: where more of the residual is left than before, all
 /// of the step is halved, so that less is stopped.
 ///
 /// The solution of each system is good for one iteration, so that it is not solved to the end (Dembo, Eisenstat and Steihaug 1982) but to a
@@ -55,7 +58,7 @@ pub(super) fn newton<K: Kernels + ?Sized>(
     let mut solves = ImplicitSettings { constraint_passes: 1, ..*settings };
     let was_free = is_linear && !kernels.triangles_touch();
     let is_loose = settings.linear.stop == LinearStop::Residual && !was_free;
-    let mut scale = substep.length * substep.length * weight(kernels.model());
+    let scale = substep.length * substep.length * weight(kernels.model());
     let mut end = NewtonStart::StepStart;
     let first = residual(kernels)?;
     let mut now = first;
@@ -72,13 +75,13 @@ pub(super) fn newton<K: Kernels + ?Sized>(
         // The solver has left its own residual there.
         residual(kernels)?;
         let slope_start = kernels.vector_dot(Residual, Solution)?;
-        if scale == 0.0 {
-            scale = slope_start;
-        }
         constraints_meet(kernels)?;
         let is_small =
             iteration > 1 && slope_start <= correction * correction * scale && !keeps_impulses;
         let mut step = 1.0;
+        if iteration > 1 {
+            kernels.iterate_keep()?;
+        }
         kernels.velocity_keep()?;
         kernels.velocity_add(step)?;
         let before = now;
@@ -86,7 +89,7 @@ pub(super) fn newton<K: Kernels + ?Sized>(
             kernels.position_from_kept(substep.length)?;
             let stopped = kernels.contact_certify_iterate(substep)?;
             let is_free = was_free && iteration == 1 && !kernels.triangles_touch();
-            if stopped == 0 && (is_small || is_free) {
+            if is_small || (stopped == 0 && is_free) {
                 return Ok(Some(end));
             }
             system(kernels, substep, NewtonStart::Iterate)?;
@@ -114,9 +117,10 @@ pub(super) fn newton<K: Kernels + ?Sized>(
     Ok(Some(end))
 }
 
-/// sum m g^2 over all particles that no pin holds.
+/// sum m g^2 over all particles that no pin holds; without gravity, that of the earth.
 fn weight(model: &Model) -> f64 {
     let square: f64 = model.gravity().iter().map(|g| g * g).sum();
+    let square = if square > 0.0 { square } else { EARTH * EARTH };
     let mut masses = model.masses().to_vec();
     model.pins().iter().for_each(|&pin| masses[pin as usize] = 0.0);
     square * masses.iter().filter(|mass| mass.is_finite()).sum::<f64>()
