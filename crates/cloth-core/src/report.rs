@@ -138,6 +138,8 @@ pub enum TimeStepReason {
         /// Its relative elongation.
         strain: f64,
     },
+    /// What moves has pinched cloth.
+    Pinched,
     /// Enough good substeps in a row.
     Recovered,
 }

@@ -6,13 +6,19 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Backend, Control, Error, Integrator, Model, Result, Solver, SolverConfig, State, Stitching,
-    Weld,
+    Backend, Control, Error, Frame, Integrator, Model, PinAction, PinControl, Result, Solver,
+    SolverConfig, State, Stitching, TimeStepControl, Weld,
 };
 use cloth_scene::CompiledScene;
 
 /// Stitches wider than this \[m\] are not welded: their vertices would jump.
 const WELD_GAP: f64 = 1e-3;
+
+/// How long what is to be welded takes to come together \[s\]: nothing else moves in it.
+const GATHERING: f64 = 1e-6;
+
+/// Frames from one attempt to weld to the next, where something is caught between what is to be welded.
+const ATTEMPT_FRAMES: u64 = 4;
 
 /// Share of a frame below which a difference of two times is rounding.
 const ROUNDING: f64 = 1e-6;
@@ -61,9 +67,15 @@ impl Stage {
 
     /// The stage of `frame`, which starts at `state`.
     pub(crate) fn next(&self, scene: &CompiledScene, frame: u64, state: &State) -> Self {
-        let start = (frame as f64 + ROUNDING) / scene.frames_per_second;
+        let start_frame = frame as f64 + ROUNDING;
         let seams = scene.model.seams();
-        let is_time = seams.weld_time().is_some_and(|time| time <= start);
+        let first = seams.weld_time().map(|time| time * scene.frames_per_second);
+        // Where something is caught between what is to be welded, it is tried again now and then.
+        let is_turn = |first: f64| {
+            let late = frame.saturating_sub((first - ROUNDING).ceil() as u64);
+            late.is_multiple_of(ATTEMPT_FRAMES)
+        };
+        let is_time = first.is_some_and(|first| first <= start_frame && is_turn(first));
         let is_close = || {
             let gaps = seams.ranges().iter().zip(seams.gaps(&state.positions));
             gaps.into_iter().all(|(seam, gap)| !seam.weld || gap <= WELD_GAP)
@@ -75,6 +87,16 @@ impl Stage {
             phase: phase_at(scene, frame),
             time: self.time_of(scene, frame),
         }
+    }
+
+    /// Whether seams are welded between this stage and the next one.
+    pub(crate) const fn welds(&self, next: &Self) -> bool {
+        next.is_welded && !self.is_welded
+    }
+
+    /// The same stage of a scene at `state`, where seams are not welded yet.
+    pub(crate) fn unwelded(&self, scene: &CompiledScene, state: &State) -> Self {
+        Self { is_welded: false, widths: widths_in(scene, false, state), ..self.clone() }
     }
 
     /// Whether the solver of this stage cannot go on in `next`.
@@ -108,7 +130,7 @@ impl Stage {
         (Arc::new(model), config)
     }
 
-    fn config<'a>(&self, scene: &'a CompiledScene) -> &'a SolverConfig {
+    pub(crate) fn config<'a>(&self, scene: &'a CompiledScene) -> &'a SolverConfig {
         let phase = self.phase.and_then(|phase| scene.phases.get(phase));
         phase.map_or(&scene.config, |phase| &phase.config)
     }
@@ -166,6 +188,42 @@ impl<S> Sewing<S> {
         self.stage = stage;
     }
 
+    /// Brings what becomes one in a weld to one place, past all else by the certificate of contact, which carries along what is in its way. Velocities
+    /// stay. Nothing if something is caught between.
+    ///
+    /// # Errors
+    /// Those of the solver.
+    pub(crate) fn gathered(
+        &self,
+        (scene, weld): (&CompiledScene, &Weld),
+        (config, state): (&SolverConfig, &State),
+    ) -> Result<Option<State>>
+    where
+        S: Solver,
+    {
+        let widths = vec![0.0; scene.model.seams().stitches().len()];
+        let time = state.time;
+        let joined = scene.model.sewn_at(&Stitching { time, pulls: false, widths: &widths });
+        let config = SolverConfig {
+            time_step: GATHERING,
+            time_step_control: TimeStepControl::Fixed,
+            ..config.clone()
+        };
+        let mut solver = self.solver(Arc::new(joined), &config)?;
+        let still = vec![[0.0; 3]; state.velocities.len()];
+        solver.upload(&State { velocities: still, slips: Vec::new(), ..state.clone() })?;
+        solver.set_control(&gathering((weld, scene.model.masses()), state))?;
+        let moved = solver.advance(Frame { duration: GATHERING });
+        match moved.and_then(|_| solver.synchronize()) {
+            Ok(_) => {}
+            Err(Error::Pinched { .. } | Error::PinchedByBody { .. }) => return Ok(None),
+            Err(error) => return Err(error),
+        }
+        let mut gathered = State::default();
+        solver.download(&mut gathered)?;
+        Ok(Some(State { positions: gathered.positions, ..state.clone() }))
+    }
+
     /// A solver for another stage.
     pub(crate) fn solver(&self, model: Arc<Model>, config: &SolverConfig) -> Result<S> {
         let Some(factory) = &self.factory else {
@@ -174,6 +232,20 @@ impl<S> Sewing<S> {
         };
         factory(model, config)
     }
+}
+
+/// Moves the particles that become one in a weld to one place. What is held already is left alone.
+fn gathering((weld, masses): (&Weld, &[f64]), state: &State) -> Control {
+    let places = weld.contract(masses, state).positions;
+    let mut members = vec![0_u32; places.len()];
+    weld.map.iter().for_each(|&became| members[became as usize] += 1);
+    let ends = weld.map.iter().zip(&state.held).enumerate();
+    let moves = ends.filter(|(_, (became, held))| members[**became as usize] > 1 && **held == 0);
+    let pins = moves.map(|(particle, (became, _))| PinControl {
+        particle: particle as u32,
+        action: PinAction::MoveTo(places[*became as usize]),
+    });
+    Control { pins: pins.collect(), ..Control::default() }
 }
 
 /// Gives a control for particles to those that they became.

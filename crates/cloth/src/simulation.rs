@@ -166,12 +166,22 @@ impl<S: Solver> Simulation<S> {
         if !stage.may_end(&self.scene, frame) {
             return Ok(());
         }
-        let next = stage.next(&self.scene, frame, self.run.state()?);
+        let mut next = stage.next(&self.scene, frame, self.run.state()?);
         if !stage.needs_solver(&self.scene, &next) {
             self.sewing.stage_set(next);
             return Ok(());
         }
-        let state = self.run.state()?.clone();
+        let mut state = self.run.state()?.clone();
+        if stage.welds(&next)
+            && self.scene.model.has_triangle_contact()
+            && let Some(weld) = &self.scene.weld
+        {
+            let config = stage.config(&self.scene);
+            match self.sewing.gathered((&self.scene, weld), (config, &state))? {
+                Some(gathered) => state = gathered,
+                None => next = next.unwelded(&self.scene, &state),
+            }
+        }
         let (was_welded, weld) = (stage.weld(&self.scene).is_some(), next.weld(&self.scene));
         let state = match &weld {
             Some(weld) => State {

@@ -106,7 +106,15 @@ impl Run {
         precision: Precision,
     ) -> Self {
         let config = SolverConfig { integrator, time_step, precision, ..SolverConfig::default() };
-        let solver = backend.create_solver(Arc::clone(model), &config);
+        Self::of_config(backend, model, &config)
+    }
+
+    pub(crate) fn of_config(
+        backend: &dyn Backend,
+        model: &Arc<Model>,
+        config: &SolverConfig,
+    ) -> Self {
+        let solver = backend.create_solver(Arc::clone(model), config);
         let mut run = Self {
             solver: solver.expect("it has contact of triangles"),
             state: State::default(),

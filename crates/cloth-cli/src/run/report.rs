@@ -211,6 +211,7 @@ impl From<&TimeStepChange> for TimeStepLine {
         let (reason, value) = match reason {
             TimeStepReason::LinearSolver { residual } => ("linear solver", Some(residual)),
             TimeStepReason::NonFinite => ("not finite", None),
+            TimeStepReason::Pinched => ("pinched", None),
             TimeStepReason::Strain { strain } => ("strain", Some(strain)),
             TimeStepReason::Recovered => ("recovered", None),
             _ => ("other", None),

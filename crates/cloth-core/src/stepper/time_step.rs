@@ -158,7 +158,7 @@ impl AdaptiveFrame<'_> {
             kernels.frame_begin(plan)?;
             for (index, substep) in plan.substeps.iter().enumerate() {
                 let before = self.time_step.length();
-                let (attempt, failure) = self.attempt(kernels, substep)?;
+                let (attempt, failure, pinched) = self.attempt(kernels, substep)?;
                 let shorter =
                     failure.is_some() && self.time_step.failed(&self.settings, substep.length);
                 self.report.add_attempt(&attempt, !shorter);
@@ -167,6 +167,9 @@ impl AdaptiveFrame<'_> {
                         take_back(kernels, reason)?;
                         self.changed(substep.time, before, reason);
                         continue 'plan;
+                    }
+                    if let Some(pinched) = pinched {
+                        return Err(pinched);
                     }
                     if !usable {
                         return Ok(FrameEnd { broken: Some(*substep), ..end });
@@ -187,17 +190,25 @@ impl AdaptiveFrame<'_> {
         }
     }
 
-    /// Tries a substep: what was done, and what is wrong with it.
+    /// Tries a substep: what was done, what is wrong with it, and the error if bodies have pinched cloth in it. They may come slowly enough in a
+    /// shorter one.
     fn attempt<K: Kernels>(
         &self,
         kernels: &mut K,
         substep: &Substep,
-    ) -> Result<(SolverReport, Option<SubstepFailure>)> {
+    ) -> Result<(SolverReport, Option<SubstepFailure>, Option<Error>)> {
         let mut attempt = SolverReport::default();
         let done = kernels.batch(|kernels| {
             kernels.state_keep()?;
             integrate::substep(kernels, substep, &self.integrator, &mut attempt)
-        })?;
+        });
+        let done = match done {
+            Err(error @ (Error::Pinched { .. } | Error::PinchedByBody { .. })) => {
+                let failure = SubstepFailure { reason: TimeStepReason::Pinched, usable: false };
+                return Ok((attempt, Some(failure), Some(error)));
+            }
+            done => done?,
+        };
         let deferred = kernels.deferred_outcome()?;
         if deferred.broken.is_some() {
             kernels.control_forces_restore()?;
@@ -212,7 +223,7 @@ impl AdaptiveFrame<'_> {
                 usable: false,
             })
         };
-        Ok((attempt, failure))
+        Ok((attempt, failure, None))
     }
 
     /// What is wrong with the substep that led to this state, if anything is.
