@@ -28,16 +28,13 @@ fn run(file: &str, frames: u64) -> Simulation {
     while simulation.frame() < frames {
         if let Some(folder) = pictures.as_ref().filter(|_| simulation.frame().is_multiple_of(10)) {
             picture(&mut simulation, Path::new(folder), file);
-            let found = simulation.intersections(&audit).unwrap();
-            let (welded, gaps) = simulation.seams().unwrap();
-            let gap = gaps.into_iter().fold(0.0, f64::max);
-            let frame = simulation.frame();
-            println!(
-                "{file} {frame}: {} intersections, welded {welded}, gap {gap:.6} m",
-                found.within
-            );
+            let seams = simulation.seam_report().unwrap();
+            println!("{file} {}: {seams:?}", simulation.frame());
         }
         simulation.step().unwrap();
+        let found = simulation.intersections(&audit).unwrap();
+        let frame = simulation.frame();
+        assert_eq!((found.within, found.bodies), (0, 0), "{file} {frame}: {:?}", found.first);
     }
     simulation
 }
