@@ -1,0 +1,163 @@
+//! How stitches are at a time: how long, how stiff, and how wide they are for contact (NUMERICS §16).
+
+use super::{ClosingKind, STITCH_LENGTH, Seams, VertexClasses};
+use crate::Model;
+
+/// Where the vertices of a stitch are closer than this \[m\] they are one place for contact: less than a stitch closes to, so that it holds for what lies
+/// on each other from the start.
+const JOINED_GAP: f64 = 5e-5;
+
+/// How many times as stiff a stitch that is to be welded becomes at most while it is too wide for that after its time, and how many times it doubles until
+/// it has had as long again.
+const PULL_MAX: f64 = 100.0;
+const PULL_DOUBLINGS: f64 = 10.0;
+
+/// Share of the width of a stitch at which contact beside it begins, if that is less than its distance: what is drawn together does not push
+/// itself apart.
+const SEAM_REACH: f64 = 0.25;
+
+/// Least such distance, relative to the length to which stitches close: contact has to push before the certificate has to stop something, which keeps
+/// no momentum.
+const SEAM_REACH_MIN: f64 = 0.6;
+
+/// How many times as stiff a stitch is at `time` \[s\] that was to be closed before.
+fn pull(closing: [f64; 2], time: f64) -> f64 {
+    let late = ((time - closing[1]) / (closing[1] - closing[0])).max(0.0);
+    (PULL_DOUBLINGS * late).exp2().min(PULL_MAX)
+}
+
+/// Share of its length at the start that a stitch still has at `time` \[s\]: it begins and ends to close at rest.
+fn share_left(closing: [f64; 2], time: f64) -> f64 {
+    let part = ((time - closing[0]) / (closing[1] - closing[0])).clamp(0.0, 1.0);
+    1.0 - part * part * (3.0 - 2.0 * part)
+}
+
+impl Model {
+    /// Its seams.
+    #[must_use]
+    pub const fn seams(&self) -> &Seams {
+        &self.seams
+    }
+
+    /// Which particles a seam makes, or will make, one place: those of one class are no obstacle to each other in contact.
+    #[must_use]
+    pub fn seam_classes(&self) -> VertexClasses {
+        self.classes_of(|_| true)
+    }
+
+    /// Which particles are one place for contact: those of stitches that are nearly closed.
+    #[must_use]
+    pub(crate) fn joined_classes(&self) -> VertexClasses {
+        self.classes_of(|stitch| self.seams.widths.get(stitch).is_none_or(|width| *width == 0.0))
+    }
+
+    /// Distance \[m\] at which contact begins between features that have particles of one of [`Self::seam_classes`], by the number of the
+    /// class; empty if no stitch is open.
+    pub(crate) fn seam_reaches(&self) -> Vec<f64> {
+        let seams = &self.seams;
+        if seams.widths.iter().all(|width| *width == 0.0) {
+            return Vec::new();
+        }
+        let classes = self.seam_classes();
+        let mut reaches = vec![0.0; self.particle_count()];
+        for (&[a, _], width) in seams.stitches.iter().zip(&seams.widths) {
+            let reach: &mut f64 = &mut reaches[classes.of(a) as usize];
+            let least = if *width > 0.0 { SEAM_REACH_MIN * STITCH_LENGTH } else { 0.0 };
+            *reach = reach.max(SEAM_REACH * width).max(least);
+        }
+        reaches
+    }
+
+    fn classes_of(&self, is_one: impl Fn(usize) -> bool) -> VertexClasses {
+        let mut classes = VertexClasses::new(self.particle_count());
+        let stitches = self.seams.stitches.iter().zip(&self.seams.lengths).enumerate();
+        // What keeps a distance stays two places.
+        stitches
+            .filter(|(stitch, (_, length))| **length <= STITCH_LENGTH && is_one(*stitch))
+            .for_each(|(_, (&[a, b], _))| classes.join(a, b));
+        classes
+    }
+
+    /// Stiffness of the stiffest stitch that contact takes for open \[N/m\].
+    pub(crate) fn seam_stiffness(&self) -> f64 {
+        let kinds = self.seams.kinds.iter().zip(&self.seams.widths);
+        let open = kinds.filter(|(_, width)| **width > 0.0);
+        open.map(|(of, _)| self.springs.kinds()[of.kind as usize].stiffness).fold(0.0, f64::max)
+    }
+
+    /// How wide each stitch is for contact \[m\] while particles are at `positions`: a power of two, so that small changes are none, or 0 where its
+    /// vertices are one place. An open stitch is an obstacle, or panels would go through each other beside it, and could not be drawn together
+    /// any more.
+    #[must_use]
+    pub fn stitch_widths(&self, positions: &[[f64; 3]]) -> Vec<f64> {
+        let place = |i: u32| positions.get(i as usize).copied().map(glam::DVec3::from);
+        let width = |&[a, b]: &[u32; 2]| {
+            let width = place(a).zip(place(b)).map_or(0.0, |(a, b)| a.distance(b));
+            if width > JOINED_GAP { width.log2().floor().exp2() } else { 0.0 }
+        };
+        self.seams.stitches.iter().map(width).collect()
+    }
+
+    /// The model with its stitches as they are to be.
+    #[must_use]
+    pub fn sewn_at(&self, stitching: &Stitching<'_>) -> Self {
+        let Stitching { time, pulls, widths } = *stitching;
+        let mut model = self.clone();
+        model.seams.widths = widths.to_vec();
+        for ClosingKind { kind, lengths: [start, end], closing, weld } in &self.seams.kinds {
+            let left = share_left(*closing, time);
+            let length = match *end <= STITCH_LENGTH {
+                true => (start * left).max(STITCH_LENGTH.min(*start)),
+                false => end + left * (start - end),
+            };
+            let pull = if pulls && *weld { pull(*closing, time) } else { 1.0 };
+            let kind = model.springs.kind_mut(*kind);
+            kind.rest_length = length;
+            kind.stiffness *= pull;
+            kind.damping *= pull.sqrt();
+        }
+        model
+    }
+
+    /// Whether a stitch has another length, or stiffness if it `pulls`, at one of two times \[s\] than at the other.
+    #[must_use]
+    pub fn is_sewn_between(&self, times: [f64; 2], pulls: bool) -> bool {
+        let differs = |of: fn([f64; 2], f64) -> f64, closing: [f64; 2]| {
+            let [start, end] = times.map(|time| of(closing, time).to_bits());
+            start != end
+        };
+        self.seams.ranges.iter().any(|seam| {
+            differs(share_left, seam.closing) || (pulls && seam.weld && differs(pull, seam.closing))
+        })
+    }
+}
+
+/// How stitches are at a time.
+#[derive(Clone, Copy, Debug)]
+pub struct Stitching<'a> {
+    /// The time \[s\].
+    pub time: f64,
+    /// Whether those that are to be welded become stiffer after their time. Explicit steps would have to become shorter for it.
+    pub pulls: bool,
+    /// How wide they are for contact \[m\], as [`Model::stitch_widths`] says; all are closed if this is empty.
+    pub widths: &'a [f64],
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stitch_closes_in_its_time_and_pulls_harder_after_it() {
+        let closing = [1.0, 3.0];
+        assert_eq!(
+            [0.0, 1.0, 2.0, 3.0, 9.0].map(|t| share_left(closing, t)),
+            [1.0, 1.0, 0.5, 0.0, 0.0]
+        );
+        // Once more each fifth of a second.
+        assert_eq!(
+            [0.0, 3.0, 3.2, 3.4, 9.0].map(|t| pull(closing, t).round()),
+            [1.0, 1.0, 2.0, 4.0, 100.0]
+        );
+    }
+}
