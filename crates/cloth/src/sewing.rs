@@ -17,7 +17,9 @@ const WELD_GAP: f64 = 1e-3;
 /// How long what is to be welded takes to come together \[s\]: nothing else moves in it.
 const GATHERING: f64 = 1e-6;
 
-/// Frames from one attempt to weld to the next, where something is caught between what is to be welded.
+/// Something may be caught between what is to be welded. So many frames after its time that is tried in every frame, then in every fourth: it takes as
+/// long as a frame.
+const ATTEMPTS: u64 = 8;
 const ATTEMPT_FRAMES: u64 = 4;
 
 /// Share of a frame below which a difference of two times is rounding.
@@ -37,7 +39,7 @@ pub(crate) struct Stage {
 impl Stage {
     /// Frame 0 of a scene without phases.
     pub(crate) fn start(scene: &CompiledScene) -> Self {
-        let widths = scene.model.stitch_widths(scene.model.positions());
+        let widths = scene.model.stitch_widths(scene.model.positions(), is_implicit(scene));
         Self { is_welded: false, phase: None, time: 0.0, widths }
     }
 
@@ -73,7 +75,7 @@ impl Stage {
         // Where something is caught between what is to be welded, it is tried again now and then.
         let is_turn = |first: f64| {
             let late = frame.saturating_sub((first - ROUNDING).ceil() as u64);
-            late.is_multiple_of(ATTEMPT_FRAMES)
+            late < ATTEMPTS || late.is_multiple_of(ATTEMPT_FRAMES)
         };
         let is_time = first.is_some_and(|first| first <= start_frame && is_turn(first));
         let is_close = || {
@@ -104,7 +106,7 @@ impl Stage {
         self.is_welded != next.is_welded
             || self.phase != next.phase
             || self.widths != next.widths
-            || scene.model.is_sewn_between([self.time, next.time], next.pulls(scene))
+            || scene.model.is_sewn_between([self.time, next.time], is_implicit(scene))
     }
 
     /// What a solver of this stage gets.
@@ -121,7 +123,7 @@ impl Stage {
         }
         let model = base.sewn_at(&Stitching {
             time: self.time,
-            pulls: self.pulls(scene),
+            pulls: is_implicit(scene),
             widths: &self.widths,
         });
         let own = model.gravity();
@@ -135,20 +137,24 @@ impl Stage {
         phase.map_or(&scene.config, |phase| &phase.config)
     }
 
-    /// Whether stitches that should be closed become stiffer.
-    fn pulls(&self, scene: &CompiledScene) -> bool {
-        matches!(self.config(scene).integrator, Integrator::Implicit(_))
-    }
-
     /// The weld that was made before this stage.
     pub(crate) fn weld(&self, scene: &CompiledScene) -> Option<Arc<Weld>> {
         scene.weld.clone().filter(|_| self.is_welded)
     }
 }
 
+/// Whether steps are implicit, in all phases.
+const fn is_implicit(scene: &CompiledScene) -> bool {
+    matches!(scene.config.integrator, Integrator::Implicit(_))
+}
+
 /// [`Model::stitch_widths`], or nothing once seams are welded: those that are held are closed then.
 fn widths_in(scene: &CompiledScene, is_welded: bool, state: &State) -> Vec<f64> {
-    if is_welded { Vec::new() } else { scene.model.stitch_widths(&state.positions) }
+    if is_welded {
+        Vec::new()
+    } else {
+        scene.model.stitch_widths(&state.positions, is_implicit(scene))
+    }
 }
 
 fn phase_at(scene: &CompiledScene, frame: u64) -> Option<usize> {

@@ -115,12 +115,13 @@ fn panels_with_unequal_edges_are_sewn_and_welded_on_every_way_of_stepping() {
                     assert!(gaps[0] == 0.0);
                 }
                 let found = simulation.intersections(&audit).unwrap();
-                assert_eq!((found.within, found.between), (0, 0), "{solver}, frame {frame}");
+                // In explicit steps what closed stitches have in common is no obstacle.
+                if solver != "explicit" || is_welded {
+                    assert_eq!((found.within, found.between), (0, 0), "{solver}, frame {frame}");
+                }
                 let after = momentum(&scene, simulation.state().unwrap());
                 let size = scene.model.masses().iter().sum::<f64>();
-                // Forces keep it, and so does the weld. What the certificate stops does not, as it must in explicit steps where the panels meet.
-                let change = if solver == "explicit" { 2e-2 } else { 1e-6 };
-                let kept = (0..3).all(|k| (after[k] - before[k]).abs() < change * size);
+                let kept = (0..3).all(|k| (after[k] - before[k]).abs() < 1e-6 * size);
                 assert!(kept, "{solver}, frame {frame}: {before:?} {after:?}");
             }
             // The seam is closed after nine frames; then the panels come to rest at it, within an eighth of a second.

@@ -7,6 +7,9 @@ use crate::Model;
 /// on each other from the start.
 const JOINED_GAP: f64 = 5e-5;
 
+/// The same in explicit steps, whose soft contact would leave it to the certificate to hold closed panels apart, which keeps no momentum.
+const JOINED_GAP_EXPLICIT: f64 = 1e-3;
+
 /// How many times as stiff a stitch that is to be welded becomes at most while it is too wide for that after its time, and how many times it doubles until
 /// it has had as long again.
 const PULL_MAX: f64 = 100.0;
@@ -86,14 +89,15 @@ impl Model {
     }
 
     /// How wide each stitch is for contact \[m\] while particles are at `positions`: a power of two, so that small changes are none, or 0 where its
-    /// vertices are one place. An open stitch is an obstacle, or panels would go through each other beside it, and could not be drawn together
+    /// vertices are one place for steps that are implicit or not. An open stitch is an obstacle, or panels would go through each other beside it, and could not be drawn together
     /// any more.
     #[must_use]
-    pub fn stitch_widths(&self, positions: &[[f64; 3]]) -> Vec<f64> {
+    pub fn stitch_widths(&self, positions: &[[f64; 3]], is_implicit: bool) -> Vec<f64> {
+        let joined = if is_implicit { JOINED_GAP } else { JOINED_GAP_EXPLICIT };
         let place = |i: u32| positions.get(i as usize).copied().map(glam::DVec3::from);
         let width = |&[a, b]: &[u32; 2]| {
             let width = place(a).zip(place(b)).map_or(0.0, |(a, b)| a.distance(b));
-            if width > JOINED_GAP { width.log2().floor().exp2() } else { 0.0 }
+            if width > joined { width.log2().floor().exp2() } else { 0.0 }
         };
         self.seams.stitches.iter().map(width).collect()
     }
