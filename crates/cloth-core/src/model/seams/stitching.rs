@@ -19,9 +19,9 @@ const PULL_DOUBLINGS: f64 = 10.0;
 /// itself apart.
 const SEAM_REACH: f64 = 0.25;
 
-/// Least such distance, relative to the length to which stitches close: contact has to push before the certificate has to stop something, which keeps
-/// no momentum.
-const SEAM_REACH_MIN: f64 = 0.6;
+/// Width that an open stitch has for contact at least \[m\], so that one that is held does not change all the time. Contact beside it begins at .06 mm:
+/// it has to push before the certificate has to stop something, which keeps no momentum.
+const NARROWEST: f64 = 1.0 / 4096.0;
 
 /// How many times as stiff a stitch is at `time` \[s\] that was to be closed before.
 fn pull(closing: [f64; 2], time: f64) -> f64 {
@@ -42,7 +42,7 @@ impl Model {
         &self.seams
     }
 
-    /// Which particles a seam makes, or will make, one place: those of one class are no obstacle to each other in contact.
+    /// Which particles a seam makes, or will make, one place: those of one class.
     #[must_use]
     pub fn seam_classes(&self) -> VertexClasses {
         self.classes_of(|_| true)
@@ -65,8 +65,7 @@ impl Model {
         let mut reaches = vec![0.0; self.particle_count()];
         for (&[a, _], width) in seams.stitches.iter().zip(&seams.widths) {
             let reach: &mut f64 = &mut reaches[classes.of(a) as usize];
-            let least = if *width > 0.0 { SEAM_REACH_MIN * STITCH_LENGTH } else { 0.0 };
-            *reach = reach.max(SEAM_REACH * width).max(least);
+            *reach = reach.max(SEAM_REACH * width);
         }
         reaches
     }
@@ -89,17 +88,18 @@ impl Model {
     }
 
     /// How wide each stitch is for contact \[m\] while particles are at `positions`: a power of two, so that small changes are none, or 0 where its
-    /// vertices are one place for steps that are implicit or not. An open stitch is an obstacle, or panels would go through each other beside it, and could not be drawn together
-    /// any more.
+    /// vertices are one place, and where they are to keep a distance. `is_implicit` says which steps follow. An open stitch is an obstacle, or panels would go
+    /// through each other beside it, and could not be drawn together any more.
     #[must_use]
     pub fn stitch_widths(&self, positions: &[[f64; 3]], is_implicit: bool) -> Vec<f64> {
         let joined = if is_implicit { JOINED_GAP } else { JOINED_GAP_EXPLICIT };
         let place = |i: u32| positions.get(i as usize).copied().map(glam::DVec3::from);
-        let width = |&[a, b]: &[u32; 2]| {
+        let width = |(&[a, b], length): (&[u32; 2], &f64)| {
             let width = place(a).zip(place(b)).map_or(0.0, |(a, b)| a.distance(b));
-            if width > joined { width.log2().floor().exp2() } else { 0.0 }
+            let is_open = width > joined && *length <= STITCH_LENGTH;
+            if is_open { width.log2().floor().exp2().max(NARROWEST) } else { 0.0 }
         };
-        self.seams.stitches.iter().map(width).collect()
+        self.seams.stitches.iter().zip(&self.seams.lengths).map(width).collect()
     }
 
     /// The model with its stitches as they are to be.
