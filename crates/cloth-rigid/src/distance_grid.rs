@@ -159,7 +159,7 @@ impl DistanceGridPlan {
         let cells = (skin / self.lattice.spacing).ceil().max(0.0);
         let lattice = Lattice {
             origin: self.lattice.origin.map(|value| value - cells * self.lattice.spacing),
-            size: self.lattice.size.map(|side| side.saturating_add(2 * cells as u32)),
+            size: self.lattice.size.map(|side| side.saturating_add((2.0 * cells) as u32)),
             ..self.lattice
         };
         Self { skin, lattice, ..self }.checked()

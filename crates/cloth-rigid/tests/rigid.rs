@@ -10,8 +10,8 @@ use cloth_core::{
     MaterialPreset, ModelBuilder, Pose, Precision, SolverConfig, State, TriangleMesh,
 };
 use cloth_rigid::{
-    RigidBody, RigidError, RigidJoint, RigidJointKind, RigidShape, RigidWorld, distance_grid,
-    distance_grid_sequence,
+    DistanceGridPlan, RigidBody, RigidError, RigidJoint, RigidJointKind, RigidShape, RigidWorld,
+    distance_grid, distance_grid_sequence,
 };
 
 /// A box with faces across the axes.
@@ -239,6 +239,9 @@ fn an_animation_keeps_its_faces() {
     let many = vec![cuboid([1.0; 3]); 40];
     let error = distance_grid_sequence("b", &many, 1.0, (400, 0.1)).unwrap_err();
     assert!(matches!(error, RigidError::TooManySamples { sets: 40, .. }), "{error}");
+    let plan = DistanceGridPlan::new("b", &cuboid([1.0; 3]), (16, 0.1)).unwrap();
+    let error = plan.with_skin(1e12).unwrap_err();
+    assert!(matches!(error, RigidError::TooManySamples { sets: 1, .. }), "{error}");
 }
 
 fn brick(shape: RigidShape, place: [f64; 3], velocity: [f64; 3]) -> RigidBody {
