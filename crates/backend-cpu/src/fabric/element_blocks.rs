@@ -6,7 +6,7 @@ use cloth_core::{Incidence, InteractionKind, Model, Neighbours, Real, fabric::be
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
-use super::Fabric;
+use super::{Fabric, bending::ascending};
 use crate::memory::{FieldView, LANES, Lanes, VectorField};
 
 /// A 3 x 3 block, row by row.
@@ -34,8 +34,8 @@ pub(crate) struct ElementBlocks<T> {
     blocks: Vec<Block<T>>,
     /// For each triangle of each particle where the blocks of its three particles go in the row, or [`NONE`].
     membrane_slots: Vec<[u32; 3]>,
-    /// The same for the six of its patches.
-    bending_slots: Vec<[u32; PATCH]>,
+    /// The same for the patches of each particle, and the place of the particle, whose order is that of ascending particles.
+    bending_slots: Vec<([u32; PATCH], usize)>,
     /// Where the entries of each packet start, and the end.
     slices: Vec<u32>,
     entries: Vec<Entry<T>>,
@@ -53,10 +53,9 @@ struct Entry<T> {
     blocks: LaneBlock<T>,
 }
 
-/// What is added up for a row.
+/// What is added up for a row: the diagonal block, and those with larger columns behind it.
 struct Row<'a, T> {
-    diagonal: Block<T>,
-    blocks: &'a mut [Block<T>],
+    blocks: &'a mut [PaddedBlock<T>],
     right_side: [T; 3],
 }
 
@@ -108,7 +107,11 @@ impl<T: Real> ElementBlocks<T> {
         let bending = incidence(InteractionKind::Bending);
         Self {
             membrane_slots: slots(&neighbours, &membrane, &corners),
-            bending_slots: slots(&neighbours, &bending, elements.patches()),
+            bending_slots: patch_slots(
+                slots(&neighbours, &bending, elements.patches()),
+                &bending,
+                elements.patches(),
+            ),
             blocks: vec![[[T::ZERO; 3]; 3]; upper[count] as usize],
             diagonal: vec![[T::ZERO; 6]; count],
             right_side: vec![[T::ZERO; 3]; count],
@@ -216,6 +219,21 @@ fn slots<const N: usize>(
     slots
 }
 
+/// The slots of patches with their particles ascending, and where the particle itself is among them.
+fn patch_slots(
+    slots: Vec<[u32; PATCH]>,
+    incidence: &Incidence,
+    patches: &[[u32; PATCH]],
+) -> Vec<([u32; PATCH], usize)> {
+    let sorted = |(slots, &entry): ([u32; PATCH], &u32)| {
+        let (patch, place) = (entry as usize / PATCH, entry as usize % PATCH);
+        let order = ascending(&patches[patch]);
+        let own = order.iter().position(|&other| other == place).unwrap_or_default();
+        (order.map(|place| slots[place]), own)
+    };
+    slots.into_iter().zip(incidence.entries()).map(sorted).collect()
+}
+
 /// How many columns of a row are smaller.
 fn smaller(columns: &[u32], than: usize) -> usize {
     columns.partition_point(|&j| (j as usize) < than)
@@ -237,7 +255,10 @@ impl<T: Real> Entry<T> {
 }
 
 /// Where the blocks of triangles and of patches go.
-type Slots<'a> = (&'a [[u32; 3]], &'a [[u32; PATCH]]);
+type Slots<'a> = (&'a [[u32; 3]], &'a [([u32; PATCH], usize)]);
+
+/// A block whose rows fill vector registers; the fourth column is zero.
+type PaddedBlock<T> = [[T; 4]; 3];
 
 /// Blocks, diagonal blocks and right-hand sides of some rows.
 type RowsOut<'a, T> = (&'a mut [Block<T>], &'a mut [[T; 6]], &'a mut [[T; 3]]);
@@ -257,42 +278,32 @@ impl<T: Real> NullaryFnOnce for RowsTask<'_, T> {
     #[inline(always)]
     fn call(self) {
         let Self { fabric, upper, slots, first, out: (mut blocks, diagonal, right_side) } = self;
+        let mut sums = Vec::new();
         for (local, (diagonal, right_side)) in diagonal.iter_mut().zip(right_side).enumerate() {
             let i = first + local;
             let length = (upper[i + 1] - upper[i]) as usize;
             let (own, rest) = std::mem::take(&mut blocks).split_at_mut(length);
             blocks = rest;
-            let zero = [[T::ZERO; 3]; 3];
-            own.fill(zero);
-            let mut row = Row { diagonal: zero, blocks: own, right_side: zero[0] };
+            sums.clear();
+            sums.resize(length + 1, [[T::ZERO; 4]; 3]);
+            let mut row = Row { blocks: &mut sums, right_side: [T::ZERO; 3] };
             fabric.membrane_row(i, slots.0, &mut row);
             fabric.bending_row(i, slots.1, &mut row);
-            let d = row.diagonal;
-            *diagonal = [d[0][0], d[1][1], d[2][2], d[0][1], d[0][2], d[1][2]];
             *right_side = row.right_side;
+            let [x, y, z] = sums[0];
+            *diagonal = [x[0], y[1], z[2], x[1], x[2], y[2]];
+            for (block, [x, y, z]) in own.iter_mut().zip(&sums[1..]) {
+                *block = [[x[0], x[1], x[2]], [y[0], y[1], y[2]], [z[0], z[1], z[2]]];
+            }
         }
     }
 }
 
 impl<T: Real> Row<'_, T> {
-    /// Adds to the diagonal block, which is slot 0, or to one behind it.
-    #[inline(always)]
-    fn add(&mut self, slot: u32, block: &Block<T>) {
-        let to = match slot.checked_sub(1) {
-            None => &mut self.diagonal,
-            Some(place) => &mut self.blocks[place as usize],
-        };
-        for (to, from) in to.iter_mut().zip(block) {
-            for (to, from) in to.iter_mut().zip(from) {
-                *to += *from;
-            }
-        }
-    }
-
     #[inline(always)]
     fn push(&mut self, impulse: [T; 3]) {
-        for (sum, entry) in self.right_side.iter_mut().zip(impulse) {
-            *sum += entry;
+        for axis in 0..3 {
+            self.right_side[axis] += impulse[axis];
         }
     }
 }
@@ -306,20 +317,45 @@ impl<T: Real> Fabric<T> {
             let tangent = &self.membrane_tangents[triangle];
             row.push(tangent.impulses[a]);
             for (b, &slot) in slots.iter().enumerate().filter(|&(_, &slot)| slot != NONE) {
-                row.add(slot, &tangent.tangent.block(a, b));
+                let block = tangent.tangent.block(a, b);
+                let to = &mut row.blocks[slot as usize];
+                for (to, from) in to.iter_mut().zip(&block) {
+                    for column in 0..3 {
+                        to[column] += from[column];
+                    }
+                }
             }
         }
     }
 
+    /// The blocks of two places of a patch: the sum over the three curvatures of gradient times moment. All blocks together are symmetric
+    /// and positive semi-definite. Moments are computed again for each row: to read them would take longer.
     #[inline(always)]
-    fn bending_row(&self, i: usize, slots: &[[u32; PATCH]], row: &mut Row<'_, T>) {
+    fn bending_row(&self, i: usize, slots: &[([u32; PATCH], usize)], row: &mut Row<'_, T>) {
         let first = self.rows[1].offsets()[i] as usize;
-        for (&entry, slots) in self.rows[1].row(i).iter().zip(&slots[first..]) {
-            let (patch, a) = (entry as usize / PATCH, entry as usize % PATCH);
-            let tangent = &self.bending_tangents[patch];
-            row.push(tangent.impulses[a]);
-            for (b, &slot) in slots.iter().enumerate().filter(|&(_, &slot)| slot != NONE) {
-                row.add(slot, &tangent.block(a, b));
+        for (&entry, &(slots, own)) in self.rows[1].row(i).iter().zip(&slots[first..]) {
+            let tangent = self.patches.tangent(entry as usize / PATCH);
+            row.push(tangent.impulses[own]);
+            let [a, b, c] = &tangent.gradients;
+            let (g, h, k) = (a[own], b[own], c[own]);
+            let [d11, d22, d12, d66] = tangent.plate;
+            for (place, &slot) in slots.iter().enumerate().filter(|&(_, &slot)| slot != NONE) {
+                // Copies, of which the compiler knows that they do not overlap.
+                let (g_of, h_of, k_of) = (a[place], b[place], c[place]);
+                let mut sum = row.blocks[slot as usize];
+                let (mut p, mut q, mut r) = ([T::ZERO; 4], [T::ZERO; 4], [T::ZERO; 4]);
+                for column in 0..4 {
+                    p[column] = g_of[column] * d11 + h_of[column] * d12;
+                    q[column] = g_of[column] * d12 + h_of[column] * d22;
+                    r[column] = k_of[column] * d66;
+                }
+                for axis in 0..3 {
+                    for column in 0..4 {
+                        sum[axis][column] +=
+                            p[column] * g[axis] + q[column] * h[axis] + r[column] * k[axis];
+                    }
+                }
+                row.blocks[slot as usize] = sum;
             }
         }
     }

@@ -1,20 +1,19 @@
 //! Triangles of fabric: their tables, and what they do to particles (NUMERICS §11, §12).
 
+mod bending;
 mod element_blocks;
 mod stretch_limit;
 
 use cloth_core::{
     Error, Incidence, InteractionKind, LinearMethod, LinearSettings, MatrixForm, Model,
     NewtonStart, Preconditioner, Real, Result, SolverConfig,
-    fabric::{
-        bending::{self, BendingRest, BendingTangent, PATCH},
-        membrane::{self, Law, MembraneTangent, RestState},
-    },
+    fabric::membrane::{self, Law, MembraneTangent, RestState},
 };
 use rayon::prelude::*;
 
 use crate::memory::{BLOCK, LANES, Motion};
 
+use self::bending::Patches;
 pub(crate) use element_blocks::ElementBlocks;
 pub(crate) use stretch_limit::StretchLimiter;
 
@@ -56,15 +55,12 @@ const TASK: usize = 256;
 pub(crate) struct Fabric<T> {
     laws: Vec<FabricLaw<T>>,
     membranes: Vec<MembraneTriangle<T>>,
-    patches: Vec<BendingPatch<T>>,
+    patches: Patches<T>,
     /// Triangles, then patches, around each particle.
     rows: [Incidence; 2],
     /// Forces, or impulses of an implicit step, on the corners of each triangle.
     membrane: Vec<[[T; 3]; 3]>,
-    /// Those on the vertices of each patch.
-    bending: Vec<[[T; 3]; PATCH]>,
     membrane_tangents: Vec<MembraneTangent<T>>,
-    bending_tangents: Vec<BendingTangent<T>>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -78,12 +74,6 @@ struct MembraneTriangle<T> {
     particles: [u32; 3],
     fabric: u32,
     rest: RestState<T>,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct BendingPatch<T> {
-    particles: [u32; PATCH],
-    rest: BendingRest<T>,
 }
 
 /// Energies \[J\] and the largest stretch of triangles.
@@ -135,25 +125,10 @@ impl<T: Real> Fabric<T> {
                     rest: triangle.rest.rounded(),
                 })
                 .collect(),
-            patches: triangles
-                .iter()
-                .zip(elements.patches())
-                .map(|(triangle, &particles)| BendingPatch {
-                    particles,
-                    rest: BendingRest {
-                        angles: triangle.angles.map(T::from_f64),
-                        stiffness: triangle.bending.rounded(),
-                        damping: T::from_f64(
-                            elements.fabrics()[triangle.fabric as usize].damping[1],
-                        ),
-                    },
-                })
-                .collect(),
+            patches: Patches::new(model),
             rows: [rows(InteractionKind::Membrane), rows(InteractionKind::Bending)],
             membrane: vec![[zero; 3]; triangles.len()],
-            bending: vec![[zero; PATCH]; triangles.len()],
             membrane_tangents: Vec::new(),
-            bending_tangents: Vec::new(),
         }))
     }
 
@@ -169,12 +144,8 @@ impl<T: Real> Fabric<T> {
     }
 
     /// Computes the forces of all folded triangles.
-    pub(crate) fn bending_forces(&mut self, motion: &Motion<T>) {
-        let all = self.bending.par_iter_mut().zip(&self.patches).with_min_len(TASK);
-        all.for_each(|(forces, patch)| {
-            let [x, v] = at(motion, patch.particles);
-            *forces = bending::patch_forces(x, v, &patch.rest);
-        });
+    pub(crate) fn bending_forces(&mut self, motion: &Motion<T>, arch: pulp::Arch) {
+        self.patches.forces(motion, arch);
     }
 
     /// Linearises all triangles for a substep of `length` \[s\].
@@ -189,13 +160,13 @@ impl<T: Real> Fabric<T> {
     }
 
     /// Linearises all folds for a substep of `length` \[s\].
-    pub(crate) fn bending_linearise(&mut self, motion: &Motion<T>, length: T, start: NewtonStart) {
-        let from_start = start == NewtonStart::StepStart;
-        let tangents = self.patches.par_iter().with_min_len(TASK).map(|patch| {
-            let [x, v] = at(motion, patch.particles);
-            BendingTangent::new(x, v, &patch.rest, length, from_start)
-        });
-        tangents.collect_into_vec(&mut self.bending_tangents);
+    pub(crate) fn bending_linearise(
+        &mut self,
+        motion: &Motion<T>,
+        (length, start): (T, NewtonStart),
+        arch: pulp::Arch,
+    ) {
+        self.patches.linearise(motion, (length, start), arch);
     }
 
     /// Sum of the forces of stretched triangles on a particle \[N\].
@@ -207,23 +178,22 @@ impl<T: Real> Fabric<T> {
     /// Sum of the forces of folded triangles on a particle \[N\].
     #[inline(always)]
     pub(crate) fn bending_force(&self, particle: usize) -> [T; 3] {
-        gather(self.rows[1].row(particle), self.bending.as_flattened())
+        gather(self.rows[1].row(particle), self.patches.forces_of_all())
     }
 
     /// Energies and stretches.
-    pub(crate) fn figures(&self, motion: &Motion<T>) -> FabricFigures {
-        let one = |(triangle, patch): (&MembraneTriangle<T>, &BendingPatch<T>)| {
+    pub(crate) fn figures(&self, motion: &Motion<T>, arch: pulp::Arch) -> FabricFigures {
+        let bent = self.patches.energies(motion, arch);
+        let one = |(triangle, bent): (&MembraneTriangle<T>, &T)| {
             let [x, _] = at(motion, triangle.particles);
             let law = &self.laws[triangle.fabric as usize].law;
             let strain = membrane::strain(membrane::deformation(x, &triangle.rest));
             let stored = law.response(strain).energy.to_f64() * triangle.rest.area.to_f64();
             let [stretch, _] = membrane::principal_stretches(strain);
-            let [x, _] = at(motion, patch.particles);
-            let bent = bending::energy(x, &patch.rest).to_f64();
-            (stored + bent, stretch.to_f64() - 1.0, triangle.particles[0])
+            (stored + bent.to_f64(), stretch.to_f64() - 1.0, triangle.particles[0])
         };
         let all: Vec<(f64, f64, u32)> =
-            self.membranes.par_iter().zip(&self.patches).with_min_len(TASK).map(one).collect();
+            self.membranes.par_iter().zip(&bent).with_min_len(TASK).map(one).collect();
         let mut figures = FabricFigures::default();
         // Sums as those over particles: by blocks, and within them by places.
         for block in all.chunks(BLOCK) {

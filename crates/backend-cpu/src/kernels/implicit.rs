@@ -107,7 +107,7 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
         self.stage("bending_linearise", |kernels| {
             if let Some(fabric) = &mut kernels.fabric {
                 let length = T::from_f64(substep.length);
-                fabric.bending_linearise(&kernels.present, length, start);
+                fabric.bending_linearise(&kernels.present, (length, start), kernels.arch);
             }
         });
         Ok(())

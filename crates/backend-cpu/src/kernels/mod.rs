@@ -404,7 +404,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
     fn bending_forces(&mut self) -> Result<()> {
         self.stage("bending_forces", |kernels| {
             if let Some(fabric) = &mut kernels.fabric {
-                fabric.bending_forces(&kernels.present);
+                fabric.bending_forces(&kernels.present, kernels.arch);
             }
         });
         self.force_stage_by_particle("bending_forces", |kernels, particle| {
@@ -688,7 +688,10 @@ impl<T: Real> Kernels for CpuKernels<T> {
                 motion: MotionView::new(&kernels.present),
                 acceleration: kernels.model.uniform_acceleration(),
             }
-            .run(kernels.arch, kernels.fabric.as_ref().map(|f| f.figures(&kernels.present)))
+            .run(
+                kernels.arch,
+                kernels.fabric.as_ref().map(|f| f.figures(&kernels.present, kernels.arch)),
+            )
         }))
     }
 
@@ -733,7 +736,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
             }
             if let Some(fabric) = &mut kernels.fabric {
                 fabric.membrane_forces(&kernels.present);
-                fabric.bending_forces(&kernels.present);
+                fabric.bending_forces(&kernels.present, kernels.arch);
             }
             let colliders = kernels.colliders_at(substep.index);
             ExplicitPass {

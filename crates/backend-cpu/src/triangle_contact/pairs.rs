@@ -4,11 +4,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use cloth_core::{
     Error, Real, Result,
-    contact::{ContactStencil, ContactSurface, PairSearch, UnprovenPair, Ways},
+    contact::{ContactStencil, ContactSurface, PairSearch, Split, UnprovenPair, Ways},
 };
 use rayon::prelude::*;
 
-use super::tree::{Bounds, Tree};
+use super::tree::{Bounds, GROUP, Padded, Tree, padded};
 
 /// Groups whose pairs are one run.
 const RUN: usize = 8;
@@ -25,11 +25,69 @@ const ROUNDING: f64 = 1e-3;
 /// All pairs of features whose boxes, around both sets of positions, are closer than `reach`.
 #[derive(Debug)]
 pub(super) struct PairList<T> {
-    runs: Vec<Vec<UnprovenPair>>,
+    runs: Vec<Run>,
     /// The sets of positions \[m\]; none before the first.
     references: [Vec<[T; 3]>; 2],
+    /// The box around both places of each vertex.
+    vertices: Vec<Bounds<T>>,
+    /// Positions of the present search, or of the start and the end of its ways.
+    padded: [Vec<Padded<T>>; 2],
     reach: T,
     pub(super) rebuilds: u32,
+}
+
+/// Pairs of a vertex and a triangle, then pairs of edges: apart, so that loops over them do not branch.
+#[derive(Clone, Debug, Default)]
+struct Run {
+    vertex_triangle: Vec<UnprovenPair>,
+    edge_edge: Vec<UnprovenPair>,
+}
+
+impl Run {
+    fn len(&self) -> u64 {
+        (self.vertex_triangle.len() + self.edge_edge.len()) as u64
+    }
+
+    fn clear(&mut self) {
+        self.vertex_triangle.clear();
+        self.edge_edge.clear();
+    }
+
+    fn push(&mut self, pair: UnprovenPair) {
+        match pair.candidate.split() {
+            Split::VertexTriangle => self.vertex_triangle.push(pair),
+            Split::EdgeEdge => self.edge_edge.push(pair),
+        }
+    }
+
+    /// All pairs of a run for which one of these tests holds: the first is that of a vertex and a triangle.
+    #[inline(always)]
+    fn filter(
+        &self,
+        vertex_triangle: impl Fn(&UnprovenPair) -> bool,
+        edge_edge: impl Fn(&UnprovenPair) -> bool,
+    ) -> impl Iterator<Item = UnprovenPair> {
+        let first = self.vertex_triangle.iter().copied().filter(vertex_triangle);
+        first.chain(self.edge_edge.iter().copied().filter(edge_edge))
+    }
+}
+
+/// Boxes around both features of a pair of a vertex and a triangle. No array is mapped here and in the tests: that is a call of its own.
+#[inline(always)]
+fn vertex_triangle<T: Real>(pair: &UnprovenPair, places: &[Padded<T>]) -> [Bounds<T>; 2] {
+    let [a, b, c, d] = pair.particles;
+    let [a, b] = [places[a as usize], places[b as usize]];
+    let [c, d] = [places[c as usize], places[d as usize]];
+    [Bounds { low: a, high: a }, Bounds::around([b, c, d])]
+}
+
+/// And of a pair of edges.
+#[inline(always)]
+fn edge_edge<T: Real>(pair: &UnprovenPair, places: &[Padded<T>]) -> [Bounds<T>; 2] {
+    let [a, b, c, d] = pair.particles;
+    let [a, b] = [places[a as usize], places[b as usize]];
+    let [c, d] = [places[c as usize], places[d as usize]];
+    [Bounds::around([a, b]), Bounds::around([c, d])]
 }
 
 impl<T: Real> PairList<T> {
@@ -37,13 +95,15 @@ impl<T: Real> PairList<T> {
         Self {
             runs: Vec::new(),
             references: [Vec::new(), Vec::new()],
+            vertices: Vec::new(),
+            padded: [Vec::new(), Vec::new()],
             reach: T::from_f64((1.0 + SKIN) * distance),
             rebuilds: 0,
         }
     }
 
     pub(super) fn len(&self) -> u64 {
-        self.runs.iter().map(|run| run.len() as u64).sum()
+        self.runs.iter().map(Run::len).sum()
     }
 
     /// Whether no pair is missing whose features are `distance` or less apart at these positions along all axes.
@@ -79,29 +139,32 @@ impl<T: Real> PairList<T> {
             let moved: [T; 3] = std::array::from_fn(|k| x[k] - common[k]);
             moved
         }));
-        let (first, second, reach) = (&**first, &**second, self.reach);
-        tree.refit(surface, [first, second]);
-        bodies.refit(surface, [first, second]);
+        self.vertices.clear();
+        let both = first.iter().zip(&*second);
+        self.vertices.extend(both.map(|(&a, &b)| Bounds::around([padded(a), padded(b)])));
+        let (vertices, reach) = (&*self.vertices, self.reach);
+        tree.refit(surface, vertices);
+        bodies.refit(surface, vertices);
         let (tree, bodies) = (&*tree, &*bodies);
         let total = AtomicU64::new(0);
-        self.runs.resize_with(tree.groups().div_ceil(RUN), Vec::new);
+        self.runs.resize_with(tree.groups().div_ceil(RUN), Run::default);
         self.runs.par_iter_mut().enumerate().for_each(|(number, run)| {
             run.clear();
             for group in number * RUN..((number + 1) * RUN).min(tree.groups()) {
                 tree.near(group, reach, |other| {
                     if total.load(Ordering::Relaxed) <= PAIRS_MAX {
                         let groups = [(tree, group), (tree, other)];
-                        between(surface, groups, ([first, second], reach), run);
+                        between(surface, groups, (vertices, reach), run);
                     }
                 });
                 bodies.near_bounds(tree.bounds(group), reach, |other| {
                     if total.load(Ordering::Relaxed) <= PAIRS_MAX {
                         let groups = [(tree, group), (bodies, other)];
-                        between(surface, groups, ([first, second], reach), run);
+                        between(surface, groups, (vertices, reach), run);
                     }
                 });
             }
-            total.fetch_add(run.len() as u64, Ordering::Relaxed);
+            total.fetch_add(run.len(), Ordering::Relaxed);
         });
         self.rebuilds += 1;
         let needed = total.into_inner();
@@ -118,31 +181,27 @@ impl<T: Real> PairList<T> {
 
     /// The contacts among the pairs.
     pub(super) fn contacts(
-        &self,
+        &mut self,
         surface: &ContactSurface,
         x: &[[T; 3]],
     ) -> Vec<ContactStencil<T>> {
         let distance = T::from_f64(surface.reach());
-        let at = |i: u32| x[i as usize];
+        let [places, _] = &mut self.padded;
+        pad(x, places);
+        let places = &**places;
         let found = self.runs.par_iter().flat_map_iter(|run| {
-            run.iter().filter_map(move |pair| {
-                let [a, b, c, d] = pair.particles.map(at);
-                let apart = match pair.candidate.split() {
-                    cloth_core::contact::Split::VertexTriangle => {
-                        Bounds::around([a]).is_apart(&Bounds::around([b, c, d]), distance)
-                    }
-                    cloth_core::contact::Split::EdgeEdge => {
-                        Bounds::around([a, b]).is_apart(&Bounds::around([c, d]), distance)
-                    }
-                };
-                if apart { None } else { surface.contact(pair.candidate, at) }
-            })
+            let near = move |[a, b]: [Bounds<T>; 2]| !a.is_apart(&b, distance);
+            let close = run.filter(
+                move |pair| near(vertex_triangle(pair, places)),
+                move |pair| near(edge_edge(pair, places)),
+            );
+            close.filter_map(move |pair| surface.contact(pair.candidate, |i: u32| x[i as usize]))
         });
         found.collect()
     }
 
     pub(super) fn pairs(&self) -> impl Iterator<Item = &UnprovenPair> {
-        self.runs.iter().flatten()
+        self.runs.iter().flat_map(|run| run.vertex_triangle.iter().chain(&run.edge_edge))
     }
 }
 
@@ -207,38 +266,62 @@ fn common_motion<T: Real>(from: &[[T; 3]], to: &[[T; 3]]) -> [T; 3] {
 fn between<T: Real>(
     surface: &ContactSurface,
     [(tree, group), (other_tree, other)]: [(&Tree<T>, usize); 2],
-    ([from, to], reach): ([&[[T; 3]]; 2], T),
-    out: &mut Vec<UnprovenPair>,
+    (vertices, reach): (&[Bounds<T>], T),
+    out: &mut Run,
 ) {
     let (own, own_bounds) = tree.group(group);
     let (others, other_bounds) = other_tree.group(other);
     let is_one = std::ptr::eq(tree, other_tree) && group == other;
-    for (k, (&a, bounds)) in own.iter().zip(own_bounds).enumerate() {
+    // Of two groups that touch most triangles are far from the other group as a whole.
+    let mut near = [(0_u8, 0_u8); GROUP * GROUP];
+    let mut count = 0;
+    let (around, around_others) = (*tree.bounds(group), *other_tree.bounds(other));
+    let mut is_near = [false; GROUP];
+    for (is_near, bounds) in is_near.iter_mut().zip(other_bounds) {
+        *is_near = !bounds.is_apart(&around, reach);
+    }
+    for (k, bounds) in own_bounds.iter().enumerate() {
+        if bounds.is_apart(&around_others, reach) {
+            continue;
+        }
         let skipped = if is_one { k + 1 } else { 0 };
-        for (&b, other) in others.iter().zip(other_bounds).skip(skipped) {
-            if bounds.is_apart(other, reach) {
-                continue;
-            }
-            surface.candidates_between(a, b, |candidate, particles| {
-                let [a, b, c, d] = particles.map(|particle| particle as usize);
-                let apart = match candidate.split() {
-                    cloth_core::contact::Split::VertexTriangle => {
-                        let vertex = Bounds::around([from[a], to[a]]);
-                        let all = [from[b], to[b], from[c], to[c], from[d], to[d]];
-                        vertex.is_apart(&Bounds::around(all), reach)
-                    }
-                    cloth_core::contact::Split::EdgeEdge => {
-                        let first = Bounds::around([from[a], to[a], from[b], to[b]]);
-                        let second = Bounds::around([from[c], to[c], from[d], to[d]]);
-                        first.is_apart(&second, reach)
-                    }
-                };
-                if !apart {
-                    out.push(UnprovenPair { candidate, particles });
-                }
-            });
+        for (l, other) in other_bounds.iter().enumerate().skip(skipped) {
+            near[count] = (k as u8, l as u8);
+            count += usize::from(is_near[l] && !bounds.is_apart(other, reach));
         }
     }
+    for &(k, l) in &near[..count] {
+        let (a, b) = (own[k as usize], others[l as usize]);
+        surface.candidates_between(a, b, |candidate, particles| {
+            let [p, q, r, s] = particles;
+            let (p, q) = (&vertices[p as usize], &vertices[q as usize]);
+            let (r, s) = (&vertices[r as usize], &vertices[s as usize]);
+            let [first, second] = match candidate.split() {
+                Split::VertexTriangle => [*p, q.join(r).join(s)],
+                Split::EdgeEdge => [p.join(q), r.join(s)],
+            };
+            if !first.is_apart(&second, reach) {
+                out.push(UnprovenPair { candidate, particles });
+            }
+        });
+    }
+}
+
+fn pad<T: Real>(places: &[[T; 3]], out: &mut Vec<Padded<T>>) {
+    out.clear();
+    out.extend(places.iter().map(|&place| padded(place)));
+}
+
+/// Whether an axis of space proves that two features, in these boxes at the start and at the end, do not meet: as `is_proven` has it.
+#[inline(always)]
+fn along_axes<T: Real>([[a, b], [c, d]]: [[Bounds<T>; 2]; 2], delta: T) -> bool {
+    let mut proven = [false; 4];
+    for axis in 0..4 {
+        let above = (a.low[axis] > b.high[axis]) & (c.low[axis] - d.high[axis] > delta);
+        let below = (b.low[axis] > a.high[axis]) & (d.low[axis] - c.high[axis] > delta);
+        proven[axis] = above | below;
+    }
+    proven[0] | proven[1] | proven[2] | proven[3]
 }
 
 /// The list as a search that builds it when it does not hold.
@@ -262,12 +345,26 @@ impl<T: Real> PairSearch<T> for ListSearch<'_, T> {
             let is_common = marked.is_none();
             self.list.build((self.surface, self.trees), [start, end], is_common)?;
         }
-        let found = self.list.runs.par_iter().flat_map_iter(|run| {
-            run.iter().copied().filter(move |pair| {
-                let is_marked =
-                    marked.is_none_or(|marked| pair.particles.iter().any(|&i| marked[i as usize]));
-                is_marked && pair.is_unproven(start, end, (delta, is_new))
-            })
+        let PairList { runs, padded: [from, to], .. } = &mut *self.list;
+        pad(start, from);
+        pad(end, to);
+        let (from, to) = (&**from, &**to);
+        let found = runs.par_iter().flat_map_iter(|run| {
+            let is_marked = move |pair: &UnprovenPair, marked: &[bool]| {
+                let [a, b, c, d] = pair.particles;
+                let [a, b] = [marked[a as usize], marked[b as usize]];
+                a | b | marked[c as usize] | marked[d as usize]
+            };
+            let is_left = move |pair: &UnprovenPair, axes: [[Bounds<T>; 2]; 2]| {
+                // Most pairs are proven by an axis of space.
+                !along_axes(axes, delta)
+                    && marked.is_none_or(|marked| is_marked(pair, marked))
+                    && pair.is_unproven(start, end, (delta, is_new))
+            };
+            run.filter(
+                move |pair| is_left(pair, [vertex_triangle(pair, from), vertex_triangle(pair, to)]),
+                move |pair| is_left(pair, [edge_edge(pair, from), edge_edge(pair, to)]),
+            )
         });
         out.par_extend(found);
         Ok(())
@@ -298,7 +395,7 @@ mod tests {
         sets: [&[[f64; 3]]; 2],
     ) -> [Bounds<f64>; 2] {
         let [a, b, c, d] = surface.particles(candidate).map(|i| i as usize);
-        let [p, q] = sets;
+        let [p, q] = sets.map(|set| set.iter().map(|&x| padded(x)).collect::<Vec<_>>());
         match candidate {
             Candidate::VertexTriangle(_) => {
                 [Bounds::around([p[a], q[a]]), Bounds::around([p[b], p[c], p[d], q[b], q[c], q[d]])]

@@ -6,53 +6,63 @@ use rayon::prelude::*;
 /// Triangles in a group.
 pub(super) const GROUP: usize = 8;
 
+/// A point, or an axis of a box for each of its coordinates. The fourth is zero: four fill a vector register.
+pub(super) type Padded<T> = [T; 4];
+
+#[inline(always)]
+pub(super) fn padded<T: Real>([x, y, z]: [T; 3]) -> Padded<T> {
+    [x, y, z, T::ZERO]
+}
+
 /// A box with sides along the axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds<T> {
-    pub(super) low: [T; 3],
-    pub(super) high: [T; 3],
+    pub(super) low: Padded<T>,
+    pub(super) high: Padded<T>,
 }
 
 impl<T: Real> Bounds<T> {
     /// No box: it is apart from all.
-    const EMPTY: Self = Self { low: [T::INFINITY; 3], high: [T::MAX; 3] };
+    const EMPTY: Self = Self { low: [T::INFINITY; 4], high: [T::MAX; 4] };
 
     /// Around some points.
     #[inline(always)]
-    pub(super) fn around<const N: usize>(points: [[T; 3]; N]) -> Self {
+    pub(super) fn around<const N: usize>(points: [Padded<T>; N]) -> Self {
         let mut bounds = Self { low: points[0], high: points[0] };
         for point in &points[1..] {
-            for axis in 0..3 {
-                bounds.low[axis] = bounds.low[axis].minimum(point[axis]);
-                bounds.high[axis] = bounds.high[axis].maximum(point[axis]);
-            }
+            bounds = bounds.join(&Self { low: *point, high: *point });
         }
         bounds
     }
 
+    /// Around two boxes, none of them empty.
     #[inline(always)]
-    fn with(mut self, other: &Self) -> Self {
-        if self.low[0] == T::INFINITY {
-            return *other;
-        }
-        if other.low[0] != T::INFINITY {
-            for axis in 0..3 {
-                self.low[axis] = self.low[axis].minimum(other.low[axis]);
-                self.high[axis] = self.high[axis].maximum(other.high[axis]);
-            }
+    pub(super) fn join(mut self, other: &Self) -> Self {
+        for axis in 0..4 {
+            self.low[axis] = self.low[axis].minimum(other.low[axis]);
+            self.high[axis] = self.high[axis].maximum(other.high[axis]);
         }
         self
     }
 
-    /// Whether along some axis it is `reach` or more away from another.
+    #[inline(always)]
+    fn with(self, other: &Self) -> Self {
+        match (self.low[0] == T::INFINITY, other.low[0] == T::INFINITY) {
+            (true, _) => *other,
+            (_, true) => self,
+            _ => self.join(other),
+        }
+    }
+
+    /// Whether along some axis it is `reach`, which is not zero, or more away from another.
     #[inline(always)]
     pub(super) fn is_apart(&self, other: &Self, reach: T) -> bool {
-        let mut apart = false;
-        for axis in 0..3 {
-            apart |= self.low[axis] - other.high[axis] >= reach;
-            apart |= other.low[axis] - self.high[axis] >= reach;
+        let mut apart = [false; 4];
+        for axis in 0..4 {
+            apart[axis] = (self.low[axis] - other.high[axis] >= reach)
+                | (other.low[axis] - self.high[axis] >= reach);
         }
-        apart
+        apart[0] | apart[1] | apart[2] | apart[3]
     }
 }
 
@@ -100,8 +110,8 @@ impl<T: Real> Tree<T> {
         (&self.order[start..end], &self.triangles[start..end])
     }
 
-    /// Puts boxes around where triangles are at both sets of positions.
-    pub(super) fn refit(&mut self, surface: &ContactSurface, [from, to]: [&[[T; 3]]; 2]) {
+    /// Puts boxes around triangles, whose vertices have these.
+    pub(super) fn refit(&mut self, surface: &ContactSurface, vertices: &[Bounds<T>]) {
         let Self { order, triangles, nodes } = self;
         let groups = nodes.len() / 2;
         let (inner, leaves) = nodes.split_at_mut(groups);
@@ -112,8 +122,9 @@ impl<T: Real> Tree<T> {
             .for_each(|(node, (triangles, order))| {
                 *node = Bounds::EMPTY;
                 for (bounds, &triangle) in triangles.iter_mut().zip(order) {
-                    let [a, b, c] = surface.triangles()[triangle as usize].map(|i| i as usize);
-                    *bounds = Bounds::around([from[a], from[b], from[c], to[a], to[b], to[c]]);
+                    let corners = surface.triangles()[triangle as usize];
+                    let [a, b, c] = corners.map(|i| &vertices[i as usize]);
+                    *bounds = a.join(b).join(c);
                     *node = node.with(bounds);
                 }
             });

@@ -262,33 +262,43 @@ impl ContactSurface {
         if a >= self.own[1] && b >= self.own[1] {
             return;
         }
-        let [corners_a, corners_b] = [a, b].map(|t| self.triangles[t as usize]);
-        let [owned_a, owned_b] = [a, b].map(|t| self.owned[t as usize]);
+        let (corners_a, corners_b) = (self.triangles[a as usize], self.triangles[b as usize]);
+        let (owned_a, owned_b) = (self.owned[a as usize], self.owned[b as usize]);
+        // Bit l of row k: corner k of the first triangle is corner l of the second.
+        let class = |corner: u32| self.classes[corner as usize];
+        let classes_b = [class(corners_b[0]), class(corners_b[1]), class(corners_b[2])];
+        let mut shared = [0_u8; 3];
         for k in 0..3 {
-            if owned_a >> k & 1 == 1 && !self.has(&corners_b, corners_a[k]) {
+            let own = class(corners_a[k]);
+            for l in 0..3 {
+                shared[k] |= u8::from(own == classes_b[l]) << l;
+            }
+        }
+        let of_second = shared[0] | shared[1] | shared[2];
+        for k in 0..3 {
+            if owned_a >> k & 1 == 1 && shared[k] == 0 {
                 let [x, y, z] = corners_b;
                 let candidate = Candidate::VertexTriangle([corners_a[k], b]);
                 visit(candidate, [corners_a[k], x, y, z]);
             }
-            if owned_b >> k & 1 == 1 && !self.has(&corners_a, corners_b[k]) {
+            if owned_b >> k & 1 == 1 && of_second >> k & 1 == 0 {
                 let [x, y, z] = corners_a;
                 let candidate = Candidate::VertexTriangle([corners_b[k], a]);
                 visit(candidate, [corners_b[k], x, y, z]);
             }
         }
-        if owned_a >> 3 == 0 || owned_b >> 3 == 0 {
-            return;
-        }
         for k in (0..3).filter(|k| owned_a >> (3 + k) & 1 == 1) {
+            let of_edge = shared[k] | shared[(k + 1) % 3];
             for l in (0..3).filter(|l| owned_b >> (3 + l) & 1 == 1) {
-                let [first, second] = sorted([
-                    self.triangle_edges[a as usize][k],
-                    self.triangle_edges[b as usize][l],
-                ]);
-                let [p, q] = [first, second].map(|edge| self.edges[edge as usize]);
-                if !self.has(&p, q[0]) && !self.has(&p, q[1]) {
-                    visit(Candidate::EdgeEdge([first, second]), [p[0], p[1], q[0], q[1]]);
+                if of_edge & (1 << l | 1 << ((l + 1) % 3)) != 0 {
+                    continue;
                 }
+                let (first, second) =
+                    (self.triangle_edges[a as usize][k], self.triangle_edges[b as usize][l]);
+                let (first, second) = (first.min(second), first.max(second));
+                let [p, q] = self.edges[first as usize];
+                let [r, s] = self.edges[second as usize];
+                visit(Candidate::EdgeEdge([first, second]), [p, q, r, s]);
             }
         }
     }
