@@ -13,6 +13,9 @@ const ITERATIONS_MAX: u32 = 8;
 /// Halvings at most of a step that the certificate has stopped somewhere.
 const STOPPED_HALVINGS_MAX: u32 = 4;
 
+/// Of the residual that a longer step has left, a halved one has to leave no more for there to be another.
+const WORTH: f64 = 0.7;
+
 /// How much larger than the tolerance of the settings the residual may be that a linear solve leaves, in proportion to that of the first
 /// system of the substep: its solution is good for one iteration alone.
 const FORCING: f64 = 10.0;
@@ -20,8 +23,8 @@ const FORCING: f64 = 10.0;
 /// A linear solve goes on at least until this share of its own residual is left.
 const SHARE_MAX: f64 = 0.3;
 
-/// Largest correction of the velocities that no iteration follows, in the norm of the matrix, relative to what gravity, or that of the earth if there
-/// is none, gives them in the substep, if settings do not ask for Newton iterations and so for another.
+/// Largest correction of the velocities that no iteration follows, in the norm of the matrix, if settings do not ask for Newton iterations and so for
+/// another: relative to the first correction of the substep, or to what gravity gives, or that of the earth if there is none, if that is more.
 const CORRECTION: f64 = 0.05;
 
 /// And relative to the tolerance of linear systems, if that asks for less.
@@ -34,7 +37,7 @@ const EARTH: f64 = 9.81;
 ///
 /// An iterate ends where the certificate lets particles go from the iterate before: what would pass is stopped there, the next system knows what it
 /// touches, and cloth around it gives way within the same substep. Stopped particles draw cloth out: where more of the residual is left than before, all
-/// of the step is halved, so that less is stopped.
+/// of the step is halved, so that less is stopped, as long as that pays.
 ///
 /// The solution of each system is good for one iteration, so that it is not solved to the end (Dembo, Eisenstat and Steihaug 1982) but to a
 /// share of what the substep began with, and constraints of colliders that pull are released from one to the next. The iteration ends by the size of its corrections, the first one apart, not by the residual, of which rounding leaves much where cloth is stiff.
@@ -58,7 +61,7 @@ pub(super) fn newton<K: Kernels + ?Sized>(
     let mut solves = ImplicitSettings { constraint_passes: 1, ..*settings };
     let was_free = is_linear && !kernels.triangles_touch();
     let is_loose = settings.linear.stop == LinearStop::Residual && !was_free;
-    let scale = substep.length * substep.length * weight(kernels.model());
+    let mut scale = substep.length * substep.length * weight(kernels.model());
     let mut end = NewtonStart::StepStart;
     let first = residual(kernels)?;
     let mut now = first;
@@ -76,6 +79,9 @@ pub(super) fn newton<K: Kernels + ?Sized>(
         residual(kernels)?;
         let slope_start = kernels.vector_dot(Residual, Solution)?;
         constraints_meet(kernels)?;
+        if iteration == 1 {
+            scale = scale.max(slope_start);
+        }
         let is_small =
             iteration > 1 && slope_start <= correction * correction * scale && !keeps_impulses;
         let mut step = 1.0;
@@ -85,6 +91,7 @@ pub(super) fn newton<K: Kernels + ?Sized>(
         kernels.velocity_keep()?;
         kernels.velocity_add(step)?;
         let before = now;
+        let mut longer = f64::INFINITY;
         for halving in 0.. {
             kernels.position_from_kept(substep.length)?;
             let stopped = kernels.contact_certify_iterate(substep)?;
@@ -101,8 +108,9 @@ pub(super) fn newton<K: Kernels + ?Sized>(
             let slope = kernels.vector_dot(Residual, Solution)?;
             let is_good = match stopped {
                 0 => is_short(slope, slope_start),
-                _ => now <= before || halving == STOPPED_HALVINGS_MAX,
+                _ => now <= before || halving == STOPPED_HALVINGS_MAX || now > WORTH * longer,
             };
+            longer = now;
             if is_good || halving == HALVINGS_MAX {
                 break;
             }
