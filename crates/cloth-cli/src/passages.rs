@@ -39,16 +39,23 @@ pub(crate) fn passages(model: &Model) -> Vec<String> {
     warnings
 }
 
-/// The mean rest length of the stretch springs of each cloth \[m\]; 0 without any.
+/// The mean rest length of the stretch springs of each cloth \[m\], or of the short sides that its triangles of fabric would have in a square
+/// grid; 0 without any.
 fn spacings(model: &Model) -> Vec<f64> {
     let mut sums = vec![(0.0, 0.0_f64); model.cloths().len()];
+    let mut add = |particle: u32, length: f64| {
+        let (sum, count) = &mut sums[model.cloth_of(particle)];
+        *sum += length;
+        *count += 1.0;
+    };
     for spring in model.springs().iter() {
         let kind = &model.springs().kinds()[spring.kind as usize];
         if kind.class == SpringClass::Stretch {
-            let (sum, count) = &mut sums[model.cloth_of(spring.particles[0])];
-            *sum += kind.rest_length;
-            *count += 1.0;
+            add(spring.particles[0], kind.rest_length);
         }
+    }
+    for triangle in model.elements().triangles() {
+        add(triangle.particles[0], (2.0 * triangle.rest.area).sqrt());
     }
     sums.into_iter().map(|(sum, count)| sum / count.max(1.0)).collect()
 }

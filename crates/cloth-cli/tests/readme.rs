@@ -117,8 +117,8 @@ fn its_commands_do_what_it_says() {
             arguments.extend(["--scene", "quad"]);
         }
         if ["--solver", "--adaptive", "--backend"].iter().any(|word| arguments.contains(word)) {
-            // The same scene once more in another way: its beginning is enough.
-            arguments.extend(["--frames", "10"]);
+            // The same scene once more in another way: its beginning is enough, above all where a processor stands for a GPU.
+            arguments.extend(["--frames", "4"]);
         }
         let asked = arguments.iter().position(|&word| word == "--backend");
         let backend = asked.map(|place| arguments[place + 1]);
@@ -157,7 +157,7 @@ fn its_commands_do_what_it_says() {
         assert!(length.unwrap_or(0) > 500, "{product}");
     }
     picture_is_good(&reader.path("out/drape"));
-    blender_is_served(&reader, "napkin", "out/napkin", 91);
+    blender_is_served(&reader, "napkin", "out/napkin", 61);
 }
 
 /// All frames of the first picture, in the size that is told, and not of one colour.
@@ -170,8 +170,8 @@ fn picture_is_good(folder: &Path) {
     while clip.read_next_frame().unwrap().is_some() {
         frames += 1;
     }
-    assert_eq!(frames, 121);
-    let last = image::open(folder.join("png/drape_000120.png")).unwrap().into_rgb8();
+    assert_eq!(frames, 76);
+    let last = image::open(folder.join("png/drape_000075.png")).unwrap().into_rgb8();
     let is_red = |p: &&image::Rgb<u8>| i32::from(p[0]) > i32::from(p[1]) + 60;
     let share =
         last.pixels().filter(is_red).count() as f64 / f64::from(last.width() * last.height());
@@ -219,8 +219,8 @@ fn blender_is_served(reader: &Reader, name: &str, folder: &str, frames: usize) {
     assert_eq!((particles, samples), (vertices.len(), frames));
     let apart = vertices.iter().flatten().zip(first.iter().flatten()).map(|(a, b)| (a - b).abs());
     assert!(apart.fold(0.0, f32::max) < 1e-5);
-    // Upright in the file as in the scene: the napkin begins level at z = 0.5.
-    assert!(name != "napkin" || vertices.iter().all(|vertex| (vertex[2] - 0.5).abs() < 1e-6));
+    // Upright in the file as in the scene: the napkin begins level at z = 0.37.
+    assert!(name != "napkin" || vertices.iter().all(|vertex| (vertex[2] - 0.37).abs() < 1e-6));
     let glb = folder.join(format!("{name}.glb"));
     if name == "napkin" {
         let bytes = fs::read(glb).unwrap();
@@ -230,7 +230,7 @@ fn blender_is_served(reader: &Reader, name: &str, folder: &str, frames: usize) {
         assert_eq!(json["animations"].as_array().map(Vec::len), Some(1), "{}", json["animations"]);
         // y is up there.
         let heights = &json["accessors"][0]["min"];
-        assert!((heights[1].as_f64().unwrap() - 0.5).abs() < 1e-6, "{heights}");
+        assert!((heights[1].as_f64().unwrap() - 0.37).abs() < 1e-6, "{heights}");
     }
 }
 

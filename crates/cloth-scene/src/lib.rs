@@ -33,8 +33,8 @@ pub use compile::{
 pub use error::{SceneError, ScenePlace, SceneUnknown};
 pub use fabrics::{FabricSource, MeasuredFabric, SheetError, fabric_sheet_read, measured_fabrics};
 pub use scene::{
-    MODEL_OF_PRESETS, Scene, SceneAction, SceneAdaptive, SceneAerodynamics, SceneAnimation,
-    SceneAttachment, SceneBend, SceneBounds, SceneCloth, SceneCollider, SceneColour, SceneContact,
+    Scene, SceneAction, SceneAdaptive, SceneAerodynamics, SceneAnimation, SceneAttachment,
+    SceneBend, SceneBounds, SceneCloth, SceneCollider, SceneColour, SceneContact,
     SceneContactResponse, SceneDust, SceneElastic, SceneEvent, SceneFabricDamping, SceneField,
     SceneGeometry, SceneGrid, SceneGust, SceneImplicit, SceneInflation, SceneJoint, SceneKeyframe,
     SceneMass, SceneMaterial, SceneMesh, SceneMeshing, SceneMidpoint, SceneModel, SceneNetwork,

@@ -5,7 +5,7 @@
 use std::{fs, path::Path};
 
 use cloth_core::{ClothMaterial, StrainGauge};
-use cloth_scene::{CompileOptions, CompiledScene, MODEL_OF_PRESETS, Scene, SceneModel};
+use cloth_scene::{CompileOptions, CompiledScene, Scene};
 
 /// A scene with one cloth, whose table has these lines.
 fn text(lines: &str) -> String {
@@ -34,7 +34,12 @@ fn the_model_is_what_a_scene_says_or_means() {
     assert!(by("material.preset = \"cotton-broad\""));
     assert!(by("material.preset = \"denim\"\nmodel = \"fabric\""));
     assert!(!by("material.preset = \"denim\"\nmodel = \"springs\""));
-    assert_eq!(by("material.preset = \"denim\""), MODEL_OF_PRESETS == SceneModel::Fabric);
+    assert!(by("material.preset = \"denim\""));
+    let solver = "[simulation]\nframes = 2\nsolver = \"semi-implicit\"\n";
+    let text = text(&format!("{GRID}material.preset = \"denim\""))
+        .replace("[simulation]\nframes = 2\n", solver);
+    let scene = Scene::from_toml(&text, "t.toml").unwrap();
+    assert!(!is_fabric(&scene.compile(&CompileOptions::default()).unwrap()), "it has no fabric");
     assert!(!by("material = { preset = \"denim\", shear.stiffness = 5 }"));
     assert!(!by("material = { preset = \"denim\", mass.per_particle = 1e-3 }"));
 }

@@ -4,6 +4,7 @@ use std::{fs, path::Path};
 
 use cloth_scene::{
     CompileOptions, MemoryEstimate, Scene, SceneContact, SceneContactResponse, SceneError,
+    SceneModel,
 };
 
 const SQUARE: &str = "\
@@ -73,6 +74,7 @@ fn the_memory_of_a_mesh_is_estimated_from_its_vertices() {
     square_files(folder.path(), 30);
     for file in ["square.obj", "square.ply"] {
         let mut scene = write(folder.path(), file);
+        scene.cloths[0].model = Some(SceneModel::Springs);
         let compiled = scene.compile(&CompileOptions::default()).unwrap();
         scene.contact = Some(SceneContact {
             distance: 0.5,

@@ -91,7 +91,7 @@ fn cases(preset: &str, spacing: f64, side: u32, seconds: f64) -> Vec<Case> {
     ];
     let solvers = ["", "solver = 'explicit'", "solver = 'implicit'", "solver = 'semi-implicit'"];
     let case = |contact: &String, solver| Case {
-        scene: drape_of("", preset, side, spacing, contact, solver, seconds),
+        scene: drape_of("model = 'springs'\n", preset, side, spacing, contact, solver, seconds),
         what: format!("{preset}, {spacing} m, {contact:?}"),
     };
     // Triangles are proven apart in each step, thousands of times a second in explicit ones: in long runs with the solver that is chosen alone.
@@ -200,14 +200,15 @@ fn a_first_scene_says_no_solver_and_no_time_step() {
                 translation = [0, 0, 0.38]\n[contact]\ndistance = 0.01\n";
     let scene = Scene::from_toml(text, "first.toml").unwrap();
     let compiled = scene.compile(&CompileOptions::default()).unwrap();
-    assert!(compiled.model.has_triangle_contact());
+    assert!(compiled.model.has_triangle_contact() && compiled.model.has_fabric());
     assert_eq!(compiled.choice.solver, SceneSolver::Implicit);
     assert!(compiled.choice.reason.contains("takes longer"), "{}", compiled.choice.reason);
     assert!(run(compiled).unwrap() < 0.5);
 
-    // Of points each step is cheap.
+    // With springs and points each step is cheap.
+    let springs = text.replace("name = 'a'\n", "name = 'a'\nmodel = 'springs'\n");
     let scene =
-        Scene::from_toml(&format!("{text}response.impulse = {{}}\n"), "first.toml").unwrap();
+        Scene::from_toml(&format!("{springs}response.impulse = {{}}\n"), "first.toml").unwrap();
     let compiled = scene.compile(&CompileOptions::default()).unwrap();
     assert_eq!(compiled.choice.solver, SceneSolver::Explicit);
     assert!(compiled.choice.time_step < compiled.model.stable_time_step());

@@ -20,6 +20,7 @@ simulation = { frames = 9, frames_per_second = 60, time_step = 4e-4 }
 contact = { distance = 0.018, response.impulse.friction = 0.3 }
 [[cloth]]
 name = "patch"
+model = "springs"
 geometry.grid = { columns = 4, rows = 4, spacing = 0.02, centre = [0, 0, 0.2] }
 material.preset = "jersey"
 pins = ["bottom-left"]

@@ -12,7 +12,7 @@ const FALL: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
     <procedural>vec3(0, 0.1 * m * sin(t), 0)</procedural>
   </simulation>
   <actors>
-    <group id="1" name="sheet" pins="corners">
+    <group id="1" name="sheet" model="springs" pins="corners">
       <grid width="9" height="9" spacing="0.05" centre="0 0.5 0" width_axis="1 0 0" height_axis="0 0 1"/>
       <fabric preset="jersey"/>
     </group>

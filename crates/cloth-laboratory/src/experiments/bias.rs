@@ -16,7 +16,7 @@ pub(super) const BIAS_STRIPS: Experiment = Experiment {
 
 const DENSITY: f64 = 0.2;
 /// Narrow: a clamp keeps a strip from twisting along about its width.
-const SIZE: [f64; 2] = [0.15, 0.004];
+const SIZE: [f64; 2] = [0.15, 0.003];
 
 fn run(laboratory: &Laboratory<'_>) -> Result<Outcome> {
     let mut outcome = Outcome::default();

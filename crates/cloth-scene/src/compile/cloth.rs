@@ -22,7 +22,7 @@ pub(super) fn compile(
     notes: &mut Vec<String>,
 ) -> Result<(Cloth, PinSets, Sewn), SceneError> {
     let key = format!("cloth[{index}]");
-    let is_fabric = cloth.model_chosen() == SceneModel::Fabric;
+    let is_fabric = cloth.model_chosen(scene.simulation.solver_given()) == SceneModel::Fabric;
     if !is_fabric {
         fabric::fabric_alone(check, &key, cloth)?;
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{SceneCloth, SceneGeometry};
+use super::{SceneCloth, SceneGeometry, SceneSolver};
 use crate::MeasuredFabric;
 
 /// What holds a cloth together.
@@ -16,14 +16,12 @@ pub enum SceneModel {
     Springs,
 }
 
-/// The model of a cloth whose `preset` both have, if the scene does not say one.
-pub const MODEL_OF_PRESETS: SceneModel = SceneModel::Springs;
-
 impl SceneCloth {
-    /// The model of this cloth: the one that the scene gives. Else fabric for a laboratory sheet and for a preset that only the
-    /// fabrics have, [`MODEL_OF_PRESETS`] for the others that nothing of springs is said of, and springs for all else.
+    /// The model of this cloth in a scene with this solver: the one that the scene gives. Else fabric for a laboratory sheet and for a preset, but
+    /// springs where a preset that springs have as well is followed by what only these have, or by the semi-implicit solver; and springs for
+    /// all else.
     #[must_use]
-    pub fn model_chosen(&self) -> SceneModel {
+    pub fn model_chosen(&self, solver: Option<SceneSolver>) -> SceneModel {
         let material = &self.material;
         let is_network = matches!(self.geometry, SceneGeometry::Network(_));
         match (self.model, &material.preset) {
@@ -31,11 +29,10 @@ impl SceneCloth {
             _ if is_network => SceneModel::Springs,
             _ if material.sheet.is_some() => SceneModel::Fabric,
             (None, Some(preset)) if cloth_core::MaterialPreset::find(preset).is_some() => {
-                if material.springs_key().is_some() || self.stencil_is_given() {
-                    SceneModel::Springs
-                } else {
-                    MODEL_OF_PRESETS
-                }
+                let is_of_springs = material.springs_key().is_some()
+                    || self.stencil_is_given()
+                    || solver == Some(SceneSolver::SemiImplicit);
+                if is_of_springs { SceneModel::Springs } else { SceneModel::Fabric }
             }
             (None, Some(preset)) if MeasuredFabric::find(preset).is_ok() => SceneModel::Fabric,
             _ => SceneModel::Springs,

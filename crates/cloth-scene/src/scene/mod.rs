@@ -35,8 +35,7 @@ pub use contact::{SceneContact, SceneContactResponse};
 pub use environment::{SceneField, SceneGust, SceneWind};
 pub use event::{SceneAction, SceneEvent};
 pub use fabric::{
-    MODEL_OF_PRESETS, SceneFabricDamping, SceneMeshing, SceneModel, ScenePanel, ScenePattern,
-    ScenePatternSource,
+    SceneFabricDamping, SceneMeshing, SceneModel, ScenePanel, ScenePattern, ScenePatternSource,
 };
 pub use material::{SceneAerodynamics, SceneBend, SceneMass, SceneMaterial, SceneSpring};
 pub use network::{SceneJoint, SceneNetwork, ScenePrototype};
