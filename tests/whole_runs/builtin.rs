@@ -9,6 +9,8 @@ use harness::{
     scenes,
 };
 
+use crate::resume::SLOW;
+
 /// How far the two may be apart \[m\] after a frame.
 const DISTANCE_MAX: f64 = 1e-6;
 
@@ -21,8 +23,7 @@ const SIDE_OF_TRIANGLES: u32 = 10;
 fn a_frame_of_every_scene() {
     let cpu = cpu(2);
     for builtin in builtin_scenes() {
-        let has_triangles = matches!(builtin.name, "layers" | "tablecloth" | "napkins" | "stack");
-        let side = if has_triangles { SIDE_OF_TRIANGLES } else { SIDE };
+        let side = if SLOW.contains(&builtin.name) { SIDE_OF_TRIANGLES } else { SIDE };
         let [found, expected] = [&*reference().backend, &cpu].map(|backend| {
             let scene = scenes::small(builtin.name, side).unwrap();
             let mut compiled = scene.compile(&CompileOptions::default()).unwrap();

@@ -13,6 +13,7 @@ simulation = {{ frames = 8, frames_per_second = 30, time_step = 5e-4, strain_bou
 
 [[cloth]]
 name = "patch"
+model = "springs"
 geometry.grid = {{ columns = 5, rows = 5, spacing = 0.02 }}
 material = {{ preset = "jersey" }}
 pins = ["left"]

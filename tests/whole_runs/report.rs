@@ -13,12 +13,14 @@ simulation = { frames = 4, frames_per_second = 30, time_step = 5e-4 }
 
 [[cloth]]
 name = "low"
+model = "springs"
 geometry.grid = { columns = 8, rows = 8, spacing = 0.02 }
 material = { preset = "jersey" }
 pins = ["left", "right"]
 
 [[cloth]]
 name = "high"
+model = "springs"
 geometry.grid = { columns = 8, rows = 8, spacing = 0.02, centre = [0.001, 0, 0.05] }
 material = { preset = "jersey" }
 pins = ["all"]
@@ -42,6 +44,7 @@ simulation = { frames = 3, frames_per_second = 30, time_step = 5e-4 }
 
 [[cloth]]
 name = "strip"
+model = "springs"
 geometry.grid = { columns = 2, rows = 2, spacing = 0.1 }
 material = { preset = "jersey" }
 pins = ["left", "right"]

@@ -2,7 +2,10 @@
 
 use std::cmp::Ordering;
 
-use cloth_core::{Incidence, InteractionKind, Model, Neighbours, Real, fabric::bending::PATCH};
+use cloth_core::{
+    FabricElements, Incidence, InteractionKind, Model, Neighbours, Real,
+    fabric::bending::{FOLD_PLACES, PATCH},
+};
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
@@ -110,7 +113,7 @@ impl<T: Real> ElementBlocks<T> {
             bending_slots: patch_slots(
                 slots(&neighbours, &bending, elements.patches()),
                 &bending,
-                elements.patches(),
+                elements,
             ),
             blocks: vec![[[T::ZERO; 3]; 3]; upper[count] as usize],
             diagonal: vec![[T::ZERO; 6]; count],
@@ -219,17 +222,24 @@ fn slots<const N: usize>(
     slots
 }
 
-/// The slots of patches with their particles ascending, and where the particle itself is among them.
+/// The slots of patches with their particles ascending, and where the particle itself is among them. Places without any stiffness have none.
 fn patch_slots(
     slots: Vec<[u32; PATCH]>,
     incidence: &Incidence,
-    patches: &[[u32; PATCH]],
+    elements: &FabricElements,
 ) -> Vec<([u32; PATCH], usize)> {
     let sorted = |(slots, &entry): ([u32; PATCH], &u32)| {
         let (patch, place) = (entry as usize / PATCH, entry as usize % PATCH);
-        let order = ascending(&patches[patch]);
+        let map = &elements.triangles()[patch].bending.map;
+        let is_idle = |place: usize| {
+            let mut folds =
+                FOLD_PLACES.iter().enumerate().filter(|(_, fold)| fold.contains(&place));
+            folds.all(|(fold, _)| map.iter().all(|row| row[fold] == 0.0))
+        };
+        let order = ascending(&elements.patches()[patch]);
         let own = order.iter().position(|&other| other == place).unwrap_or_default();
-        (order.map(|place| slots[place]), own)
+        let slot = |of: usize| if is_idle(of) || is_idle(place) { NONE } else { slots[of] };
+        (order.map(slot), own)
     };
     slots.into_iter().zip(incidence.entries()).map(sorted).collect()
 }
@@ -334,6 +344,9 @@ impl<T: Real> Fabric<T> {
     fn bending_row(&self, i: usize, slots: &[([u32; PATCH], usize)], row: &mut Row<'_, T>) {
         let first = self.rows[1].offsets()[i] as usize;
         for (&entry, &(slots, own)) in self.rows[1].row(i).iter().zip(&slots[first..]) {
+            if slots[own] == NONE {
+                continue;
+            }
             let tangent = self.patches.tangent(entry as usize / PATCH);
             row.push(tangent.impulses[own]);
             let [a, b, c] = &tangent.gradients;

@@ -20,6 +20,12 @@ use crate::{
     springs::SpringColumns,
 };
 
+/// Rows of fabric in one task: a block of them would be too long for that.
+const ROWS: usize = 64;
+
+/// Blocks in one task of a pass that does little.
+const SHORT: usize = 4;
+
 /// Sums of one block.
 type Partial = [f64; 2];
 
@@ -48,6 +54,13 @@ impl<T: Real> Passes<'_, T> {
         let from = FieldView::new(from);
         self.matrix.rows.products(from, products, self.arch);
         let products = &**products;
+        if self.matrix.elements.is_some() {
+            to.chunks_mut(ROWS).enumerate().for_each(|(chunk, to)| {
+                let start = chunk * ROWS;
+                self.arch.dispatch(RowsTask { passes: self, from, products, start, to });
+            });
+            return self.filter_dot(from, to, partials);
+        }
         to.chunks_mut(BLOCK).zip(partials.par_iter_mut()).enumerate().for_each(
             |(block, (to, partial))| {
                 *partial =
@@ -57,20 +70,18 @@ impl<T: Real> Passes<'_, T> {
         block_sum(partials.iter().map(|partial| partial[0]))
     }
 
-    /// c = S c; returns r . c.
+    /// to = S to; returns from . to.
     fn filter_dot(
         &self,
-        residual: &VectorField<T>,
-        preconditioned: &mut VectorField<T>,
+        from: FieldView<'_, T>,
+        to: &mut VectorField<T>,
         partials: &mut [Partial],
     ) -> f64 {
-        let residual = FieldView::new(residual);
-        preconditioned.chunks_mut(BLOCK).zip(partials.par_iter_mut()).enumerate().for_each(
-            |(block, (to, partial))| {
-                let task = FilterTask { filter: self.filter, residual, block, to };
-                *partial = self.arch.dispatch(task);
-            },
-        );
+        let blocks = to.chunks_mut(BLOCK).zip(partials.par_iter_mut()).enumerate();
+        blocks.with_min_len(SHORT).for_each(|(block, (to, partial))| {
+            let task = FilterTask { filter: self.filter, from, block, to };
+            *partial = self.arch.dispatch(task);
+        });
         block_sum(partials.iter().map(|partial| partial[0]))
     }
 
@@ -91,13 +102,12 @@ impl<T: Real> Passes<'_, T> {
             direction.chunks_mut(BLOCK),
             direction_image.chunks_mut(BLOCK),
         );
-        blocks.into_par_iter().zip(partials.par_iter_mut()).enumerate().for_each(
-            |(block, ((y, r, c, p, q), partial))| {
-                let (alpha, beta) = (T::from_f64(alpha), T::from_f64(beta));
-                let task = UpdateTask { passes: self, image, block, alpha, beta, y, r, c, p, q };
-                *partial = self.arch.dispatch(task);
-            },
-        );
+        let blocks = blocks.into_par_iter().zip(partials.par_iter_mut()).enumerate();
+        blocks.with_min_len(SHORT).for_each(|(block, ((y, r, c, p, q), partial))| {
+            let (alpha, beta) = (T::from_f64(alpha), T::from_f64(beta));
+            let task = UpdateTask { passes: self, image, block, alpha, beta, y, r, c, p, q };
+            *partial = self.arch.dispatch(task);
+        });
         [0, 1].map(|which| block_sum(partials.iter().map(|partial| partial[which])))
     }
 }
@@ -127,7 +137,7 @@ pub(super) fn iterate<T: Real>(
         if let Some(schwarz) = &mut schwarz {
             let [_, _, residual, preconditioned, ..] = fields;
             schwarz.apply(residual, preconditioned, passes.arch);
-            gamma = passes.filter_dot(residual, preconditioned, partials);
+            gamma = passes.filter_dot(FieldView::new(residual), preconditioned, partials);
         }
         progress.end(square.sqrt());
     }
@@ -157,10 +167,30 @@ impl<T: Real> NullaryFnOnce for ApplyTask<'_, '_, T> {
     }
 }
 
-/// c = S c on one block, compiled for each instruction set; gives r . c.
+/// to = A from on some rows, compiled for each instruction set.
+struct RowsTask<'a, 'b, T> {
+    passes: &'a Passes<'a, T>,
+    from: FieldView<'a, T>,
+    products: &'a [[T; 3]],
+    start: usize,
+    to: [&'b mut [T]; 3],
+}
+
+impl<T: Real> NullaryFnOnce for RowsTask<'_, '_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(mut self) {
+        let Passes { matrix, springs, count, .. } = self.passes;
+        let vector = (self.from, self.products);
+        matrix_apply::rows(matrix, springs, vector, (self.start, *count), &mut self.to);
+    }
+}
+
+/// to = S to on one block, compiled for each instruction set; gives from . to.
 struct FilterTask<'a, 'b, T> {
     filter: Filter<'a, T>,
-    residual: FieldView<'a, T>,
+    from: FieldView<'a, T>,
     block: usize,
     to: [&'b mut [T]; 3],
 }
@@ -172,8 +202,8 @@ impl<T: Real> NullaryFnOnce for FilterTask<'_, '_, T> {
     fn call(mut self) -> Partial {
         self.filter.apply(self.block, &mut self.to);
         let [x, y, z] = &self.to;
-        let r = self.residual.range((self.block * BLOCK) as isize, x.len());
-        [block_dot(r, [x, y, z]), 0.0]
+        let from = self.from.range((self.block * BLOCK) as isize, x.len());
+        [block_dot(from, [x, y, z]), 0.0]
     }
 }
 

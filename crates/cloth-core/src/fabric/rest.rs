@@ -62,6 +62,20 @@ pub struct RestHinge {
     pub stiffness: f64,
 }
 
+impl RestTriangle {
+    /// Takes the folds that say nothing of this triangle, which are a third on regular meshes, and the vertices beyond them out of its patch:
+    /// they would only make the matrix larger.
+    fn leave_idle(&mut self) {
+        let [a, b, c] = self.vertices;
+        for (far, corner) in [b, a, c, b, a, c].into_iter().enumerate() {
+            let fold = 3 + far;
+            if self.bending.map.iter().all(|row| row[fold] == 0.0) {
+                (self.patch[6 + far], self.folds[fold]) = (corner, NONE);
+            }
+        }
+    }
+}
+
 impl RestShape {
     /// From pattern coordinates \[m\], u along the warp. Rest angles are zero: the cloth was cut from flat fabric.
     ///
@@ -222,6 +236,7 @@ impl RestShape {
             triangle.bending =
                 CurvatureStiffness::new(triangle.state.area, &plate, &fits[t], &sides, &beyond);
             (triangle.patch, triangle.folds) = (patch, folds);
+            triangle.leave_idle();
         }
         for rest in &mut hinges {
             let sides = [side(rest, 0), side(rest, 1)];

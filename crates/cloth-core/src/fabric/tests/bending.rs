@@ -2,7 +2,7 @@ use proptest::prelude::*;
 
 use super::{
     super::{
-        BendingRigidity, FOLDS, RestShape,
+        BendingRigidity, FOLDS, RestShape, RestTriangle,
         hinge::{difference_of_angles, energy_and_moment, fold},
         vector::{Vector, cross},
     },
@@ -107,11 +107,20 @@ fn triangle_folds(folds: &[f64], hinges: [u32; FOLDS]) -> [f64; FOLDS] {
     hinges.map(|h| if h == NONE { 0.0 } else { folds[h as usize] })
 }
 
+/// Whether a triangle and the three around it have all their neighbours. (A fold may also be none because it says nothing of a triangle.)
+fn has_neighbours(shape: &RestShape, triangle: &RestTriangle) -> bool {
+    let is_whole = |triangle: &RestTriangle| !triangle.hinges.contains(&NONE);
+    let hinges = triangle.hinges.iter().filter_map(|&h| shape.hinges.get(h as usize));
+    let mut beside = hinges.flat_map(|hinge| hinge.triangles);
+    let is_there = |t: u32| shape.triangles.get(t as usize).is_some_and(is_whole);
+    is_whole(triangle) && beside.all(is_there)
+}
+
 /// Energy of the triangles with all folds over their area at rest \[J/m^2\].
 fn inner_energy(shape: &RestShape, positions: &[[f64; 3]]) -> f64 {
     let folds = folds(shape, positions);
     let [mut energy, mut area] = [0.0; 2];
-    for triangle in shape.triangles.iter().filter(|triangle| !triangle.folds.contains(&NONE)) {
+    for triangle in shape.triangles.iter().filter(|triangle| has_neighbours(shape, triangle)) {
         energy += triangle.bending.energy(triangle_folds(&folds, triangle.folds));
         area += triangle.state.area;
     }
@@ -320,7 +329,7 @@ fn a_plate_of_constant_curvature_is_in_equilibrium_on_every_mesh() {
                     size[vertex as usize] += force[2].abs();
                 }
             }
-            if triangle.folds.contains(&NONE) {
+            if !has_neighbours(&shape, triangle) {
                 triangle.patch.iter().for_each(|&vertex| is_inside[vertex as usize] = false);
             }
         }

@@ -1,4 +1,4 @@
-//! The garments that ship: sewn, welded, and without one intersection.
+//! The scenes that ship, garments sewn and welded among them, without one intersection.
 //!
 //! `CLOTH_PICTURES=FOLDER` keeps pictures of every tenth frame, and runs the scenes to their end.
 
@@ -13,12 +13,17 @@ use cloth::{
     scene::{CompileOptions, Scene},
 };
 
-/// Runs a scene for so many frames; the simulation at its end.
+/// Runs a garment for so many frames; the simulation at its end.
 fn run(file: &str, frames: u64) -> Simulation {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cloth-scene/scenes/garments");
     let path = std::env::var("CLOTH_GARMENT").map_or_else(|_| folder.join(file), Into::into);
     let options = CompileOptions { mesh_anywhere: true, ..CompileOptions::default() };
-    let scene = Scene::read(&path).unwrap().compile(&options).unwrap();
+    audited((file, Scene::read(&path).unwrap()), &options, frames)
+}
+
+/// Runs a scene for so many frames, each of which is audited; the simulation at its end.
+fn audited((file, scene): (&str, Scene), options: &CompileOptions, frames: u64) -> Simulation {
+    let scene = scene.compile(options).unwrap();
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     let pictures = std::env::var_os("CLOTH_PICTURES");
     let frames = if pictures.is_some() { u64::from(scene.frames) } else { frames };
@@ -34,7 +39,8 @@ fn run(file: &str, frames: u64) -> Simulation {
         simulation.step().unwrap();
         let found = simulation.intersections(&audit).unwrap();
         let frame = simulation.frame();
-        assert_eq!((found.within, found.bodies), (0, 0), "{file} {frame}: {:?}", found.first);
+        let counts = (found.within, found.between, found.bodies);
+        assert_eq!(counts, (0, 0, 0), "{file} {frame}: {:?}", found.first);
     }
     simulation
 }
@@ -72,6 +78,21 @@ fn sewn(mut simulation: Simulation) -> Vec<[f64; 3]> {
     let found = simulation.intersections(&audit).unwrap();
     assert_eq!(found.within, 0, "{:?}", found.first);
     simulation.state().unwrap().positions.clone()
+}
+
+/// As far as something lands on something; `cloth run NAME --audit` shows all frames.
+#[test]
+fn built_in_scenes_go_through_nothing() {
+    for (name, frames) in [
+        ("drape", 40),
+        ("tablecloth", 30),
+        ("napkins", 30),
+        ("stack", 45),
+        ("flag", 40),
+        ("curtain", 185),
+    ] {
+        audited((name, Scene::builtin(name).unwrap()), &CompileOptions::default(), frames);
+    }
 }
 
 #[test]
