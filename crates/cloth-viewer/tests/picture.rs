@@ -4,7 +4,7 @@
 
 use cloth::{
     io::{Camera, Picture, PictureCloth, PictureScene},
-    scene::{CompileOptions, Scene, SceneGeometry},
+    scene::{CompileOptions, Scene, SceneContact, SceneContactResponse, SceneGeometry, SceneModel},
 };
 use cloth_viewer::{ClipOptions, Gpu, Overlays, Source, Studio};
 use image::RgbImage;
@@ -33,8 +33,21 @@ fn drape() -> Scene {
 }
 
 fn studio(gpu: &Gpu, backend: &str, overlays: Overlays) -> Studio {
-    let source = Source::Scene(Box::new(drape()), CompileOptions::default());
+    studio_of(drape(), gpu, backend, overlays)
+}
+
+fn studio_of(scene: Scene, gpu: &Gpu, backend: &str, overlays: Overlays) -> Studio {
+    let source = Source::Scene(Box::new(scene), CompileOptions::default());
     Studio::new(gpu, source, &options(backend, overlays)).unwrap()
+}
+
+/// The same cloth of springs, with contact of points: all that overlays show.
+fn drape_of_springs() -> Scene {
+    let mut scene = drape();
+    scene.cloths[0].model = Some(SceneModel::Springs);
+    let response = SceneContactResponse::Impulse { friction: 0.3, restitution: 0.0 };
+    scene.contact = Some(SceneContact { distance: 0.03, response });
+    scene
 }
 
 /// Share of pixels with this property.
@@ -194,7 +207,7 @@ fn a_rope_is_a_line() {
 fn overlays_change_the_picture_as_they_should() {
     let gpu = Gpu::headless(None).unwrap();
     let picture = |overlays| {
-        let mut studio = studio(&gpu, "cpu", overlays);
+        let mut studio = studio_of(drape_of_springs(), &gpu, "cpu", overlays);
         for _ in 0..12 {
             studio.step().unwrap();
         }

@@ -182,8 +182,17 @@ mod tests {
 
     use super::*;
 
+    /// A flag of springs.
+    const FLAG: &str = r#"
+        name = "flag"
+        [[cloth]]
+        name = "flag"
+        geometry.grid = { columns = 61, rows = 41, spacing = 0.025 }
+        material = { preset = "jet-set", mass.per_area = 0.2, stretch.stiffness = 80, shear.stiffness = 40, bend = { stiffness = 25, damping = 0.015 } }
+    "#;
+
     fn flag() -> (Scene, ClothSettings) {
-        let scene = Scene::builtin("flag").unwrap();
+        let scene = Scene::from_toml(FLAG, "flag.toml").unwrap();
         let compiled = scene.compile(&CompileOptions::default()).unwrap();
         let settings = ClothSettings::new(&scene.cloths[0], &compiled.cloths[0]);
         (scene, settings)
