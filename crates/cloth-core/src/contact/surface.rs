@@ -270,8 +270,8 @@ impl ContactSurface {
         let mut shared = [0_u8; 3];
         for k in 0..3 {
             let own = class(corners_a[k]);
-            for l in 0..3 {
-                shared[k] |= u8::from(own == classes_b[l]) << l;
+            for (l, other) in classes_b.iter().enumerate() {
+                shared[k] |= u8::from(own == *other) << l;
             }
         }
         let of_second = shared[0] | shared[1] | shared[2];
