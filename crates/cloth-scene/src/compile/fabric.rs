@@ -139,7 +139,10 @@ fn base(
         place: check.place(&what),
         source: ModelError::from(error),
     })?;
-    notes.extend(fit_note(&cloth.name, &name, &report));
+    // What was not measured of a preset is what `cloth fabrics NAME` says.
+    if material.sheet.is_some() {
+        notes.extend(fit_note(&cloth.name, &name, &report));
+    }
     Ok(Fabric { damping: USUAL_DAMPING, ..fabric })
 }
 
