@@ -154,8 +154,13 @@ impl DistanceGridPlan {
     /// The same solid with a skin of this thickness \[m\] around it, which only distances know of.
     ///
     /// # Errors
-    /// [`RigidError`] for more samples than fit.
+    /// [`RigidError`] for a skin thicker than the grid is long, and for more samples than fit.
     pub fn with_skin(self, skin: f64) -> Result<Self, RigidError> {
+        let longest = self.lattice.size.iter().copied().max().unwrap_or(0);
+        let most = self.lattice.spacing * f64::from(longest);
+        if skin > most {
+            return Err(RigidError::ThickSkin { name: self.name, skin, most });
+        }
         let cells = (skin / self.lattice.spacing).ceil().max(0.0);
         let lattice = Lattice {
             origin: self.lattice.origin.map(|value| value - cells * self.lattice.spacing),

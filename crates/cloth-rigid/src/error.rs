@@ -73,6 +73,18 @@ pub enum RigidError {
         /// The collider.
         name: String,
     },
+    /// A skin is thicker than the grid of its solid is long.
+    #[error(
+        "the skin of {name:?} is {skin} m thick, and all of its grid {most} m long: give a thinner one"
+    )]
+    ThickSkin {
+        /// The solid.
+        name: String,
+        /// Thickness \[m\].
+        skin: f64,
+        /// The largest that is taken \[m\].
+        most: f64,
+    },
     /// A number that must be finite, or above zero, is not.
     #[error("{what} of {name:?} is {value}: give a finite number{}", if *positive { " above zero" } else { "" })]
     Number {

@@ -241,7 +241,7 @@ fn an_animation_keeps_its_faces() {
     assert!(matches!(error, RigidError::TooManySamples { sets: 40, .. }), "{error}");
     let plan = DistanceGridPlan::new("b", &cuboid([1.0; 3]), (16, 0.1)).unwrap();
     let error = plan.with_skin(1e12).unwrap_err();
-    assert!(matches!(error, RigidError::TooManySamples { sets: 1, .. }), "{error}");
+    assert!(matches!(error, RigidError::ThickSkin { .. }), "{error}");
 }
 
 fn brick(shape: RigidShape, place: [f64; 3], velocity: [f64; 3]) -> RigidBody {
