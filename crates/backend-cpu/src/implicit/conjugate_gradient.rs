@@ -63,8 +63,9 @@ impl<T: Real> Passes<'_, T> {
         }
         to.chunks_mut(BLOCK).zip(partials.par_iter_mut()).enumerate().for_each(
             |(block, (to, partial))| {
-                *partial =
-                    self.arch.dispatch(ApplyTask { passes: self, from, products, block, to });
+                let start = block * BLOCK;
+                let rows = RowsTask { passes: self, from, products, start, to };
+                *partial = self.arch.dispatch(ApplyTask(rows));
             },
         );
         block_sum(partials.iter().map(|partial| partial[0]))
@@ -143,30 +144,6 @@ pub(super) fn iterate<T: Real>(
     }
 }
 
-/// to = S A from on one block, compiled for each instruction set; gives from . to.
-struct ApplyTask<'a, 'b, T> {
-    passes: &'a Passes<'a, T>,
-    from: FieldView<'a, T>,
-    products: &'a [[T; 3]],
-    block: usize,
-    to: [&'b mut [T]; 3],
-}
-
-impl<T: Real> NullaryFnOnce for ApplyTask<'_, '_, T> {
-    type Output = Partial;
-
-    #[inline(always)]
-    fn call(mut self) -> Partial {
-        let Passes { matrix, springs, filter, count, .. } = self.passes;
-        let start = self.block * BLOCK;
-        let vector = (self.from, self.products);
-        matrix_apply::rows(matrix, springs, vector, (start, *count), &mut self.to);
-        filter.apply(self.block, &mut self.to);
-        let [x, y, z] = &self.to;
-        [block_dot(self.from.range(start as isize, x.len()), [x, y, z]), 0.0]
-    }
-}
-
 /// to = A from on some rows, compiled for each instruction set.
 struct RowsTask<'a, 'b, T> {
     passes: &'a Passes<'a, T>,
@@ -176,14 +153,36 @@ struct RowsTask<'a, 'b, T> {
     to: [&'b mut [T]; 3],
 }
 
+impl<T: Real> RowsTask<'_, '_, T> {
+    #[inline(always)]
+    fn run(&mut self) {
+        let Passes { matrix, springs, count, .. } = self.passes;
+        let vector = (self.from, self.products);
+        matrix_apply::rows(matrix, springs, vector, (self.start, *count), &mut self.to);
+    }
+}
+
 impl<T: Real> NullaryFnOnce for RowsTask<'_, '_, T> {
     type Output = ();
 
     #[inline(always)]
     fn call(mut self) {
-        let Passes { matrix, springs, count, .. } = self.passes;
-        let vector = (self.from, self.products);
-        matrix_apply::rows(matrix, springs, vector, (self.start, *count), &mut self.to);
+        self.run();
+    }
+}
+
+/// to = S A from on the rows of a block, compiled for each instruction set; gives from . to.
+struct ApplyTask<'a, 'b, T>(RowsTask<'a, 'b, T>);
+
+impl<T: Real> NullaryFnOnce for ApplyTask<'_, '_, T> {
+    type Output = Partial;
+
+    #[inline(always)]
+    fn call(mut self) -> Partial {
+        self.0.run();
+        let RowsTask { passes, from, start, to, .. } = self.0;
+        let block = start / BLOCK;
+        FilterTask { filter: passes.filter, from, block, to }.call()
     }
 }
 

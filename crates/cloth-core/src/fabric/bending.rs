@@ -59,17 +59,6 @@ pub struct Folds<T> {
     pub differences: [T; FOLDS],
 }
 
-/// What a triangle adds to the matrix and the right-hand side of an implicit step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BendingTangent<T> {
-    /// Derivatives of the three curvatures by the vertices \[1/m^2\].
-    gradients: [[Vector<T>; PATCH]; 3],
-    /// (h^2 + h beta) A D times these.
-    moments: [[Vector<T>; PATCH]; 3],
-    /// What it adds to the right-hand side at the vertices \[N s\].
-    pub impulses: [Vector<T>; PATCH],
-}
-
 impl<T: Real> Folds<T> {
     /// The folds of a patch with these vertices \[m\].
     #[inline(always)]
@@ -93,12 +82,6 @@ impl<T: Real> Folds<T> {
         std::array::from_fn(rate)
     }
 
-    /// The sum of the derivatives of the folds by the vertices \[1/m\], each times its share.
-    #[inline(always)]
-    fn gradients(&self, shares: &[T; FOLDS]) -> [Vector<T>; PATCH] {
-        self.forces(shares.map(|share| -share))
-    }
-
     /// Forces of these moments \[N m\] on the vertices \[N\]: for each minus the sum of moment times gradient over its folds.
     #[inline(always)]
     #[must_use]
@@ -117,73 +100,9 @@ impl<T: Real> Folds<T> {
     }
 }
 
-/// Forces on the vertices of a patch \[N\], dampers included, for their positions \[m\] and velocities \[m/s\].
-#[inline(always)]
-#[must_use]
-pub fn patch_forces<T: Real>(
-    patch: [Vector<T>; PATCH],
-    velocities: [Vector<T>; PATCH],
-    rest: &BendingRest<T>,
-) -> [Vector<T>; PATCH] {
-    let folds = Folds::new(patch, rest);
-    let mut bent = folds.differences;
-    if rest.damping > T::ZERO {
-        let rates = folds.rates(velocities);
-        bent = std::array::from_fn(|edge| bent[edge] + rest.damping * rates[edge]);
-    }
-    folds.forces(rest.stiffness.moments(bent))
-}
-
 /// Energy of a patch \[J\].
 #[inline(always)]
 #[must_use]
 pub fn energy<T: Real>(patch: [Vector<T>; PATCH], rest: &BendingRest<T>) -> T {
     rest.stiffness.energy(Folds::new(patch, rest).differences)
-}
-
-impl<T: Real> BendingTangent<T> {
-    /// For a substep of `length` \[s\]. `from_start` says that the step starts from the present velocities: then the forces change
-    /// along the way, by -h^2 K v.
-    #[inline(always)]
-    #[must_use]
-    pub fn new(
-        patch: [Vector<T>; PATCH],
-        velocities: [Vector<T>; PATCH],
-        rest: &BendingRest<T>,
-        length: T,
-        from_start: bool,
-    ) -> Self {
-        let folds = Folds::new(patch, rest);
-        let rates = folds.rates(velocities);
-        let damped = length * rest.damping;
-        let along = if from_start { length * length + damped } else { damped };
-        let bent: [T; FOLDS] =
-            std::array::from_fn(|edge| length * folds.differences[edge] + along * rates[edge]);
-        let weight = length * length + damped;
-        let gradients = rest.stiffness.map.map(|row| folds.gradients(&row));
-        let [d11, d22, d12, d66] = rest.stiffness.plate.map(|entry| weight * entry);
-        let [a, b, c] = &gradients;
-        let zero = [T::ZERO; 3];
-        let moments = [
-            std::array::from_fn(|k| combination(a[k], d11, b[k], d12)),
-            std::array::from_fn(|k| combination(a[k], d12, b[k], d22)),
-            std::array::from_fn(|k| combination(zero, T::ONE, c[k], d66)),
-        ];
-        let impulses = folds.forces(rest.stiffness.moments(bent));
-        Self { gradients, moments, impulses }
-    }
-
-    /// The block of two places of the patch \[kg\], row by row: the sum over the curvatures of gradient times moment. All blocks together are
-    /// symmetric and positive semi-definite.
-    #[inline(always)]
-    #[must_use]
-    pub fn block(&self, a: usize, b: usize) -> [Vector<T>; 3] {
-        let mut block = [[T::ZERO; 3]; 3];
-        for (gradient, moment) in self.gradients.iter().zip(&self.moments) {
-            for (row, entry) in block.iter_mut().zip(gradient[a]) {
-                *row = combination(*row, T::ONE, moment[b], entry);
-            }
-        }
-        block
-    }
 }
