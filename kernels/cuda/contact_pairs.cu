@@ -147,16 +147,11 @@ __device__ __forceinline__ void triangles_compare(const Solver& s, const Triangl
     }
 }
 
-__device__ __forceinline__ void groups_compare(const Solver& s, const TrianglePairs& t, uint group, uint other) {
-    for (uint k = 0; k < SLOTS; k++) {
-        uint slot = SLOTS * group + k;
-        if (triangle_word(t, slot, 0) == NO_TRIANGLE) return;
-        Bounds bounds = t.boxes[slot];
-        for (uint l = group == other ? k + 1 : 0; l < SLOTS; l++) {
-            uint slot_other = SLOTS * other + l;
-            if (triangle_word(t, slot_other, 0) == NO_TRIANGLE) break;
-            if (!bounds_are_apart(bounds, t.boxes[slot_other], t.task.reach)) triangles_compare(s, t, slot, slot_other);
-        }
+// The pairs of a triangle and those of a group, if these come later.
+__device__ __forceinline__ void group_compare(const Solver& s, const TrianglePairs& t, uint slot, const Bounds& own, uint group) {
+    for (uint other = max(SLOTS * group, slot + 1); other < SLOTS * (group + 1); other++) {
+        if (triangle_word(t, other, 0) == NO_TRIANGLE) return;
+        if (!bounds_are_apart(own, t.boxes[other], t.task.reach)) triangles_compare(s, t, slot, other);
     }
 }
 
@@ -166,13 +161,12 @@ __device__ __forceinline__ uint last_group(uint node, uint count) {
     return node - count;
 }
 
-// All pairs of features whose boxes are closer than the reach, a thread for each group of cloths. Their order has no meaning.
+// All pairs of features whose boxes are closer than the reach, a thread for each triangle of cloths. Their order has no meaning.
 extern "C" __global__ void contact_pairs_list(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
-    uint group = blockIdx.x * blockDim.x + threadIdx.x;
-    uint count = t.task.group_count;
-    if (group >= t.task.own_group_count) return;
-    Bounds own = t.boxes[node_place(t, count + group)];
-    if (bounds_is_empty(own)) return;
+    uint slot = blockIdx.x * blockDim.x + threadIdx.x;
+    uint count = t.task.group_count, group = slot / SLOTS;
+    if (group >= t.task.own_group_count || triangle_word(t, slot, 0) == NO_TRIANGLE) return;
+    Bounds own = t.boxes[slot];
     // One node of each level waits at most, and the root.
     uint waiting[34];
     uint depth = 1;
@@ -182,8 +176,7 @@ extern "C" __global__ void contact_pairs_list(const __grid_constant__ Solver s, 
         Bounds bounds = t.boxes[node_place(t, node)];
         if (bounds_is_empty(bounds) || bounds_are_apart(own, bounds, t.task.reach)) continue;
         if (node >= count) {
-            // Each two groups once.
-            if (node - count >= group) groups_compare(s, t, group, node - count);
+            group_compare(s, t, slot, own, node - count);
             continue;
         }
         if (last_group(2 * node + 1, count) >= group) waiting[depth++] = 2 * node + 1;

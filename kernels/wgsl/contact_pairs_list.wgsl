@@ -1,5 +1,5 @@
 // NUMERICS section 15, contact_pairs: all pairs of features whose boxes, around both sets of positions, are closer than the reach, one thread for
-// each group of triangles of cloths. Their order has no meaning.
+// each triangle of cloths. Their order has no meaning.
 //!include model pair_task pair_references pair_box surface pair_boxes pair_list pair_results
 
 // Pairs of a list at most.
@@ -70,21 +70,14 @@ fn triangles_compare(a: u32, b: u32) {
     }
 }
 
-fn groups_compare(group: u32, other: u32) {
-    for (var k = 0u; k < SLOTS; k += 1u) {
-        let slot = SLOTS * group + k;
-        if triangle_word(slot, 0u) == NO_TRIANGLE {
+// The pairs of a triangle and those of a group, if these come later.
+fn group_compare(slot: u32, own: Box, group: u32) {
+    for (var other = max(SLOTS * group, slot + 1u); other < SLOTS * (group + 1u); other += 1u) {
+        if triangle_word(other, 0u) == NO_TRIANGLE {
             return;
         }
-        let bounds = stored_box(slot);
-        for (var l = select(0u, k + 1u, group == other); l < SLOTS; l += 1u) {
-            let slot_other = SLOTS * other + l;
-            if triangle_word(slot_other, 0u) == NO_TRIANGLE {
-                break;
-            }
-            if !box_is_apart(bounds, stored_box(slot_other), pair_task.reach) {
-                triangles_compare(slot, slot_other);
-            }
+        if !box_is_apart(own, stored_box(other), pair_task.reach) {
+            triangles_compare(slot, other);
         }
     }
 }
@@ -94,15 +87,13 @@ fn main(
     @builtin(global_invocation_id) id: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
-    let group = particle_index(id, groups);
+    let slot = particle_index(id, groups);
+    let group = slot / SLOTS;
     let count = pair_task.group_count;
-    if group >= pair_task.own_group_count {
+    if group >= pair_task.own_group_count || triangle_word(slot, 0u) == NO_TRIANGLE {
         return;
     }
-    let own = stored_box(node_place(count + group));
-    if box_is_empty(own) {
-        return;
-    }
+    let own = stored_box(slot);
     // One node of each level waits at most, and the root.
     var waiting: array<u32, 34>;
     waiting[0] = 1u;
@@ -115,10 +106,7 @@ fn main(
             continue;
         }
         if node >= count {
-            // Each two groups once.
-            if node - count >= group {
-                groups_compare(group, node - count);
-            }
+            group_compare(slot, own, node - count);
             continue;
         }
         let level = firstLeadingBit(count) - firstLeadingBit(2u * node + 1u);

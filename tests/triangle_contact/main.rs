@@ -3,6 +3,7 @@
 mod bits;
 mod bodies;
 mod pairs;
+mod pinched;
 mod rig;
 mod scenes;
 mod stages;

@@ -9,7 +9,7 @@ use cloth_core::{
     ColliderImpulse, Colouring, ContactStatistics, ForceControl, Kernels, LinearVector, Measures,
     Model, NewtonStart, PinWrite, Preconditioner, Result, SolverConfig, SpringColouring, StageTime,
     State,
-    contact::Contacts,
+    contact::{Contacts, Ghost},
     stepper::{self, FramePlan, Substep},
 };
 
@@ -106,7 +106,7 @@ impl ReferenceKernels {
             controls: Controls::default(),
             pairs: Vec::new(),
             contacts: ContactStatistics::default(),
-            triangles: TriangleContact::new(&model),
+            triangles: TriangleContact::new(&model, config.pinch),
             proven: None,
             start: (Vec::new(), false),
             impulses: vec![Impulse::default(); model.colliders().len()],
@@ -154,6 +154,7 @@ impl Kernels for ReferenceKernels {
         self.start.1 = false;
         if let Some(triangles) = &mut self.triangles {
             triangles.certifier.positions_given();
+            triangles.certifier.ghosts_set(&state.ghosts);
             triangles.set.slips_write(&state.slips);
             triangles.bodies.state_write(&self.model, state);
         }
@@ -167,6 +168,7 @@ impl Kernels for ReferenceKernels {
         out.held = (0..particles.len()).map(|i| u8::from(particles.is_held(i))).collect();
         if let Some(triangles) = &self.triangles {
             triangles.set.slips_read(&mut out.slips);
+            out.ghosts = triangles.certifier.ghosts().to_vec();
         }
         Ok(())
     }
@@ -419,11 +421,26 @@ impl Kernels for ReferenceKernels {
 
     fn contact_statistics(&mut self) -> Result<ContactStatistics> {
         let rebuilds = std::mem::take(&mut self.contacts.rebuilds);
-        let (truncated, exempt) = self.triangles.as_mut().map_or((0, 0), |triangles| {
-            let exempt = triangles.certifier.exempt().len() as u64;
-            (std::mem::take(&mut triangles.truncated), exempt)
-        });
-        Ok(ContactStatistics { rebuilds, truncated, exempt, ..self.contacts })
+        let counts = ContactStatistics { rebuilds, ..self.contacts };
+        Ok(self.triangles.as_mut().map_or(counts, |triangles| ContactStatistics {
+            truncated: std::mem::take(&mut triangles.truncated),
+            exempt: triangles.certifier.exempt().len() as u64,
+            ghosts: triangles.certifier.ghosts().len() as u64,
+            ..counts
+        }))
+    }
+
+    fn ghosts_read(&mut self, out: &mut Vec<Ghost>) {
+        out.clear();
+        out.extend(
+            self.triangles.iter().flat_map(|triangles| triangles.certifier.ghosts()).cloned(),
+        );
+    }
+
+    fn ghosts_write(&mut self, ghosts: &[Ghost]) {
+        if let Some(triangles) = &mut self.triangles {
+            triangles.certifier.ghosts_set(ghosts);
+        }
     }
 
     fn contact_pairs_read(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {

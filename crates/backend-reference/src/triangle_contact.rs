@@ -1,7 +1,7 @@
 //! NUMERICS §15: contact of triangles, by all pairs of features.
 
 use cloth_core::{
-    Model, NewtonStart, Result, SolverConfig,
+    Model, NewtonStart, Pinch, Result, SolverConfig,
     contact::{
         BodyImpulses, BodyMotion, Certifier, ContactLaw, ContactMotion, ContactSet, ContactSurface,
         PairSearch, UnprovenPair, Ways,
@@ -50,14 +50,14 @@ impl PairSearch<f64> for AllPairs<'_> {
 }
 
 impl TriangleContact {
-    pub(crate) fn new(model: &Model) -> Option<Self> {
+    pub(crate) fn new(model: &Model, pinch: Pinch) -> Option<Self> {
         let contact = *model.self_contact().filter(|contact| contact.is_of_triangles())?;
         let surface = ContactSurface::new(model, &contact);
         let (count, nodes) = (model.particle_count(), surface.node_count());
         Some(Self {
             candidates: surface.candidates().count() as u64,
             set: ContactSet::with_nodes(count, nodes),
-            certifier: Certifier::with_nodes(count, nodes),
+            certifier: Certifier::with_nodes(count, nodes).with_ghosts(pinch == Pinch::Ghost),
             bodies: BodyMotion::new(model),
             impulses: BodyImpulses::new(model),
             truncated: 0,
@@ -93,7 +93,7 @@ impl TriangleContact {
         let found = self.surface.candidates();
         let found = found.filter_map(|candidate| self.surface.contact(candidate, position));
         let law = ContactLaw::of(model, config, substep.length);
-        let found = found.collect();
+        let found = found.filter(|stencil| self.certifier.acts(stencil)).collect();
         self.set.stencils_set(law, found);
         let motion = ContactMotion {
             position,

@@ -55,6 +55,11 @@ impl WgpuSolver {
     pub fn slips_read(&mut self, out: &mut Vec<cloth_core::contact::ContactSlip>) {
         self.inner.kernels_mut().stages_mut().slips_read(out);
     }
+
+    /// What bodies have pinched, as in [`State::ghosts`]. `out` is resized.
+    pub fn ghosts_read(&mut self, out: &mut Vec<cloth_core::contact::Ghost>) {
+        self.inner.kernels_mut().stages_mut().ghosts_read(out);
+    }
 }
 
 impl Solver for WgpuSolver {

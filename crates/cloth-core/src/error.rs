@@ -87,7 +87,7 @@ pub enum Error {
     /// A collider presses cloth against something that does not give way.
     #[error(
         "cloth is pinched by collider {collider:?} at ({:.4}, {:.4}, {:.4}) m, and cannot make way: let it come more slowly, or keep it \
-         further from other bodies and from cloth that is held", place[0], place[1], place[2]
+         further from other bodies and from cloth that is held, or let it go through what it pinches with `pinch = \"ghost\"` in [contact]", place[0], place[1], place[2]
     )]
     PinchedByBody {
         /// Name of the collider.
@@ -516,6 +516,14 @@ pub enum ModelError {
         "control: a force on particle {particle}, but there are {particles}: correct the index"
     )]
     ForceOutOfRange {
+        /// The index given.
+        particle: u32,
+        /// Particles there are.
+        particles: usize,
+    },
+    /// A state names a particle as pinched that does not exist.
+    #[error("state: particle {particle} is pinched, but there are {particles}: correct the index")]
+    GhostOutOfRange {
         /// The index given.
         particle: u32,
         /// Particles there are.

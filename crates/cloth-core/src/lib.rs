@@ -36,8 +36,8 @@ pub use audit::Audit;
 pub use backend::{Backend, BackendInfo, FormChoice, Frame, Solver};
 pub use config::{
     AdaptiveSettings, ImplicitSettings, Integrator, LinearMethod, LinearSettings, LinearStop,
-    MatrixForm, MidpointSettings, NewtonSettings, Precision, Preconditioner, SemiImplicitSettings,
-    SemiImplicitSolve, SolverConfig, StrainLimit, TimeStepControl,
+    MatrixForm, MidpointSettings, NewtonSettings, Pinch, Precision, Preconditioner,
+    SemiImplicitSettings, SemiImplicitSolve, SolverConfig, StrainLimit, TimeStepControl,
 };
 pub use control::{
     Anchor, AnchorSpring, ColliderControl, Control, ControlStart, ForceControl, PinAction,

@@ -24,6 +24,8 @@ pub struct StepReport {
     pub contact_truncated: u64,
     /// Pairs of features of cloth that went through cloth from the start, which contact of triangles leaves out of its proof.
     pub contact_exempt: u64,
+    /// Particles that bodies have pinched, and that are left inside of them ([`Pinch::Ghost`](crate::Pinch::Ghost)).
+    pub contact_ghosts: u64,
     /// Figures of the state at the end of the frame.
     pub measures: Measures,
     /// How cloth lies at the end of the frame. Whoever downloads the state may fill it in; a

@@ -1,6 +1,10 @@
 //! What changes from step to step.
 
-use crate::{Model, ModelError, Pose, contact::ContactSlip, error::finite_all};
+use crate::{
+    Model, ModelError, Pose,
+    contact::{ContactSlip, Ghost},
+    error::finite_all,
+};
 
 /// Positions and velocities of all particles at one time.
 ///
@@ -26,6 +30,8 @@ pub struct State {
     pub colliders: Vec<Pose>,
     /// What friction between triangles remembers: how far contacts have slipped, ascending by key.
     pub slips: Vec<ContactSlip>,
+    /// What bodies have pinched, ascending by particle.
+    pub ghosts: Vec<Ghost>,
 }
 
 impl State {
@@ -64,6 +70,16 @@ impl State {
         }
         for (i, pose) in self.colliders.iter().enumerate() {
             pose.validate(|| format!("collider {i}"))?;
+        }
+        for ghost in &self.ghosts {
+            let particle = ghost.particle;
+            if particle as usize >= particles {
+                return Err(ModelError::GhostOutOfRange { particle, particles });
+            }
+            for anchor in &ghost.anchors {
+                finite_all(|| format!("weights of ghost {particle}"), &anchor.weights)?;
+                finite_all(|| format!("height of ghost {particle}"), &[anchor.height])?;
+            }
         }
         for (i, slip) in self.slips.iter().enumerate() {
             finite_all(|| format!("slip of contact {i}"), &slip.slip)?;

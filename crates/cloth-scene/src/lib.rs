@@ -39,11 +39,11 @@ pub use scene::{
     SceneGeometry, SceneGrid, SceneGust, SceneImplicit, SceneInflation, SceneJoint, SceneKeyframe,
     SceneMass, SceneMaterial, SceneMesh, SceneMeshing, SceneMidpoint, SceneModel, SceneNetwork,
     SceneOrigin, ScenePanel, ScenePanels, ScenePattern, ScenePatternSource, ScenePhase, ScenePiece,
-    ScenePin, ScenePinAttribute, ScenePrecision, ScenePrototype, SceneRigid, SceneRigidJoint,
-    SceneRigidJointKind, SceneRigidShape, SceneRotation, SceneSeam, SceneSeamEnd, SceneSeamPoint,
-    SceneSemiImplicit, SceneShape, SceneSimulation, SceneSolidMesh, SceneSolver, SceneSpring,
-    SceneSpringClass, SceneStart, SceneStencil, SceneStrainLimit, SceneTriangles, SceneView,
-    SceneWind,
+    ScenePin, ScenePinAttribute, ScenePinch, ScenePrecision, ScenePrototype, SceneRigid,
+    SceneRigidJoint, SceneRigidJointKind, SceneRigidShape, SceneRotation, SceneSeam, SceneSeamEnd,
+    SceneSeamPoint, SceneSemiImplicit, SceneShape, SceneSimulation, SceneSolidMesh, SceneSolver,
+    SceneSpring, SceneSpringClass, SceneStart, SceneStencil, SceneStrainLimit, SceneTriangles,
+    SceneView, SceneWind,
 };
 pub use schema::{scene_reference, scene_schema};
 pub use timeline::Timeline;

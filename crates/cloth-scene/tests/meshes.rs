@@ -79,6 +79,7 @@ fn the_memory_of_a_mesh_is_estimated_from_its_vertices() {
         scene.contact = Some(SceneContact {
             distance: 0.5,
             response: SceneContactResponse::Impulse { friction: 0.0, restitution: 0.0 },
+            pinch: Default::default(),
         });
         scene.simulation.time_step = Some(1e-3);
         let estimate = scene.memory_estimate(&CompileOptions::default());

@@ -3,8 +3,9 @@
 //! Layout, little endian: magic `CLOTHCKP`, version u32, bits of the precision u32, fingerprint of
 //! the model u64, frame u64, step u64, time \[s\] f64, particle count n u64, collider count c u64,
 //! halvings of the adaptive time step u32, good substeps in a row u32 (both not in version 1), size r of the
-//! rigid bodies in bytes u64 (not in versions 1 and 2), fingerprint of the colliders u64 (not in versions 1 to 3), number of slips s of contacts u64 (not in versions 1 to 4);
-//! n positions \[m\] and n velocities \[m/s\] of 3 x f64, n held flags u8, c poses of 7 x f64, s slips (kind, first and second number of the contact u32, slip \[m\] 3 x f64), r bytes of
+//! rigid bodies in bytes u64 (not in versions 1 and 2), fingerprint of the colliders u64 (not in versions 1 to 3), number of slips s of contacts u64 (not in versions 1 to 4), number of ghosts g u64 (not in versions 1 to 5);
+//! n positions \[m\] and n velocities \[m/s\] of 3 x f64, n held flags u8, c poses of 7 x f64, s slips (kind, first and second number of the contact u32, slip \[m\] 3 x f64),
+//! g ghosts (particle u32, whether it is guided u32, two anchors: nodes 3 x u32, whether there is one u32, weights 3 x f64, height \[m\] f64), r bytes of
 //! [`RigidWorld::snapshot`](cloth_rigid::RigidWorld::snapshot); CRC-32 of all that u32. Version 3 has a number of rigid bodies in
 //! place of r, and 13 x f64 for each, from which they cannot go on.
 
@@ -15,18 +16,22 @@ use std::{
 
 use cloth_core::{
     Model, ModelError, Pose, Precision, State,
-    contact::{ContactKey, ContactKind, ContactSlip},
+    contact::{ContactKey, ContactKind, ContactSlip, Ghost, GhostAnchor},
 };
 use cloth_io::{file_open, file_replace};
 
 const MAGIC: &[u8; 8] = b"CLOTHCKP";
 /// Size of the header by version, from 1.
-const HEADER_SIZES: [u64; CHECKPOINT_VERSION as usize] = [64, 72, 80, 88, 96];
+const HEADER_SIZES: [u64; CHECKPOINT_VERSION as usize] = [64, 72, 80, 88, 96, 104];
 const CHECKSUM_SIZE: u64 = 4;
 const PARTICLE_SIZE: u64 = 24 + 24 + 1;
 const COLLIDER_SIZE: u64 = 56;
 /// Size of what friction remembers of a contact.
 const SLIP_SIZE: u64 = 36;
+/// Size of a ghost.
+const GHOST_SIZE: u64 = 8 + ANCHORS as u64 * 48;
+/// Anchors of a ghost in a file.
+const ANCHORS: usize = 2;
 /// Slips for each particle at most: a file that asks for more is none of a run.
 const SLIPS_MAX: u64 = 4096;
 /// Size of a body in version 3.
@@ -41,7 +46,7 @@ const RIGID_BASE: u64 = 1 << 24;
 const RIGID_COLLIDER: u64 = 1 << 18;
 
 /// Version of the checkpoint format that this build writes. It reads this one and all before.
-pub const CHECKPOINT_VERSION: u32 = 5;
+pub const CHECKPOINT_VERSION: u32 = 6;
 
 /// A moment of a simulation, from which it can be continued.
 ///
@@ -249,7 +254,9 @@ impl Checkpoint {
         }
         writer.write_all(&(self.rigid.len() as u64).to_le_bytes())?;
         writer.write_all(&self.collider_fingerprint.unwrap_or_default().to_le_bytes())?;
-        writer.write_all(&(state.slips.len() as u64).to_le_bytes())?;
+        for count in [state.slips.len(), state.ghosts.len()] {
+            writer.write_all(&(count as u64).to_le_bytes())?;
+        }
         for number in state.positions.iter().chain(&state.velocities).flatten() {
             writer.write_all(&number.to_le_bytes())?;
         }
@@ -259,6 +266,9 @@ impl Checkpoint {
         }
         for slip in &state.slips {
             slip_write(writer, slip)?;
+        }
+        for ghost in &state.ghosts {
+            ghost_write(writer, ghost)?;
         }
         writer.write_all(&self.rigid)
     }
@@ -338,6 +348,7 @@ struct Header {
     collider_fingerprint: Option<u64>,
     /// Slips of contacts.
     slips: u64,
+    ghosts: u64,
 }
 
 impl Header {
@@ -381,6 +392,7 @@ impl Header {
             rigid: 0,
             collider_fingerprint: None,
             slips: 0,
+            ghosts: 0,
         };
         if version > 1 {
             let mut count = || bytes(reader).map(u32::from_le_bytes).map_err(read_error);
@@ -404,12 +416,16 @@ impl Header {
         if version > 4 {
             header.slips = bytes(reader).map(u64::from_le_bytes).map_err(read_error)?;
         }
+        if version > 5 {
+            header.ghosts = bytes(reader).map(u64::from_le_bytes).map_err(read_error)?;
+        }
         let particles = header.particles.saturating_mul(PARTICLE_SIZE);
         let colliders = header.colliders.saturating_mul(COLLIDER_SIZE);
         let slips = header.slips.saturating_mul(SLIP_SIZE);
+        let ghosts = header.ghosts.saturating_mul(GHOST_SIZE);
         let rigid = header.rigid.saturating_add(passed);
         let content =
-            particles.saturating_add(colliders).saturating_add(slips).saturating_add(rigid);
+            [colliders, slips, ghosts, rigid].into_iter().fold(particles, u64::saturating_add);
         let expected = content.saturating_add(header_size + CHECKSUM_SIZE);
         if size == expected { Ok(header) } else { Err(truncated(expected)) }
     }
@@ -445,6 +461,11 @@ impl Header {
         if self.slips > most {
             let (found, expected) = (self.slips, most);
             let what = "slips of contacts";
+            return Err(CheckpointError::Count { file: file(), what, found, expected });
+        }
+        if self.ghosts > self.particles {
+            let (found, expected) = (self.ghosts, self.particles);
+            let what = "ghosts";
             return Err(CheckpointError::Count { file: file(), what, found, expected });
         }
         Ok(())
@@ -497,6 +518,9 @@ impl Header {
         for _ in 0..self.slips {
             state.slips.push(slip(reader)?);
         }
+        for _ in 0..self.ghosts {
+            state.ghosts.push(ghost(reader)?);
+        }
         Ok(state)
     }
 }
@@ -541,6 +565,39 @@ fn slip(reader: &mut impl Read) -> io::Result<ContactSlip> {
     let kind = ContactKind::ALL.get(kind as usize);
     let kind = *kind.ok_or(io::Error::new(io::ErrorKind::InvalidData, "a contact of no kind"))?;
     Ok(ContactSlip { key: ContactKey { kind, first, second }, slip: vector(reader)? })
+}
+
+fn ghost_write(writer: &mut impl Write, ghost: &Ghost) -> io::Result<()> {
+    for word in [ghost.particle, u32::from(ghost.is_guided)] {
+        writer.write_all(&word.to_le_bytes())?;
+    }
+    let none = GhostAnchor { nodes: [0; 3], weights: [0.0; 3], height: 0.0 };
+    for place in 0..ANCHORS {
+        let found = ghost.anchors.get(place);
+        let anchor = found.unwrap_or(&none);
+        for word in anchor.nodes.into_iter().chain([u32::from(found.is_some())]) {
+            writer.write_all(&word.to_le_bytes())?;
+        }
+        for number in anchor.weights.into_iter().chain([anchor.height]) {
+            writer.write_all(&number.to_le_bytes())?;
+        }
+    }
+    Ok(())
+}
+
+fn ghost(reader: &mut impl Read) -> io::Result<Ghost> {
+    fn word(reader: &mut impl Read) -> io::Result<u32> {
+        bytes(reader).map(u32::from_le_bytes)
+    }
+    let (particle, is_guided) = (word(reader)?, word(reader)? != 0);
+    let mut anchors = Vec::new();
+    for _ in 0..ANCHORS {
+        let nodes = [word(reader)?, word(reader)?, word(reader)?];
+        let is_one = word(reader)? != 0;
+        let (weights, height) = (vector(reader)?, number(reader)?);
+        anchors.extend(is_one.then_some(GhostAnchor { nodes, weights, height }));
+    }
+    Ok(Ghost { particle, is_guided, anchors })
 }
 
 fn vector(reader: &mut impl Read) -> io::Result<[f64; 3]> {

@@ -6,8 +6,8 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Backend, Control, Error, Frame, Integrator, Model, PinAction, PinControl, Result, Solver,
-    SolverConfig, State, Stitching, TimeStepControl, Weld,
+    Backend, Control, Error, Frame, Integrator, Model, PinAction, PinControl, Pinch, Result,
+    Solver, SolverConfig, State, Stitching, TimeStepControl, Weld,
 };
 use cloth_scene::CompiledScene;
 
@@ -213,6 +213,7 @@ impl<S> Sewing<S> {
         let config = SolverConfig {
             time_step: GATHERING,
             time_step_control: TimeStepControl::Fixed,
+            pinch: Pinch::Refuse,
             ..config.clone()
         };
         let mut solver = self.solver(Arc::new(joined), &config)?;

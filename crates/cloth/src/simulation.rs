@@ -99,6 +99,7 @@ impl Simulation {
             // Contacts have the numbers of the welded model already.
             Some(weld) => State {
                 slips: checkpoint.state.slips.clone(),
+                ghosts: checkpoint.state.ghosts.clone(),
                 ..weld.contract(scene.model.masses(), &checkpoint.state)
             },
             None => checkpoint.state.clone(),
@@ -184,10 +185,13 @@ impl<S: Solver> Simulation<S> {
         }
         let (was_welded, weld) = (stage.weld(&self.scene).is_some(), next.weld(&self.scene));
         let state = match &weld {
-            Some(weld) => State {
-                slips: if was_welded { state.slips.clone() } else { Vec::new() },
+            // Contacts and ghosts have the numbers of the welded model already.
+            Some(weld) if was_welded => State {
+                slips: state.slips.clone(),
+                ghosts: state.ghosts.clone(),
                 ..weld.contract(self.scene.model.masses(), &state)
             },
+            Some(weld) => weld.contract(self.scene.model.masses(), &state),
             None => state,
         };
         let (model, config) = next.model_and_config(&self.scene);

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use cloth::{
     Checkpoint, CheckpointError, Precision, Simulation, State, backend_create,
-    contact::{ContactKey, ContactKind, ContactSlip},
+    contact::{ContactKey, ContactKind, ContactSlip, Ghost, GhostAnchor},
     scene::{CompileOptions, CompiledScene, Scene},
 };
 use tempfile::TempDir;
@@ -253,6 +253,9 @@ fn every_length_but_the_right_one_is_refused() {
         95,
         96,
         99,
+        103,
+        104,
+        107,
         size / 2,
         size - 1,
     ] {
@@ -291,6 +294,12 @@ fn earlier_versions_are_read_and_version_1_has_a_whole_time_step() {
     let halved = Checkpoint::read(&path, &written.scene.model, Precision::F32).unwrap();
     assert_eq!((halved.state.time_step_halvings, halved.state.time_step_good), (3, 2));
     assert!(halved.collider_fingerprint.is_some());
+    bytes.drain(96..104);
+    bytes[8] = 5;
+    reseal(&mut bytes);
+    std::fs::write(&path, &bytes).unwrap();
+    let fifth = Checkpoint::read(&path, &written.scene.model, Precision::F32).unwrap();
+    assert_eq!(fifth, halved, "version 5 knows nothing of ghosts");
     bytes.drain(88..96);
     bytes[8] = 4;
     reseal(&mut bytes);
@@ -334,7 +343,7 @@ fn earlier_versions_are_read_and_version_1_has_a_whole_time_step() {
 fn every_changed_bit_is_noticed() {
     let written = Written::new();
     let size = std::fs::metadata(written.path()).unwrap().len() as usize;
-    for place in [20, 30, 40, 100, size / 2, size - 2] {
+    for place in [20, 30, 40, 110, size / 2, size - 2] {
         let error = written.error(|bytes| bytes[place] ^= 1);
         assert!(
             matches!(error, CheckpointError::Checksum { .. }),
@@ -371,11 +380,35 @@ fn slips_of_contacts_come_back() {
     assert!(matches!(error, CheckpointError::State { .. }), "{error}");
 }
 
+/// What bodies have pinched comes back.
+#[test]
+fn ghosts_come_back() {
+    let written = Written::new();
+    let model = &written.scene.model;
+    let mut kept = Checkpoint::read(&written.path(), model, Precision::F32).unwrap();
+    let anchor =
+        |node: u32| GhostAnchor { nodes: [node, 1, 2], weights: [0.5, 0.75, -0.25], height: -1e-4 };
+    let ghost = |particle, anchors| Ghost { particle, is_guided: particle > 3, anchors };
+    kept.state.ghosts =
+        vec![ghost(2, vec![]), ghost(3, vec![anchor(7)]), ghost(9, vec![anchor(0), anchor(5)])];
+    let path = written.folder.path().join("ghosts");
+    kept.write(&path).unwrap();
+    assert_eq!(Checkpoint::read(&path, model, Precision::F32).unwrap(), kept);
+    kept.state.ghosts[2].particle = 144;
+    kept.write(&path).unwrap();
+    let error = read_error(&path, &written.scene);
+    assert!(matches!(error, CheckpointError::State { .. }), "{error}");
+    kept.state.ghosts = vec![ghost(2, vec![]); 145];
+    kept.write(&path).unwrap();
+    let error = read_error(&path, &written.scene);
+    assert!(matches!(error, CheckpointError::Count { what: "ghosts", .. }), "{error}");
+}
+
 #[test]
 fn a_number_that_is_not_finite_is_refused() {
     let written = Written::new();
     let error = written.error(|bytes| {
-        bytes[96 + 24 * 5..][..8].copy_from_slice(&f64::NAN.to_le_bytes());
+        bytes[104 + 24 * 5..][..8].copy_from_slice(&f64::NAN.to_le_bytes());
         reseal(bytes);
     });
     let CheckpointError::State { source, .. } = &error else { panic!("{error}") };

@@ -12,7 +12,7 @@ use cloth_core::{
     ColliderImpulse, ContactResponse, ContactStatistics, FieldProgram, ForceControl, Kernels,
     Measures, Model, NewtonStart, PinWrite, Real, Result, SelfContact, SolverConfig, StageTime,
     State,
-    contact::{Candidate, Contacts},
+    contact::{Candidate, Contacts, Ghost},
     stepper::{self, FramePlan, Substep},
 };
 use rayon::{ThreadPool, prelude::*};
@@ -124,7 +124,7 @@ impl<T: Real> CpuKernels<T> {
             aerodynamics: Aerodynamics::new(&model),
             fabric: Fabric::new(&model)?,
             contact: Contact::new(&model),
-            triangles: TriangleContact::new(&model),
+            triangles: TriangleContact::new(&model, config.pinch),
             strain_limiter: StrainLimiter::new(&model, config.strain_limit.as_ref()),
             stretch_limiter: StretchLimiter::new(&model, config.strain_limit.as_ref()),
             colliders: Vec::new(),
@@ -288,6 +288,8 @@ impl<T: Real> Kernels for CpuKernels<T> {
         out.held.extend((0..count).map(|particle| u8::from(self.masses.is_held(particle))));
         if let Some(triangles) = &self.triangles {
             triangles.slips_read(&mut out.slips);
+            out.ghosts.clear();
+            out.ghosts.extend_from_slice(triangles.ghosts());
         }
         Ok(())
     }
@@ -700,6 +702,17 @@ impl<T: Real> Kernels for CpuKernels<T> {
             return Ok(triangles.statistics());
         }
         Ok(self.contact.as_mut().map_or_else(ContactStatistics::default, Contact::statistics))
+    }
+
+    fn ghosts_read(&mut self, out: &mut Vec<Ghost>) {
+        out.clear();
+        out.extend(self.triangles.iter().flat_map(|triangles| triangles.ghosts()).cloned());
+    }
+
+    fn ghosts_write(&mut self, ghosts: &[Ghost]) {
+        if let Some(triangles) = &mut self.triangles {
+            triangles.ghosts_set(ghosts);
+        }
     }
 
     fn contact_pairs_read(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {

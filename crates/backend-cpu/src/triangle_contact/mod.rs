@@ -8,11 +8,11 @@ mod tree;
 
 use cloth_core::{
     ColliderImpulse, ContactStatistics, Error, ImplicitSettings, Integrator, LinearMethod,
-    LinearSettings, MatrixForm, Model, NewtonStart, Preconditioner, Real, Result, SolverConfig,
-    State,
+    LinearSettings, MatrixForm, Model, NewtonStart, Pinch, Preconditioner, Real, Result,
+    SolverConfig, State,
     contact::{
         BodyImpulses, BodyMotion, Candidate, Certifier, ContactLaw, ContactMotion, ContactSet,
-        ContactSlip, ContactSurface, Contacts,
+        ContactSlip, ContactSurface, Contacts, Ghost,
     },
     stepper::FramePlan,
 };
@@ -76,7 +76,7 @@ const TASK: usize = 512;
 
 impl<T: Real> TriangleContact<T> {
     /// That of a model, if its triangles touch.
-    pub(crate) fn new(model: &Model) -> Option<Self> {
+    pub(crate) fn new(model: &Model, pinch: Pinch) -> Option<Self> {
         let contact = *model.self_contact().filter(|contact| contact.is_of_triangles())?;
         let surface = ContactSurface::new(model, &contact);
         let (count, nodes) = (model.particle_count(), surface.node_count());
@@ -84,7 +84,7 @@ impl<T: Real> TriangleContact<T> {
             trees: [Tree::of_cloths(&surface), Tree::of_bodies(&surface)],
             list: PairList::new(surface.reach()),
             set: ContactSet::with_nodes(count, nodes),
-            certifier: Certifier::with_nodes(count, nodes),
+            certifier: Certifier::with_nodes(count, nodes).with_ghosts(pinch == Pinch::Ghost),
             bodies: BodyMotion::new(model),
             impulses: BodyImpulses::new(model),
             position: Vec::new(),
@@ -135,7 +135,9 @@ impl<T: Real> TriangleContact<T> {
         };
         self.position[particles..].copy_from_slice(now);
         let law = ContactLaw::of(model, config, length);
-        self.set.stencils_set(law, self.list.contacts(&self.surface, &self.position));
+        let mut found = self.list.contacts(&self.surface, &self.position);
+        found.retain(|stencil| self.certifier.acts(stencil));
+        self.set.stencils_set(law, found);
         let (velocity, start) = (FieldView::new(&motion.velocity), FieldView::new(start));
         let (position, step) = (&self.position, T::from_f64(length));
         let is_particle = |i: u32| (i as usize) < particles;
@@ -247,6 +249,7 @@ impl<T: Real> TriangleContact<T> {
     pub(crate) fn state_write(&mut self, model: &Model, state: &State) {
         self.bodies.state_write(model, state);
         self.certifier.positions_given();
+        self.certifier.ghosts_set(&state.ghosts);
         self.set.slips_write(&state.slips);
     }
 
@@ -255,8 +258,19 @@ impl<T: Real> TriangleContact<T> {
         self.set.slips_read(out);
     }
 
+    /// What bodies have pinched.
+    pub(crate) fn ghosts(&self) -> &[Ghost] {
+        self.certifier.ghosts()
+    }
+
+    /// `ghosts_write`.
+    pub(crate) fn ghosts_set(&mut self, ghosts: &[Ghost]) {
+        self.certifier.ghosts_set(ghosts);
+    }
+
     /// `state_keep`.
     pub(crate) fn keep(&mut self) {
+        self.certifier.keep();
         self.set.keep();
         self.bodies.keep();
         self.impulses.keep();
@@ -264,6 +278,7 @@ impl<T: Real> TriangleContact<T> {
 
     /// `state_restore`.
     pub(crate) fn restore(&mut self) {
+        self.certifier.restore();
         self.set.restore();
         self.bodies.restore();
         self.impulses.restore();
@@ -286,6 +301,7 @@ impl<T: Real> TriangleContact<T> {
             rebuilds: std::mem::take(&mut self.list.rebuilds),
             truncated: std::mem::take(&mut self.statistics.truncated),
             exempt: self.certifier.exempt().len() as u64,
+            ghosts: self.certifier.ghosts().len() as u64,
             ..self.statistics
         }
     }

@@ -16,7 +16,7 @@ use std::{ffi::c_void, sync::Arc};
 use cloth_core::{
     ColliderImpulse, ContactStatistics, DeferredOutcome, ForceControl, Integrator, Kernels,
     Measures, Model, NewtonStart, PinWrite, Result, SelfContact, SolverConfig, StageTime, State,
-    contact::{Candidate, Contacts},
+    contact::{Candidate, Contacts, Ghost},
     stepper::{self, FramePlan, Substep},
 };
 
@@ -375,6 +375,14 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
             Some(triangles) => Ok(triangles.statistics()),
             None => self.contact_counts(),
         }
+    }
+
+    fn ghosts_read(&mut self, out: &mut Vec<Ghost>) {
+        self.triangle_ghosts(out);
+    }
+
+    fn ghosts_write(&mut self, ghosts: &[Ghost]) {
+        self.triangle_ghosts_set(ghosts);
     }
 
     fn contact_pairs_read(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {

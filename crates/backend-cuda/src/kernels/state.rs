@@ -59,6 +59,7 @@ impl<T: CudaReal> CudaKernels<T> {
             Some(triangles) => triangles.set().slips_read(&mut out.slips),
             None => out.slips.clear(),
         }
+        self.triangle_ghosts(&mut out.ghosts);
         Ok(())
     }
 

@@ -5,9 +5,9 @@ use std::{ffi::c_void, sync::Arc};
 use cloth_core::{
     ColliderImpulse, Error, Model, NewtonStart, Result, State,
     contact::{
-        Candidate, ContactEquation, ContactLaw, ContactSet, Contacts,
+        Candidate, ContactEquation, ContactLaw, ContactSet, Contacts, Ghost,
         device::{
-            DeviceContact, PAIR_WORDS, PairAnswer, PairDevice, PairLook, PairTask, WaysFrom,
+            DeviceContact, GROUP, PAIR_WORDS, PairAnswer, PairDevice, PairLook, PairTask, WaysFrom,
             pairs_of,
         },
     },
@@ -78,7 +78,8 @@ struct Working<'a, T> {
 impl<T: CudaReal> CudaKernels<T> {
     /// Takes the memory for contact of triangles, if there is any.
     pub(super) fn triangles_prepare(&mut self) -> Result<()> {
-        let Some(contact) = DeviceContact::new(&self.model) else { return Ok(()) };
+        let pinch = self.config.pinch;
+        let Some(contact) = DeviceContact::new(&self.model, pinch) else { return Ok(()) };
         let memory = TriangleMemory::new(&self.memory.queue, &contact, self.count())?;
         self.triangles = Some(Box::new(Triangles { contact, memory }));
         Ok(())
@@ -180,6 +181,21 @@ impl<T: CudaReal> CudaKernels<T> {
         out.contacts.clear();
         if let Some(triangles) = &self.triangles {
             triangles.contact.set.read(out);
+        }
+    }
+
+    /// What bodies have pinched; `out` is resized.
+    pub(super) fn triangle_ghosts(&self, out: &mut Vec<Ghost>) {
+        out.clear();
+        if let Some(triangles) = &self.triangles {
+            out.extend_from_slice(triangles.contact.ghosts());
+        }
+    }
+
+    /// `ghosts_write`.
+    pub(super) fn triangle_ghosts_set(&mut self, ghosts: &[Ghost]) {
+        if let Some(triangles) = &mut self.triangles {
+            triangles.contact.ghosts_set(ghosts);
         }
     }
 
@@ -335,7 +351,7 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
 
     fn list_fill(&mut self, task: &PairTask<T>) -> Result<u32> {
         self.count_clear(1)?;
-        let launch = Launch::over(task.own_group_count as usize);
+        let launch = Launch::over(GROUP * task.own_group_count as usize);
         self.pairs_start("contact_pairs_list", launch, task)?;
         Ok(self.counts()?[1])
     }

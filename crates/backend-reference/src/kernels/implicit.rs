@@ -51,6 +51,7 @@ impl ImplicitKernels for ReferenceKernels {
             impulses: self.impulses.clone(),
         };
         if let Some(triangles) = &mut self.triangles {
+            triangles.certifier.keep();
             triangles.set.keep();
             triangles.bodies.keep();
             triangles.impulses.keep();
@@ -74,6 +75,7 @@ impl ImplicitKernels for ReferenceKernels {
         self.particles.velocities = velocities;
         self.impulses = impulses;
         if let Some(triangles) = &mut self.triangles {
+            triangles.certifier.restore();
             triangles.set.restore();
             triangles.bodies.restore();
             triangles.impulses.restore();

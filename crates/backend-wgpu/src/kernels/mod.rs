@@ -9,7 +9,7 @@ use cloth_core::{
     ColliderImpulse, ContactStatistics, DeferredOutcome, ForceControl, ImplicitKernels,
     ImplicitSettings, Kernels, LinearStart, Measures, MidpointSettings, Model, NewtonStart,
     PinWrite, Result, SolverConfig, SolverReport, StageTime, State,
-    contact::{Candidate, Contacts},
+    contact::{Candidate, Contacts, Ghost},
     stepper::{self, FramePlan, Substep},
 };
 
@@ -189,6 +189,14 @@ impl Kernels for WgpuKernels {
 
     fn contact_statistics(&mut self) -> Result<ContactStatistics> {
         self.stages.contact_statistics()
+    }
+
+    fn ghosts_read(&mut self, out: &mut Vec<Ghost>) {
+        self.stages.ghosts_read(out);
+    }
+
+    fn ghosts_write(&mut self, ghosts: &[Ghost]) {
+        self.stages.ghosts_write(ghosts);
     }
 
     fn contact_pairs_read(&mut self, out: &mut Vec<[u32; 2]>) -> Result<()> {

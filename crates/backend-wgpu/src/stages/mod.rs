@@ -203,7 +203,7 @@ impl Stages {
             solve_reach: None,
             element_rows: None,
             semi_implicit: SemiImplicit::default(),
-            triangles: DeviceContact::new(&model).map(Box::new),
+            triangles: DeviceContact::new(&model, config.pinch).map(Box::new),
             deferred: DeferredOutcome::default(),
             constrained: None,
             released: 0,

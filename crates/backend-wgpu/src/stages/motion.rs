@@ -136,7 +136,7 @@ impl Stages {
         let [position, velocity] =
             [self.buffers.position(self.present), self.buffers.velocity(self.present)];
         let [position, velocity] = [position.clone(), velocity.clone()];
-        let State { positions, velocities, held, slips, .. } = out;
+        let State { positions, velocities, held, slips, ghosts, .. } = out;
         self.read_vectors(&[&position, &velocity], size, |part, vectors| {
             let target = if part == 0 { &mut *positions } else { &mut *velocities };
             collect(target, vectors);
@@ -144,6 +144,7 @@ impl Stages {
         held.clear();
         held.extend(self.held.iter().map(|&held| u8::from(held)));
         self.slips_read(slips);
+        self.ghosts_read(ghosts);
         Ok(())
     }
 

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use cloth_core::{
     Error, NewtonStart, Result,
     contact::{
-        Candidate, ContactEquation, ContactLaw, ContactSet, ContactSlip, Contacts,
+        Candidate, ContactEquation, ContactLaw, ContactSet, ContactSlip, Contacts, Ghost,
         device::{
-            DeviceContact, PAIR_WORDS, PAIRS_MAX, PairAnswer, PairDevice, PairLook, PairTask,
-            WaysFrom, pairs_of,
+            DeviceContact, GROUP, PAIR_WORDS, PAIRS_MAX, PairAnswer, PairDevice, PairLook,
+            PairTask, WaysFrom, pairs_of,
         },
     },
     stepper::Substep,
@@ -135,6 +135,21 @@ impl Stages {
         match &self.triangles {
             Some(triangles) => triangles.set.slips_read(out),
             None => out.clear(),
+        }
+    }
+
+    /// What bodies have pinched; `out` is resized.
+    pub(crate) fn ghosts_read(&self, out: &mut Vec<Ghost>) {
+        out.clear();
+        if let Some(triangles) = &self.triangles {
+            out.extend_from_slice(triangles.ghosts());
+        }
+    }
+
+    /// `ghosts_write`.
+    pub(crate) fn ghosts_write(&mut self, ghosts: &[Ghost]) {
+        if let Some(triangles) = &mut self.triangles {
+            triangles.ghosts_set(ghosts);
         }
     }
 
@@ -296,7 +311,7 @@ impl PairDevice<f32> for Stages {
     fn list_fill(&mut self, task: &PairTask<f32>) -> Result<u32> {
         self.task_write(task)?;
         self.write("pair_results", 4, bytemuck::bytes_of(&0_u32))?;
-        let items = (task.own_group_count, WORKGROUP);
+        let items = (GROUP as u32 * task.own_group_count, WORKGROUP);
         self.pair_kernel("contact_pairs", "contact_pairs_list", items)?;
         Ok(self.read_words::<u32>("pair_results", 2)?[1])
     }

@@ -36,6 +36,8 @@ pub(super) struct Summary {
     /// Ways that contact of triangles has shortened, and the most pairs that it could not prove to be apart.
     truncated: u64,
     exempt_max: u64,
+    ghosts_max: u64,
+    ghosts: u64,
     bodies_at_speed_limit: u32,
     /// What the audit found, if it was asked for.
     pub(super) intersections: IntersectionSummary,
@@ -61,6 +63,8 @@ impl Summary {
             close_pairs_first: None,
             truncated: 0,
             exempt_max: 0,
+            ghosts_max: 0,
+            ghosts: 0,
             bodies_at_speed_limit: 0,
             intersections: IntersectionSummary::new(),
             warnings,
@@ -89,6 +93,8 @@ impl Summary {
         self.contacts_max = self.contacts_max.max(report.contacts);
         self.truncated += report.contact_truncated;
         self.exempt_max = self.exempt_max.max(report.contact_exempt);
+        self.ghosts_max = self.ghosts_max.max(report.contact_ghosts);
+        self.ghosts = report.contact_ghosts;
         self.solver.add(&report.solver);
     }
 
@@ -145,6 +151,13 @@ impl Summary {
                 "warning: up to {} of triangles go through each other from the start: contact cannot part them, and leaves them out of \
                  its proof; let cloths start apart",
                 count_text(self.exempt_max, "pair"),
+            ));
+        }
+        if self.ghosts_max > 0 {
+            lines.push(format!(
+                "bodies pinched cloth: up to {} inside of them at a time, {} at the end",
+                count_text(self.ghosts_max, "particle"),
+                self.ghosts,
             ));
         }
         if let Some(frame) = self.close_pairs_first {

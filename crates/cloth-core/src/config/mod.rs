@@ -35,6 +35,18 @@ pub struct SolverConfig {
     /// Relative elongation of an edge or a diagonal above which the simulation counts as diverged
     /// ([`Measures::strain_max`](crate::Measures::strain_max)).
     pub strain_bound: f64,
+    /// What becomes of cloth that bodies pinch.
+    pub pinch: Pinch,
+}
+
+/// What becomes of cloth that bodies press on each other without room for it, in contact of triangles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Pinch {
+    /// The run ends with the place and the name of the body.
+    #[default]
+    Refuse,
+    /// Its particles are left inside of the bodies, held between their faces, until they are outside again; they are counted (NUMERICS §15).
+    Ghost,
 }
 
 /// Precision of the arithmetic.
@@ -84,6 +96,7 @@ impl Default for SolverConfig {
             strain_limit: None,
             threads: None,
             strain_bound: 10.0,
+            pinch: Pinch::Refuse,
         }
     }
 }

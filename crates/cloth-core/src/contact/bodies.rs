@@ -352,6 +352,11 @@ impl<T: Real> Carrier<T> for BodyMotion<T> {
         self.body_of(node).is_some_and(|body| self.jumps.get(body) == Some(&true))
     }
 
+    fn faces(&self) -> Vec<[u32; 3]> {
+        let all = self.bodies.iter().flat_map(|body| body.triangles());
+        all.map(|face| face.map(|node| node - self.first)).collect()
+    }
+
     fn body(&self, node: u32) -> Option<u32> {
         let body = self.body_of(node)?;
         let (from, to) = (&self.places_start[body], &self.places[body]);

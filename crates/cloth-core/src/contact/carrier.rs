@@ -12,6 +12,9 @@ pub trait Carrier<T> {
 
     /// Whether the body of this node goes too far in the substep to take anything along.
     fn jumps(&self, node: u32) -> bool;
+
+    /// The triangles of all bodies, whose nodes count from the first one.
+    fn faces(&self) -> Vec<[u32; 3]>;
 }
 
 /// No rigid bodies.
@@ -26,5 +29,9 @@ impl<T: Real> Carrier<T> for () {
 
     fn jumps(&self, _: u32) -> bool {
         false
+    }
+
+    fn faces(&self) -> Vec<[u32; 3]> {
+        Vec::new()
     }
 }

@@ -4,6 +4,7 @@
 //! concave: positive at both ends of a step it is positive throughout. Any axis will do, so how it is found needs no care; only
 //! the comparison has a margin, for which NUMERICS derives that no rounding error can make it hold for features that meet.
 
+use super::{cross, dot, sub};
 use crate::Real;
 
 /// How four points are two features.
@@ -190,19 +191,4 @@ fn unit<T: Real>(v: [T; 3]) -> [T; 3] {
     let scaled = v.map(|x| x * scale);
     let inverse = T::ONE / dot(scaled, scaled).sqrt().maximum(T::MIN_POSITIVE);
     scaled.map(|x| x * inverse)
-}
-
-#[inline(always)]
-fn sub<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn dot<T: Real>(a: [T; 3], b: [T; 3]) -> T {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline(always)]
-fn cross<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }

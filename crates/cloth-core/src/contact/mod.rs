@@ -7,6 +7,7 @@ mod carrier;
 mod certificate;
 mod certifier;
 pub mod device;
+mod ghosts;
 mod groups;
 mod law;
 mod records;
@@ -20,6 +21,7 @@ pub use body_impulses::BodyImpulses;
 pub use carrier::Carrier;
 pub use certificate::{MARGIN, Split, certify, certify_with_margin, closest_axis, is_apart};
 pub use certifier::{Certifier, PairSearch, UnprovenPair, Ways};
+pub use ghosts::{Ghost, GhostAnchor, GhostGuide};
 pub(crate) use law::EXPLICIT_EIGENVALUE;
 pub use law::{ContactAction, ContactLaw};
 pub use records::{Contact, ContactSlip, Contacts};
@@ -38,6 +40,11 @@ fn sub<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
 #[inline(always)]
 fn dot<T: Real>(a: [T; 3], b: [T; 3]) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn cross<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// a + s b.

@@ -14,7 +14,7 @@ pub use semi_implicit::SemiImplicitKernels;
 use crate::{
     ContactResponse, ForceControl, ImplicitSettings, Measures, MidpointSettings, Model, PinAction,
     Result, SolverConfig, SolverReport, StageTime, State,
-    contact::{Candidate, Contacts},
+    contact::{Candidate, Contacts, Ghost},
     stepper::{self, FramePlan, Substep},
 };
 
@@ -271,6 +271,14 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     /// What the device reports.
     fn contact_statistics(&mut self) -> Result<ContactStatistics>;
 
+    /// What bodies have pinched, ascending by particle; `out` is resized.
+    fn ghosts_read(&mut self, out: &mut Vec<Ghost>) {
+        out.clear();
+    }
+
+    /// Takes in what is pinched from now on.
+    fn ghosts_write(&mut self, _: &[Ghost]) {}
+
     /// All pairs (i, j), i < j, in contact now, ascending, less those that the response leaves out:
     /// for tests and tools.
     ///
@@ -429,4 +437,6 @@ pub struct ContactStatistics {
     /// Pairs of features that cannot be proven to be apart since they were given, in the last substep: cloth that goes through
     /// cloth from the start. They are left out of the proof.
     pub exempt: u64,
+    /// Particles that bodies have pinched, and that are left inside of them ([`Pinch::Ghost`](crate::Pinch::Ghost)).
+    pub ghosts: u64,
 }

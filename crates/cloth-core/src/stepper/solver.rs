@@ -5,7 +5,8 @@ use std::{collections::BTreeMap, sync::Arc, time::Instant};
 use crate::{
     ColliderImpulse, ConstraintStatistics, ContactStatistics, Control, DeferredOutcome, Divergence,
     DivergenceCause, DivergenceOrigin, Error, Frame, Kernels, Measures, Model, PinAction,
-    PinControl, PinWrite, Pose, Result, Solver, SolverReport, State, StepReport, contact::Contacts,
+    PinControl, PinWrite, Pinch, Pose, Result, Solver, SolverReport, State, StepReport,
+    contact::{Contacts, Ghost, GhostGuide},
     error::positive,
 };
 
@@ -31,6 +32,8 @@ pub struct SteppedSolver<K> {
     time: f64,
     step: u64,
     held_places: HeldPlaces,
+    ghosts: Vec<Ghost>,
+    guide: Option<GhostGuide>,
     /// Of particles that are elsewhere.
     scratch: State,
     report: StepReport,
@@ -63,6 +66,8 @@ impl<K: Kernels> SteppedSolver<K> {
             time: 0.0,
             step: 0,
             held_places: HeldPlaces::new(precision),
+            ghosts: Vec::new(),
+            guide: None,
             scratch: State::default(),
             report: StepReport::default(),
             solver_report: SolverReport::default(),
@@ -97,8 +102,38 @@ impl<K: Kernels> SteppedSolver<K> {
         self.held_places.get(particle).or_else(read).unwrap_or_default()
     }
 
+    /// Holds what bodies have pinched between them, and lets go what is outside of them again.
+    fn ghosts_guide(&mut self, duration: f64) -> Result<()> {
+        if self.kernels.config().pinch != Pinch::Ghost {
+            return Ok(());
+        }
+        self.kernels.ghosts_read(&mut self.ghosts);
+        if self.ghosts.is_empty() {
+            return Ok(());
+        }
+        self.kernels.state_read(&mut self.scratch)?;
+        self.scratch.time = self.time;
+        self.scratch.colliders.clone_from(&self.colliders);
+        let model = Arc::clone(self.kernels.model());
+        if self.guide.is_none() {
+            self.guide = GhostGuide::new(&model);
+        }
+        if let Some(guide) = &mut self.guide {
+            let end = (&*self.collider_targets, self.time + duration);
+            let controlled = &self.control.pins;
+            let pins = guide.pins(&model, &mut self.ghosts, &self.scratch, end, controlled);
+            self.control.pins.extend(pins);
+            self.kernels.ghosts_write(&self.ghosts);
+        }
+        Ok(())
+    }
+
     /// Turns the pending control into writes for the kernels.
     fn control_apply(&mut self, duration: f64) -> Result<()> {
+        for control in &self.control.colliders {
+            self.collider_targets[control.collider as usize] = control.pose;
+        }
+        self.ghosts_guide(duration)?;
         self.pins.clear();
         self.pin_places_find()?;
         for &PinControl { particle, ref action } in &self.control.pins {
@@ -107,9 +142,6 @@ impl<K: Kernels> SteppedSolver<K> {
         }
         if !self.pins.is_empty() {
             self.kernels.pins_write(&self.pins)?;
-        }
-        for control in &self.control.colliders {
-            self.collider_targets[control.collider as usize] = control.pose;
         }
         if let Some(wind) = self.control.wind_velocity {
             self.wind_velocity = wind;
@@ -251,7 +283,7 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
         if let Some(start) = self.frame_start.take() {
             let measures = self.kernels.measure()?;
             self.deferred_settle()?;
-            let ContactStatistics { contacts, candidates, rebuilds, truncated, exempt } =
+            let ContactStatistics { contacts, candidates, rebuilds, truncated, exempt, ghosts } =
                 self.kernels.contact_statistics()?;
             let ConstraintStatistics { constrained, released } =
                 self.kernels.constraint_statistics()?;
@@ -269,6 +301,7 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
                 contact_rebuilds: rebuilds,
                 contact_truncated: truncated,
                 contact_exempt: exempt,
+                contact_ghosts: ghosts,
                 measures,
                 stage_times: self.kernels.stage_times(),
                 wall_time: start.elapsed(),

@@ -89,6 +89,7 @@ pub fn bench_scene(kind: BenchKind, particles_per_side: u32, contact: bool) -> S
         scene.contact = Some(SceneContact {
             distance: CONTACT_DISTANCE,
             response: SceneContactResponse::Penalty { stiffness: 10.0, damping: 0.002 },
+            pinch: crate::ScenePinch::default(),
         });
     }
     scene

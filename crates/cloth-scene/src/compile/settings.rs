@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Air, ContactResponse, Field, FieldAxes, FieldError, FieldProgram, Gust, ModelBuilder,
+    Air, ContactResponse, Field, FieldAxes, FieldError, FieldProgram, Gust, ModelBuilder, Pinch,
     Precision, SelfContact, SolverConfig, SpringClass, StrainLimit,
 };
 
 use crate::{
-    Scene, SceneContactResponse, SceneDust, SceneError, SceneField, ScenePrecision, SceneSolver,
-    SceneSpringClass, SceneView, SolverChoice,
+    Scene, SceneContactResponse, SceneDust, SceneError, SceneField, ScenePinch, ScenePrecision,
+    SceneSolver, SceneSpringClass, SceneView, SolverChoice,
 };
 
 use super::{Check, model_error, solver};
@@ -50,10 +50,18 @@ pub(super) fn solver_config(
         integrator: solver::integrator(scene, choice.solver),
         strain_limit,
         strain_bound: simulation.strain_bound,
+        pinch: pinch(scene),
         ..SolverConfig::default()
     };
     config.validate().map_err(|error| model_error::place(scene, error))?;
     Ok(config)
+}
+
+fn pinch(scene: &Scene) -> Pinch {
+    match scene.contact.as_ref().map(|contact| contact.pinch).unwrap_or_default() {
+        ScenePinch::Refuse => Pinch::Refuse,
+        ScenePinch::Ghost => Pinch::Ghost,
+    }
 }
 
 const fn spring_class(class: SceneSpringClass) -> SpringClass {
@@ -116,6 +124,11 @@ pub(super) fn surroundings(
         });
     }
     if let Some(contact) = &scene.contact {
+        let is_of_triangles = matches!(contact.response, SceneContactResponse::Triangles { .. });
+        if contact.pinch != ScenePinch::Refuse && !is_of_triangles {
+            let problem = "is of contact of triangles: leave `response` out, or take this key out";
+            return Err(check.error("contact.pinch", problem));
+        }
         let response = match contact.response {
             SceneContactResponse::Impulse { restitution, friction } => {
                 ContactResponse::Impulse { restitution, friction }

@@ -13,6 +13,29 @@ pub struct SceneContact {
     /// What contact does; triangles with a friction of 0.3 if not given.
     #[serde(default)]
     pub response: SceneContactResponse,
+    /// What becomes of cloth that bodies press on each other without room for it: `refuse` (the default) ends the run with the place and the name
+    /// of the body; `ghost` leaves it inside of them, held between their faces, until they have parted, and counts it. For contact of
+    /// triangles.
+    #[serde(default, skip_serializing_if = "ScenePinch::is_default")]
+    pub pinch: ScenePinch,
+}
+
+/// What becomes of cloth that bodies pinch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub enum ScenePinch {
+    /// The run ends with the place and the name of the body.
+    #[default]
+    Refuse,
+    /// It is left inside of the bodies, held between their faces, until they have parted, and counted.
+    Ghost,
+}
+
+impl ScenePinch {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// What cloth does to cloth that it touches. Impulses and penalties act between points, the particles, which what is thinner than they

@@ -31,7 +31,7 @@ pub use bounds::SceneBounds;
 pub use cloth::{SceneCloth, SceneGeometry, SceneGrid, SceneInflation, SceneMesh, SceneStencil};
 pub use collider::{SceneAnimation, SceneCollider, SceneKeyframe, SceneShape};
 pub use colour::SceneColour;
-pub use contact::{SceneContact, SceneContactResponse};
+pub use contact::{SceneContact, SceneContactResponse, ScenePinch};
 pub use environment::{SceneField, SceneGust, SceneWind};
 pub use event::{SceneAction, SceneEvent};
 pub use fabric::{

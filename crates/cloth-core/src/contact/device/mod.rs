@@ -14,16 +14,21 @@ pub use task::{
     TASK_MARKED, TASK_NEW, TRIANGLE_WORDS, WaysFrom, pairs_of, surface_words,
 };
 
+use rayon::prelude::*;
+
 use crate::{
-    ColliderImpulse, ContactStatistics, Model, NewtonStart, Real, Result, State,
+    ColliderImpulse, ContactStatistics, Model, NewtonStart, Pinch, Real, Result, State,
     stepper::{FramePlan, Substep},
 };
 
 use super::{
     BodyImpulses, BodyMotion, Certifier, ContactLaw, ContactMotion, ContactSet, ContactSurface,
-    UnprovenPair, certificate_distance,
+    Ghost, UnprovenPair, certificate_distance,
 };
 use search::DeviceSearch;
+
+/// Pairs that a thread of the host looks at, at least.
+const TASK: usize = 512;
 
 /// Contact of the triangles of a model on a device.
 #[derive(Debug)]
@@ -61,14 +66,14 @@ struct HostMotion<T> {
 impl<T: Real> DeviceContact<T> {
     /// That of a model, if its triangles touch.
     #[must_use]
-    pub fn new(model: &Model) -> Option<Self> {
+    pub fn new(model: &Model, pinch: Pinch) -> Option<Self> {
         let contact = *model.self_contact().filter(|contact| contact.is_of_triangles())?;
         let surface = ContactSurface::new(model, &contact);
         let (count, nodes) = (model.particle_count(), surface.node_count());
         Some(Self {
             list: DeviceList::new(&surface),
             set: ContactSet::with_nodes(count, nodes),
-            certifier: Certifier::with_nodes(count, nodes),
+            certifier: Certifier::with_nodes(count, nodes).with_ghosts(pinch == Pinch::Ghost),
             bodies: BodyMotion::new(model),
             impulses: BodyImpulses::new(model),
             particles: count,
@@ -102,6 +107,7 @@ impl<T: Real> DeviceContact<T> {
     pub fn state_given(&mut self, model: &Model, state: &State) {
         self.bodies.state_write(model, state);
         self.certifier.positions_given();
+        self.certifier.ghosts_set(&state.ghosts);
         self.set.slips_write(&state.slips);
         self.near.clear();
     }
@@ -123,6 +129,7 @@ impl<T: Real> DeviceContact<T> {
 
     /// `state_keep`.
     pub fn keep(&mut self) {
+        self.certifier.keep();
         self.set.keep();
         self.bodies.keep();
         self.impulses.keep();
@@ -130,9 +137,21 @@ impl<T: Real> DeviceContact<T> {
 
     /// `state_restore`.
     pub fn restore(&mut self) {
+        self.certifier.restore();
         self.set.restore();
         self.bodies.restore();
         self.impulses.restore();
+    }
+
+    /// What bodies have pinched.
+    #[must_use]
+    pub fn ghosts(&self) -> &[Ghost] {
+        self.certifier.ghosts()
+    }
+
+    /// `ghosts_write`.
+    pub fn ghosts_set(&mut self, ghosts: &[Ghost]) {
+        self.certifier.ghosts_set(ghosts);
     }
 
     /// Adds what bodies did to cloth since the last call to the sums of their colliders.
@@ -219,7 +238,7 @@ impl<T: Real> DeviceContact<T> {
             self.set.states_set(Vec::new());
             return self.contacts_write(device, length, newton);
         }
-        let Self { surface, set, motion, near, bodies, particles, .. } = self;
+        let Self { surface, set, motion, near, bodies, particles, certifier, .. } = self;
         device.ends_read(&mut motion.position, &mut motion.start)?;
         device.velocities_read(&mut motion.velocity)?;
         let (bodies, particles) = (&*bodies, *particles as u32);
@@ -232,8 +251,9 @@ impl<T: Real> DeviceContact<T> {
             None => vector(&all[i as usize]),
         };
         let position = |i: u32| of(i, &motion.position, nodes);
-        let found = near.iter().filter_map(|pair| surface.contact(pair.candidate, position));
-        set.stencils_set(law, found.collect());
+        let found = near.par_iter().with_min_len(TASK);
+        let found = found.filter_map(|pair| surface.contact(pair.candidate, position));
+        set.stencils_set(law, found.filter(|stencil| certifier.acts(stencil)).collect());
         let motion = ContactMotion {
             position,
             velocity: |i: u32| match i < particles {
@@ -243,7 +263,7 @@ impl<T: Real> DeviceContact<T> {
             start: |i: u32| of(i, &motion.start, bodies.start()),
             inverse_mass: |i: u32| motion.position.get(i as usize).map_or(T::ZERO, |x| x[3]),
         };
-        let all = 0..set.stencils().len();
+        let all = (0..set.stencils().len()).into_par_iter().with_min_len(TASK);
         let states = all.filter_map(|contact| set.state(contact, &motion, newton)).collect();
         set.states_set(states);
         self.contacts_write(device, length, newton)
@@ -404,6 +424,7 @@ impl<T: Real> DeviceContact<T> {
             contacts: self.set.stencils().len() as u64,
             candidates: u64::from(self.list.task.pair_count),
             exempt: self.certifier.exempt().len() as u64,
+            ghosts: self.certifier.ghosts().len() as u64,
             truncated: std::mem::take(&mut self.truncated),
             rebuilds: std::mem::take(&mut self.list.rebuilds),
         }

@@ -3,7 +3,7 @@
 use super::{Seam, SeamError, VertexClasses};
 use crate::{
     Cloth, ClothMaterial, Geometry, Meshing, Model, ModelBuilder, ModelError, RestSource, State,
-    TriangleMesh,
+    TriangleMesh, contact::Ghost,
 };
 
 /// A welded model, and where the particles of the model before it are in it.
@@ -178,8 +178,19 @@ impl Weld {
             held: carriers.iter().map(|of| state.held[of[0]]).collect(),
             // Contacts have other numbers now.
             slips: Vec::new(),
+            ghosts: self.ghosts(&state.ghosts),
             ..state.clone()
         }
+    }
+
+    /// Ghosts as particles of the welded model.
+    fn ghosts(&self, ghosts: &[Ghost]) -> Vec<Ghost> {
+        let became =
+            |ghost: &Ghost| Ghost { particle: self.map[ghost.particle as usize], ..ghost.clone() };
+        let mut ghosts: Vec<_> = ghosts.iter().map(became).collect();
+        ghosts.sort_by_key(|ghost| ghost.particle);
+        ghosts.dedup_by_key(|ghost| ghost.particle);
+        ghosts
     }
 
     /// Whether the particles of each stitch that is welded are one in `state`, to the last bit.

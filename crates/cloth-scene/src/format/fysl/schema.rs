@@ -170,7 +170,10 @@ static GUST: Element = leaf(
 static CONTACT: Element = Element {
     tag: "contact",
     target: Table("contact"),
-    attributes: &[required("distance", "distance", Number)],
+    attributes: &[
+        required("distance", "distance", Number),
+        same("pinch", Word(&["refuse", "ghost"])),
+    ],
     children: &[&IMPULSE, &PENALTY, &CONTACT_TRIANGLES],
     ..EMPTY
 };

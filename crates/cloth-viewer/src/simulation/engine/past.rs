@@ -92,8 +92,9 @@ impl Engine {
         let colliders = self.solver.get().colliders().to_vec();
         let particles = self.compiled.model.particle_count();
         let (state, device) = if let EngineSolver::Shared(solver) = &mut self.solver {
-            let mut slips = Vec::new();
+            let (mut slips, mut ghosts) = (Vec::new(), Vec::new());
             solver.slips_read(&mut slips);
+            solver.ghosts_read(&mut ghosts);
             let state = State {
                 time: self.time,
                 step: self.substeps,
@@ -104,6 +105,7 @@ impl Engine {
                 held: self.held.clone(),
                 colliders,
                 slips,
+                ghosts,
             };
             let source = solver.device_buffers()?;
             let buffers = self.pool.take(&self.gpu, particles);

@@ -1,6 +1,6 @@
 //! What acts on the cloths from outside, and what they touch.
 
-use cloth::scene::{SceneContact, SceneContactResponse, SceneGust, SceneWind};
+use cloth::scene::{SceneContact, SceneContactResponse, SceneGust, ScenePinch, SceneWind};
 use eframe::egui::Ui;
 
 use super::{heading, tick};
@@ -61,8 +61,11 @@ fn contact(ui: &mut Ui, contact: &mut Option<SceneContact>, spacing: f64) {
     let tip = "Contact of cloths with themselves and each other";
     if tick(ui, "self-contact", tip, "contact", &mut touches) {
         let distance = if spacing.is_finite() { CONTACT_SHARE * spacing } else { 0.01 };
-        let response = SceneContactResponse::Impulse { restitution: 0.0, friction: 0.3 };
-        *contact = touches.then_some(SceneContact { distance, response });
+        *contact = touches.then_some(SceneContact {
+            distance,
+            response: SceneContactResponse::default(),
+            pinch: ScenePinch::default(),
+        });
     }
     let Some(contact) = contact else { return };
     CONTACT_DISTANCE.row(ui, "contact distance", None, &mut contact.distance);

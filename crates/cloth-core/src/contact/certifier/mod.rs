@@ -1,20 +1,14 @@
 //! `contact_carry` and `contact_certify` (NUMERICS §15): ways are shortened until it is proven that no two features meet.
 
-use crate::{Error, Real, Result};
+mod carry;
+mod shorten;
 
 use super::{
-    Candidate, Carrier, SeparatingPlane, certificate_distance, closest_axis, is_apart, is_proven,
+    Candidate, Carrier, ContactStencil, Ghost, certificate_distance, ghosts::Ghosts, is_proven,
     plus, sub,
 };
-
-/// Times that particles slide along planes before their ways are shortened.
-const SLIDING_ROUNDS: u32 = 6;
-
-/// Times that ways are shortened by planes before particles stay where they are.
-const TRUNCATION_ROUNDS: u32 = 6;
-
-/// In how many parts prescribed ways are gone: more where fewer are not proven.
-const CARRY_PARTS: [u32; 3] = [1, 4, 16];
+use crate::{Error, Real, Result};
+use carry::NO_LEADER;
 
 /// A pair of which it is not proven that its features do not meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -89,6 +83,12 @@ pub struct Certifier<T> {
     /// Where particles are once prescribed ways are gone.
     carried: Vec<[T; 3]>,
     pairs: Vec<UnprovenPair>,
+    /// Where bodies pinch cloth, it is left inside of them.
+    makes_ghosts: bool,
+    ghosts: Ghosts,
+    /// Pairs of which no particle could make way when prescribed ways were last gone, and the particle that each went along with.
+    stuck: Vec<UnprovenPair>,
+    leader: Vec<u32>,
     /// For each particle a node of a body that it was stopped by or carried along by in the last substep; empty without bodies.
     bodies: Vec<Option<u32>>,
 }
@@ -107,11 +107,48 @@ impl<T: Real> Certifier<T> {
             bodies: vec![None; if count > particles { particles } else { 0 }],
             exempt: Vec::new(),
             is_new: true,
+            makes_ghosts: false,
+            ghosts: Ghosts::new(particles),
+            stuck: Vec::new(),
+            leader: vec![NO_LEADER; count],
             shares: vec![T::ONE; count],
             marked: vec![false; count],
             carried: Vec::new(),
             pairs: Vec::new(),
         }
+    }
+
+    /// The same, which leaves cloth inside of bodies that pinch it.
+    #[must_use]
+    pub fn with_ghosts(self, makes_ghosts: bool) -> Self {
+        Self { makes_ghosts, ..self }
+    }
+
+    /// What bodies have pinched, ascending by particle.
+    #[must_use]
+    pub fn ghosts(&self) -> &[Ghost] {
+        self.ghosts.list()
+    }
+
+    /// Takes in what bodies have pinched.
+    pub fn ghosts_set(&mut self, ghosts: &[Ghost]) {
+        self.ghosts.set(ghosts.to_vec());
+    }
+
+    /// Whether a contact acts: not one of a body with what it has pinched.
+    #[must_use]
+    pub fn acts(&self, stencil: &ContactStencil<T>) -> bool {
+        !self.ghosts.leave_out_contact(stencil)
+    }
+
+    /// `state_keep`.
+    pub fn keep(&mut self) {
+        self.ghosts.keep();
+    }
+
+    /// `state_restore`.
+    pub fn restore(&mut self) {
+        self.ghosts.restore();
     }
 
     /// Positions have been given from outside: what goes through each other in them is exempt.
@@ -176,6 +213,7 @@ impl<T: Real> Certifier<T> {
         pairs.clear();
         let ways = Ways { start, end, delta, is_new: self.is_new };
         search.unproven(&ways, None, &mut pairs)?;
+        pairs.retain(|pair| !self.ghosts.leave_out_pair(pair));
         self.exempt_update(&mut pairs, start);
         let outcome = if pairs.is_empty() {
             Ok(0)
@@ -205,6 +243,7 @@ impl<T: Real> Certifier<T> {
     }
 
     fn exempt_remove(&self, pairs: &mut Vec<UnprovenPair>) {
+        pairs.retain(|pair| !self.ghosts.leave_out_pair(pair));
         if !self.exempt.is_empty() {
             pairs.retain(|pair| self.exempt.binary_search(&pair.candidate).is_err());
         }
@@ -218,9 +257,20 @@ impl<T: Real> Certifier<T> {
         pairs: &mut Vec<UnprovenPair>,
         (is_held, carrier): (impl Fn(u32) -> bool, &impl Carrier<T>),
     ) -> Result<u64> {
-        let moves = |i: u32| is_held(i) && start[i as usize] != end[i as usize];
         let wanted = end.to_vec();
-        if pairs.iter().any(|pair| pair.particles.into_iter().any(moves)) {
+        let moves = |i: u32| is_held(i) && start[i as usize] != wanted[i as usize];
+        let mut is_in_the_way = pairs.iter().any(|pair| pair.particles.into_iter().any(moves));
+        if !is_in_the_way {
+            let shortened = self.shorten(search, (start, end), delta, pairs, &is_held);
+            // What is stopped can be in the way of what is not.
+            is_in_the_way = matches!(shortened, Err(Error::Pinched { .. }));
+            if is_in_the_way {
+                end.copy_from_slice(&wanted);
+            } else {
+                shortened?;
+            }
+        }
+        if is_in_the_way {
             self.carry(search, (start, end), delta, (&is_held, carrier))?;
             let carried = std::mem::take(&mut self.carried);
             pairs.clear();
@@ -231,178 +281,8 @@ impl<T: Real> Certifier<T> {
                 found.and_then(|()| self.shorten(search, (&carried, end), delta, pairs, &is_held));
             self.carried = carried;
             shortened?;
-        } else {
-            self.shorten(search, (start, end), delta, pairs, &is_held)?;
         }
         Ok(wanted.iter().zip(end).filter(|(wanted, end)| wanted != end).count() as u64)
-    }
-
-    /// `contact_carry`: prescribed ways are gone, in more and smaller parts if it cannot be proven otherwise.
-    fn carry(
-        &mut self,
-        search: &mut impl PairSearch<T>,
-        (start, end): (&[[T; 3]], &[[T; 3]]),
-        delta: T,
-        (is_held, carrier): (&impl Fn(u32) -> bool, &impl Carrier<T>),
-    ) -> Result<()> {
-        let mut outcome = Ok(());
-        for parts in CARRY_PARTS {
-            let mut at = start.to_vec();
-            outcome = (1..=parts).try_for_each(|part| {
-                let share = T::from_f64(f64::from(part) / f64::from(parts));
-                let target = |i: usize| along(start[i], end[i], share);
-                let length = T::ONE / T::from_f64(f64::from(parts));
-                self.carry_part(search, (&at, target), (delta, length), (is_held, carrier))?;
-                std::mem::swap(&mut at, &mut self.carried);
-                Ok(())
-            });
-            self.carried = at;
-            if !matches!(outcome, Err(Error::Pinched { .. })) {
-                break;
-            }
-        }
-        outcome
-    }
-
-    /// A part of prescribed ways is gone, as long as `length` of all of them, and free particles that are in their way go along, as do
-    /// those in the way of these: as parts of a rigid body, if it is one that comes; else the longest way of their pair.
-    fn carry_part(
-        &mut self,
-        search: &mut impl PairSearch<T>,
-        (start, target): (&[[T; 3]], impl Fn(usize) -> [T; 3]),
-        (delta, length_of_part): (T, T),
-        (is_held, carrier): (&impl Fn(u32) -> bool, &impl Carrier<T>),
-    ) -> Result<()> {
-        let is_whole = length_of_part == T::ONE;
-        let mut carried = start.to_vec();
-        // The rigid body that each goes along with.
-        let mut along: Vec<Option<u32>> = vec![None; start.len()];
-        self.marked.fill(false);
-        for (i, carried) in carried.iter_mut().enumerate() {
-            if is_held(i as u32) {
-                *carried = target(i);
-                self.marked[i] = true;
-                along[i] = carrier.body(i as u32);
-            }
-        }
-        let mut pairs = Vec::new();
-        loop {
-            pairs.clear();
-            let ways = Ways { start, end: &carried, delta, is_new: false };
-            search.unproven(&ways, Some(&self.marked), &mut pairs)?;
-            self.exempt_remove(&mut pairs);
-            // What goes along with one rigid body keeps its distance (NUMERICS §15).
-            let is_rigid = |pair: &UnprovenPair| {
-                let [first, others @ ..] = pair.particles.map(|i| along[i as usize]);
-                let split = pair.candidate.split();
-                let from = pair.at(start);
-                let margin = T::from_f64(0.5) * delta;
-                first.is_some()
-                    && others.iter().all(|other| *other == first)
-                    && is_apart(&from, closest_axis(&from, split), split, margin)
-            };
-            pairs.retain(|pair| !(is_whole && is_rigid(pair)));
-            if pairs.is_empty() {
-                self.carried = carried;
-                return Ok(());
-            }
-            pairs.sort_unstable();
-            let mut goes_on = false;
-            for pair in &pairs {
-                let way = |i: u32| sub(carried[i as usize], start[i as usize]);
-                let by = (pair.particles.into_iter())
-                    .max_by(|&i, &j| length(way(i)).total_cmp(&length(way(j))))
-                    .unwrap_or_default();
-                if carrier.jumps(by) {
-                    return Err(pinched(pair, start));
-                }
-                let (longest, body) = (way(by), along[by as usize]);
-                for i in pair.particles.map(|particle| particle as usize) {
-                    if !self.marked[i] {
-                        self.marked[i] = true;
-                        goes_on = true;
-                        body_note(&mut self.bodies, i, pair);
-                        along[i] = body;
-                        let of_body = |body| carrier.way(body, start[i]);
-                        let way =
-                            body.map_or(longest, |body| of_body(body).map(|x| length_of_part * x));
-                        carried[i] = plus(start[i], T::ONE, way);
-                    }
-                }
-            }
-            if !goes_on {
-                return Err(pinched(&pairs[0], start));
-            }
-        }
-    }
-
-    /// Changes the ends of particles of unproven pairs, until there are none: they slide along planes between their features, then
-    /// their ways are shortened, then they stay where they are.
-    fn shorten(
-        &mut self,
-        search: &mut impl PairSearch<T>,
-        (start, end): (&[[T; 3]], &mut [[T; 3]]),
-        delta: T,
-        pairs: &mut Vec<UnprovenPair>,
-        is_held: &impl Fn(u32) -> bool,
-    ) -> Result<()> {
-        self.shares.fill(T::ONE);
-        self.marked.fill(false);
-        let mut wanted = end.to_vec();
-        let mut round = 0;
-        while !pairs.is_empty() {
-            let slides = round < SLIDING_ROUNDS;
-            if slides {
-                // Each pair starts from where the last one has put its particles.
-                pairs.sort_unstable();
-            } else if round == SLIDING_ROUNDS {
-                wanted.copy_from_slice(end);
-            }
-            let mut goes_on = slides;
-            for pair in &*pairs {
-                let (from, to) = (pair.at(start), pair.at(&wanted));
-                let plane = (round < SLIDING_ROUNDS + TRUNCATION_ROUNDS)
-                    .then(|| SeparatingPlane::new(&from, &to, pair.candidate.split(), delta))
-                    .flatten();
-                for (place, particle) in pair.particles.into_iter().enumerate() {
-                    let i = particle as usize;
-                    if is_held(particle) {
-                        continue;
-                    }
-                    let mut changes = !self.marked[i];
-                    if slides {
-                        let slid = plane.and_then(|plane| plane.projected(place, end[i]));
-                        if let Some(slid) = slid {
-                            (end[i], changes) = (slid, true);
-                        }
-                    } else {
-                        let share = match plane {
-                            Some(plane) => plane.share(place, from[place], to[place]),
-                            None => T::ZERO,
-                        };
-                        if share < self.shares[i] {
-                            changes = true;
-                            self.shares[i] = share;
-                        }
-                        end[i] = along(start[i], wanted[i], self.shares[i]);
-                    }
-                    self.marked[i] = true;
-                    if changes {
-                        goes_on = true;
-                        body_note(&mut self.bodies, i, pair);
-                    }
-                }
-            }
-            if !goes_on && round >= SLIDING_ROUNDS + TRUNCATION_ROUNDS {
-                return Err(pinched(&pairs[0], start));
-            }
-            round += 1;
-            pairs.clear();
-            let ways = Ways { start, end, delta, is_new: false };
-            search.unproven(&ways, Some(&self.marked), pairs)?;
-            self.exempt_remove(pairs);
-        }
-        Ok(())
     }
 }
 
@@ -432,4 +312,71 @@ fn length<T: Real>(v: [T; 3]) -> f64 {
 fn pinched<T: Real>(pair: &UnprovenPair, start: &[[T; 3]]) -> Error {
     let place = pair.at(start)[0].map(T::to_f64);
     Error::Pinched { particles: pair.particles, place }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Looks at given pairs.
+    struct Pairs(Vec<UnprovenPair>);
+
+    impl PairSearch<f64> for Pairs {
+        fn unproven(
+            &mut self,
+            ways: &Ways<'_, f64>,
+            marked: Option<&[bool]>,
+            out: &mut Vec<UnprovenPair>,
+        ) -> Result<()> {
+            let is_marked = |pair: &&UnprovenPair| {
+                marked.is_none_or(|marked| pair.particles.iter().any(|&i| marked[i as usize]))
+            };
+            let asked = (ways.delta, ways.is_new);
+            let is_unproven = |pair: &&UnprovenPair| pair.is_unproven(ways.start, ways.end, asked);
+            out.extend(self.0.iter().filter(is_marked).filter(is_unproven));
+            Ok(())
+        }
+    }
+
+    /// A point between two triangles, the lower one of which is prescribed.
+    fn rig() -> (Pairs, Certifier<f64>) {
+        let pair = |triangle: u32| UnprovenPair {
+            candidate: Candidate::VertexTriangle([0, triangle]),
+            particles: [0, 1, 2, 3].map(|k| if k == 0 { 0 } else { 3 * triangle + k }),
+        };
+        (Pairs(vec![pair(0), pair(1)]), Certifier::new(7))
+    }
+
+    fn places(point: f64, below: f64, above: f64) -> Vec<[f64; 3]> {
+        let triangle = |z: f64| [[-0.01, -0.01, z], [0.01, -0.01, z], [0.0, 0.02, z]];
+        [[0.0, 0.0, point]].into_iter().chain(triangle(below)).chain(triangle(above)).collect()
+    }
+
+    /// The point flees from the triangle that comes, and is stopped by the other one: then it is in the way of the first after all.
+    #[test]
+    fn what_is_stopped_goes_along_with_what_comes() {
+        let (mut search, mut certifier) = rig();
+        let start = places(0.0, -1e-4, 5e-4);
+        let mut end = places(4e-3, 2e-3, 5e-4);
+        let is_held = |i: u32| (1..4).contains(&i);
+        let changed = certifier.certify(&mut search, &start, &mut end, is_held).unwrap();
+        assert!(changed > 0);
+        assert_eq!(end[1..4], places(0.0, 2e-3, 0.0)[1..4], "what is prescribed stays so");
+        let heights = [end[1][2], end[0][2], end[4][2]];
+        assert!(heights[0] < heights[1] && heights[1] < heights[2], "{heights:?}");
+    }
+
+    #[test]
+    fn without_bodies_nothing_is_left_inside_of_them() {
+        for makes_ghosts in [false, true] {
+            let (mut search, certifier) = rig();
+            let mut certifier = certifier.with_ghosts(makes_ghosts);
+            let mut end = places(0.0, 2e-3, 1e-3);
+            let start = places(0.0, -1e-3, 1e-3);
+            let is_held = |i: u32| i > 0;
+            let error = certifier.certify(&mut search, &start, &mut end, is_held).unwrap_err();
+            assert!(matches!(error, Error::Pinched { .. }), "{error}");
+            assert!(certifier.ghosts().is_empty());
+        }
+    }
 }

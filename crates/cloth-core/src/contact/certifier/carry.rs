@@ -1,0 +1,179 @@
+//! `contact_carry`: prescribed ways are gone, and what is in their way goes along (NUMERICS §15).
+
+use super::{
+    super::{Carrier, closest_axis, ghosts::anchors, is_apart, plus, sub},
+    Certifier, PairSearch, UnprovenPair, Ways, along, body_note, length, pinched,
+};
+use crate::{Error, Real, Result};
+
+/// In how many parts prescribed ways are gone: more where fewer are not proven.
+const CARRY_PARTS: [u32; 3] = [1, 4, 16];
+
+/// What goes nobody's way but its own.
+pub(super) const NO_LEADER: u32 = u32::MAX;
+
+impl<T: Real> Certifier<T> {
+    /// `contact_carry`: prescribed ways are gone. Cloth that cannot make way becomes a ghost, if there may be any.
+    pub(super) fn carry(
+        &mut self,
+        search: &mut impl PairSearch<T>,
+        ways: (&[[T; 3]], &[[T; 3]]),
+        delta: T,
+        (is_held, carrier): (&impl Fn(u32) -> bool, &impl Carrier<T>),
+    ) -> Result<()> {
+        loop {
+            self.stuck.clear();
+            let gone = self.carry_in_parts(search, ways, delta, (is_held, carrier));
+            let stuck = std::mem::take(&mut self.stuck);
+            let is_pinched = matches!(gone, Err(Error::Pinched { .. })) && !stuck.is_empty();
+            if !(is_pinched && self.makes_ghosts && self.let_through(&stuck, ways.0, carrier)) {
+                return gone;
+            }
+        }
+    }
+
+    /// Makes ghosts of the particles of pairs that could not make way, and of all that have pushed them; where they are ghosts already, which
+    /// go where bodies have them go, cloth may go through cloth. Returns whether anything has changed.
+    fn let_through(
+        &mut self,
+        stuck: &[UnprovenPair],
+        start: &[[T; 3]],
+        carrier: &impl Carrier<T>,
+    ) -> bool {
+        let (faces, first) = (carrier.faces(), self.bodies.len());
+        if faces.is_empty() {
+            return false;
+        }
+        let anchors = |i: u32| {
+            let faces = faces.iter().copied();
+            anchors(start[i as usize], faces, |node| start[first + node as usize])
+        };
+        let mut pinched = Vec::new();
+        self.marked.fill(false);
+        for mut particle in stuck.iter().flat_map(|pair| pair.particles) {
+            while particle != NO_LEADER && !self.marked[particle as usize] {
+                self.marked[particle as usize] = true;
+                pinched.push(particle);
+                particle = self.leader[particle as usize];
+            }
+        }
+        if self.ghosts.add(pinched, anchors) {
+            return true;
+        }
+        let before = self.exempt.len();
+        let is_guided = |pair: &&UnprovenPair| {
+            self.ghosts
+                .list()
+                .iter()
+                .any(|ghost| ghost.is_guided && pair.particles.contains(&ghost.particle))
+        };
+        let pairs = stuck.iter().filter(is_guided).map(|pair| pair.candidate);
+        self.exempt.extend(pairs);
+        self.exempt.sort_unstable();
+        self.exempt.dedup();
+        self.exempt.len() > before
+    }
+
+    /// Prescribed ways are gone in more and smaller parts if it cannot be proven otherwise.
+    fn carry_in_parts(
+        &mut self,
+        search: &mut impl PairSearch<T>,
+        (start, end): (&[[T; 3]], &[[T; 3]]),
+        delta: T,
+        (is_held, carrier): (&impl Fn(u32) -> bool, &impl Carrier<T>),
+    ) -> Result<()> {
+        let mut outcome = Ok(());
+        for parts in CARRY_PARTS {
+            let mut at = start.to_vec();
+            outcome = (1..=parts).try_for_each(|part| {
+                let share = T::from_f64(f64::from(part) / f64::from(parts));
+                let target = |i: usize| along(start[i], end[i], share);
+                let length = T::ONE / T::from_f64(f64::from(parts));
+                self.carry_part(search, (&at, target), (delta, length), (is_held, carrier))?;
+                std::mem::swap(&mut at, &mut self.carried);
+                Ok(())
+            });
+            self.carried = at;
+            if !matches!(outcome, Err(Error::Pinched { .. })) {
+                break;
+            }
+        }
+        outcome
+    }
+
+    /// A part of prescribed ways is gone, as long as `length` of all of them, and free particles that are in their way go along, as do
+    /// those in the way of these: as parts of a rigid body, if it is one that comes; else the longest way of their pair.
+    fn carry_part(
+        &mut self,
+        search: &mut impl PairSearch<T>,
+        (start, target): (&[[T; 3]], impl Fn(usize) -> [T; 3]),
+        (delta, length_of_part): (T, T),
+        (is_held, carrier): (&impl Fn(u32) -> bool, &impl Carrier<T>),
+    ) -> Result<()> {
+        let is_whole = length_of_part == T::ONE;
+        let mut carried = start.to_vec();
+        // The rigid body that each goes along with.
+        let mut along: Vec<Option<u32>> = vec![None; start.len()];
+        self.marked.fill(false);
+        self.leader.fill(NO_LEADER);
+        for (i, carried) in carried.iter_mut().enumerate() {
+            if is_held(i as u32) {
+                *carried = target(i);
+                self.marked[i] = true;
+                along[i] = carrier.body(i as u32);
+            }
+        }
+        let mut pairs = Vec::new();
+        loop {
+            pairs.clear();
+            let ways = Ways { start, end: &carried, delta, is_new: false };
+            search.unproven(&ways, Some(&self.marked), &mut pairs)?;
+            self.exempt_remove(&mut pairs);
+            // What goes along with one rigid body keeps its distance (NUMERICS §15).
+            let is_rigid = |pair: &UnprovenPair| {
+                let [first, others @ ..] = pair.particles.map(|i| along[i as usize]);
+                let split = pair.candidate.split();
+                let from = pair.at(start);
+                let margin = T::from_f64(0.5) * delta;
+                first.is_some()
+                    && others.iter().all(|other| *other == first)
+                    && is_apart(&from, closest_axis(&from, split), split, margin)
+            };
+            pairs.retain(|pair| !(is_whole && is_rigid(pair)));
+            if pairs.is_empty() {
+                self.carried = carried;
+                return Ok(());
+            }
+            pairs.sort_unstable();
+            let mut goes_on = false;
+            for pair in &pairs {
+                let way = |i: u32| sub(carried[i as usize], start[i as usize]);
+                let by = (pair.particles.into_iter())
+                    .max_by(|&i, &j| length(way(i)).total_cmp(&length(way(j))))
+                    .unwrap_or_default();
+                if carrier.jumps(by) {
+                    return Err(pinched(pair, start));
+                }
+                let (longest, body) = (way(by), along[by as usize]);
+                for i in pair.particles.map(|particle| particle as usize) {
+                    if !self.marked[i] {
+                        self.marked[i] = true;
+                        self.leader[i] = by;
+                        goes_on = true;
+                        body_note(&mut self.bodies, i, pair);
+                        along[i] = body;
+                        let of_body = |body| carrier.way(body, start[i]);
+                        let way =
+                            body.map_or(longest, |body| of_body(body).map(|x| length_of_part * x));
+                        carried[i] = plus(start[i], T::ONE, way);
+                    }
+                }
+            }
+            if !goes_on {
+                let outcome = Err(pinched(&pairs[0], start));
+                self.stuck = pairs;
+                return outcome;
+            }
+        }
+    }
+}
