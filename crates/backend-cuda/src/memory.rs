@@ -20,7 +20,7 @@ use crate::{
     procedural,
     queue::{Buffer, Launch, Queue, THREADS},
     solver_form::SolverForm,
-    tables::{FabricTables, SpringTables, StrainTables, TriangleTables},
+    tables::{FabricTables, SpringTables, StrainTables, TriangleTables, spring_kinds},
 };
 
 /// Particles of a block of sums, as on the CPU.
@@ -73,6 +73,7 @@ pub(crate) struct Memory<T> {
     pub(crate) contact: Option<ContactMemory<T>>,
     pub(crate) triangles: Option<(Buffer<u32>, Buffer<[u32; 4]>)>,
     pub(crate) springs: SpringTables<T>,
+    spring_kinds: Buffer<Real4<T>>,
     pub(crate) colours: Vec<u32>,
     /// For each collider the address of its distance grid, 0 for another shape.
     pub(crate) grids: Vec<u64>,
@@ -157,7 +158,8 @@ impl<T: CudaReal> Memory<T> {
         table!(spring_headers, &springs.headers);
         table!(spring_entries, &springs.entries);
         table!(spring_packed, &springs.packed);
-        table!(spring_kinds, &springs.kinds);
+        let spring_kinds = Buffer::of(&queue, &springs.kinds)?;
+        data.spring_kinds = spring_kinds.address();
         table!(spring_buckling, &springs.buckling);
         table!(offsets, &offsets);
         table!(air, &air);
@@ -233,6 +235,7 @@ impl<T: CudaReal> Memory<T> {
             status,
             partials,
             springs,
+            spring_kinds,
             progress,
             packets,
         };
@@ -293,6 +296,15 @@ impl<T: CudaReal> Memory<T> {
         let kernel = self.queue.device.kernel(source, &target, name)?;
         self.kernels.insert((module, name, solver), kernel);
         Ok(kernel)
+    }
+
+    /// Takes the lengths and stiffness of springs from another model.
+    ///
+    /// # Errors
+    /// What the device reports.
+    pub(crate) fn spring_kinds_write(&mut self, model: &Model) -> Result<()> {
+        self.springs.kinds = spring_kinds(model);
+        self.spring_kinds.write(&self.queue, 0, &self.springs.kinds)
     }
 
     /// Forgets what went wrong, and the candidate list.

@@ -6,9 +6,9 @@ mod semi_implicit;
 use std::sync::Arc;
 
 use cloth_core::{
-    ColliderImpulse, Colouring, ContactStatistics, ForceControl, Kernels, LinearVector, Measures,
-    Model, NewtonStart, PinWrite, Preconditioner, Result, SolverConfig, SpringColouring, StageTime,
-    State,
+    ColliderImpulse, Colouring, ContactStatistics, ForceControl, Integrator, Kernels, LinearVector,
+    Measures, Model, NewtonStart, PinWrite, Preconditioner, Result, SolverConfig, SpringColouring,
+    StageTime, State,
     contact::{Contacts, Ghost},
     stepper::{self, FramePlan, Substep},
 };
@@ -428,6 +428,16 @@ impl Kernels for ReferenceKernels {
             ghosts: triangles.certifier.ghosts().len() as u64,
             ..counts
         }))
+    }
+
+    fn stitches_set(&mut self, model: &Arc<Model>) -> Result<bool> {
+        let has_constant_matrix = matches!(self.config.integrator, Integrator::SemiImplicit(_));
+        let triangles = self.triangles.as_mut();
+        if has_constant_matrix || !triangles.is_none_or(|all| all.surface.stitches_set(model)) {
+            return Ok(false);
+        }
+        self.model = Arc::clone(model);
+        Ok(true)
     }
 
     fn ghosts_read(&mut self, out: &mut Vec<Ghost>) {

@@ -13,7 +13,7 @@ use crate::{ElementBlock, Elements, Matrix, Particles, Vector};
 
 /// Contact of the triangles of a model.
 pub(crate) struct TriangleContact {
-    surface: ContactSurface,
+    pub(crate) surface: ContactSurface,
     /// Number of all pairs of features that share no particle, too many to keep.
     candidates: u64,
     pub(crate) set: ContactSet<f64>,

@@ -103,6 +103,10 @@ impl Solver for WgpuSolver {
         self.inner.normals(out)
     }
 
+    fn stitches_set(&mut self, model: &Arc<Model>) -> Result<bool> {
+        self.inner.stitches_set(model)
+    }
+
     fn contacts_read(&mut self, out: &mut cloth_core::contact::Contacts) -> Result<()> {
         self.inner.contacts_read(out)
     }

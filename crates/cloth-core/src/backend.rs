@@ -101,6 +101,16 @@ pub trait Solver: Send {
     /// What the device reports.
     fn download(&mut self, out: &mut State) -> Result<()>;
 
+    /// Goes on with `model`, which differs from its own in the lengths, stiffness and widths of stitches alone
+    /// ([`Model::sewn_at`]). Returns whether it can; if not, another solver has to.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn stitches_set(&mut self, model: &Arc<Model>) -> Result<bool> {
+        let _ = model;
+        Ok(false)
+    }
+
     /// Position \[m\] of a particle, the origin for one that does not exist. That of a particle which is held at rest is
     /// known; for any other the whole state is read.
     ///
@@ -163,6 +173,10 @@ impl<S: Solver + ?Sized> Solver for Box<S> {
 
     fn download(&mut self, out: &mut State) -> Result<()> {
         (**self).download(out)
+    }
+
+    fn stitches_set(&mut self, model: &Arc<Model>) -> Result<bool> {
+        (**self).stitches_set(model)
     }
 
     fn particle_position(&mut self, particle: u32) -> Result<[f64; 3]> {

@@ -17,10 +17,9 @@ const WELD_GAP: f64 = 1e-3;
 /// How long what is to be welded takes to come together \[s\]: nothing else moves in it.
 const GATHERING: f64 = 1e-6;
 
-/// Something may be caught between what is to be welded. So many frames after its time that is tried in every frame, then in every fourth: it takes as
-/// long as a frame.
+/// Something may be caught between what is to be welded. So many frames after its time that is tried in every frame, then after twice as many each: it takes
+/// longer than a frame.
 const ATTEMPTS: u64 = 8;
-const ATTEMPT_FRAMES: u64 = 4;
 
 /// Share of a frame below which a difference of two times is rounding.
 const ROUNDING: f64 = 1e-6;
@@ -72,10 +71,10 @@ impl Stage {
         let start_frame = frame as f64 + ROUNDING;
         let seams = scene.model.seams();
         let first = seams.weld_time().map(|time| time * scene.frames_per_second);
-        // Where something is caught between what is to be welded, it is tried again now and then.
+        // Where something is caught between what is to be welded, it is tried again, less and less often.
         let is_turn = |first: f64| {
             let late = frame.saturating_sub((first - ROUNDING).ceil() as u64);
-            late < ATTEMPTS || late.is_multiple_of(ATTEMPT_FRAMES)
+            late < ATTEMPTS || late.is_power_of_two()
         };
         let is_time = first.is_some_and(|first| first <= start_frame && is_turn(first));
         let is_close = || {
@@ -107,6 +106,11 @@ impl Stage {
             || self.phase != next.phase
             || self.widths != next.widths
             || scene.model.is_sewn_between([self.time, next.time], is_implicit(scene))
+    }
+
+    /// Whether a solver of this stage may be able to go on in `next`.
+    pub(crate) fn differs_in_stitches_alone(&self, next: &Self) -> bool {
+        self.is_welded == next.is_welded && self.phase == next.phase
     }
 
     /// What a solver of this stage gets.

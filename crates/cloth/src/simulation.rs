@@ -182,6 +182,17 @@ impl<S: Solver> Simulation<S> {
                 Some(gathered) => state = gathered,
                 None => next = next.unwelded(&self.scene, &state),
             }
+            if !stage.needs_solver(&self.scene, &next) {
+                self.sewing.stage_set(next);
+                return Ok(());
+            }
+        }
+        if stage.differs_in_stitches_alone(&next) {
+            let (model, _) = next.model_and_config(&self.scene);
+            if self.run.solver_mut().stitches_set(&model)? {
+                self.sewing.stage_set(next);
+                return Ok(());
+            }
         }
         let (was_welded, weld) = (stage.weld(&self.scene).is_some(), next.weld(&self.scene));
         let state = match &weld {

@@ -9,9 +9,9 @@ use std::{
 };
 
 use cloth_core::{
-    ColliderImpulse, ContactResponse, ContactStatistics, FieldProgram, ForceControl, Kernels,
-    Measures, Model, NewtonStart, PinWrite, Real, Result, SelfContact, SolverConfig, StageTime,
-    State,
+    ColliderImpulse, ContactResponse, ContactStatistics, FieldProgram, ForceControl, Integrator,
+    Kernels, Measures, Model, NewtonStart, PinWrite, Real, Result, SelfContact, SolverConfig,
+    StageTime, State,
     contact::{Candidate, Contacts, Ghost},
     stepper::{self, FramePlan, Substep},
 };
@@ -702,6 +702,17 @@ impl<T: Real> Kernels for CpuKernels<T> {
             return Ok(triangles.statistics());
         }
         Ok(self.contact.as_mut().map_or_else(ContactStatistics::default, Contact::statistics))
+    }
+
+    fn stitches_set(&mut self, model: &Arc<Model>) -> Result<bool> {
+        let has_constant_matrix = matches!(self.config.integrator, Integrator::SemiImplicit(_));
+        let triangles = self.triangles.as_mut();
+        if has_constant_matrix || !triangles.is_none_or(|all| all.stitches_set(model)) {
+            return Ok(false);
+        }
+        self.springs = SpringColumns::new(model.springs(), model.particle_count());
+        self.model = Arc::clone(model);
+        Ok(true)
     }
 
     fn ghosts_read(&mut self, out: &mut Vec<Ghost>) {

@@ -258,6 +258,11 @@ impl<T: Real> TriangleContact<T> {
         self.set.slips_read(out);
     }
 
+    /// `stitches_set`.
+    pub(crate) fn stitches_set(&mut self, model: &Model) -> bool {
+        self.surface.stitches_set(model)
+    }
+
     /// What bodies have pinched.
     pub(crate) fn ghosts(&self) -> &[Ghost] {
         self.certifier.ghosts()

@@ -184,6 +184,12 @@ impl<T: CudaReal> CudaKernels<T> {
         }
     }
 
+    /// `stitches_set`.
+    pub(super) fn triangle_stitches_set(&mut self, model: &Model) -> bool {
+        let triangles = self.triangles.as_mut();
+        triangles.is_none_or(|triangles| triangles.contact.stitches_set(model))
+    }
+
     /// What bodies have pinched; `out` is resized.
     pub(super) fn triangle_ghosts(&self, out: &mut Vec<Ghost>) {
         out.clear();
@@ -354,6 +360,19 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
         let launch = Launch::over(GROUP * task.own_group_count as usize);
         self.pairs_start("contact_pairs_list", launch, task)?;
         Ok(self.counts()?[1])
+    }
+
+    fn list_read(&mut self, task: &PairTask<T>, words: &mut Vec<u32>) -> Result<()> {
+        let mut pairs = Vec::new();
+        let count = task.pair_count as usize;
+        self.memory.list.read_first(&self.kernels.memory.queue, count, &mut pairs)?;
+        words.clear();
+        words.extend_from_slice(pairs.as_flattened());
+        Ok(())
+    }
+
+    fn references_read(&mut self, _: &PairTask<T>, out: &mut Vec<Real4<T>>) -> Result<()> {
+        self.memory.references.read(&self.kernels.memory.queue, out)
     }
 
     fn ends_read(&mut self, position: &mut Vec<[T; 4]>, start: &mut Vec<[T; 4]>) -> Result<()> {

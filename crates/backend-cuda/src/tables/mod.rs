@@ -8,6 +8,6 @@ mod triangles;
 
 pub(crate) use elements::ElementMemory;
 pub(crate) use fabric::FabricTables;
-pub(crate) use springs::SpringTables;
+pub(crate) use springs::{SpringTables, spring_kinds};
 pub(crate) use strain_limit::StrainTables;
 pub(crate) use triangles::TriangleTables;

@@ -8,7 +8,7 @@
 
 use std::collections::HashMap;
 
-use cloth_core::{Buckling, Model, SpringRows};
+use cloth_core::{Buckling, Model, SpringKind, SpringRows};
 
 use crate::layout::{CudaReal, Real4};
 
@@ -81,7 +81,6 @@ impl<T: CudaReal> SpringTables<T> {
             offsets.clear();
         }
         let kinds = model.springs().kinds();
-        let measured = model.springs().strain_measured();
         let mut tables = Self {
             rows: Vec::with_capacity(count),
             headers: Vec::new(),
@@ -90,18 +89,7 @@ impl<T: CudaReal> SpringTables<T> {
             slots: Vec::new(),
             slot_count: offsets.len() as u32,
             own_count: 0,
-            kinds: kinds
-                .iter()
-                .zip(measured)
-                .map(|(kind, is_measured)| {
-                    let what = match (kind.buckling(), is_measured) {
-                        (Some(_), _) => 1.0,
-                        (None, true) => 0.0,
-                        (None, false) => -1.0,
-                    };
-                    [kind.rest_length, kind.stiffness, kind.damping, what].map(T::from_f64)
-                })
-                .collect(),
+            kinds: spring_kinds(model),
             buckling: kinds
                 .iter()
                 .map(|kind| {
@@ -206,6 +194,20 @@ fn row_of(rows: &SpringRows, particle: usize, row: &mut Vec<Entry>) {
     let range = rows.offsets[particle] as usize..rows.offsets[particle + 1] as usize;
     row.clear();
     row.extend(range.map(|at| (rows.columns[at].wrapping_sub(particle as u32), rows.kinds[at])));
+}
+
+/// Rest length, stiffness, damping of each kind of springs, and whether it buckles or is measured.
+pub(crate) fn spring_kinds<T: CudaReal>(model: &Model) -> Vec<[T; 4]> {
+    let all = model.springs().kinds().iter().zip(model.springs().strain_measured());
+    let numbers = |(kind, is_measured): (&SpringKind, bool)| {
+        let what = match (kind.buckling(), is_measured) {
+            (Some(_), _) => 1.0,
+            (None, true) => 0.0,
+            (None, false) => -1.0,
+        };
+        [kind.rest_length, kind.stiffness, kind.damping, what].map(T::from_f64)
+    };
+    all.map(numbers).collect()
 }
 
 #[cfg(test)]

@@ -191,6 +191,10 @@ impl Kernels for WgpuKernels {
         self.stages.contact_statistics()
     }
 
+    fn stitches_set(&mut self, model: &Arc<Model>) -> Result<bool> {
+        self.stages.stitches_set(model)
+    }
+
     fn ghosts_read(&mut self, out: &mut Vec<Ghost>) {
         self.stages.ghosts_read(out);
     }

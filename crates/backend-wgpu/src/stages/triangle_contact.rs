@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Error, NewtonStart, Result,
+    Error, Integrator, Model, NewtonStart, Result,
     contact::{
         Candidate, ContactEquation, ContactLaw, ContactSet, ContactSlip, Contacts, Ghost,
         device::{
@@ -23,6 +23,7 @@ use crate::{
     buffers::VECTOR_SIZE,
     dispatch::WORKGROUP,
     layout,
+    tables::{spring_entries, spring_kinds},
     triangle_contact::{TABLE_HEAD, result_head, table},
 };
 
@@ -136,6 +137,23 @@ impl Stages {
             Some(triangles) => triangles.set.slips_read(out),
             None => out.clear(),
         }
+    }
+
+    /// Goes on with a model of other stitches, if the pairs of contact stay the same.
+    pub(crate) fn stitches_set(&mut self, model: &Arc<Model>) -> Result<bool> {
+        let has_constant_matrix = matches!(self.config.integrator, Integrator::SemiImplicit(_));
+        let triangles = self.triangles.as_mut();
+        if has_constant_matrix || !triangles.is_none_or(|all| all.stitches_set(model)) {
+            return Ok(false);
+        }
+        let entries = spring_entries(model);
+        self.write("spring_entries", 0, bytemuck::cast_slice(&entries))?;
+        if self.buffers.has("spring_kinds") {
+            let kinds = spring_kinds(model);
+            self.write("spring_kinds", 0, bytemuck::cast_slice(&kinds))?;
+        }
+        self.model = Arc::clone(model);
+        Ok(true)
     }
 
     /// What bodies have pinched; `out` is resized.
@@ -314,6 +332,20 @@ impl PairDevice<f32> for Stages {
         let items = (GROUP as u32 * task.own_group_count, WORKGROUP);
         self.pair_kernel("contact_pairs", "contact_pairs_list", items)?;
         Ok(self.read_words::<u32>("pair_results", 2)?[1])
+    }
+
+    fn list_read(&mut self, task: &PairTask<f32>, words: &mut Vec<u32>) -> Result<()> {
+        *words = self.read_words("pairs", PAIR_WORDS as u64 * u64::from(task.pair_count))?;
+        Ok(())
+    }
+
+    fn references_read(&mut self, task: &PairTask<f32>, out: &mut Vec<[f32; 4]>) -> Result<()> {
+        let references = self.buffers.get("pair_references", 0, 0)?.clone();
+        let size = 2 * VECTOR_SIZE * u64::from(task.node_count);
+        self.read_part(&references, 0, size, |bytes| {
+            out.clear();
+            out.extend_from_slice(bytemuck::cast_slice(bytes));
+        })
     }
 
     fn ends_read(&mut self, position: &mut Vec<[f32; 4]>, start: &mut Vec<[f32; 4]>) -> Result<()> {

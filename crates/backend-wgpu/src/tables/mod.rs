@@ -68,6 +68,11 @@ impl Tables {
     }
 }
 
+/// All springs.
+pub(crate) fn spring_entries(model: &Model) -> Vec<[u32; 4]> {
+    springs::tables(model).1
+}
+
 /// All kinds of springs, for the linear system.
 pub(crate) fn spring_kinds(model: &Model) -> Vec<[u32; 4]> {
     springs::kinds(model)

@@ -112,6 +112,11 @@ impl ContactSurface {
         if !(gap < reach && gap > T::from_f64(NORMAL_MIN)) {
             return None;
         }
+        // Most of what is near along an open seam is beyond its reach.
+        let seam_reach = self.seam_reach(candidate, &particles);
+        if seam_reach.is_some_and(|reach| gap >= T::from_f64(reach)) {
+            return None;
+        }
         let key = match (candidate, place) {
             (Candidate::EdgeEdge([first, second]), _) => {
                 ContactKey { kind: ContactKind::EdgeEdge, first, second }
@@ -147,7 +152,7 @@ impl ContactSurface {
                 ContactKey { kind: ContactKind::VertexVertex, first: vertex, second: other }
             }
         };
-        let (reach, friction) = self.reach_of(candidate, particles);
+        let (reach, friction) = self.reach_of(candidate, particles, seam_reach);
         let inverse = T::ONE / gap;
         (gap < reach).then(|| ContactStencil {
             key,
@@ -163,9 +168,14 @@ impl ContactSurface {
     /// The distance at which the force of two features begins, less within a cloth where they are close at the start, and their
     /// friction.
     #[inline(always)]
-    fn reach_of<T: Real>(&self, candidate: Candidate, particles: [u32; 4]) -> (T, f64) {
+    fn reach_of<T: Real>(
+        &self,
+        candidate: Candidate,
+        particles: [u32; 4],
+        seam_reach: Option<f64>,
+    ) -> (T, f64) {
         let (mut reach, friction) = self.coupling(particles[0], particles[3]);
-        if let Some(seam) = self.seam_reach(candidate, &particles) {
+        if let Some(seam) = seam_reach {
             reach = reach.min(seam);
         }
         let reach = T::from_f64(reach);

@@ -240,6 +240,18 @@ impl ContactSurface {
         }
     }
 
+    /// Goes on with the stitches of another model of the same particles. Returns whether the pairs stay the same.
+    pub fn stitches_set(&mut self, model: &Model) -> bool {
+        let joined = model.joined_classes().all();
+        if self.classes[..joined.len()] != joined {
+            return false;
+        }
+        self.seam_reaches = model.seam_reaches();
+        let is_open = !self.seam_reaches.is_empty();
+        self.seam_classes = if is_open { model.seam_classes().all() } else { Vec::new() };
+        true
+    }
+
     /// Whether a feature of these corners has a particle, or one that a seam makes one with it.
     #[inline(always)]
     fn has(&self, corners: &[u32], particle: u32) -> bool {

@@ -271,6 +271,14 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     /// What the device reports.
     fn contact_statistics(&mut self) -> Result<ContactStatistics>;
 
+    /// Goes on with another model, as [`Solver::stitches_set`](crate::Solver::stitches_set).
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn stitches_set(&mut self, _: &Arc<Model>) -> Result<bool> {
+        Ok(false)
+    }
+
     /// What bodies have pinched, ascending by particle; `out` is resized.
     fn ghosts_read(&mut self, out: &mut Vec<Ghost>) {
         out.clear();

@@ -324,6 +324,11 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
         Ok(())
     }
 
+    fn stitches_set(&mut self, model: &Arc<Model>) -> Result<bool> {
+        self.deferred_settle()?;
+        self.kernels.stitches_set(model)
+    }
+
     fn particle_position(&mut self, particle: u32) -> Result<[f64; 3]> {
         if self.held_places.get(particle).is_none() {
             self.deferred_settle()?;

@@ -5,6 +5,7 @@ use crate::{Real, Result};
 use super::{
     super::{PairSearch, UnprovenPair, Ways},
     DeviceList,
+    host::LastLook,
     task::{PairDevice, PairLook, TASK_MARKED, TASK_NEW, WaysFrom},
 };
 
@@ -12,6 +13,26 @@ use super::{
 pub(super) struct DeviceSearch<'a, T, D> {
     pub(super) device: &'a mut D,
     pub(super) list: &'a mut DeviceList<T>,
+    pub(super) last: Option<LastLook<T>>,
+}
+
+impl<T: Real, D: PairDevice<T>> DeviceSearch<'_, T, D> {
+    /// Finds the pairs of marked particles on the host, if the last look and the list on it say enough. Returns whether it did.
+    fn unproven_on_host(
+        &mut self,
+        ways: &Ways<'_, T>,
+        marked: &[bool],
+        out: &mut Vec<UnprovenPair>,
+    ) -> Result<bool> {
+        let Some(last) = &self.last else { return Ok(false) };
+        let Some(host) = self.list.on_host(self.device)? else { return Ok(false) };
+        let Some(moved) = host.moved(last, ways, marked) else { return Ok(false) };
+        if !self.list.holds_where(&moved, ways.delta + ways.delta) {
+            return Ok(false);
+        }
+        let host = self.list.on_host(self.device)?;
+        Ok(host.is_some_and(|host| host.unproven(ways, marked, out)))
+    }
 }
 
 impl<T: Real, D: PairDevice<T>> PairSearch<T> for DeviceSearch<'_, T, D> {
@@ -21,7 +42,12 @@ impl<T: Real, D: PairDevice<T>> PairSearch<T> for DeviceSearch<'_, T, D> {
         marked: Option<&[bool]>,
         out: &mut Vec<UnprovenPair>,
     ) -> Result<()> {
-        let Self { device, list } = self;
+        if let Some(marked) = marked
+            && self.unproven_on_host(ways, marked, out)?
+        {
+            return Ok(());
+        }
+        let Self { device, list, last } = self;
         let full = |x: &[T; 3], w: T| [x[0], x[1], x[2], w];
         let is_marked = |i: usize| marked.is_some_and(|marked| marked[i]);
         let starts = ways.start.iter().map(|x| full(x, T::ZERO));
@@ -36,7 +62,12 @@ impl<T: Real, D: PairDevice<T>> PairSearch<T> for DeviceSearch<'_, T, D> {
         if !list.holds_for(&look, ways.delta + ways.delta) {
             // Marked particles lag behind the others, which the next rounds will make worse: then boxes are around whole ways.
             list.build(*device, marked.is_none())?;
+            *last = None;
             look = list.look(*device, PairLook::Unproven, WaysFrom::Device)?;
+        }
+        if marked.is_none() {
+            let (start, end) = (ways.start.to_vec(), ways.end.to_vec());
+            *last = Some(LastLook { start, end, moved: look.moved });
         }
         out.extend(look.found);
         Ok(())

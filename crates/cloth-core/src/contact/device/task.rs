@@ -156,6 +156,18 @@ pub trait PairDevice<T: Real> {
     /// What the device reports.
     fn list_fill(&mut self, task: &PairTask<T>) -> Result<u32>;
 
+    /// Reads the words of the pairs of the list.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn list_read(&mut self, task: &PairTask<T>, words: &mut Vec<u32>) -> Result<()>;
+
+    /// Reads both sets of positions that the list was built for.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn references_read(&mut self, task: &PairTask<T>, out: &mut Vec<[T; 4]>) -> Result<()>;
+
     /// Reads positions with inverse masses, and the start of the substep.
     ///
     /// # Errors
