@@ -362,13 +362,9 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
         Ok(self.counts()?[1])
     }
 
-    fn list_read(&mut self, task: &PairTask<T>, words: &mut Vec<u32>) -> Result<()> {
-        let mut pairs = Vec::new();
+    fn list_read(&mut self, task: &PairTask<T>, out: &mut Vec<[u32; PAIR_WORDS]>) -> Result<()> {
         let count = task.pair_count as usize;
-        self.memory.list.read_first(&self.kernels.memory.queue, count, &mut pairs)?;
-        words.clear();
-        words.extend_from_slice(pairs.as_flattened());
-        Ok(())
+        self.memory.list.read_first(&self.kernels.memory.queue, count, out)
     }
 
     fn references_read(&mut self, _: &PairTask<T>, out: &mut Vec<Real4<T>>) -> Result<()> {

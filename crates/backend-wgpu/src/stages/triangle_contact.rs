@@ -334,9 +334,13 @@ impl PairDevice<f32> for Stages {
         Ok(self.read_words::<u32>("pair_results", 2)?[1])
     }
 
-    fn list_read(&mut self, task: &PairTask<f32>, words: &mut Vec<u32>) -> Result<()> {
-        *words = self.read_words("pairs", PAIR_WORDS as u64 * u64::from(task.pair_count))?;
-        Ok(())
+    fn list_read(&mut self, task: &PairTask<f32>, out: &mut Vec<[u32; PAIR_WORDS]>) -> Result<()> {
+        let pairs = self.buffers.get("pairs", 0, 0)?.clone();
+        let size = 4 * PAIR_WORDS as u64 * u64::from(task.pair_count);
+        self.read_part(&pairs, 0, size, |bytes| {
+            out.clear();
+            out.extend_from_slice(bytemuck::cast_slice(bytes));
+        })
     }
 
     fn references_read(&mut self, task: &PairTask<f32>, out: &mut Vec<[f32; 4]>) -> Result<()> {

@@ -1,26 +1,27 @@
 //! The list of a device on the host, for the rounds in which a few particles are looked at again and again: none of them has to wait for the device.
 
+use rayon::prelude::*;
+
 use crate::{Real, Result};
 
 use super::{
     super::{UnprovenPair, Ways},
     Moved,
-    task::{PairDevice, PairTask, pairs_of},
+    task::{PAIR_WORDS, PairDevice, PairTask, pair_of},
 };
 
 /// Longer lists take more time to be read than the device takes for some looks.
 const PAIRS_MAX: u32 = 1 << 22;
 
-/// More pairs than this are faster looked at by the device.
-const LOOKS_MAX: usize = 1 << 14;
+/// Pairs that a thread looks at, at least.
+const TASK: usize = 1 << 13;
 
-/// A list as it was built once.
+/// A list as it was built last. Its memory is used again.
 #[derive(Debug)]
 pub(super) struct HostList<T> {
-    pairs: Vec<UnprovenPair>,
-    /// The pairs of each particle.
-    offsets: Vec<u32>,
-    places: Vec<u32>,
+    /// Whether it is that of the device.
+    is_valid: bool,
+    pairs: Vec<[u32; PAIR_WORDS]>,
     /// Both sets of positions that it was built for.
     references: Vec<[T; 4]>,
 }
@@ -28,45 +29,58 @@ pub(super) struct HostList<T> {
 /// The last look at all particles: what has moved since then is marked.
 #[derive(Debug)]
 pub(super) struct LastLook<T> {
-    pub(super) start: Vec<[T; 3]>,
-    pub(super) end: Vec<[T; 3]>,
+    start: Vec<[T; 3]>,
+    end: Vec<[T; 3]>,
     /// Starts and ends of the ways.
-    pub(super) moved: [Moved<T>; 2],
+    moved: [Moved<T>; 2],
+}
+
+impl<T: Real> LastLook<T> {
+    pub(super) fn new(ways: &Ways<'_, T>, moved: [Moved<T>; 2]) -> Self {
+        Self { start: ways.start.to_vec(), end: ways.end.to_vec(), moved }
+    }
+}
+
+/// Whether numbers are the same, without a branch for each of them.
+fn are_equal<T: Real>(a: &[[T; 3]], b: &[[T; 3]]) -> bool {
+    let pairs = a.as_flattened().iter().zip(b.as_flattened());
+    a.len() == b.len() && pairs.fold(true, |equal, (a, b)| equal & (a == b))
+}
+
+/// Whether unmarked particles are at the same places.
+fn rest_is_at<T: Real>(a: &[[T; 3]], b: &[[T; 3]], marked: &[bool]) -> bool {
+    let pairs = a.iter().zip(b).zip(marked);
+    pairs.fold(true, |equal, ((a, b), marked)| {
+        equal & (*marked | ((a[0] == b[0]) & (a[1] == b[1]) & (a[2] == b[2])))
+    })
 }
 
 impl<T: Real> HostList<T> {
-    /// Whether a list is read at all.
-    pub(super) const fn takes(task: &PairTask<T>) -> bool {
-        task.pair_count <= PAIRS_MAX
+    pub(super) const fn new() -> Self {
+        Self { is_valid: false, pairs: Vec::new(), references: Vec::new() }
     }
 
-    /// Reads the list.
-    pub(super) fn read(device: &mut impl PairDevice<T>, task: &PairTask<T>) -> Result<Self> {
-        let (mut words, mut references) = (Vec::new(), Vec::new());
-        device.list_read(task, &mut words)?;
-        device.references_read(task, &mut references)?;
-        let pairs: Vec<_> = pairs_of(&words).collect();
-        let mut offsets = vec![0_u32; task.node_count as usize + 1];
-        for particle in pairs.iter().flat_map(|pair| pair.particles) {
-            offsets[particle as usize + 1] += 1;
-        }
-        for i in 1..offsets.len() {
-            offsets[i] += offsets[i - 1];
-        }
-        let mut next = offsets.clone();
-        let mut places = vec![0; 4 * pairs.len()];
-        for (number, pair) in pairs.iter().enumerate() {
-            for particle in pair.particles {
-                let place = &mut next[particle as usize];
-                places[*place as usize] = number as u32;
-                *place += 1;
-            }
-        }
-        Ok(Self { pairs, offsets, places, references })
+    /// The device has another list.
+    pub(super) const fn forget(&mut self) {
+        self.is_valid = false;
     }
 
-    fn row(&self, particle: usize) -> &[u32] {
-        &self.places[self.offsets[particle] as usize..self.offsets[particle + 1] as usize]
+    /// Reads the list, if it has changed. Returns whether it is one that is read at all.
+    pub(super) fn read(
+        &mut self,
+        device: &mut impl PairDevice<T>,
+        task: &PairTask<T>,
+    ) -> Result<bool> {
+        if self.is_valid || task.pair_count > PAIRS_MAX {
+            return Ok(self.is_valid);
+        }
+        self.pairs.clear();
+        if task.pair_count > 0 {
+            device.list_read(task, &mut self.pairs)?;
+        }
+        device.references_read(task, &mut self.references)?;
+        self.is_valid = true;
+        Ok(true)
     }
 
     /// How far the ends of ways are from both sets of positions at most, if all that is not marked is where it was in the last look, or at its start.
@@ -76,14 +90,12 @@ impl<T: Real> HostList<T> {
         ways: &Ways<'_, T>,
         marked: &[bool],
     ) -> Option<Moved<T>> {
-        if last.start != ways.start {
+        if !are_equal(&last.start, ways.start) {
             return None;
         }
-        let others = || (0..marked.len()).filter(|&i| !marked[i]);
-        let is_at = |places: &[[T; 3]]| others().all(|i| ways.end[i] == places[i]);
-        let mut moved = if is_at(&last.end) {
+        let mut moved = if rest_is_at(ways.end, &last.end, marked) {
             last.moved[1]
-        } else if is_at(ways.start) {
+        } else if rest_is_at(ways.end, ways.start, marked) {
             last.moved[0]
         } else {
             return None;
@@ -96,29 +108,11 @@ impl<T: Real> HostList<T> {
         Some(moved)
     }
 
-    /// Adds the unproven pairs of marked particles, unless these have too many.
-    pub(super) fn unproven(
-        &self,
-        ways: &Ways<'_, T>,
-        marked: &[bool],
-        out: &mut Vec<UnprovenPair>,
-    ) -> bool {
-        let all = || (0..marked.len()).filter(|&i| marked[i]);
-        if all().map(|i| self.row(i).len()).sum::<usize>() > LOOKS_MAX {
-            return false;
-        }
+    /// The unproven pairs of marked particles.
+    pub(super) fn unproven(&self, ways: &Ways<'_, T>, marked: &[bool]) -> Vec<UnprovenPair> {
         let asked = (ways.delta, ways.is_new);
-        for particle in all() {
-            for &number in self.row(particle) {
-                let pair = self.pairs[number as usize];
-                let first = pair.particles.iter().find(|&&i| marked[i as usize]);
-                if first.is_some_and(|&first| first as usize == particle)
-                    && pair.is_unproven(ways.start, ways.end, asked)
-                {
-                    out.push(pair);
-                }
-            }
-        }
-        true
+        let is_marked = |words: &&[u32; PAIR_WORDS]| words[..4].iter().any(|&i| marked[i as usize]);
+        let all = self.pairs.par_iter().with_min_len(TASK).filter(is_marked).map(pair_of);
+        all.filter(|pair| pair.is_unproven(ways.start, ways.end, asked)).collect()
     }
 }

@@ -29,8 +29,8 @@ pub struct DeviceList<T> {
     expected: usize,
     answer: PairAnswer<T>,
     pub(super) rebuilds: u32,
-    /// The list on the host, once it was asked for.
-    host: Option<HostList<T>>,
+    /// The list on the host, where it was asked for.
+    host: HostList<T>,
 }
 
 /// What a look at the device has found.
@@ -74,7 +74,14 @@ impl<T: Real> DeviceList<T> {
             own_group_count: own_groups,
         };
         let answer = PairAnswer { found: 0, pairs: Vec::new(), moved: Vec::new() };
-        Self { task, has_list: false, expected: EXPECTED_MIN, answer, rebuilds: 0, host: None }
+        Self {
+            task,
+            has_list: false,
+            expected: EXPECTED_MIN,
+            answer,
+            rebuilds: 0,
+            host: HostList::new(),
+        }
     }
 
     /// Whether the list has all pairs that are `distance` or less apart along all axes at both ends of the ways.
@@ -115,24 +122,14 @@ impl<T: Real> DeviceList<T> {
         }
     }
 
-    /// The list on the host, if it is not too long for that.
-    pub(super) fn on_host(
-        &mut self,
-        device: &mut impl PairDevice<T>,
-    ) -> Result<Option<&HostList<T>>> {
-        if !(self.has_list && HostList::takes(&self.task)) {
-            return Ok(None);
-        }
-        let host = match self.host.take() {
-            Some(host) => host,
-            None => HostList::read(device, &self.task)?,
-        };
-        Ok(Some(self.host.insert(host)))
+    /// Reads the list to the host, if it is not too long for that. Returns whether it is there.
+    pub(super) fn host_read(&mut self, device: &mut impl PairDevice<T>) -> Result<bool> {
+        Ok(self.has_list && self.host.read(device, &self.task)?)
     }
 
-    /// Whether the list has all pairs that are `distance` or less apart where particles have moved so far.
-    pub(super) fn holds_where(&self, moved: &Moved<T>, distance: T) -> bool {
-        self.has_list && moved.holds(self.task.reach, distance)
+    /// The list as it was last read.
+    pub(super) const fn host(&self) -> &HostList<T> {
+        &self.host
     }
 
     /// Builds the list for the ways that are on the device: for both their ends and all between, the second ones less a common motion
@@ -140,7 +137,7 @@ impl<T: Real> DeviceList<T> {
     pub(super) fn build(&mut self, device: &mut impl PairDevice<T>, is_common: bool) -> Result<()> {
         device.references_take(&self.task)?;
         self.has_list = false;
-        self.host = None;
+        self.host.forget();
         if is_common {
             let look = self.look(device, PairLook::Moved, WaysFrom::Device)?;
             self.task.drift = look.moved[1].centre();

@@ -26,7 +26,16 @@ use super::{
     BodyImpulses, BodyMotion, Certifier, ContactLaw, ContactMotion, ContactSet, ContactSurface,
     Ghost, UnprovenPair, certificate_distance,
 };
+use list::Look;
 use search::DeviceSearch;
+
+/// What the device says of the ways of a substep.
+enum Proof<T> {
+    /// All pairs are proven, or what is not finite is for others to say.
+    Given,
+    /// Some are not, those that it has found if it was asked.
+    Missing(Option<Look<T>>),
+}
 
 /// Pairs that a thread of the host looks at, at least.
 const TASK: usize = 512;
@@ -303,13 +312,13 @@ impl<T: Real> DeviceContact<T> {
         held: &[bool],
     ) -> Result<()> {
         self.bodies_put(model, device, substep, self.goes_on)?;
-        let is_proven = self.is_proven(device)?;
-        if !is_proven || self.touches() {
+        let proof = self.proof(device)?;
+        if !matches!(proof, Proof::Given) || self.touches() {
             device.ends_read(&mut self.motion.position, &mut self.motion.start)?;
         }
-        if !is_proven {
+        if let Proof::Missing(first) = proof {
             let length = T::from_f64(substep.length);
-            let shortened = self.shorten(device, length, held, true);
+            let shortened = self.shorten(device, (first, length), held, true);
             self.truncated += shortened.map_err(|error| self.bodies.error_name(model, error))?;
         }
         let Self { set, motion, bodies, impulses, particles, .. } = self;
@@ -339,19 +348,18 @@ impl<T: Real> DeviceContact<T> {
         held: &[bool],
     ) -> Result<u64> {
         self.bodies_put(model, device, substep, self.goes_on)?;
-        if self.is_proven(device)? {
-            return Ok(0);
-        }
+        let Proof::Missing(first) = self.proof(device)? else { return Ok(0) };
         device.ends_read(&mut self.motion.position, &mut self.motion.start)?;
-        let shortened = self.shorten(device, T::from_f64(substep.length), held, false);
+        let length = T::from_f64(substep.length);
+        let shortened = self.shorten(device, (first, length), held, false);
         shortened.map_err(|error| self.bodies.error_name(model, error))
     }
 
     /// Whether the device proves all pairs, and nothing else is to be looked at. What is not finite is left to whoever looks for
     /// divergence.
-    fn is_proven(&mut self, device: &mut impl PairDevice<T>) -> Result<bool> {
+    fn proof(&mut self, device: &mut impl PairDevice<T>) -> Result<Proof<T>> {
         if self.certifier.must_look() {
-            return Ok(false);
+            return Ok(Proof::Missing(None));
         }
         let list = &mut self.list;
         let mut from = if self.goes_on { WaysFrom::Iterate } else { WaysFrom::Substep };
@@ -361,7 +369,7 @@ impl<T: Real> DeviceContact<T> {
             let look = list.look(device, PairLook::Unproven, from)?;
             from = WaysFrom::Device;
             if !look.is_finite() {
-                return Ok(true);
+                return Ok(Proof::Given);
             }
             let largest = look.moved[0].largest().maximum(look.moved[1].largest());
             let delta = certificate_distance(largest);
@@ -371,18 +379,19 @@ impl<T: Real> DeviceContact<T> {
                 continue;
             }
             if list.holds_for(&look, list.task.delta + list.task.delta) {
-                return Ok(look.found.is_empty());
+                let is_given = look.found.is_empty();
+                return Ok(if is_given { Proof::Given } else { Proof::Missing(Some(look)) });
             }
             list.build(device, true)?;
         }
     }
 
-    /// Shortens ways, on the host, with the pairs that the device finds, at the end of a substep, which bodies feel, or for an
-    /// iterate. Returns how many.
+    /// Shortens ways, on the host, with the pairs that the device finds or has found in a `first` look, at the end of a substep, which bodies feel,
+    /// or for an iterate. Returns how many.
     fn shorten(
         &mut self,
         device: &mut impl PairDevice<T>,
-        length: T,
+        (first, length): (Option<Look<T>>, T),
         held: &[bool],
         is_end: bool,
     ) -> Result<u64> {
@@ -396,7 +405,7 @@ impl<T: Real> DeviceContact<T> {
         };
         let start = all(from, bodies.way_start(self.goes_on));
         let mut end = all(&motion.position, bodies.end());
-        let mut search = DeviceSearch { device: &mut *device, list, last: None };
+        let mut search = DeviceSearch { device: &mut *device, list, first, last: None };
         let is_held = |i: u32| held.get(i as usize).is_none_or(|held| *held);
         let ways = (&*start, &mut *end);
         let changed = certifier.certify_with(&mut search, ways, is_held, &*bodies)?;

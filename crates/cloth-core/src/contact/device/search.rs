@@ -6,6 +6,7 @@ use super::{
     super::{PairSearch, UnprovenPair, Ways},
     DeviceList,
     host::LastLook,
+    list::Look,
     task::{PairDevice, PairLook, TASK_MARKED, TASK_NEW, WaysFrom},
 };
 
@@ -13,6 +14,8 @@ use super::{
 pub(super) struct DeviceSearch<'a, T, D> {
     pub(super) device: &'a mut D,
     pub(super) list: &'a mut DeviceList<T>,
+    /// What the device has found on the first ways, with at least as large a distance.
+    pub(super) first: Option<Look<T>>,
     pub(super) last: Option<LastLook<T>>,
 }
 
@@ -25,13 +28,16 @@ impl<T: Real, D: PairDevice<T>> DeviceSearch<'_, T, D> {
         out: &mut Vec<UnprovenPair>,
     ) -> Result<bool> {
         let Some(last) = &self.last else { return Ok(false) };
-        let Some(host) = self.list.on_host(self.device)? else { return Ok(false) };
-        let Some(moved) = host.moved(last, ways, marked) else { return Ok(false) };
-        if !self.list.holds_where(&moved, ways.delta + ways.delta) {
+        if !self.list.host_read(self.device)? {
             return Ok(false);
         }
-        let host = self.list.on_host(self.device)?;
-        Ok(host.is_some_and(|host| host.unproven(ways, marked, out)))
+        let host = self.list.host();
+        let Some(moved) = host.moved(last, ways, marked) else { return Ok(false) };
+        let holds = moved.holds(self.list.task.reach, ways.delta + ways.delta);
+        if holds {
+            out.extend(host.unproven(ways, marked));
+        }
+        Ok(holds)
     }
 }
 
@@ -47,7 +53,14 @@ impl<T: Real, D: PairDevice<T>> PairSearch<T> for DeviceSearch<'_, T, D> {
         {
             return Ok(());
         }
-        let Self { device, list, last } = self;
+        let Self { device, list, first, last } = self;
+        if let Some(first) = first.take() {
+            let asked = (ways.delta, ways.is_new);
+            let found = first.found.into_iter();
+            out.extend(found.filter(|pair| pair.is_unproven(ways.start, ways.end, asked)));
+            *last = Some(LastLook::new(ways, first.moved));
+            return Ok(());
+        }
         let full = |x: &[T; 3], w: T| [x[0], x[1], x[2], w];
         let is_marked = |i: usize| marked.is_some_and(|marked| marked[i]);
         let starts = ways.start.iter().map(|x| full(x, T::ZERO));
@@ -66,8 +79,7 @@ impl<T: Real, D: PairDevice<T>> PairSearch<T> for DeviceSearch<'_, T, D> {
             look = list.look(*device, PairLook::Unproven, WaysFrom::Device)?;
         }
         if marked.is_none() {
-            let (start, end) = (ways.start.to_vec(), ways.end.to_vec());
-            *last = Some(LastLook { start, end, moved: look.moved });
+            *last = Some(LastLook::new(ways, look.moved));
         }
         out.extend(look.found);
         Ok(())

@@ -160,7 +160,7 @@ pub trait PairDevice<T: Real> {
     ///
     /// # Errors
     /// What the device reports.
-    fn list_read(&mut self, task: &PairTask<T>, words: &mut Vec<u32>) -> Result<()>;
+    fn list_read(&mut self, task: &PairTask<T>, out: &mut Vec<[u32; PAIR_WORDS]>) -> Result<()>;
 
     /// Reads both sets of positions that the list was built for.
     ///
@@ -228,12 +228,14 @@ pub fn surface_words(surface: &ContactSurface, group_count: u32) -> Vec<u32> {
 
 /// The pairs that words tell.
 pub fn pairs_of(words: &[u32]) -> impl Iterator<Item = UnprovenPair> + '_ {
-    words.chunks_exact(PAIR_WORDS).map(|pair| {
-        let (first, second) = (pair[4] & !EDGES, pair[5]);
-        let candidate = match pair[4] & EDGES {
-            0 => Candidate::VertexTriangle([first, second]),
-            _ => Candidate::EdgeEdge([first, second]),
-        };
-        UnprovenPair { candidate, particles: [pair[0], pair[1], pair[2], pair[3]] }
-    })
+    words.as_chunks().0.iter().map(pair_of)
+}
+
+/// The pair that words tell.
+pub(super) fn pair_of(&[a, b, c, d, first, second]: &[u32; PAIR_WORDS]) -> UnprovenPair {
+    let candidate = match first & EDGES {
+        0 => Candidate::VertexTriangle([first, second]),
+        _ => Candidate::EdgeEdge([first & !EDGES, second]),
+    };
+    UnprovenPair { candidate, particles: [a, b, c, d] }
 }
