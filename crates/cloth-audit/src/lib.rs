@@ -21,6 +21,7 @@
 mod pair;
 mod predicate;
 
+use rayon::prelude::*;
 use rstar::{AABB, RTree, RTreeObject};
 
 use pair::{Corner, common};
@@ -93,6 +94,7 @@ pub struct Intersection {
 }
 
 /// A triangle in the tree.
+#[derive(Clone)]
 struct Leaf {
     surface: usize,
     triangle: usize,
@@ -113,64 +115,96 @@ impl RTreeObject for Leaf {
     }
 }
 
-/// Counts the triangles of all surfaces that intersect.
+/// Counts the triangles of all surfaces that intersect, on all threads there are; the result does not depend on their number.
 #[must_use]
 pub fn intersections(surfaces: &[Surface<'_>]) -> Intersections {
     let mut found = Intersections::default();
     let [cloths, bodies] = [false, true].map(|is_body| {
         let of_kind = surfaces.iter().enumerate().filter(|(_, s)| s.is_body == is_body);
-        let leaves: Vec<Leaf> =
-            of_kind.flat_map(|(index, surface)| leaves(index, surface, &mut found)).collect();
-        RTree::bulk_load(leaves)
+        of_kind.flat_map(|(index, surface)| leaves(index, surface, &mut found)).collect::<Vec<_>>()
     });
-    let mut crossings = vec![];
-    // The tree with itself has every pair in both orders.
-    let own = cloths.intersection_candidates_with_other_tree(&cloths);
-    for (first, second) in own.filter(|(first, second)| first.key() < second.key()) {
-        if look(first, second, &mut found, &mut crossings) {
-            if first.surface == second.surface { found.within += 1 } else { found.between += 1 }
+    let (tree, bodies) =
+        rayon::join(|| RTree::bulk_load(cloths.clone()), || RTree::bulk_load(bodies));
+    let looked = cloths.par_iter().with_min_len(TASK).fold(Looked::default, |mut looked, leaf| {
+        let around = leaf.envelope();
+        // The tree has every pair of cloths in both orders.
+        let later = tree.locate_in_envelope_intersecting(around);
+        for other in later.filter(|other| leaf.key() < other.key()) {
+            if look(leaf, other, &mut looked) {
+                let is_within = leaf.surface == other.surface;
+                looked.within += u64::from(is_within);
+                looked.between += u64::from(!is_within);
+            }
         }
-    }
-    for (cloth, body) in cloths.intersection_candidates_with_other_tree(&bodies) {
-        let (first, second) = if cloth.key() < body.key() { (cloth, body) } else { (body, cloth) };
-        if look(first, second, &mut found, &mut crossings) {
-            found.bodies += 1;
+        for body in bodies.locate_in_envelope_intersecting(around) {
+            let (first, second) = if leaf.key() < body.key() { (leaf, body) } else { (body, leaf) };
+            looked.bodies += u64::from(look(first, second, &mut looked));
         }
-    }
+        looked
+    });
+    let mut looked = looked.reduce(Looked::default, Looked::with);
     // An edge is of two triangles.
-    crossings.sort_unstable();
-    crossings.dedup();
-    found.crossings = crossings.len() as u64;
-    found
+    looked.crossings.sort_unstable();
+    looked.crossings.dedup();
+    Intersections {
+        within: looked.within,
+        between: looked.between,
+        bodies: looked.bodies,
+        crossings: looked.crossings.len() as u64,
+        first: looked.first,
+        ..found
+    }
+}
+
+/// Triangles that a thread looks at, at least.
+const TASK: usize = 256;
+
+/// What has been found among some triangles.
+#[derive(Default)]
+struct Looked {
+    within: u64,
+    between: u64,
+    bodies: u64,
+    crossings: Vec<EdgeAndTriangle>,
+    first: Option<Intersection>,
+}
+
+impl Looked {
+    fn with(mut self, mut other: Self) -> Self {
+        self.within += other.within;
+        self.between += other.between;
+        self.bodies += other.bodies;
+        self.crossings.append(&mut other.crossings);
+        other.first.into_iter().for_each(|pair| self.first_set(pair));
+        self
+    }
+
+    fn first_set(&mut self, pair: Intersection) {
+        let order = |pair: &Intersection| (pair.surfaces, pair.triangles);
+        if self.first.as_ref().is_none_or(|first| order(&pair) < order(first)) {
+            self.first = Some(pair);
+        }
+    }
 }
 
 /// The particles of an edge, ascending, and a triangle by its surface and number.
 type EdgeAndTriangle = ([u64; 2], usize, usize);
 
 /// Whether two triangles intersect, with what is known of it noted.
-fn look(
-    first: &Leaf,
-    second: &Leaf,
-    found: &mut Intersections,
-    crossings: &mut Vec<EdgeAndTriangle>,
-) -> bool {
+fn look(first: &Leaf, second: &Leaf, looked: &mut Looked) -> bool {
     let common = common(&first.corners, &second.corners);
     let Some(place) = common.place else { return false };
     for crossing in &common.crossings {
         let other = if crossing.is_second { first } else { second };
         let mut edge = crossing.edge;
         edge.sort_unstable();
-        crossings.push((edge, other.surface, other.triangle));
+        looked.crossings.push((edge, other.surface, other.triangle));
     }
-    let pair = Intersection {
+    looked.first_set(Intersection {
         surfaces: [first.surface, second.surface],
         triangles: [first.triangle, second.triangle],
         place,
-    };
-    let order = |pair: &Intersection| (pair.surfaces, pair.triangles);
-    if found.first.as_ref().is_none_or(|first| order(&pair) < order(first)) {
-        found.first = Some(pair);
-    }
+    });
     true
 }
 

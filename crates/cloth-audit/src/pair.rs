@@ -57,8 +57,21 @@ pub(crate) fn common(first: &[Corner; 3], second: &[Corner; 3]) -> Common {
     }
 }
 
+/// Whether all corners of a triangle that are not those of the other one are on one side of its plane, and so all of it but what both share.
+fn is_beside(triangle: &[Corner; 3], other: &[Corner; 3]) -> bool {
+    let [a, b, c] = other.map(|corner| corner.point);
+    let is_shared = |corner: &&Corner| other.iter().any(|c| c.particle == corner.particle);
+    let own = triangle.iter().filter(|corner| !is_shared(corner));
+    let mut sides = own.map(|corner| side(a, b, c, corner.point));
+    let first = sides.next().unwrap_or_default();
+    first != 0 && sides.all(|side| side == first)
+}
+
 /// Triangles that share no edge.
 fn apart(first: &[Corner; 3], second: &[Corner; 3]) -> Common {
+    if is_beside(first, second) || is_beside(second, first) {
+        return Common::default();
+    }
     let mut crossings = vec![];
     for (is_second, of, other) in [(false, first, second), (true, second, first)] {
         let triangle = other.map(|corner| corner.point);
