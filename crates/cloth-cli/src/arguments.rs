@@ -167,6 +167,9 @@ pub(crate) struct RunArguments {
     /// Count triangles that intersect in every frame, exactly, into report and summary.
     #[arg(long)]
     pub(crate) audit: bool,
+    /// Write the contacts between triangles at the end of each frame into the folder `contacts`, as `vtu` for ParaView or `npz` for NumPy.
+    #[arg(long, value_name = "FORMAT", value_enum)]
+    pub(crate) contacts: Option<ContactFormat>,
     /// Write a checkpoint every so many frames, and at the end; 0 for at the end only.
     #[arg(long, value_name = "N", default_value = "30")]
     pub(crate) checkpoint_every: u64,
@@ -331,6 +334,25 @@ fn thread_count(text: &str) -> Result<NonZeroUsize, String> {
 }
 
 /// What formats of frames can show beside the cloth.
+/// A format of files of contacts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum ContactFormat {
+    /// VTK XML, a point for each contact.
+    Vtu,
+    /// NumPy archive.
+    Npz,
+}
+
+impl ContactFormat {
+    /// The extension of its files.
+    pub(crate) const fn extension(self) -> &'static str {
+        match self {
+            Self::Vtu => "vtu",
+            Self::Npz => "npz",
+        }
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Extra {
     /// Colliders and rigid bodies.

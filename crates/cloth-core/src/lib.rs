@@ -51,7 +51,7 @@ pub use kernels::{
     Kernels, LinearOutcome, LinearStart, LinearVector, MatrixBlock, NewtonStart, PinWrite,
     SemiImplicitKernels,
 };
-pub use mesh::{MeshStitch, TextureMap, TriangleMesh, VertexAttribute, VertexGroup};
+pub use mesh::{MeshStitch, PanelFabrics, TextureMap, TriangleMesh, VertexAttribute, VertexGroup};
 pub use model::{
     Aerodynamics, Air, BUCKLING_COEFFICIENTS, BendModel, BlockDependencies, BodySurface, Buckling,
     Cloth, ClothMaterial, ClothRange, Collider, ColliderShape, ColourRegion, ColourRegions,

@@ -1,5 +1,7 @@
 //! Triangle meshes as they come from files or code, before they become cloth.
 
+use crate::fabric::Fabric;
+
 /// A triangle mesh with optional texture coordinates, named vertex groups and numbers of its vertices.
 ///
 /// The mesh is plain data: nothing is checked until [`ModelBuilder`](crate::ModelBuilder) turns it
@@ -19,10 +21,30 @@ pub struct TriangleMesh {
     /// Angle of the warp of each triangle \[rad\], counter-clockwise from the u axis of its pattern coordinates, or from the direction
     /// that a cloth without a pattern is given; empty for zero.
     pub grain: Vec<f64>,
+    /// Triangles that are of another fabric than the cloth.
+    pub panels: PanelFabrics,
     /// Where the source is sewn.
     pub stitches: Vec<MeshStitch>,
     /// Faces of the source that had more than three corners and became several triangles.
     pub polygons: usize,
+}
+
+/// Panels of a mesh that are of another fabric than its cloth, such as a collar.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PanelFabrics {
+    /// These fabrics.
+    pub fabrics: Vec<Fabric>,
+    /// For each triangle of the mesh 0 for the fabric of the cloth, or k for number k - 1 of `fabrics`; empty for zero.
+    pub triangles: Vec<u32>,
+}
+
+impl PanelFabrics {
+    /// The fabric of a triangle of a cloth of `base`.
+    #[must_use]
+    pub fn of<'a>(&'a self, base: &'a Fabric, triangle: usize) -> &'a Fabric {
+        let number = self.triangles.get(triangle).copied().unwrap_or_default() as usize;
+        number.checked_sub(1).and_then(|number| self.fabrics.get(number)).unwrap_or(base)
+    }
 }
 
 /// Texture coordinates with indices of their own: a vertex on a seam has several coordinates, and

@@ -18,10 +18,10 @@ pub use file::{
     file_open, file_open_with, file_read, file_replace, output_check, parts_abandon, parts_remove,
 };
 pub use frame::{
-    ClipWriter, ContainerOptions, ContainerReport, Frame, FrameError, FrameFormat,
+    ClipWriter, ContactFrame, ContainerOptions, ContainerReport, Frame, FrameError, FrameFormat,
     FrameFormatError, FramePipeline, FrameSequenceWriter, FrameSolids, FrameStore, PictureMaker,
-    PictureSequence, StoredFrame, Topology, TopologyCloth, container_files, container_write,
-    vertex_normals,
+    PictureSequence, StoredFrame, Topology, TopologyCloth, contacts_write, container_files,
+    container_write, vertex_normals,
 };
 pub use mesh::{
     MESH_EXTENSIONS, MESH_WRITE_EXTENSIONS, MeshError, MeshPlace, PointCache, mesh_read,

@@ -7,10 +7,11 @@ mod common;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
+use cloth_core::contact::{Contact, ContactKey, ContactKind};
 use cloth_io::{
-    Bounds, Camera, ContainerOptions, Frame, FrameError, FrameFormat, FramePipeline,
+    Bounds, Camera, ContactFrame, ContainerOptions, Frame, FrameError, FrameFormat, FramePipeline,
     FrameSequenceWriter, FrameSolids, PictureSequence, PictureStyle, Topology, TopologyCloth,
-    container_files, container_write, mesh_read, vertex_normals,
+    contacts_write, container_files, container_write, mesh_read, vertex_normals,
 };
 use common::{positions, store, topology};
 
@@ -68,16 +69,7 @@ fn vtu_arrays_start_where_the_header_says() {
     let frame = Frame { velocities: Some(&velocities), ..Frame::new(0, 0.5, &positions) };
     let path = writer.write(&frame).unwrap();
     let bytes = std::fs::read(path).unwrap();
-    let text = String::from_utf8_lossy(&bytes);
-    let marker = b"<AppendedData encoding=\"raw\">\n_";
-    let start = bytes.windows(marker.len()).position(|part| part == marker).unwrap();
-    let array = |name: &str| {
-        let tag = text.split('<').find(|tag| tag.contains(&format!("Name=\"{name}\""))).unwrap();
-        let offset = tag.split("offset=\"").nth(1).unwrap().split('"').next().unwrap();
-        let at = start + marker.len() + offset.parse::<usize>().unwrap();
-        let size = u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize;
-        &bytes[at + 8..at + 8 + size]
-    };
+    let (text, array) = (String::from_utf8_lossy(&bytes), |name: &str| appended(&bytes, name));
     let floats = |name: &str| -> Vec<f64> {
         let floats = array(name).chunks_exact(4);
         floats.map(|b| f32::from_le_bytes(b.try_into().unwrap()).into()).collect()
@@ -164,6 +156,73 @@ fn point_caches_follow_their_layouts() {
     let times = floats(&bytes[8..16], f32::from_be_bytes);
     assert!((times[1] - 0.08).abs() < 1e-7, "{times:?}");
     assert_eq!(floats(&bytes[16..], f32::from_be_bytes), frames(4..8));
+}
+
+/// Both formats of contacts give back what they were given.
+#[test]
+fn contacts_are_written_with_all_that_is_known_of_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let contact = |first: u32, force: f64| Contact {
+        key: ContactKey { kind: ContactKind::VertexFace, first, second: 4 },
+        particles: [first, 5, 6, 7],
+        weights: [1.0, -0.5, -0.25, -0.25],
+        gap: 1e-3,
+        reach: 2e-3,
+        normal: [0.0, 0.6, 0.8],
+        force,
+        friction: [0.25, 0.0, -0.5],
+        slip: [0.0; 3],
+        sticks: first == 3,
+    };
+    let frame = ContactFrame {
+        time: 0.5,
+        contacts: vec![contact(2, 1.5), contact(3, 0.125)],
+        places: vec![[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]],
+    };
+    let path = folder.path().join("contacts.npz");
+    contacts_write(&path, &frame).unwrap();
+    let mut archive = zip::ZipArchive::new(std::fs::File::open(&path).unwrap()).unwrap();
+    let mut read = |name: &str| {
+        let mut bytes = Vec::new();
+        std::io::Read::read_to_end(&mut archive.by_name(name).unwrap(), &mut bytes).unwrap();
+        bytes
+    };
+    let mut numbers = |name: &str| -> Vec<f64> {
+        npyz::NpyFile::new(&read(name)[..]).unwrap().into_vec().unwrap()
+    };
+    assert_eq!(numbers("place.npy"), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+    assert_eq!((numbers("force.npy"), numbers("time.npy")), (vec![1.5, 0.125], vec![0.5]));
+    let bytes = read("particles.npy");
+    let file = npyz::NpyFile::new(&bytes[..]).unwrap();
+    assert_eq!(file.shape(), [2, 4]);
+    assert_eq!(file.into_vec::<u32>().unwrap(), [2, 5, 6, 7, 3, 5, 6, 7]);
+    let path = folder.path().join("contacts.vtu");
+    contacts_write(&path, &frame).unwrap();
+    let bytes = std::fs::read(path).unwrap();
+    let array = |name: &str| appended(&bytes, name);
+    let floats = |name: &str| -> Vec<f64> {
+        let numbers = array(name).chunks_exact(8);
+        numbers.map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect()
+    };
+    assert_eq!(floats("position"), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+    assert_eq!(floats("friction")[3..], [0.25, 0.0, -0.5]);
+    assert_eq!((array("sticks"), array("types")), (&[0, 1][..], &[1, 1][..]));
+    // None at all is a file as well.
+    for name in ["none.vtu", "none.npz"] {
+        contacts_write(&folder.path().join(name), &ContactFrame::default()).unwrap();
+    }
+}
+
+/// An array that a VTU file has behind its XML part.
+fn appended<'a>(bytes: &'a [u8], name: &str) -> &'a [u8] {
+    let text = String::from_utf8_lossy(bytes);
+    let marker = b"<AppendedData encoding=\"raw\">\n_";
+    let start = bytes.windows(marker.len()).position(|part| part == marker).unwrap();
+    let tag = text.split('<').find(|tag| tag.contains(&format!("Name=\"{name}\""))).unwrap();
+    let offset = tag.split("offset=\"").nth(1).unwrap().split('"').next().unwrap();
+    let at = start + marker.len() + offset.parse::<usize>().unwrap();
+    let size = u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize;
+    &bytes[at + 8..at + 8 + size]
 }
 
 #[test]

@@ -112,6 +112,46 @@ fn the_warp_turns_with_the_cloth_and_with_each_panel() {
 }
 
 #[test]
+fn a_panel_can_be_of_another_fabric_and_of_layers() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = mesh(folder.path(), PANELS, "").unwrap();
+    let doubled =
+        mesh(folder.path(), PANELS, "pattern.panels = [{ group = \"back\", layers = 2 }]");
+    let doubled = doubled.unwrap();
+    let elements = |scene: &CompiledScene| scene.model.elements().clone();
+    let [before, after] = [elements(&plain), elements(&doubled)];
+    assert_eq!((before.fabrics().len(), after.fabrics().len()), (1, 2));
+    assert_eq!(after.triangles()[0].fabric, 0);
+    assert_eq!(after.triangles()[1].fabric, 1);
+    assert_eq!(after.triangles()[0].bending.plate, before.triangles()[0].bending.plate);
+    let twice = before.triangles()[1].bending.plate.map(|x| 2.0 * x);
+    assert_eq!(after.triangles()[1].bending.plate, twice);
+    assert_eq!(after.fabrics()[1].warp.linear, 2.0 * before.fabrics()[0].warp.linear);
+    // Vertex 1 is of the front alone, vertex 3 of the back alone.
+    let masses = |scene: &CompiledScene| [scene.model.masses()[1], scene.model.masses()[3]];
+    let ([one, other], [front, back]) = (masses(&plain), masses(&doubled));
+    assert_eq!((front, back), (one, 2.0 * other));
+    // Where panels overlap the first one counts, and one alone can have its own warp.
+    let lines = "pattern = { warp = 30, panels = [{ group = \"back\", preset = \"denim\", warp = 90 }, { group = \"front\", layers = 3 }] }";
+    let mixed = mesh(folder.path(), PANELS, lines).unwrap();
+    let fabrics = elements(&mixed);
+    let denim = compiled(&format!("{GRID}material.preset = \"denim\""));
+    assert_eq!(fabrics.fabrics()[1], denim.model.elements().fabrics()[0]);
+    assert_eq!(fabrics.triangles().iter().map(|t| t.fabric).collect::<Vec<_>>(), [2, 1]);
+    assert!((warps(&mixed)[1][1] - 1.0).abs() < 1e-12, "{:?}", warps(&mixed));
+    assert_ne!(mixed.model.fingerprint(), plain.model.fingerprint());
+    for (panel, words) in [
+        ("preset = \"cotton-brod\"", "did you mean `cotton-broad`"),
+        ("layers = 0", "must be from 1 to 100"),
+        ("layers = 1000", "must be from 1 to 100"),
+    ] {
+        let lines = format!("pattern.panels = [{{ group = \"back\", {panel} }}]");
+        let message = mesh(folder.path(), PANELS, &lines).unwrap_err();
+        assert!(message.contains("line") && message.contains(words), "{message}");
+    }
+}
+
+#[test]
 fn a_laboratory_sheet_is_a_fabric() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("sheet.toml"), "W = 12\n[warp]\noverhang = 40\n").unwrap();

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use cloth_core::{
     Backend, Control, Error, Frame, Model, Pose, Result, Solver, SolverConfig, State, StepReport,
     Weld,
+    contact::{Contact, Contacts},
 };
+use cloth_io::ContactFrame;
 
 /// A model in progress. Frame 0 is the start; frame k is the state after k frames of equal length.
 ///
@@ -42,6 +44,22 @@ pub struct ModelSimulation<S: Solver = Box<dyn Solver>> {
     normals: Fetched<Vec<[f64; 3]>>,
     failure: Option<Error>,
     weld: Option<Arc<Weld>>,
+}
+
+/// Where a contact is on its first feature, or on the second where that is a body's \[m\].
+fn place_on_cloth(contact: &Contact, positions: &[[f64; 3]]) -> [f64; 3] {
+    let is_own = |particle: u32| (particle as usize) < positions.len();
+    let mut all = contact.particles.into_iter().zip(contact.weights);
+    let is_first = all.any(|(particle, weight)| weight > 0.0 && is_own(particle));
+    let mut place = [0.0; 3];
+    for (particle, weight) in contact.particles.into_iter().zip(contact.weights) {
+        let share = if is_first { weight.max(0.0) } else { (-weight).max(0.0) };
+        if share > 0.0 && is_own(particle) {
+            let x = positions[particle as usize];
+            (0..3).for_each(|axis| place[axis] += share * x[axis]);
+        }
+    }
+    place
 }
 
 /// What was read from the solver, and whether that is still the present frame.
@@ -161,6 +179,35 @@ impl<S: Solver> ModelSimulation<S> {
     pub fn normals(&mut self) -> Result<&[[f64; 3]]> {
         self.normals_fetch()?;
         Ok(&self.normals.value)
+    }
+
+    /// The contacts between triangles at the end of the present frame, with where they are on the cloth. Particles are those of the panels where
+    /// seams are welded.
+    ///
+    /// # Errors
+    /// As [`Self::state`].
+    pub fn contacts(&mut self) -> Result<ContactFrame> {
+        self.check()?;
+        let mut found = Contacts::default();
+        self.solver.contacts_read(&mut found)?;
+        let particles = self.solver.model().particle_count() as u32;
+        let (mut contacts, weld) = (found.contacts, self.weld.clone());
+        if let Some(weld) = weld {
+            let mut first = vec![0; particles as usize];
+            for (panel, &became) in weld.map.iter().enumerate().rev() {
+                first[became as usize] = panel as u32;
+            }
+            let behind = weld.map.len() as u32;
+            for particle in contacts.iter_mut().flat_map(|contact| &mut contact.particles) {
+                *particle = match particle.checked_sub(particles) {
+                    Some(node) => behind + node,
+                    None => first[*particle as usize],
+                };
+            }
+        }
+        let state = self.state()?;
+        let places = contacts.iter().map(|contact| place_on_cloth(contact, &state.positions));
+        Ok(ContactFrame { time: state.time, places: places.collect(), contacts })
     }
 
     fn normals_fetch(&mut self) -> Result<()> {

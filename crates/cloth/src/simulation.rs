@@ -7,6 +7,7 @@ use cloth_core::{
     Audit, Backend, Control, Error, Model, Pose, Result, SeamRange, Solver, State, StepReport,
     divergence_origin,
 };
+use cloth_io::ContactFrame;
 use cloth_rigid::RigidWorld;
 use cloth_scene::CompiledScene;
 
@@ -338,6 +339,14 @@ impl<S: Solver> Simulation<S> {
     /// As [`Self::state`].
     pub fn normals(&mut self) -> Result<&[[f64; 3]]> {
         self.run.normals()
+    }
+
+    /// The contacts between triangles at the end of the present frame, as in [`ModelSimulation::contacts`].
+    ///
+    /// # Errors
+    /// As [`Self::state`].
+    pub fn contacts(&mut self) -> Result<ContactFrame> {
+        self.run.contacts()
     }
 
     /// State and normals together, for writers of frames.

@@ -294,8 +294,8 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
         self.memory.found_create(&self.kernels.memory.queue, task.found_capacity)
     }
 
-    fn ways_write(&mut self, ways: &[[T; 4]]) -> Result<()> {
-        self.memory.ways.write(&self.kernels.memory.queue, 0, ways)
+    fn ways_write(&mut self, first: usize, ways: &[[T; 4]]) -> Result<()> {
+        self.memory.ways.write(&self.kernels.memory.queue, first, ways)
     }
 
     fn nodes_write(&mut self, start: &[Real4<T>], end: &[Real4<T>]) -> Result<()> {
@@ -360,15 +360,6 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
         let launch = Launch::over(GROUP * task.own_group_count as usize);
         self.pairs_start("contact_pairs_list", launch, task)?;
         Ok(self.counts()?[1])
-    }
-
-    fn list_read(&mut self, task: &PairTask<T>, out: &mut Vec<[u32; PAIR_WORDS]>) -> Result<()> {
-        let count = task.pair_count as usize;
-        self.memory.list.read_first(&self.kernels.memory.queue, count, out)
-    }
-
-    fn references_read(&mut self, _: &PairTask<T>, out: &mut Vec<Real4<T>>) -> Result<()> {
-        self.memory.references.read(&self.kernels.memory.queue, out)
     }
 
     fn ends_read(&mut self, position: &mut Vec<[T; 4]>, start: &mut Vec<[T; 4]>) -> Result<()> {

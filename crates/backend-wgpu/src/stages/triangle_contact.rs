@@ -259,8 +259,8 @@ impl PairDevice<f32> for Stages {
         self.pairs_create("pair_results", result_head(task), task.found_capacity)
     }
 
-    fn ways_write(&mut self, ways: &[[f32; 4]]) -> Result<()> {
-        self.write("pair_ways", 0, bytemuck::cast_slice(ways))
+    fn ways_write(&mut self, first: usize, ways: &[[f32; 4]]) -> Result<()> {
+        self.write("pair_ways", VECTOR_SIZE * first as u64, bytemuck::cast_slice(ways))
     }
 
     fn nodes_write(&mut self, start: &[[f32; 4]], end: &[[f32; 4]]) -> Result<()> {
@@ -332,24 +332,6 @@ impl PairDevice<f32> for Stages {
         let items = (GROUP as u32 * task.own_group_count, WORKGROUP);
         self.pair_kernel("contact_pairs", "contact_pairs_list", items)?;
         Ok(self.read_words::<u32>("pair_results", 2)?[1])
-    }
-
-    fn list_read(&mut self, task: &PairTask<f32>, out: &mut Vec<[u32; PAIR_WORDS]>) -> Result<()> {
-        let pairs = self.buffers.get("pairs", 0, 0)?.clone();
-        let size = 4 * PAIR_WORDS as u64 * u64::from(task.pair_count);
-        self.read_part(&pairs, 0, size, |bytes| {
-            out.clear();
-            out.extend_from_slice(bytemuck::cast_slice(bytes));
-        })
-    }
-
-    fn references_read(&mut self, task: &PairTask<f32>, out: &mut Vec<[f32; 4]>) -> Result<()> {
-        let references = self.buffers.get("pair_references", 0, 0)?.clone();
-        let size = 2 * VECTOR_SIZE * u64::from(task.node_count);
-        self.read_part(&references, 0, size, |bytes| {
-            out.clear();
-            out.extend_from_slice(bytemuck::cast_slice(bytes));
-        })
     }
 
     fn ends_read(&mut self, position: &mut Vec<[f32; 4]>, start: &mut Vec<[f32; 4]>) -> Result<()> {

@@ -1,5 +1,6 @@
 //! `cloth run`.
 
+mod contacts;
 mod feedback;
 mod outputs;
 mod progress;
@@ -28,6 +29,7 @@ use crate::{
     signals::Signals,
 };
 
+use contacts::ContactFiles;
 use feedback::Feedback;
 use outputs::{Making, Outputs, store_create, store_resume};
 use progress::Progress;
@@ -109,11 +111,15 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         Summary::new(simulation.model().particle_count(), passages(simulation.model()));
     let mut progress = Progress::new(simulation.frame(), u64::from(simulation.scene().frames));
     let audit = arguments.audit.then(|| SceneAudit::new(simulation.model()));
+    let contact_files = arguments.contacts.map(|format| {
+        ContactFiles::new(&folder, format, simulation.model(), simulation.frame() + 1)
+    });
+    let contact_files = contact_files.transpose()?;
     let mut ended = Ok(());
     while ended.is_ok() && !simulation.is_finished() && signals.requested().is_none() {
-        let audit = audit.as_ref();
+        let extras = (audit.as_ref(), contact_files.as_ref());
         ended =
-            frame(&mut simulation, audit, &mut outputs, &mut reports, &mut summary, &mut progress);
+            frame(&mut simulation, extras, &mut outputs, &mut reports, &mut summary, &mut progress);
         if ended.is_ok() {
             ended = feedback.add(&mut simulation);
         }
@@ -249,7 +255,7 @@ fn scene_and_backend(
 /// Computes a frame and writes it.
 fn frame(
     simulation: &mut Simulation,
-    audit: Option<&SceneAudit>,
+    (audit, contact_files): (Option<&SceneAudit>, Option<&ContactFiles>),
     outputs: &mut Outputs<'_>,
     reports: &mut ReportWriter,
     summary: &mut Summary,
@@ -259,6 +265,9 @@ fn frame(
     let frame = simulation.frame();
     let (state, normals) = simulation.state_and_normals()?;
     outputs.write(frame, state, normals)?;
+    if let Some(files) = contact_files {
+        files.write(frame, &simulation.contacts()?)?;
+    }
     let report = StepReport { audit: simulation.audit()?, ..simulation.report().clone() };
     let intersections = audit.map(|audit| simulation.intersections(audit)).transpose()?;
     let seams = simulation.seam_report()?;

@@ -67,3 +67,43 @@ fn input_that_intersects_is_reported() {
     let message = place.fails(5, &["audit", "o"]);
     assert!(message.contains("first in frame 0: triangle 0 of `shirt`"), "{message}");
 }
+
+/// Two sheets that fall onto each other on a ball.
+const TOUCHING: &str = r#"name = "touching"
+[simulation]
+frames = 6
+frames_per_second = 30
+[contact]
+distance = 0.004
+[[cloth]]
+material.preset = "cotton-broad"
+geometry.grid = { columns = 9, rows = 9, spacing = 0.02, centre = [0, 0, 0.11] }
+[[cloth]]
+material.preset = "cotton-broad"
+geometry.grid = { columns = 9, rows = 9, spacing = 0.02, centre = [0, 0, 0.12] }
+[[collider]]
+shape.sphere.radius = 0.1
+"#;
+
+#[test]
+fn contacts_are_written_for_every_frame() {
+    let place = Place::with("touching.toml", TOUCHING);
+    let run = |more: &[&str]| {
+        let first = ["run", "touching.toml", "--format", "none", "--out", "o"];
+        place.succeeds(&[&first, more].concat())
+    };
+    run(&["--contacts", "vtu"]);
+    let first = String::from_utf8_lossy(&place.read("o/contacts/contacts_000001.vtu")).into_owned();
+    let last = String::from_utf8_lossy(&place.read("o/contacts/contacts_000006.vtu")).into_owned();
+    assert!(first.contains("NumberOfPoints=\"0\""), "they have not met");
+    assert!(last.contains("Name=\"friction\"") && !last.contains("NumberOfPoints=\"0\""));
+    // Those of the run before go, and nothing else.
+    place.write("o/contacts/mine.txt", "mine");
+    run(&["--contacts", "npz", "--overwrite", "--frames", "2"]);
+    let left: Vec<_> = std::fs::read_dir(place.path("o/contacts")).unwrap().collect();
+    assert_eq!(left.len(), 3, "{left:?}");
+    place.write("tiny.toml", TINY);
+    let arguments = ["run", "tiny.toml", "--contacts", "npz", "--format", "none", "--out", "p"];
+    let message = place.fails(2, &arguments);
+    assert!(message.contains("no contact of triangles"), "{message}");
+}

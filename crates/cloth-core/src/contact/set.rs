@@ -84,8 +84,12 @@ impl<T: Real> ContactSet<T> {
     }
 
     /// Takes in all contacts, in any order, which act by this law.
-    pub fn stencils_set(&mut self, law: ContactLaw<T>, mut stencils: Vec<ContactStencil<T>>) {
-        stencils.sort_unstable_by_key(|stencil| stencil.key);
+    pub fn stencils_set(&mut self, law: ContactLaw<T>, stencils: Vec<ContactStencil<T>>) {
+        // Stencils are large: their numbers are sorted.
+        let keys = stencils.iter().map(|stencil| stencil.key);
+        let mut order: Vec<_> = keys.zip(0_u32..).collect();
+        order.sort_unstable();
+        let stencils: Vec<_> = order.iter().map(|&(_, at)| stencils[at as usize]).collect();
         self.law = Some(law);
         self.states.clear();
         self.slips_start.clear();

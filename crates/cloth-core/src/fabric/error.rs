@@ -9,6 +9,20 @@ pub enum FabricError {
     /// A number, or what is wrong with the triangles as a surface.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// A triangle is of a fabric that does not exist.
+    #[error(
+        "triangle {triangle} of cloth {cloth:?} is of fabric {fabric} of its panels, which have {fabrics}: correct the number"
+    )]
+    PanelOutOfRange {
+        /// Name of the cloth.
+        cloth: String,
+        /// The triangle.
+        triangle: usize,
+        /// The number given, from 1.
+        fabric: u32,
+        /// How many fabrics there are.
+        fabrics: usize,
+    },
     /// A coupling that would let the cloth gain energy from being stretched.
     #[error(
         "the biaxial coupling of {fabric} is {coupling} N/m: with slopes of {warp} and {weft} N/m at rest it must lie between \

@@ -182,6 +182,33 @@ impl PlateRigidity {
 pub const USUAL_DAMPING: [f64; 2] = [2e-5, 1e-3];
 
 impl Fabric {
+    /// So many layers that lie on each other and are stretched and bent together, but slide: mass, thickness, stiffness, rigidity and friction are
+    /// as many times as large.
+    #[must_use]
+    pub fn layers(&self, count: u32) -> Self {
+        let n = f64::from(count);
+        let curve = |curve: TensileCurve| TensileCurve {
+            linear: n * curve.linear,
+            cubic: n * curve.cubic,
+            ..curve
+        };
+        let BendingRigidity { warp, weft, bias } = self.bending;
+        Self {
+            area_density: n * self.area_density,
+            thickness: n * self.thickness,
+            warp: curve(self.warp),
+            weft: curve(self.weft),
+            coupling: n * self.coupling,
+            shear: n * self.shear,
+            bending: BendingRigidity { warp: n * warp, weft: n * weft, bias: bias.map(|b| n * b) },
+            friction: InternalFriction {
+                shear: n * self.friction.shear,
+                bending: n * self.friction.bending,
+            },
+            damping: self.damping,
+        }
+    }
+
     /// The same with [`USUAL_DAMPING`].
     #[must_use]
     pub const fn with_usual_damping(self) -> Self {

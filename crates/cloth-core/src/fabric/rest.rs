@@ -10,7 +10,7 @@ use super::{
     membrane::{self, RestState},
     rest_warning,
 };
-use crate::{NONE, TextureMap, TriangleMesh, WingedEdge, WingedEdges};
+use crate::{ModelError, NONE, PanelFabrics, TextureMap, TriangleMesh, WingedEdge, WingedEdges};
 
 /// What a cloth of triangles is at rest: pattern coordinates of each triangle, rest angles and stiffness of each hinge.
 ///
@@ -122,7 +122,7 @@ impl RestShape {
         flips_check(&edges, &mesh.triangles, &corners, cloth)?;
         let overlap = rest_warning::overlap(&corners);
         grain_apply(&mut corners, &mesh.grain, cloth)?;
-        let mut shape = Self::new(&mesh.triangles, &edges, &corners, bending, cloth)?;
+        let mut shape = Self::new(mesh, &edges, &corners, bending, cloth)?;
         shape.scale_check(mesh);
         shape.warnings.extend(overlap);
         Ok(shape)
@@ -156,7 +156,7 @@ impl RestShape {
             );
         }
         grain_apply(&mut corners, &mesh.grain, cloth)?;
-        let mut shape = Self::new(&mesh.triangles, &edges, &corners, bending, cloth)?;
+        let mut shape = Self::new(mesh, &edges, &corners, bending, cloth)?;
         for rest in &mut shape.hinges {
             let places = rest.vertices.map(|vertex| mesh.positions[vertex as usize]);
             rest.angle = hinge::fold(places).angle;
@@ -165,14 +165,22 @@ impl RestShape {
     }
 
     fn new(
-        triangles: &[[u32; 3]],
+        mesh: &TriangleMesh,
         edges: &WingedEdges,
         corners: &[[[f64; 2]; 3]],
         bending: &BendingRigidity,
         cloth: &str,
     ) -> Result<Self, FabricError> {
+        let triangles = &*mesh.triangles;
         bending.validate(&format!("cloth {cloth:?}"))?;
-        let plate = bending.plate();
+        panels_check(mesh, cloth)?;
+        // That of the cloth, and those of its panels.
+        let others = mesh.panels.fabrics.iter().map(|fabric| fabric.bending.plate());
+        let plates: Vec<_> = std::iter::once(bending.plate()).chain(others).collect();
+        let plate = |t: usize| {
+            let number = mesh.panels.triangles.get(t).copied().unwrap_or_default();
+            &plates[number as usize]
+        };
         let mut hinge_of_edge = vec![NONE; edges.edges.len()];
         let mut hinges = Vec::new();
         for (edge, place) in edges.edges.iter().zip(&mut hinge_of_edge) {
@@ -204,7 +212,7 @@ impl RestShape {
                 let own = usize::from(rest.triangles[1] == t as u32);
                 Some(side(rest, own).beside(&side(rest, 1 - own)))
             });
-            fits.push(Fit::new(&plate, &geometry));
+            fits.push(Fit::new(plate(t), &geometry));
             let fold_weights = std::array::from_fn(|edge| {
                 let Some(geometry) = &geometry[edge] else { return [0.0; 4] };
                 let [start, end, own, beyond] = geometry.weights();
@@ -234,14 +242,15 @@ impl RestShape {
             let beyond = neighbours.map(|n| n.map(|(other, edge)| (fits[other], edge)));
             let triangle = &mut shape.triangles[t];
             triangle.bending =
-                CurvatureStiffness::new(triangle.state.area, &plate, &fits[t], &sides, &beyond);
+                CurvatureStiffness::new(triangle.state.area, plate(t), &fits[t], &sides, &beyond);
             (triangle.patch, triangle.folds) = (patch, folds);
             triangle.leave_idle();
         }
         for rest in &mut hinges {
             let sides = [side(rest, 0), side(rest, 1)];
             // Across a seam the two panels may have the warp in different directions.
-            let rigidity = sides.map(|side| plate.cylinder(side.normal.into()));
+            let rigidity =
+                [0, 1].map(|k| plate(rest.triangles[k] as usize).cylinder(sides[k].normal.into()));
             let geometry = sides[0].beside(&sides[1]);
             rest.stiffness = geometry.lone_stiffness(0.5 * (rigidity[0] + rigidity[1]));
         }
@@ -314,16 +323,36 @@ impl RestShape {
         self.warnings.extend(RestWarning::of_scale((pattern / areas.sum::<f64>()).sqrt()));
     }
 
-    /// Masses of the vertices \[kg\]: each triangle gives a third of its mass at rest to each corner.
+    /// Masses of the vertices \[kg\] from the mass per area \[kg/m^2\] of each triangle: it gives a third of its mass at rest to each corner.
     #[must_use]
-    pub fn masses(&self, area_density: f64, vertices: usize) -> Vec<f64> {
+    pub fn masses(&self, area_density: impl Fn(usize) -> f64, vertices: usize) -> Vec<f64> {
         let mut masses = vec![0.0; vertices];
-        for triangle in &self.triangles {
+        for (t, triangle) in self.triangles.iter().enumerate() {
+            let density = area_density(t);
             for vertex in triangle.vertices {
-                masses[vertex as usize] += area_density * triangle.state.area / 3.0;
+                masses[vertex as usize] += density * triangle.state.area / 3.0;
             }
         }
         masses
+    }
+}
+
+/// Checks the fabrics of panels.
+fn panels_check(mesh: &TriangleMesh, cloth: &str) -> Result<(), FabricError> {
+    let PanelFabrics { fabrics, triangles } = &mesh.panels;
+    for (number, fabric) in fabrics.iter().enumerate() {
+        fabric.validate(&format!("panel fabric {number} of cloth {cloth:?}"))?;
+    }
+    if !triangles.is_empty() && triangles.len() != mesh.triangles.len() {
+        let (what, found, expected) = ("fabrics of panels", triangles.len(), mesh.triangles.len());
+        return Err(ModelError::LengthMismatch { what, found, expected }.into());
+    }
+    match triangles.iter().position(|&number| number as usize > fabrics.len()) {
+        Some(triangle) => {
+            let (fabric, fabrics) = (triangles[triangle], fabrics.len());
+            Err(FabricError::PanelOutOfRange { cloth: cloth.into(), triangle, fabric, fabrics })
+        }
+        None => Ok(()),
     }
 }
 

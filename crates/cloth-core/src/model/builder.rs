@@ -351,10 +351,11 @@ impl Parts {
             }
         };
         let first = self.positions.len() as u32;
-        self.elements.add(*fabric, &shape, first);
+        self.elements.add(*fabric, &mesh.panels, &shape, first);
         self.positions.extend(&mesh.positions);
         self.triangles.extend(mesh.triangles.iter().map(|t| t.map(|vertex| vertex + first)));
-        self.masses.extend(shape.masses(fabric.area_density, mesh.positions.len()));
+        let density = |t: usize| mesh.panels.of(fabric, t).area_density;
+        self.masses.extend(shape.masses(density, mesh.positions.len()));
         mesh.positions.iter().for_each(|_| self.springs.row_begin());
         Ok(shape.warnings)
     }

@@ -1,9 +1,12 @@
 //! The triangles of the cloths that are made of fabric, in the composite model (NUMERICS §11, §12).
 
-use crate::fabric::{
-    CurvatureStiffness, FOLDS, Fabric, RestShape, RestTriangle,
-    bending::{FOLD_PLACES, PATCH},
-    membrane::RestState,
+use crate::{
+    PanelFabrics,
+    fabric::{
+        CurvatureStiffness, FOLDS, Fabric, RestShape, RestTriangle,
+        bending::{FOLD_PLACES, PATCH},
+        membrane::RestState,
+    },
 };
 
 /// All triangles of fabric of a model. A cloth of springs has none.
@@ -47,7 +50,7 @@ impl FabricTriangle {
 }
 
 impl FabricElements {
-    /// The fabrics, one for each cloth that is made of one.
+    /// The fabrics: one for each cloth that is made of one, and behind it those of its panels.
     #[must_use]
     pub fn fabrics(&self) -> &[Fabric] {
         &self.fabrics
@@ -92,15 +95,22 @@ impl FabricElements {
     }
 
     /// Adds a cloth whose particles begin at `first`.
-    pub(super) fn add(&mut self, fabric: Fabric, shape: &RestShape, first: u32) {
+    pub(super) fn add(
+        &mut self,
+        fabric: Fabric,
+        panels: &PanelFabrics,
+        shape: &RestShape,
+        first: u32,
+    ) {
         let number = self.fabrics.len() as u32;
         self.fabrics.push(fabric);
-        for triangle in &shape.triangles {
+        self.fabrics.extend(&panels.fabrics);
+        for (t, triangle) in shape.triangles.iter().enumerate() {
             let angle = |hinge: u32| shape.hinges.get(hinge as usize).map_or(0.0, |h| h.angle);
             self.patches.push(triangle.patch.map(|vertex| vertex + first));
             self.triangles.push(FabricTriangle {
                 particles: triangle.vertices.map(|vertex| vertex + first),
-                fabric: number,
+                fabric: number + panels.triangles.get(t).copied().unwrap_or_default(),
                 rest: triangle.state,
                 angles: triangle.folds.map(angle),
                 bending: triangle.bending,

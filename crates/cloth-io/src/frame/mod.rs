@@ -7,6 +7,7 @@
 mod animation;
 mod apng;
 mod clip;
+mod contacts;
 mod container;
 mod error;
 mod format;
@@ -36,6 +37,7 @@ mod vtk_array;
 mod vtu;
 
 pub use clip::ClipWriter;
+pub use contacts::{ContactFrame, contacts_write};
 pub use container::{
     ContainerOptions, ContainerReport, PictureSequence, container_files, container_write,
 };

@@ -229,16 +229,15 @@ impl MeshAssembly {
             triangles: self.texture_triangles,
         });
         let Self { positions, triangles, attributes, stitches, polygons, .. } = self;
-        let grain = Vec::new();
         Ok(TriangleMesh {
             positions,
             triangles,
             texture,
             groups,
             attributes,
-            grain,
             stitches,
             polygons,
+            ..TriangleMesh::default()
         })
     }
 

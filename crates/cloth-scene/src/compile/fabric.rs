@@ -1,17 +1,20 @@
 //! Cloth of triangles: what it is made of, its rest shape and its warp.
 
 use cloth_core::{
-    Aerodynamics, FabricMaterial, ModelError, RestSource, TextureMap, TriangleMesh,
-    fabric::{Fabric, FitReport, USUAL_DAMPING},
+    Aerodynamics, FabricMaterial, ModelError, PanelFabrics, RestSource, TextureMap, TriangleMesh,
+    fabric::{Fabric, FabricError, FitReport, USUAL_DAMPING},
 };
 use glam::DVec3;
 
 use crate::{
-    MeasuredFabric, SceneCloth, SceneError, SceneGeometry, SceneMass, ScenePattern,
+    MeasuredFabric, SceneCloth, SceneError, SceneGeometry, SceneMass, ScenePanel, ScenePattern,
     ScenePatternSource, SceneTriangles, error::SceneUnknown, fabric_sheet_read,
 };
 
 use super::{Check, CompileOptions, mesh};
+
+/// Layers of a panel at most.
+const LAYERS_MAX: u32 = 100;
 
 /// The fabric of the cloth at `key` in a mesh, whose warp is turned as its pattern says. What is worth knowing of it goes to `notes`.
 pub(super) fn compile(
@@ -49,7 +52,7 @@ pub(super) fn compile(
     {
         check.not_negative(&format!("{key}.material.aerodynamics.{name}"), value)?;
     }
-    let rest = pattern(check, &format!("{key}.pattern"), cloth, mesh)?;
+    let rest = pattern(check, &format!("{key}.pattern"), cloth, &fabric, mesh)?;
     Ok(FabricMaterial { fabric, rest, aerodynamics })
 }
 
@@ -106,14 +109,9 @@ fn base(
             return Err(check.error(key, "has a `preset` and a `sheet`: remove one"));
         }
         (Some(name), None) => {
-            let fabric = MeasuredFabric::find(name).map_err(|error| match error {
-                SceneError::Unknown(unknown) => SceneError::Unknown(Box::new(SceneUnknown {
-                    place: check.place(&format!("{key}.preset")),
-                    ..*unknown
-                })),
-                other => other,
-            })?;
-            (format!("{key}.preset"), (fabric.name.clone(), fabric.fit()))
+            let key = format!("{key}.preset");
+            let fitted = preset(check, &key, name)?;
+            (key, fitted)
         }
         (None, Some(file)) => {
             let key = format!("{key}.sheet");
@@ -146,6 +144,21 @@ fn base(
     Ok(Fabric { damping: USUAL_DAMPING, ..fabric })
 }
 
+/// The name and the fit of the preset at `key`.
+fn preset(
+    check: &Check<'_>,
+    key: &str,
+    name: &str,
+) -> Result<(String, Result<(Fabric, FitReport), FabricError>), SceneError> {
+    let fabric = MeasuredFabric::find(name).map_err(|error| match error {
+        SceneError::Unknown(unknown) => {
+            SceneError::Unknown(Box::new(SceneUnknown { place: check.place(key), ..*unknown }))
+        }
+        other => other,
+    })?;
+    Ok((fabric.name.clone(), fabric.fit()))
+}
+
 /// What was not measured, in one line.
 fn fit_note(cloth: &str, fabric: &str, report: &FitReport) -> Option<String> {
     let mut parts = report.notes.clone();
@@ -160,6 +173,7 @@ fn pattern(
     check: &Check<'_>,
     key: &str,
     cloth: &SceneCloth,
+    fabric: &Fabric,
     mesh: &mut TriangleMesh,
 ) -> Result<RestSource, SceneError> {
     let nothing = ScenePattern::default();
@@ -175,14 +189,21 @@ fn pattern(
             ("from", from.is_some()),
             ("scale", scale.is_some()),
             ("axis", axis.is_some()),
-            ("panels", !panels.is_empty()),
+            ("panels", !panels.is_empty() && matches!(cloth.geometry, SceneGeometry::Grid(_))),
         ];
         if let Some((name, _)) = keys.into_iter().find(|(_, is_given)| *is_given) {
             let problem = "is of meshes: remove it, the pattern of a grid is its columns and rows, and that of panels their outlines";
             return Err(check.error(&format!("{key}.{name}"), problem));
         }
     }
-    grain(check, key, (warp.unwrap_or(0.0), panels), mesh)?;
+    let has_pieces = matches!(cloth.geometry, SceneGeometry::Panels(_));
+    if let Some(index) = panels.iter().position(|panel| has_pieces && panel.warp.is_some()) {
+        let problem = "is of other meshes: give `warp` to the pieces";
+        return Err(check.error(&format!("{key}.panels[{index}].warp"), problem));
+    }
+    let of = panels_of(check, key, panels, mesh)?;
+    grain(check, key, (*warp, panels), &of, mesh)?;
+    mesh.panels = panel_fabrics(check, key, (fabric, panels), &of)?;
     if is_flat || *from == Some(ScenePatternSource::Uv) {
         if axis.is_some() {
             let problem = "is of `from = \"shape\"`: remove it, in a pattern the warp runs along u";
@@ -202,36 +223,94 @@ fn pattern(
     Ok(RestSource::Start { warp: axis.unwrap_or_else(|| longest_axis(mesh)) })
 }
 
-/// Gives each triangle of `mesh` the angle of its warp.
-fn grain(
+/// The first panel that each triangle of `mesh` belongs to.
+fn panels_of(
     check: &Check<'_>,
     key: &str,
-    (warp, panels): (f64, &[crate::ScenePanel]),
-    mesh: &mut TriangleMesh,
-) -> Result<(), SceneError> {
-    check.finite(&format!("{key}.warp"), &[warp])?;
-    if warp == 0.0 && panels.is_empty() {
-        return Ok(());
-    }
-    let mut grain = vec![None; mesh.triangles.len()];
+    panels: &[ScenePanel],
+    mesh: &TriangleMesh,
+) -> Result<Vec<Option<usize>>, SceneError> {
+    let mut of = vec![None; if panels.is_empty() { 0 } else { mesh.triangles.len() }];
     for (index, panel) in panels.iter().enumerate() {
-        let key = format!("{key}.panels[{index}]");
-        check.finite(&format!("{key}.warp"), &[panel.warp])?;
         let Some(group) = mesh.group(&panel.group) else {
             let known = mesh.groups.iter().map(|group| group.name.clone()).collect();
-            let place = check.place(&format!("{key}.group"));
+            let place = check.place(&format!("{key}.panels[{index}].group"));
             return Err(SceneUnknown::error(place, "group of the mesh", &panel.group, known));
         };
         let mut is_in = vec![false; mesh.positions.len()];
         group.vertices.iter().for_each(|&vertex| is_in[vertex as usize] = true);
-        for (triangle, angle) in mesh.triangles.iter().zip(&mut grain) {
+        for (triangle, of) in mesh.triangles.iter().zip(&mut of) {
             if triangle.iter().all(|&vertex| is_in[vertex as usize]) {
-                angle.get_or_insert(panel.warp);
+                of.get_or_insert(index);
             }
         }
     }
-    mesh.grain = grain.into_iter().map(|angle| angle.unwrap_or(warp).to_radians()).collect();
+    Ok(of)
+}
+
+/// Gives each triangle of `mesh` the angle of its warp, if any is given.
+fn grain(
+    check: &Check<'_>,
+    key: &str,
+    (warp, panels): (Option<f64>, &[ScenePanel]),
+    of: &[Option<usize>],
+    mesh: &mut TriangleMesh,
+) -> Result<(), SceneError> {
+    let own = warp.unwrap_or_default();
+    check.finite(&format!("{key}.warp"), &[own])?;
+    for (index, panel) in panels.iter().enumerate() {
+        check.finite(&format!("{key}.panels[{index}].warp"), &[panel.warp.unwrap_or_default()])?;
+    }
+    if own == 0.0 && panels.iter().all(|panel| panel.warp.is_none()) {
+        return Ok(());
+    }
+    let angle = |t: usize| {
+        let panel = of.get(t).copied().flatten().map(|panel| &panels[panel]);
+        panel.and_then(|panel| panel.warp).unwrap_or(own).to_radians()
+    };
+    mesh.grain = (0..mesh.triangles.len()).map(angle).collect();
     Ok(())
+}
+
+/// The fabrics of panels that are not of the fabric of the cloth.
+fn panel_fabrics(
+    check: &Check<'_>,
+    key: &str,
+    (base, panels): (&Fabric, &[ScenePanel]),
+    of: &[Option<usize>],
+) -> Result<PanelFabrics, SceneError> {
+    let mut fabrics = Vec::new();
+    let mut numbers = vec![0; panels.len()];
+    for (index, (panel, number)) in panels.iter().zip(&mut numbers).enumerate() {
+        let key = format!("{key}.panels[{index}]");
+        let layers = panel.layers.unwrap_or(1);
+        if !(1..=LAYERS_MAX).contains(&layers) {
+            let problem = format!("must be from 1 to {LAYERS_MAX}");
+            return Err(check.error(&format!("{key}.layers"), &problem));
+        }
+        if panel.preset.is_none() && layers == 1 {
+            continue;
+        }
+        let own = match &panel.preset {
+            Some(name) => {
+                let key = format!("{key}.preset");
+                let (_, fit) = preset(check, &key, name)?;
+                let (fabric, _) = fit.map_err(|error| SceneError::Model {
+                    place: check.place(&key),
+                    source: ModelError::from(error),
+                })?;
+                Fabric { damping: base.damping, ..fabric }
+            }
+            None => *base,
+        };
+        fabrics.push(own.layers(layers));
+        *number = fabrics.len() as u32;
+    }
+    if fabrics.is_empty() {
+        return Ok(PanelFabrics::default());
+    }
+    let triangles = of.iter().map(|panel| panel.map_or(0, |panel| numbers[panel])).collect();
+    Ok(PanelFabrics { fabrics, triangles })
 }
 
 /// The axis of the world along which a mesh is longest.

@@ -78,7 +78,7 @@ pub struct ScenePattern {
     /// Angle of the warp \[degrees\], counter-clockwise from u, from the columns of a grid or from `axis`; 0 if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warp: Option<f64>,
-    /// Panels that are cut at other angles.
+    /// Panels that are cut at other angles, or of another fabric.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub panels: Vec<ScenePanel>,
 }
@@ -101,8 +101,16 @@ pub enum ScenePatternSource {
 pub struct ScenePanel {
     /// Group of the mesh whose triangles it has: those with all corners in it. Where groups overlap the first panel counts.
     pub group: String,
-    /// Angle of its warp \[degrees\], as `warp` of the pattern.
-    pub warp: f64,
+    /// Angle of its warp \[degrees\], as `warp` of the pattern; that of the pattern if not given. Pieces of `geometry.panels` have their own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub warp: Option<f64>,
+    /// Another fabric than that of the cloth: one that `cloth fabrics` lists.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preset: Option<String>,
+    /// How many layers of its fabric lie on each other here, as in a collar: mass, stiffness and rigidity are as many times as large; 1 if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(range(min = 1)))]
+    pub layers: Option<u32>,
 }
 
 /// Damping of fabric, a time by which its stiffness is multiplied.

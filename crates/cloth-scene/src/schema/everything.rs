@@ -7,7 +7,7 @@ use serde_json::Value;
 /// The texts.
 pub(super) const SCENES: [&str; 9] = [
     r##"name = "triangles"
-contact = { distance = 0.002, response.triangles.friction = 0.3 }
+contact = { distance = 0.002, pinch = "ghost", response.triangles.friction = 0.3 }
 [[cloth]]
 name = "a"
 material.preset = "jersey"
@@ -96,7 +96,7 @@ material.sheet = "sheet.toml"
 geometry.triangles = { vertices = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]], faces = [[0, 1, 2]], uv = [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]], uv_faces = [[0, 1, 2]] }
 [[cloth]]
 name = "mesh"
-pattern = { from = "shape", axis = [0.5, 1.0, 0.0], warp = 10.5, panels = [{ group = "panel", warp = 45.5 }] }
+pattern = { from = "shape", axis = [0.5, 1.0, 0.0], warp = 10.5, panels = [{ group = "panel", warp = 45.5, preset = "cotton-broad", layers = 2 }] }
 material.preset = "drape-001"
 geometry.mesh = { file = "panels.obj", translation = [0.0, 0.0, 9.0] }
 "##,

@@ -5,7 +5,6 @@ use crate::{Real, Result};
 use super::{
     super::{ContactSurface, UnprovenPair},
     Moved,
-    host::HostList,
     task::{GROUP, PAIRS_MAX, PairAnswer, PairDevice, PairLook, PairTask, WaysFrom, pairs_of},
 };
 
@@ -29,8 +28,6 @@ pub struct DeviceList<T> {
     expected: usize,
     answer: PairAnswer<T>,
     pub(super) rebuilds: u32,
-    /// The list on the host, where it was asked for.
-    host: HostList<T>,
 }
 
 /// What a look at the device has found.
@@ -74,14 +71,7 @@ impl<T: Real> DeviceList<T> {
             own_group_count: own_groups,
         };
         let answer = PairAnswer { found: 0, pairs: Vec::new(), moved: Vec::new() };
-        Self {
-            task,
-            has_list: false,
-            expected: EXPECTED_MIN,
-            answer,
-            rebuilds: 0,
-            host: HostList::new(),
-        }
+        Self { task, has_list: false, expected: EXPECTED_MIN, answer, rebuilds: 0 }
     }
 
     /// Whether the list has all pairs that are `distance` or less apart along all axes at both ends of the ways.
@@ -122,22 +112,11 @@ impl<T: Real> DeviceList<T> {
         }
     }
 
-    /// Reads the list to the host, if it is not too long for that. Returns whether it is there.
-    pub(super) fn host_read(&mut self, device: &mut impl PairDevice<T>) -> Result<bool> {
-        Ok(self.has_list && self.host.read(device, &self.task)?)
-    }
-
-    /// The list as it was last read.
-    pub(super) const fn host(&self) -> &HostList<T> {
-        &self.host
-    }
-
     /// Builds the list for the ways that are on the device: for both their ends and all between, the second ones less a common motion
     /// if `is_common`.
     pub(super) fn build(&mut self, device: &mut impl PairDevice<T>, is_common: bool) -> Result<()> {
         device.references_take(&self.task)?;
         self.has_list = false;
-        self.host.forget();
         if is_common {
             let look = self.look(device, PairLook::Moved, WaysFrom::Device)?;
             self.task.drift = look.moved[1].centre();

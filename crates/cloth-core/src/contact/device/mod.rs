@@ -2,7 +2,6 @@
 //! and those of which nothing proves that they do not meet, and applies forces and rows. What touches and what that does is
 //! decided here, by the functions of all backends, and so is how far ways are shortened.
 
-mod host;
 mod list;
 mod moved;
 mod search;
@@ -405,7 +404,7 @@ impl<T: Real> DeviceContact<T> {
         };
         let start = all(from, bodies.way_start(self.goes_on));
         let mut end = all(&motion.position, bodies.end());
-        let mut search = DeviceSearch { device: &mut *device, list, first, last: None };
+        let mut search = DeviceSearch { device: &mut *device, list, first, start: Vec::new() };
         let is_held = |i: u32| held.get(i as usize).is_none_or(|held| *held);
         let ways = (&*start, &mut *end);
         let changed = certifier.certify_with(&mut search, ways, is_held, &*bodies)?;

@@ -26,22 +26,6 @@ impl<T: Real> Moved<T> {
         Self(all)
     }
 
-    /// Takes in where one more particle is, which was at these places in both sets.
-    pub(super) fn include(&mut self, x: [T; 3], sets: [[T; 3]; 2]) {
-        for k in 0..3 {
-            for (set, place) in sets.iter().enumerate() {
-                let way = x[k] - place[k];
-                for (at, way) in [(6 * set + k, way), (6 * set + 3 + k, -way)] {
-                    self.0[at] = self.0[at].maximum(way);
-                }
-            }
-            let [p, q] = sets.map(|place| place[k]);
-            let outside = (p.minimum(q) - x[k]).maximum(x[k] - p.maximum(q));
-            self.0[12] = self.0[12].maximum(outside);
-            self.0[13] = self.0[13].maximum(x[k].abs());
-        }
-    }
-
     /// Whether all numbers were finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
@@ -90,14 +74,6 @@ mod tests {
         numbers[6..12].copy_from_slice(&way);
         numbers[12] = outside;
         Moved::of(&numbers)
-    }
-
-    #[test]
-    fn a_particle_that_is_included_is_as_one_of_the_block() {
-        let mut small = moved(-0.001, 0.002);
-        small.include([0.006, 0.0, 0.0], [[0.0; 3]; 2]);
-        small.include([-0.003, 0.0, 0.0], [[0.0; 3]; 2]);
-        assert_eq!(small.0[..13], moved(-0.003, 0.006).0[..13]);
     }
 
     #[test]

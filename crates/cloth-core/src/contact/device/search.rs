@@ -5,7 +5,6 @@ use crate::{Real, Result};
 use super::{
     super::{PairSearch, UnprovenPair, Ways},
     DeviceList,
-    host::LastLook,
     list::Look,
     task::{PairDevice, PairLook, TASK_MARKED, TASK_NEW, WaysFrom},
 };
@@ -16,29 +15,8 @@ pub(super) struct DeviceSearch<'a, T, D> {
     pub(super) list: &'a mut DeviceList<T>,
     /// What the device has found on the first ways, with at least as large a distance.
     pub(super) first: Option<Look<T>>,
-    pub(super) last: Option<LastLook<T>>,
-}
-
-impl<T: Real, D: PairDevice<T>> DeviceSearch<'_, T, D> {
-    /// Finds the pairs of marked particles on the host, if the last look and the list on it say enough. Returns whether it did.
-    fn unproven_on_host(
-        &mut self,
-        ways: &Ways<'_, T>,
-        marked: &[bool],
-        out: &mut Vec<UnprovenPair>,
-    ) -> Result<bool> {
-        let Some(last) = &self.last else { return Ok(false) };
-        if !self.list.host_read(self.device)? {
-            return Ok(false);
-        }
-        let host = self.list.host();
-        let Some(moved) = host.moved(last, ways, marked) else { return Ok(false) };
-        let holds = moved.holds(self.list.task.reach, ways.delta + ways.delta);
-        if holds {
-            out.extend(host.unproven(ways, marked));
-        }
-        Ok(holds)
-    }
+    /// The starts of ways that the device has.
+    pub(super) start: Vec<[T; 3]>,
 }
 
 impl<T: Real, D: PairDevice<T>> PairSearch<T> for DeviceSearch<'_, T, D> {
@@ -48,26 +26,27 @@ impl<T: Real, D: PairDevice<T>> PairSearch<T> for DeviceSearch<'_, T, D> {
         marked: Option<&[bool]>,
         out: &mut Vec<UnprovenPair>,
     ) -> Result<()> {
-        if let Some(marked) = marked
-            && self.unproven_on_host(ways, marked, out)?
-        {
-            return Ok(());
-        }
-        let Self { device, list, first, last } = self;
+        let Self { device, list, first, start } = self;
         if let Some(first) = first.take() {
             let asked = (ways.delta, ways.is_new);
             let found = first.found.into_iter();
             out.extend(found.filter(|pair| pair.is_unproven(ways.start, ways.end, asked)));
-            *last = Some(LastLook::new(ways, first.moved));
+            start.extend_from_slice(ways.start);
             return Ok(());
         }
         let full = |x: &[T; 3], w: T| [x[0], x[1], x[2], w];
         let is_marked = |i: usize| marked.is_some_and(|marked| marked[i]);
-        let starts = ways.start.iter().map(|x| full(x, T::ZERO));
         let ends = ways.end.iter().enumerate();
         let ends = ends.map(|(i, x)| full(x, if is_marked(i) { T::ONE } else { T::ZERO }));
-        let vectors: Vec<[T; 4]> = starts.chain(ends).collect();
-        device.ways_write(&vectors)?;
+        // Ways begin in the same places from one round to the next.
+        if are_equal(start, ways.start) {
+            device.ways_write(ways.start.len(), &ends.collect::<Vec<_>>())?;
+        } else {
+            start.clear();
+            start.extend_from_slice(ways.start);
+            let starts = ways.start.iter().map(|x| full(x, T::ZERO));
+            device.ways_write(0, &starts.chain(ends).collect::<Vec<_>>())?;
+        }
         let flags = [(marked.is_some(), TASK_MARKED), (ways.is_new, TASK_NEW)];
         list.task.flags = flags.iter().filter(|(on, _)| *on).map(|(_, flag)| flag).sum();
         list.task.delta = ways.delta;
@@ -75,13 +54,15 @@ impl<T: Real, D: PairDevice<T>> PairSearch<T> for DeviceSearch<'_, T, D> {
         if !list.holds_for(&look, ways.delta + ways.delta) {
             // Marked particles lag behind the others, which the next rounds will make worse: then boxes are around whole ways.
             list.build(*device, marked.is_none())?;
-            *last = None;
             look = list.look(*device, PairLook::Unproven, WaysFrom::Device)?;
-        }
-        if marked.is_none() {
-            *last = Some(LastLook::new(ways, look.moved));
         }
         out.extend(look.found);
         Ok(())
     }
+}
+
+/// Whether places are the same, without a branch for each of them.
+fn are_equal<T: Real>(a: &[[T; 3]], b: &[[T; 3]]) -> bool {
+    let pairs = a.as_flattened().iter().zip(b.as_flattened());
+    a.len() == b.len() && pairs.fold(true, |equal, (a, b)| equal & (a == b))
 }

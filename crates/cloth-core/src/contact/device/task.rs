@@ -106,11 +106,11 @@ pub trait PairDevice<T: Real> {
     /// `Overflow` if it is more than the device takes.
     fn results_create(&mut self, task: &PairTask<T>) -> Result<()>;
 
-    /// Gives ways: starts, then ends, with a fourth number that is not 0 if the particle is marked.
+    /// Gives ways from number `first` on: starts, then ends, with a fourth number that is not 0 if the particle is marked.
     ///
     /// # Errors
     /// What the device reports.
-    fn ways_write(&mut self, ways: &[[T; 4]]) -> Result<()>;
+    fn ways_write(&mut self, first: usize, ways: &[[T; 4]]) -> Result<()>;
 
     /// Gives ways of the nodes of bodies, behind those of particles: starts and ends.
     ///
@@ -155,18 +155,6 @@ pub trait PairDevice<T: Real> {
     /// # Errors
     /// What the device reports.
     fn list_fill(&mut self, task: &PairTask<T>) -> Result<u32>;
-
-    /// Reads the words of the pairs of the list.
-    ///
-    /// # Errors
-    /// What the device reports.
-    fn list_read(&mut self, task: &PairTask<T>, out: &mut Vec<[u32; PAIR_WORDS]>) -> Result<()>;
-
-    /// Reads both sets of positions that the list was built for.
-    ///
-    /// # Errors
-    /// What the device reports.
-    fn references_read(&mut self, task: &PairTask<T>, out: &mut Vec<[T; 4]>) -> Result<()>;
 
     /// Reads positions with inverse masses, and the start of the substep.
     ///

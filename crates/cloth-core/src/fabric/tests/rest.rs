@@ -38,7 +38,7 @@ fn a_pattern_and_the_same_shape_in_space_are_one() {
         shape.triangles.iter().flat_map(of).collect()
     };
     assert!(deviation(&numbers(&pattern), &numbers(&space)) < 1e-12);
-    let masses = pattern.masses(0.25, 30);
+    let masses = pattern.masses(|_| 0.25, 30);
     assert!((masses.iter().sum::<f64>() / (0.25 * 0.1 * 0.08) - 1.0).abs() < 1e-12);
     assert_eq!(pattern.hinges.len(), 5 * 4 + 4 * 4 + 5 * 3);
     assert!(space.hinges.iter().all(|hinge| hinge.angle.abs() < 1e-12));

@@ -201,6 +201,9 @@ impl<'a> Cutter<'a> {
         if let Some(&angle) = self.mesh.grain.get(face) {
             self.mesh.grain.push(angle);
         }
+        if let Some(&fabric) = self.mesh.panels.triangles.get(face) {
+            self.mesh.panels.triangles.push(fabric);
+        }
         let mut put = |edge: [u32; 2], from: Option<usize>, to: usize| {
             let faces = self.faces.entry(sorted(edge)).or_default();
             match from.and_then(|from| faces.iter().position(|&face| face == from)) {

@@ -421,7 +421,12 @@ static PATTERN: Element = Element {
 static PANEL: Element = leaf(
     "panel",
     Item("panels", ""),
-    &[required("group", "group", Text), required("warp", "warp", Number)],
+    &[
+        required("group", "group", Text),
+        same("warp", Number),
+        same("preset", Text),
+        same("layers", Count),
+    ],
 );
 static NETWORK: Element = Element {
     tag: "particles",
