@@ -147,13 +147,6 @@ __device__ __forceinline__ void triangles_compare(const Solver& s, const Triangl
     }
 }
 
-// The pairs of a triangle and those of a group, if these come later.
-__device__ __forceinline__ void group_compare(const Solver& s, const TrianglePairs& t, uint slot, const Bounds& own, uint group) {
-    for (uint other = max(SLOTS * group, slot + 1); other < SLOTS * (group + 1); other++) {
-        if (triangle_word(t, other, 0) == NO_TRIANGLE) return;
-        if (!bounds_are_apart(own, t.boxes[other], t.task.reach)) triangles_compare(s, t, slot, other);
-    }
-}
 
 // The last group below a node.
 __device__ __forceinline__ uint last_group(uint node, uint count) {
@@ -161,9 +154,11 @@ __device__ __forceinline__ uint last_group(uint node, uint count) {
     return node - count;
 }
 
-// All pairs of features whose boxes are closer than the reach, a thread for each triangle of cloths. Their order has no meaning.
+// All pairs of features whose boxes are closer than the reach, a thread for each triangle of cloths and place in the groups that it meets:
+// threads side by side go the same way through the tree. The order of pairs has no meaning.
 extern "C" __global__ void contact_pairs_list(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
-    uint slot = blockIdx.x * blockDim.x + threadIdx.x;
+    uint thread = blockIdx.x * blockDim.x + threadIdx.x;
+    uint slot = thread / SLOTS, place = thread % SLOTS;
     uint count = t.task.group_count, group = slot / SLOTS;
     if (group >= t.task.own_group_count || triangle_word(t, slot, 0) == NO_TRIANGLE) return;
     Bounds own = t.boxes[slot];
@@ -176,7 +171,11 @@ extern "C" __global__ void contact_pairs_list(const __grid_constant__ Solver s, 
         Bounds bounds = t.boxes[node_place(t, node)];
         if (bounds_is_empty(bounds) || bounds_are_apart(own, bounds, t.task.reach)) continue;
         if (node >= count) {
-            group_compare(s, t, slot, own, node - count);
+            // Each two triangles once.
+            uint other = SLOTS * (node - count) + place;
+            if (other > slot && triangle_word(t, other, 0) != NO_TRIANGLE && !bounds_are_apart(own, t.boxes[other], t.task.reach)) {
+                triangles_compare(s, t, slot, other);
+            }
             continue;
         }
         if (last_group(2 * node + 1, count) >= group) waiting[depth++] = 2 * node + 1;

@@ -1,5 +1,5 @@
 // NUMERICS section 15, contact_pairs: all pairs of features whose boxes, around both sets of positions, are closer than the reach, one thread for
-// each triangle of cloths. Their order has no meaning.
+// each triangle of cloths and place in the groups that it meets: threads side by side go the same way through the tree. Their order has no meaning.
 //!include model pair_task pair_references pair_box surface pair_boxes pair_list pair_results
 
 // Pairs of a list at most.
@@ -70,24 +70,14 @@ fn triangles_compare(a: u32, b: u32) {
     }
 }
 
-// The pairs of a triangle and those of a group, if these come later.
-fn group_compare(slot: u32, own: Box, group: u32) {
-    for (var other = max(SLOTS * group, slot + 1u); other < SLOTS * (group + 1u); other += 1u) {
-        if triangle_word(other, 0u) == NO_TRIANGLE {
-            return;
-        }
-        if !box_is_apart(own, stored_box(other), pair_task.reach) {
-            triangles_compare(slot, other);
-        }
-    }
-}
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
     @builtin(global_invocation_id) id: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
-    let slot = particle_index(id, groups);
+    let thread = particle_index(id, groups);
+    let slot = thread / SLOTS;
     let group = slot / SLOTS;
     let count = pair_task.group_count;
     if group >= pair_task.own_group_count || triangle_word(slot, 0u) == NO_TRIANGLE {
@@ -106,7 +96,12 @@ fn main(
             continue;
         }
         if node >= count {
-            group_compare(slot, own, node - count);
+            // Each two triangles once.
+            let other = SLOTS * (node - count) + thread % SLOTS;
+            if other > slot && triangle_word(other, 0u) != NO_TRIANGLE
+                && !box_is_apart(own, stored_box(other), pair_task.reach) {
+                triangles_compare(slot, other);
+            }
             continue;
         }
         let level = firstLeadingBit(count) - firstLeadingBit(2u * node + 1u);

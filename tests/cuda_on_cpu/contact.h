@@ -80,7 +80,7 @@ int main(int, char** arguments) {
     launch_over(s.count, [] { contact_pairs_reference(s, t); });
     launch_over(t.task.group_count, [] { contact_pairs_boxes(s, t); });
     launch(tree_thread, 1, 64, seed);
-    launch_over(SLOTS * t.task.own_group_count, [] { contact_pairs_list(s, t); });
+    launch_over(SLOTS * SLOTS * t.task.own_group_count, [] { contact_pairs_list(s, t); });
     t.task.pair_count = min(t.counts[1], t.task.pair_capacity);
     file = fopen(arguments[2], "wb");
     if (!file) return 2;

@@ -330,7 +330,7 @@ fn faults_of_pairs_are_found() {
             "if (number != 77) t.list[number] = pair;",
         ),
         ("first = t.task.group_count / 2; first > 0", "first = t.task.group_count / 4; first > 0"),
-        ("max(SLOTS * group, slot + 1)", "max(SLOTS * group, slot + 2)"),
+        ("other > slot && triangle_word", "other > slot + 1 && triangle_word"),
         ("if (dot(normal, across) > 0)", "if (dot(normal, across) < 0)"),
         ("a1.low - b1.high > delta", "a1.low - b1.high > 0"),
         ("d6 >= 0 && d5 <= d6", "d6 >= 0"),

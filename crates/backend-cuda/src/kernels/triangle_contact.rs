@@ -357,7 +357,7 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
 
     fn list_fill(&mut self, task: &PairTask<T>) -> Result<u32> {
         self.count_clear(1)?;
-        let launch = Launch::over(GROUP * task.own_group_count as usize);
+        let launch = Launch::over(GROUP * GROUP * task.own_group_count as usize);
         self.pairs_start("contact_pairs_list", launch, task)?;
         Ok(self.counts()?[1])
     }

@@ -329,7 +329,7 @@ impl PairDevice<f32> for Stages {
     fn list_fill(&mut self, task: &PairTask<f32>) -> Result<u32> {
         self.task_write(task)?;
         self.write("pair_results", 4, bytemuck::bytes_of(&0_u32))?;
-        let items = (GROUP as u32 * task.own_group_count, WORKGROUP);
+        let items = ((GROUP * GROUP) as u32 * task.own_group_count, WORKGROUP);
         self.pair_kernel("contact_pairs", "contact_pairs_list", items)?;
         Ok(self.read_words::<u32>("pair_results", 2)?[1])
     }
