@@ -58,7 +58,7 @@ pub enum RigidShape {
         radius: f64,
     },
     /// A closed triangle mesh.
-    Mesh(TriangleMesh),
+    Mesh(Box<TriangleMesh>),
 }
 
 pub(crate) fn pose(pose: &Pose) -> RapierPose {

@@ -273,8 +273,8 @@ fn bodies_collide_and_keep_their_momentum() {
         ..TriangleMesh::default()
     };
     let bodies = [
-        brick(RigidShape::Mesh(wedge), [-1.0, 0.02, 0.0], [2.0, 0.0, 0.1]),
-        brick(RigidShape::Mesh(cuboid([0.2, 0.1, 0.15])), [0.0, 0.0, 0.05], [0.0; 3]),
+        brick(RigidShape::Mesh(Box::new(wedge)), [-1.0, 0.02, 0.0], [2.0, 0.0, 0.1]),
+        brick(RigidShape::Mesh(Box::new(cuboid([0.2, 0.1, 0.15]))), [0.0, 0.0, 0.05], [0.0; 3]),
         brick(RigidShape::Box { half_extents: [0.1; 3] }, [1.0, -0.02, 0.0], [-2.0, 0.1, 0.0]),
     ];
     let mut world = RigidWorld::new(&bodies, &[], [0.0; 3]).unwrap();
@@ -397,7 +397,7 @@ fn cloth_and_bodies_together_keep_their_momentum() {
     let mesh = cuboid(half_extents);
     let grid = distance_grid("brick", &mesh, 48, 0.02).unwrap();
     let solid = ColliderShape::Grid(Arc::new(grid));
-    let (linear, _, exchanged) = coupled(Precision::F64, RigidShape::Mesh(mesh), solid);
+    let (linear, _, exchanged) = coupled(Precision::F64, RigidShape::Mesh(Box::new(mesh)), solid);
     assert!(exchanged > 0.05 && linear < 1e-12, "{linear}");
 }
 

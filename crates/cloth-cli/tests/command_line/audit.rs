@@ -104,6 +104,6 @@ fn contacts_are_written_for_every_frame() {
     assert_eq!(left.len(), 3, "{left:?}");
     place.write("tiny.toml", TINY);
     let arguments = ["run", "tiny.toml", "--contacts", "npz", "--format", "none", "--out", "p"];
-    let message = place.fails(2, &arguments);
+    let message = place.fails(3, &arguments);
     assert!(message.contains("no contact of triangles"), "{message}");
 }

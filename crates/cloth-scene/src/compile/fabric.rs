@@ -144,12 +144,11 @@ fn base(
     Ok(Fabric { damping: USUAL_DAMPING, ..fabric })
 }
 
+/// A fabric and what is to be known of its fit.
+type Fitted = Result<(Fabric, FitReport), FabricError>;
+
 /// The name and the fit of the preset at `key`.
-fn preset(
-    check: &Check<'_>,
-    key: &str,
-    name: &str,
-) -> Result<(String, Result<(Fabric, FitReport), FabricError>), SceneError> {
+fn preset(check: &Check<'_>, key: &str, name: &str) -> Result<(String, Fitted), SceneError> {
     let fabric = MeasuredFabric::find(name).map_err(|error| match error {
         SceneError::Unknown(unknown) => {
             SceneError::Unknown(Box::new(SceneUnknown { place: check.place(key), ..*unknown }))

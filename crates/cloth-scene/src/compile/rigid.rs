@@ -127,7 +127,7 @@ fn body(
     let at = format!("{key}.shape");
     let mut meshed = |at: &str, mesh, cells| {
         let shape = solid::distances(check, at, name, (&mesh, cells), plans)?;
-        Ok::<_, SceneError>((RigidShape::Mesh(mesh), shape))
+        Ok::<_, SceneError>((RigidShape::Mesh(Box::new(mesh)), shape))
     };
     let (shape, solid) = match &rigid.shape {
         &SceneRigidShape::Box { half_extents } => {
