@@ -32,8 +32,8 @@ impl<T: Real> Certifier<T> {
         }
     }
 
-    /// Makes ghosts of the particles of pairs that could not make way, and of all that have pushed them; where they are ghosts already, which
-    /// go where bodies have them go, cloth may go through cloth. Returns whether anything has changed.
+    /// Makes ghosts of the particles of pairs that could not make way, and of all that have pushed them; where all are ghosts already, cloth may
+    /// go through cloth. Returns whether anything has changed.
     fn let_through(
         &mut self,
         stuck: &[UnprovenPair],
@@ -61,14 +61,7 @@ impl<T: Real> Certifier<T> {
             return true;
         }
         let before = self.exempt.len();
-        let is_guided = |pair: &&UnprovenPair| {
-            self.ghosts
-                .list()
-                .iter()
-                .any(|ghost| ghost.is_guided && pair.particles.contains(&ghost.particle))
-        };
-        let pairs = stuck.iter().filter(is_guided).map(|pair| pair.candidate);
-        self.exempt.extend(pairs);
+        self.exempt.extend(stuck.iter().map(|pair| pair.candidate));
         self.exempt.sort_unstable();
         self.exempt.dedup();
         self.exempt.len() > before
