@@ -168,8 +168,8 @@ impl Kernels for ReferenceKernels {
         out.held = (0..particles.len()).map(|i| u8::from(particles.is_held(i))).collect();
         if let Some(triangles) = &self.triangles {
             triangles.set.slips_read(&mut out.slips);
-            out.ghosts = triangles.certifier.ghosts().to_vec();
         }
+        self.ghosts_read(&mut out.ghosts);
         Ok(())
     }
 

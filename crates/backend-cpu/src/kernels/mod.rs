@@ -288,9 +288,8 @@ impl<T: Real> Kernels for CpuKernels<T> {
         out.held.extend((0..count).map(|particle| u8::from(self.masses.is_held(particle))));
         if let Some(triangles) = &self.triangles {
             triangles.slips_read(&mut out.slips);
-            out.ghosts.clear();
-            out.ghosts.extend_from_slice(triangles.ghosts());
         }
+        self.ghosts_read(&mut out.ghosts);
         Ok(())
     }
 

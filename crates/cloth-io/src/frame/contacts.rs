@@ -91,14 +91,7 @@ fn vtu(writer: &mut impl Write, frame: &ContactFrame) -> io::Result<()> {
     let numbers = |of: fn(&Contact) -> f64| -> Vec<u8> {
         all.iter().map(of).flat_map(f64::to_le_bytes).collect()
     };
-    let mut arrays = ArrayWriter::new(writer)?;
-    arrays.start_file(&[("type", "UnstructuredGrid")])?;
-    arrays.start("UnstructuredGrid", &[])?;
-    arrays.start("FieldData", &[])?;
-    arrays.time(frame.time)?;
-    arrays.end("FieldData")?;
-    let count = all.len().to_string();
-    arrays.start("Piece", &[("NumberOfPoints", &count), ("NumberOfCells", &count)])?;
+    let mut arrays = ArrayWriter::grid(writer, frame.time, [all.len(); 2])?;
     arrays.start("PointData", &[("Normals", "normal"), ("Scalars", "force")])?;
     arrays.array("normal", "Float64", 3, vectors(|contact| contact.normal))?;
     arrays.array("gap", "Float64", 1, numbers(|contact| contact.gap))?;
@@ -129,7 +122,5 @@ fn vtu(writer: &mut impl Write, frame: &ContactFrame) -> io::Result<()> {
     arrays.array("offsets", "Int64", 1, ends.flat_map(i64::to_le_bytes).collect())?;
     arrays.array("types", "UInt8", 1, vec![VTK_VERTEX; all.len()])?;
     arrays.end("Cells")?;
-    arrays.end("Piece")?;
-    arrays.end("UnstructuredGrid")?;
-    arrays.append()
+    arrays.grid_end()
 }

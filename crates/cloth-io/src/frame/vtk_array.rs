@@ -19,6 +19,26 @@ impl<W: Write> ArrayWriter<W> {
         Ok(Self { xml, arrays: Vec::new(), offset: 0 })
     }
 
+    /// Begins a grid of so many points and cells at a time \[s\].
+    pub(super) fn grid(writer: W, time: f64, [points, cells]: [usize; 2]) -> io::Result<Self> {
+        let mut arrays = Self::new(writer)?;
+        arrays.start_file(&[("type", "UnstructuredGrid")])?;
+        arrays.start("UnstructuredGrid", &[])?;
+        arrays.start("FieldData", &[])?;
+        arrays.time(time)?;
+        arrays.end("FieldData")?;
+        let [points, cells] = [points, cells].map(|count| count.to_string());
+        arrays.start("Piece", &[("NumberOfPoints", &points), ("NumberOfCells", &cells)])?;
+        Ok(arrays)
+    }
+
+    /// Ends it, with its arrays.
+    pub(super) fn grid_end(mut self) -> io::Result<()> {
+        self.end("Piece")?;
+        self.end("UnstructuredGrid")?;
+        self.append()
+    }
+
     pub(super) fn start_file(&mut self, attributes: &[(&str, &str)]) -> io::Result<()> {
         let common =
             [("version", "1.0"), ("byte_order", "LittleEndian"), ("header_type", "UInt64")];

@@ -89,14 +89,7 @@ pub(super) fn vtu_write(
         all.resize(point_count, [0.0; 3]);
         floats(&all)
     };
-    let mut arrays = ArrayWriter::new(writer)?;
-    arrays.start_file(&[("type", "UnstructuredGrid")])?;
-    arrays.start("UnstructuredGrid", &[])?;
-    arrays.start("FieldData", &[])?;
-    arrays.time(frame.time)?;
-    arrays.end("FieldData")?;
-    let counts = [point_count, cells.types.len()].map(|count| count.to_string());
-    arrays.start("Piece", &[("NumberOfPoints", &counts[0]), ("NumberOfCells", &counts[1])])?;
+    let mut arrays = ArrayWriter::grid(writer, frame.time, [point_count, cells.types.len()])?;
 
     // What ParaView takes without being asked.
     let mut active = vec![("Normals", "normal")];
@@ -151,9 +144,7 @@ pub(super) fn vtu_write(
     arrays.array("types", "UInt8", 1, cells.types)?;
     arrays.end("Cells")?;
 
-    arrays.end("Piece")?;
-    arrays.end("UnstructuredGrid")?;
-    arrays.append()
+    arrays.grid_end()
 }
 
 /// Green strain E11, E22, E12, second Piola stress S11, S22, S12 \[N/m\] and principal stretches of each cell; no strain for cells that are

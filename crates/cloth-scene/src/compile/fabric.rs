@@ -191,7 +191,7 @@ fn pattern(
             ("panels", !panels.is_empty() && matches!(cloth.geometry, SceneGeometry::Grid(_))),
         ];
         if let Some((name, _)) = keys.into_iter().find(|(_, is_given)| *is_given) {
-            let problem = "is of meshes: remove it, the pattern of a grid is its columns and rows, and that of panels their outlines";
+            let problem = "is of meshes: remove it, the pattern of a grid is its columns and rows, and that of pieces their outlines";
             return Err(check.error(&format!("{key}.{name}"), problem));
         }
     }

@@ -216,14 +216,11 @@ pub fn surface_words(surface: &ContactSurface, group_count: u32) -> Vec<u32> {
 
 /// The pairs that words tell.
 pub fn pairs_of(words: &[u32]) -> impl Iterator<Item = UnprovenPair> + '_ {
-    words.as_chunks().0.iter().map(pair_of)
-}
-
-/// The pair that words tell.
-pub(super) fn pair_of(&[a, b, c, d, first, second]: &[u32; PAIR_WORDS]) -> UnprovenPair {
-    let candidate = match first & EDGES {
-        0 => Candidate::VertexTriangle([first, second]),
-        _ => Candidate::EdgeEdge([first & !EDGES, second]),
-    };
-    UnprovenPair { candidate, particles: [a, b, c, d] }
+    words.as_chunks::<PAIR_WORDS>().0.iter().map(|&[a, b, c, d, first, second]| {
+        let candidate = match first & EDGES {
+            0 => Candidate::VertexTriangle([first, second]),
+            _ => Candidate::EdgeEdge([first & !EDGES, second]),
+        };
+        UnprovenPair { candidate, particles: [a, b, c, d] }
+    })
 }
