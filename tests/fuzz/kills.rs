@@ -3,6 +3,7 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs, io,
+    os::unix::process::CommandExt,
     path::{Path, PathBuf},
     process::{Command, ExitStatus, Stdio},
     sync::{
@@ -15,7 +16,7 @@ use std::{
 
 use fastrand::Rng;
 use nix::{
-    sys::signal::{Signal, kill},
+    sys::signal::{Signal, killpg},
     unistd::Pid,
 };
 use tempfile::TempDir;
@@ -32,6 +33,8 @@ const CUT_DOWN: &str = "scene.toml";
 const SAID_EVERY: u64 = 100;
 /// Time after which a run hangs.
 const PATIENCE: Duration = Duration::from_secs(600);
+/// Time that the other processes of a run that was killed have to go as well.
+const LAST_BREATH: Duration = Duration::from_secs(2);
 
 /// A scene on a backend.
 struct Case {
@@ -183,25 +186,38 @@ fn log(folder: &Path) -> String {
 }
 
 /// Runs a command to its end, or up to a moment at which it gets a signal.
+///
+/// The signal goes to all processes of the run: a program that only starts another one would leave that behind, at work
+/// in the folder.
 fn ended(command: &mut Command, moment: Option<(Duration, Signal)>) -> io::Result<ExitStatus> {
-    let mut child = command.spawn()?;
+    let mut child = command.process_group(0).spawn()?;
+    let group = Pid::from_raw(child.id().cast_signed());
     let start = Instant::now();
     let mut pending = moment;
     loop {
         if let Some(status) = child.try_wait()? {
+            await_all_of(group);
             return Ok(status);
         }
         if let Some((at, signal)) = pending
             && start.elapsed() >= at
         {
-            kill(Pid::from_raw(child.id().cast_signed()), signal)?;
+            killpg(group, signal)?;
             pending = None;
         }
         if start.elapsed() > PATIENCE {
-            child.kill()?;
+            killpg(group, Signal::SIGKILL)?;
             child.wait()?;
             return Err(io::Error::other("it hangs"));
         }
+        thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// Waits until no process of a group is left, but not for one that nobody collects.
+fn await_all_of(group: Pid) {
+    let start = Instant::now();
+    while killpg(group, None).is_ok() && start.elapsed() < LAST_BREATH {
         thread::sleep(Duration::from_millis(1));
     }
 }
