@@ -48,6 +48,6 @@ fn main(
     tangent_set(at, f.u);
     tangent_set(at + 3u, f.v);
     tangent_set(at + 6u, scale * vec3f(response.slopes.x, response.coupling, response.slopes.y));
-    fabric_tangents[at + 9u] = scale * response.shear;
+    fabric_tangents[at + 9u] = scale * response.slopes.z;
     tangent_set(at + 10u, square * tensile);
 }

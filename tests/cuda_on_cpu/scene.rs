@@ -3,7 +3,7 @@
 use cloth_core::{
     ColliderShape, ColourRegions, ContactResponse, FabricTriangle, Incidence, InteractionKind,
     Model, SelfContact, SpringColouring, State,
-    fabric::{Fabric, bending::PATCH},
+    fabric::{Fabric, Locking, bending::PATCH},
 };
 use harness::checks::PatchFrames;
 
@@ -105,7 +105,8 @@ pub(crate) fn fabric(model: &Model) -> Vec<u32> {
     let law = |fabric: &Fabric| {
         let curves = [fabric.warp, fabric.weft];
         let curves = curves.iter().flat_map(|curve| [curve.linear, curve.cubic, curve.end]);
-        let others = [fabric.coupling, fabric.shear, fabric.damping[0]];
+        let Locking { onset, range, rise } = fabric.locking();
+        let others = [fabric.coupling, fabric.shear, fabric.damping[0], onset, range, rise];
         curves.chain(others).map(bits).collect::<Vec<_>>()
     };
     let membrane = |triangle: &FabricTriangle| {

@@ -7,3 +7,4 @@ mod pinched;
 mod rig;
 mod scenes;
 mod stages;
+mod stretch;

@@ -2,7 +2,7 @@
 
 use cloth_core::{
     FabricTriangle, Model, NewtonStart,
-    fabric::{Fabric, TensileCurve},
+    fabric::{Fabric, Locking, TensileCurve},
 };
 
 use crate::{ElementBlock, Matrix, Number, Particles, Vector};
@@ -17,7 +17,7 @@ struct Membrane<N> {
     area: N,
     /// S11, S22, S12.
     stress: [N; 3],
-    /// psi_u'', psi_v'', c, G.
+    /// dS11/dE11, dS22/dE22, c, dS12/(2 dE12).
     stiffness: [N; 4],
 }
 
@@ -37,13 +37,22 @@ impl<N: Number> Membrane<N> {
         let [c, g] = [fabric.coupling, fabric.shear].map(N::rounded);
         let [(stress_u, slope_u), (stress_v, slope_v)] =
             [curve(&fabric.warp, e11), curve(&fabric.weft, e22)];
+        let lock = fabric.locking();
+        let shear = e12.abs();
+        let [(lock_u, steep_u), (lock_v, steep_v), (across, steep_w)] =
+            [e11, e22, shear].map(|strain| locked(&lock, strain));
+        let across = if e12.value() < 0.0 { N::ZERO - across } else { across };
         Self {
             gradient,
             rate: gradient_of(&particles.velocities),
             corners: [[-(p[0] + q[0]), -(p[1] + q[1])], p, q],
             area: N::rounded(triangle.rest.area),
-            stress: [stress_u + c * e22, stress_v + c * e11, N::exact(2.0) * g * e12],
-            stiffness: [slope_u, slope_v, c, g],
+            stress: [
+                stress_u + c * e22 + lock_u,
+                stress_v + c * e11 + lock_v,
+                N::exact(2.0) * g * e12 + across,
+            ],
+            stiffness: [slope_u + steep_u, slope_v + steep_v, c, g + half * steep_w],
         }
     }
 
@@ -109,6 +118,15 @@ fn curve<N: Number>(curve: &TensileCurve, strain: N) -> (N, N) {
     let three = N::exact(3.0);
     let stress = linear * strain + cubic * square * (x + three * beyond);
     (stress, linear + three * cubic * square)
+}
+
+/// Stress of threads that jam, and its slope.
+fn locked<N: Number>(lock: &Locking, strain: N) -> (N, N) {
+    let [onset, range, rise] = [lock.onset, lock.range, lock.rise].map(N::rounded);
+    let beyond_onset = (strain - onset).max(N::ZERO);
+    let x = beyond_onset.min(range);
+    let steep = rise * x;
+    (steep * (x + N::exact(2.0) * (beyond_onset - x)), N::exact(2.0) * steep)
 }
 
 fn sum<N: Number>(a: [N; 3], b: [N; 3], factor: N) -> [N; 3] {
@@ -181,12 +199,25 @@ pub(crate) fn membrane_figures<N: Number>(model: &Model, particles: &Particles<N
             + curve_energy(&fabric.weft, e22)
             + c * e11 * e22
             + N::exact(2.0) * g * e12 * e12;
+        let lock = fabric.locking();
+        let shear = e12.abs();
+        let [u, v, w] = [e11, e22, shear].map(|strain| locked_energy(&lock, strain));
+        let stored = stored + (u + v + N::exact(2.0) * w);
         // A vector of two numbers has the length of the difference of the principal values.
         let apart = N::length([e11 - e22, N::exact(2.0) * e12, N::ZERO]);
         let stretch = (N::ONE + (e11 + e22) + apart).max(N::ZERO).sqrt();
         (membrane.area * stored, stretch)
     };
     elements.triangles().iter().map(one).collect()
+}
+
+/// Energy of threads that jam.
+fn locked_energy<N: Number>(lock: &Locking, strain: N) -> N {
+    let [onset, range, rise] = [lock.onset, lock.range, lock.rise].map(N::rounded);
+    let y = (strain - onset).max(N::ZERO);
+    let x = y.min(range);
+    let beyond = y - x;
+    rise * x * (N::rounded(1.0 / 3.0) * x * x + beyond * (x + beyond))
 }
 
 /// psi of a curve.

@@ -3,8 +3,8 @@
 use cloth_core::{
     Model, NewtonStart, Pinch, Result, SolverConfig,
     contact::{
-        BodyImpulses, BodyMotion, Certifier, ContactLaw, ContactMotion, ContactSet, ContactSurface,
-        PairSearch, UnprovenPair, Ways,
+        BodyImpulses, BodyMotion, CertifiedWays, Certifier, ContactLaw, ContactMotion, ContactSet,
+        ContactSurface, PairSearch, UnprovenPair, Ways,
     },
     stepper::Substep,
 };
@@ -57,7 +57,9 @@ impl TriangleContact {
         Some(Self {
             candidates: surface.candidates().count() as u64,
             set: ContactSet::with_nodes(count, nodes),
-            certifier: Certifier::with_nodes(count, nodes).with_ghosts(pinch == Pinch::Ghost),
+            certifier: Certifier::with_nodes(count, nodes)
+                .with_ghosts(pinch == Pinch::Ghost)
+                .with_stretch_limits(model),
             bodies: BodyMotion::new(model),
             impulses: BodyImpulses::new(model),
             truncated: 0,
@@ -198,7 +200,9 @@ impl TriangleContact {
         end.extend(self.bodies.end());
         let mut search = AllPairs(&self.surface);
         let is_held = |i: u32| i as usize >= count || particles.is_held(i as usize);
-        let ways = (&*from, &mut *end);
+        let mut first: Vec<_> = start.iter().map(|x| x.0).collect();
+        first.extend(self.bodies.start());
+        let ways = CertifiedWays { start: &from, end: &mut end, first: is_end.then_some(&*first) };
         let changed = self.certifier.certify_with(&mut search, ways, is_held, &self.bodies);
         let changed = changed.map_err(|error| self.bodies.error_name(model, error))?;
         for (i, &end) in end[..count].iter().enumerate() {

@@ -20,7 +20,8 @@ pub struct StepReport {
     pub contact_candidates: u64,
     /// Times that the candidate list was built in this frame.
     pub contact_rebuilds: u32,
-    /// Particles whose way contact of triangles has shortened, all substeps together.
+    /// Particles whose way contact of triangles has shortened, so that nothing passes and no triangle of fabric is stretched beyond its limit, all
+    /// substeps together.
     pub contact_truncated: u64,
     /// Pairs of features of cloth that went through cloth from the start, which contact of triangles leaves out of its proof.
     pub contact_exempt: u64,

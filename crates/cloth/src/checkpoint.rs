@@ -3,9 +3,10 @@
 //! Layout, little endian: magic `CLOTHCKP`, version u32, bits of the precision u32, fingerprint of
 //! the model u64, frame u64, step u64, time \[s\] f64, particle count n u64, collider count c u64,
 //! halvings of the adaptive time step u32, good substeps in a row u32 (both not in version 1), size r of the
-//! rigid bodies in bytes u64 (not in versions 1 and 2), fingerprint of the colliders u64 (not in versions 1 to 3), number of slips s of contacts u64 (not in versions 1 to 4), number of ghosts g u64 (not in versions 1 to 5);
+//! rigid bodies in bytes u64 (not in versions 1 and 2), fingerprint of the colliders u64 (not in versions 1 to 3), number of slips s of contacts u64 (not in versions 1 to 4), number of ghosts g u64 (not in versions 1 to 5),
+//! number of broken stitches b u64 (not in versions 1 to 6);
 //! n positions \[m\] and n velocities \[m/s\] of 3 x f64, n held flags u8, c poses of 7 x f64, s slips (kind, first and second number of the contact u32, slip \[m\] 3 x f64),
-//! g ghosts (particle u32, whether it is guided u32, two anchors: nodes 3 x u32, whether there is one u32, weights 3 x f64, height \[m\] f64), r bytes of
+//! g ghosts (particle u32, whether it is guided u32, two anchors: nodes 3 x u32, whether there is one u32, weights 3 x f64, height \[m\] f64), b numbers of stitches u32, r bytes of
 //! [`RigidWorld::snapshot`](cloth_rigid::RigidWorld::snapshot); CRC-32 of all that u32. Version 3 has a number of rigid bodies in
 //! place of r, and 13 x f64 for each, from which they cannot go on.
 
@@ -22,12 +23,14 @@ use cloth_io::{file_open, file_replace};
 
 const MAGIC: &[u8; 8] = b"CLOTHCKP";
 /// Size of the header by version, from 1.
-const HEADER_SIZES: [u64; CHECKPOINT_VERSION as usize] = [64, 72, 80, 88, 96, 104];
+const HEADER_SIZES: [u64; CHECKPOINT_VERSION as usize] = [64, 72, 80, 88, 96, 104, 112];
 const CHECKSUM_SIZE: u64 = 4;
 const PARTICLE_SIZE: u64 = 24 + 24 + 1;
 const COLLIDER_SIZE: u64 = 56;
 /// Size of what friction remembers of a contact.
 const SLIP_SIZE: u64 = 36;
+/// Size of a broken stitch.
+const STITCH_SIZE: u64 = 4;
 /// Size of a ghost.
 const GHOST_SIZE: u64 = 8 + ANCHORS as u64 * 48;
 /// Anchors of a ghost in a file.
@@ -46,7 +49,7 @@ const RIGID_BASE: u64 = 1 << 24;
 const RIGID_COLLIDER: u64 = 1 << 18;
 
 /// Version of the checkpoint format that this build writes. It reads this one and all before.
-pub const CHECKPOINT_VERSION: u32 = 6;
+pub const CHECKPOINT_VERSION: u32 = 7;
 
 /// A moment of a simulation, from which it can be continued.
 ///
@@ -64,6 +67,8 @@ pub struct Checkpoint {
     pub state: State,
     /// [`Model::collider_fingerprint`] of the model; not known of a checkpoint of an earlier version.
     pub collider_fingerprint: Option<u64>,
+    /// Stitches of the model that have broken, ascending.
+    pub broken: Vec<u32>,
     /// The rigid bodies then, as [`RigidWorld::snapshot`](cloth_rigid::RigidWorld::snapshot) puts them down; empty
     /// if there are none, and in checkpoints of earlier versions.
     pub rigid: Vec<u8>,
@@ -254,7 +259,7 @@ impl Checkpoint {
         }
         writer.write_all(&(self.rigid.len() as u64).to_le_bytes())?;
         writer.write_all(&self.collider_fingerprint.unwrap_or_default().to_le_bytes())?;
-        for count in [state.slips.len(), state.ghosts.len()] {
+        for count in [state.slips.len(), state.ghosts.len(), self.broken.len()] {
             writer.write_all(&(count as u64).to_le_bytes())?;
         }
         for number in state.positions.iter().chain(&state.velocities).flatten() {
@@ -269,6 +274,9 @@ impl Checkpoint {
         }
         for ghost in &state.ghosts {
             ghost_write(writer, ghost)?;
+        }
+        for stitch in &self.broken {
+            writer.write_all(&stitch.to_le_bytes())?;
         }
         writer.write_all(&self.rigid)
     }
@@ -320,13 +328,18 @@ impl Checkpoint {
 
         reader.seek(io::SeekFrom::Start(header.size)).map_err(read_error)?;
         let state = header.state(&mut reader).map_err(read_error)?;
+        let mut broken = Vec::new();
+        for _ in 0..header.broken {
+            broken.push(u32::from_le_bytes(bytes(&mut reader).map_err(read_error)?));
+        }
+        broken.sort_unstable();
         let mut rigid = Vec::new();
         let room = rigid.try_reserve_exact(header.rigid as usize);
         room.map_err(|_| read_error(io::ErrorKind::OutOfMemory.into()))?;
         reader.take(header.rigid).read_to_end(&mut rigid).map_err(read_error)?;
         state.validate(model).map_err(|source| CheckpointError::State { file: file(), source })?;
         let Header { fingerprint, collider_fingerprint, frame, .. } = header;
-        Ok(Self { fingerprint, collider_fingerprint, precision, frame, state, rigid })
+        Ok(Self { fingerprint, collider_fingerprint, precision, frame, state, broken, rigid })
     }
 }
 
@@ -349,6 +362,8 @@ struct Header {
     /// Slips of contacts.
     slips: u64,
     ghosts: u64,
+    /// Broken stitches.
+    broken: u64,
 }
 
 impl Header {
@@ -393,6 +408,7 @@ impl Header {
             collider_fingerprint: None,
             slips: 0,
             ghosts: 0,
+            broken: 0,
         };
         if version > 1 {
             let mut count = || bytes(reader).map(u32::from_le_bytes).map_err(read_error);
@@ -419,13 +435,18 @@ impl Header {
         if version > 5 {
             header.ghosts = bytes(reader).map(u64::from_le_bytes).map_err(read_error)?;
         }
+        if version > 6 {
+            header.broken = bytes(reader).map(u64::from_le_bytes).map_err(read_error)?;
+        }
         let particles = header.particles.saturating_mul(PARTICLE_SIZE);
         let colliders = header.colliders.saturating_mul(COLLIDER_SIZE);
         let slips = header.slips.saturating_mul(SLIP_SIZE);
         let ghosts = header.ghosts.saturating_mul(GHOST_SIZE);
+        let broken = header.broken.saturating_mul(STITCH_SIZE);
         let rigid = header.rigid.saturating_add(passed);
-        let content =
-            [colliders, slips, ghosts, rigid].into_iter().fold(particles, u64::saturating_add);
+        let content = [colliders, slips, ghosts, broken, rigid]
+            .into_iter()
+            .fold(particles, u64::saturating_add);
         let expected = content.saturating_add(header_size + CHECKSUM_SIZE);
         if size == expected { Ok(header) } else { Err(truncated(expected)) }
     }
@@ -461,6 +482,11 @@ impl Header {
         if self.slips > most {
             let (found, expected) = (self.slips, most);
             let what = "slips of contacts";
+            return Err(CheckpointError::Count { file: file(), what, found, expected });
+        }
+        let stitches = model.seams().stitches().len() as u64;
+        if with_colliders && self.broken > stitches {
+            let (found, expected, what) = (self.broken, stitches, "broken stitches");
             return Err(CheckpointError::Count { file: file(), what, found, expected });
         }
         if self.ghosts > self.particles {

@@ -6,8 +6,8 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Backend, Control, Error, Frame, Integrator, Model, PinAction, PinControl, Pinch, Result,
-    Solver, SolverConfig, State, Stitching, TimeStepControl, Weld,
+    BROKEN, Backend, Control, Error, Frame, Integrator, Model, PinAction, PinControl, Pinch,
+    Result, Solver, SolverConfig, State, Stitching, TimeStepControl, Weld,
 };
 use cloth_scene::CompiledScene;
 
@@ -33,28 +33,44 @@ pub(crate) struct Stage {
     time: f64,
     /// How wide each stitch is for contact \[m\], while nothing is welded.
     widths: Vec<f64>,
+    /// Stitches that have broken, ascending.
+    broken: Vec<u32>,
 }
 
 impl Stage {
     /// Frame 0 of a scene without phases.
     pub(crate) fn start(scene: &CompiledScene) -> Self {
         let widths = scene.model.stitch_widths(scene.model.positions(), is_implicit(scene));
-        Self { is_welded: false, phase: None, time: 0.0, widths }
+        Self { widths, ..Self::default() }
     }
 
-    /// What a run is at whose last frame ended with `state`.
-    pub(crate) fn of_state(scene: &CompiledScene, frame: u64, state: &State) -> Self {
+    /// What a run is at whose last frame ended with `state`, and in which these stitches are broken.
+    pub(crate) fn of_state(
+        scene: &CompiledScene,
+        frame: u64,
+        state: &State,
+        broken: &[u32],
+    ) -> Self {
         let time = frame as f64 / scene.frames_per_second;
         let phase = frame.checked_sub(1).and_then(|last| phase_at(scene, last));
         let is_welded = scene.weld.as_ref().is_some_and(|weld| weld.is_done_in(state));
-        Self { is_welded, phase, time, widths: widths_in(scene, is_welded, state) }
+        let widths = widths_in(scene, is_welded, state, broken);
+        Self { is_welded, phase, time, widths, broken: broken.to_vec() }
+    }
+
+    /// Stitches that have broken, ascending.
+    pub(crate) fn broken(&self) -> &[u32] {
+        &self.broken
     }
 
     /// Whether another stage can follow in `frame`.
     pub(crate) fn may_end(&self, scene: &CompiledScene, frame: u64) -> bool {
         let sews = self.time.to_bits() != self.time_of(scene, frame).to_bits()
             && !scene.model.seams().is_empty();
-        sews || self.widths.iter().any(|width| *width > 0.0) || phase_at(scene, frame) != self.phase
+        let may_change = |width: &f64| *width > 0.0 && *width < BROKEN;
+        sews || scene.model.seams().can_break()
+            || self.widths.iter().any(may_change)
+            || phase_at(scene, frame) != self.phase
     }
 
     fn time_of(&self, scene: &CompiledScene, frame: u64) -> f64 {
@@ -82,11 +98,19 @@ impl Stage {
             gaps.into_iter().all(|(seam, gap)| !seam.weld || gap <= WELD_GAP)
         };
         let is_welded = self.is_welded || (scene.weld.is_some() && is_time && is_close());
+        let mut broken = self.broken.clone();
+        if seams.can_break() {
+            let now = (frame as f64 + ROUNDING) / scene.frames_per_second;
+            broken.extend(scene.model.stitches_that_break(&state.positions, now));
+            broken.sort_unstable();
+            broken.dedup();
+        }
         Self {
             is_welded,
-            widths: widths_in(scene, is_welded, state),
+            widths: widths_in(scene, is_welded, state, &broken),
             phase: phase_at(scene, frame),
             time: self.time_of(scene, frame),
+            broken,
         }
     }
 
@@ -97,7 +121,8 @@ impl Stage {
 
     /// The same stage of a scene at `state`, where seams are not welded yet.
     pub(crate) fn unwelded(&self, scene: &CompiledScene, state: &State) -> Self {
-        Self { is_welded: false, widths: widths_in(scene, false, state), ..self.clone() }
+        let widths = widths_in(scene, false, state, &self.broken);
+        Self { is_welded: false, widths, ..self.clone() }
     }
 
     /// Whether the solver of this stage cannot go on in `next`.
@@ -152,12 +177,31 @@ const fn is_implicit(scene: &CompiledScene) -> bool {
     matches!(scene.config.integrator, Integrator::Implicit(_))
 }
 
-/// [`Model::stitch_widths`], or nothing once seams are welded: those that are held are closed then.
-fn widths_in(scene: &CompiledScene, is_welded: bool, state: &State) -> Vec<f64> {
-    if is_welded {
-        Vec::new()
-    } else {
-        scene.model.stitch_widths(&state.positions, is_implicit(scene))
+/// [`Model::stitch_widths`], or nothing once seams are welded: those that are held are closed then. Those that are broken have no end.
+fn widths_in(scene: &CompiledScene, is_welded: bool, state: &State, broken: &[u32]) -> Vec<f64> {
+    match &scene.weld {
+        Some(_) if is_welded && broken.is_empty() => Vec::new(),
+        Some(weld) if is_welded => {
+            let own = scene.model.seams().stitches();
+            let became = |i: u32| weld.map.get(i as usize).copied();
+            let ends = |stitch: [u32; 2]| {
+                let [a, b] = stitch.map(became);
+                Some([a?.min(b?), a?.max(b?)])
+            };
+            let broken: Vec<_> =
+                broken.iter().filter_map(|&stitch| ends(*own.get(stitch as usize)?)).collect();
+            let width = |stitch: &[u32; 2]| if broken.contains(stitch) { BROKEN } else { 0.0 };
+            weld.model.seams().stitches().iter().map(width).collect()
+        }
+        _ => {
+            let mut widths = scene.model.stitch_widths(&state.positions, is_implicit(scene));
+            for &stitch in broken {
+                if let Some(width) = widths.get_mut(stitch as usize) {
+                    *width = BROKEN;
+                }
+            }
+            widths
+        }
     }
 }
 

@@ -27,6 +27,8 @@ pub struct SeamReport {
     pub gap: f64,
     /// Where it is \[m\].
     pub place: [f64; 3],
+    /// How many stitches are broken.
+    pub broken: usize,
 }
 
 /// A scene in progress. Frame 0 is the start; frame k is the state after k frames, at the time
@@ -54,7 +56,7 @@ impl Simulation {
     /// # Errors
     /// As [`Self::new`], and [`Error::Invalid`](crate::Error) if the state does not fit the model.
     pub fn start_from(scene: CompiledScene, backend: &dyn Backend, state: &State) -> Result<Self> {
-        let stage = Stage::of_state(&scene, 0, state);
+        let stage = Stage::of_state(&scene, 0, state, &[]);
         let state = match stage.weld(&scene) {
             Some(weld) => weld.contract(scene.model.masses(), state),
             None => state.clone(),
@@ -95,7 +97,8 @@ impl Simulation {
                 "the scene has {bodies} rigid bodies, and an earlier version of the program wrote it, which left out the contacts between them"
             ));
         }
-        let stage = Stage::of_state(&scene, checkpoint.frame, &checkpoint.state);
+        let stage =
+            Stage::of_state(&scene, checkpoint.frame, &checkpoint.state, &checkpoint.broken);
         let state = match stage.weld(&scene) {
             // Contacts have the numbers of the welded model already.
             Some(weld) => State {
@@ -236,7 +239,9 @@ impl<S: Solver> Simulation<S> {
         let is_welded = self.sewing.stage().weld(&self.scene).is_some();
         let positions = &self.run.state()?.positions;
         let seams = model.seams();
-        Ok(seams.widest(positions).map(|(stitch, gap)| {
+        let broken = self.sewing.stage().broken();
+        let holds = |stitch: usize| broken.binary_search(&(stitch as u32)).is_err();
+        Ok(seams.widest(positions, holds).map(|(stitch, gap)| {
             let [particle, _] = seams.stitches()[stitch];
             let of = |seam: &&SeamRange| seam.stitches.contains(&(stitch as u32));
             let seam = seams.ranges().iter().find(of);
@@ -245,6 +250,7 @@ impl<S: Solver> Simulation<S> {
                 seam: seam.map(|seam| seam.name.clone()).unwrap_or_default(),
                 gap,
                 place: positions.get(particle as usize).copied().unwrap_or_default(),
+                broken: broken.len(),
             }
         }))
     }
@@ -380,6 +386,7 @@ impl<S: Solver> Simulation<S> {
             precision: self.scene.config.precision,
             frame: self.run.frame(),
             state: self.run.state()?.clone(),
+            broken: self.sewing.stage().broken().to_vec(),
             rigid: rigid.map_err(|error| Error::Checkpoint { reason: error.to_string() })?,
         })
     }

@@ -256,6 +256,9 @@ fn every_length_but_the_right_one_is_refused() {
         103,
         104,
         107,
+        111,
+        112,
+        115,
         size / 2,
         size - 1,
     ] {
@@ -294,6 +297,12 @@ fn earlier_versions_are_read_and_version_1_has_a_whole_time_step() {
     let halved = Checkpoint::read(&path, &written.scene.model, Precision::F32).unwrap();
     assert_eq!((halved.state.time_step_halvings, halved.state.time_step_good), (3, 2));
     assert!(halved.collider_fingerprint.is_some());
+    bytes.drain(104..112);
+    bytes[8] = 6;
+    reseal(&mut bytes);
+    std::fs::write(&path, &bytes).unwrap();
+    let sixth = Checkpoint::read(&path, &written.scene.model, Precision::F32).unwrap();
+    assert_eq!(sixth, halved, "version 6 knows nothing of broken stitches");
     bytes.drain(96..104);
     bytes[8] = 5;
     reseal(&mut bytes);
@@ -343,7 +352,7 @@ fn earlier_versions_are_read_and_version_1_has_a_whole_time_step() {
 fn every_changed_bit_is_noticed() {
     let written = Written::new();
     let size = std::fs::metadata(written.path()).unwrap().len() as usize;
-    for place in [20, 30, 40, 110, size / 2, size - 2] {
+    for place in [20, 30, 40, 118, size / 2, size - 2] {
         let error = written.error(|bytes| bytes[place] ^= 1);
         assert!(
             matches!(error, CheckpointError::Checksum { .. }),
@@ -408,7 +417,7 @@ fn ghosts_come_back() {
 fn a_number_that_is_not_finite_is_refused() {
     let written = Written::new();
     let error = written.error(|bytes| {
-        bytes[104 + 24 * 5..][..8].copy_from_slice(&f64::NAN.to_le_bytes());
+        bytes[112 + 24 * 5..][..8].copy_from_slice(&f64::NAN.to_le_bytes());
         reseal(bytes);
     });
     let CheckpointError::State { source, .. } = &error else { panic!("{error}") };

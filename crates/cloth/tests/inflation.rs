@@ -78,6 +78,7 @@ fn model() -> Model {
         bending: BendingRigidity::isotropic(1e-7),
         friction: InternalFriction::default(),
         damping: [2e-4, 1e-3],
+        stretch_limit: f64::INFINITY,
     };
     let rest = RestSource::Start { warp: [0.3, 0.5, 0.8] };
     let rise = [0.0, 0.1];

@@ -229,10 +229,8 @@ fn what_cannot_be_sewn_is_refused_with_its_line_and_mend() {
     assert!(error.contains("later than the first"), "{error}");
 }
 
-/// A strip hangs on a seam that springs hold, and a load hangs on the strip.
-#[test]
-fn a_seam_carries_the_load() {
-    let folder = TempDir::new().unwrap();
+/// A strip hangs on a seam that springs hold, and is the load of the seam.
+fn load(seam: &str) -> String {
     let scene = r#"
 name = "load"
 [simulation]
@@ -252,6 +250,8 @@ name = "lower"
 material.preset = "cotton-broad"
 model = "fabric"
 geometry.grid = { columns = 6, rows = 6, spacing = 0.02, origin = [0, 0, 0.88], row_axis = [0, 0, 1] }
+[[field]]
+drag.rate = [20, 20, 20]
 [[seam]]
 name = "waist"
 cloth = "upper"
@@ -259,23 +259,78 @@ to = "lower"
 close = [0.0, 0.3]
 stiffness = 20
 stitches = [[0, 30], [1, 31], [2, 32], [3, 33], [4, 34], [5, 35]]
-[[field]]
-drag.rate = [20, 20, 20]
 "#;
-    let scene = compile(&folder, scene).unwrap();
+    format!("{scene}{seam}")
+}
+
+/// Weight of the strip \[N\].
+fn weight(scene: &CompiledScene) -> f64 {
+    let lower = scene.model.cloth("lower").unwrap().particles.clone();
+    9.81 * lower.map(|i| scene.model.masses()[i as usize]).sum::<f64>()
+}
+
+#[test]
+fn a_seam_carries_the_load() {
+    let folder = TempDir::new().unwrap();
+    let scene = load("");
+    let scene = compile(&folder, &scene).unwrap();
     let backend = backend_create("cpu", None).unwrap();
     let mut simulation = Simulation::new(scene.clone(), backend.as_ref()).unwrap();
     for _ in 0..60 {
         simulation.step().unwrap();
     }
     let state = simulation.state().unwrap();
-    let lower = scene.model.cloth("lower").unwrap().particles.clone();
-    let mass: f64 = lower.map(|i| scene.model.masses()[i as usize]).sum();
     let tension = |&[a, b]: &[u32; 2]| {
         let [a, b] = [a, b].map(|i| state.positions[i as usize]);
         20.0 * ((a[2] - b[2]).hypot((a[0] - b[0]).hypot(a[1] - b[1])) - STITCH_LENGTH)
     };
     let sum: f64 = scene.model.seams().stitches().iter().map(tension).sum();
-    let load = mass * 9.81;
+    let load = weight(&scene);
     assert!((sum / load - 1.0).abs() < 0.01, "{sum} N for {load} N");
+}
+
+/// Six stitches, 2 cm from each other, bear a sixth of the weight each, those at the ends a little less or more.
+#[test]
+fn stitches_break_where_a_seam_bears_no_more() {
+    let folder = TempDir::new().unwrap();
+    let backend = backend_create("cpu", None).unwrap();
+    let share = weight(&compile(&folder, &load("")).unwrap()) / 6.0 / 0.02;
+    let broken = |simulation: &mut Simulation| {
+        simulation.seam_report().unwrap().map_or(6, |seams| seams.broken)
+    };
+    let height = |simulation: &mut Simulation| simulation.state().unwrap().positions[36][2];
+    for (strength, breaks) in [(2.0 * share, false), (0.4 * share, true)] {
+        let scene = compile(&folder, &load(&format!("strength = {strength}\n"))).unwrap();
+        let mut simulation = Simulation::new(scene.clone(), backend.as_ref()).unwrap();
+        let mut checkpoint = None;
+        for frame in 1..=30 {
+            simulation.step().unwrap();
+            // Before the seam is closed nothing breaks.
+            assert!(frame > 9 || broken(&mut simulation) == 0, "{frame}");
+            if frame == 20 {
+                checkpoint = Some(simulation.checkpoint().unwrap());
+            }
+        }
+        assert_eq!(broken(&mut simulation), if breaks { 6 } else { 0 });
+        // What hangs stays 12 cm below the upper strip, what is torn off falls.
+        let found = height(&mut simulation);
+        assert_eq!(found < 0.7, breaks, "{strength} N/m: {found} m");
+        // A checkpoint knows what is broken.
+        let path = folder.path().join("state");
+        checkpoint.unwrap().write(&path).unwrap();
+        let model = &scene.model;
+        let read = Checkpoint::read(&path, model, scene.config.precision).unwrap();
+        assert_eq!(read.broken.len(), if breaks { 6 } else { 0 });
+        let mut resumed = Simulation::resume(scene, backend.as_ref(), &read).unwrap();
+        while resumed.frame() < 30 {
+            resumed.step().unwrap();
+        }
+        assert_eq!(resumed.state().unwrap(), simulation.state().unwrap());
+    }
+    let error = compile(&folder, &load("strength = 0\n")).unwrap_err();
+    assert!(error.contains("strength"), "{error}");
+    panels(&folder);
+    let welded = text("implicit", LINES, "strength = 5\n");
+    let error = compile(&folder, &welded).unwrap_err();
+    assert!(error.contains("seams that are held"), "{error}");
 }

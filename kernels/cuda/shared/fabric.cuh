@@ -7,12 +7,20 @@ struct TensileCurve {
     real end;
 };
 
+// How threads jam: the strain at which they begin to, that from there to the largest one, the coefficient of the stress [N/m].
+struct Locking {
+    real onset;
+    real range;
+    real rise;
+};
+
 // What a cloth is made of: curves of warp and weft, c and G [N/m], damping of stretching [s].
 struct FabricLaw {
     TensileCurve curves[2];
     real coupling;
     real shear;
     real damping;
+    Locking lock;
 };
 
 // A triangle that stretches: corners, law, D_m^-1 by rows [1/m], area [m^2].
@@ -133,6 +141,18 @@ __device__ __forceinline__ CurveAt curve_at(const TensileCurve& curve, real stra
     return at;
 }
 
+__device__ __forceinline__ CurveAt locking_at(const Locking& lock, real strain) {
+    real y = maximum(strain - lock.onset, (real)0);
+    real x = minimum(y, lock.range);
+    real beyond = y - x;
+    real steep = lock.rise * x;
+    CurveAt at;
+    at.stress = steep * (x + (beyond + beyond));
+    at.energy = steep * ((real)(1.0 / 3.0) * (x * x) + beyond * (x + beyond));
+    at.slope = steep + steep;
+    return at;
+}
+
 // F: its columns f_u and f_v, or their rates.
 struct Gradient {
     vec3 u;
@@ -162,22 +182,27 @@ __device__ __forceinline__ Plane green_strain_rate(const Gradient& f, const Grad
     return {dot(f.u, rate.u), dot(f.v, rate.v), (real)0.5 * (dot(f.u, rate.v) + dot(f.v, rate.u))};
 }
 
-// Stress, slopes psi'' [N/m] and energy per area [J/m^2] at a strain.
+// Stress, slopes dS11/dE11, dS22/dE22, dS12/(2 dE12) [N/m] and energy per area [J/m^2] at a strain.
 struct FabricResponse {
     Plane stress;
     real slope_u;
     real slope_v;
+    real slope_shear;
     real energy;
 };
 
 __device__ __forceinline__ FabricResponse fabric_response(const FabricLaw& law, const Plane& e) {
     CurveAt u = curve_at(law.curves[0], e.uu), v = curve_at(law.curves[1], e.vv);
     real shear = (real)2 * law.shear * e.uv;
+    CurveAt lock_u = locking_at(law.lock, e.uu), lock_v = locking_at(law.lock, e.vv), lock_w = locking_at(law.lock, absolute(e.uv));
+    real across = e.uv < 0 ? -lock_w.stress : lock_w.stress;
+    real locked = lock_u.energy + lock_v.energy + (real)2 * lock_w.energy;
     FabricResponse response;
-    response.stress = {u.stress + law.coupling * e.vv, v.stress + law.coupling * e.uu, shear};
-    response.slope_u = u.slope;
-    response.slope_v = v.slope;
-    response.energy = u.energy + v.energy + law.coupling * e.uu * e.vv + shear * e.uv;
+    response.stress = {(u.stress + law.coupling * e.vv) + lock_u.stress, (v.stress + law.coupling * e.uu) + lock_v.stress, shear + across};
+    response.slope_u = u.slope + lock_u.slope;
+    response.slope_v = v.slope + lock_v.slope;
+    response.slope_shear = law.shear + (real)0.5 * lock_w.slope;
+    response.energy = (u.energy + v.energy + law.coupling * e.uu * e.vv + shear * e.uv) + locked;
     return response;
 }
 
@@ -186,7 +211,7 @@ __device__ __forceinline__ Plane viscous_stress(const FabricLaw& law, const Fabr
     return {
         damping * (response.slope_u * rate.uu + law.coupling * rate.vv),
         damping * (response.slope_v * rate.vv + law.coupling * rate.uu),
-        damping * ((real)2 * law.shear * rate.uv),
+        damping * ((real)2 * response.slope_shear * rate.uv),
     };
 }
 

@@ -57,7 +57,7 @@ __device__ __forceinline__ void membrane_tangent_store(const Solver& s, const Li
     tangent.stiffness[0] = weight * (t.area * response.slope_u);
     tangent.stiffness[1] = weight * (t.area * law.coupling);
     tangent.stiffness[2] = weight * (t.area * response.slope_v);
-    tangent.stiffness[3] = weight * (t.area * law.shear);
+    tangent.stiffness[3] = weight * (t.area * response.slope_shear);
     tangent.stress = {square * stress.uu, square * stress.vv, square * stress.uv};
 }
 

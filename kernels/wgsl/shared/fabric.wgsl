@@ -3,7 +3,8 @@
 // ELEMENT_WORDS entries for each triangle: the twelve particles of its patch, corners first; fabric, area, damping of bending; D_m^-1 by rows; A D11,
 // A D22, A D12 and 4 A D66 [N m^3]; then, for each of the nine folds of its patch, the angle at rest and its k11, k22, k12 [1/m].
 @group(0) @binding(61) var<storage, read> fabric_elements: array<vec4<u32>>;
-// Three entries for each fabric: the tensile curves of warp and weft with c and G behind them; the damping of stretching.
+// Three entries for each fabric: the tensile curves of warp and weft with c and G behind them; the damping of stretching and how threads jam:
+// the strain at which they begin to, that from there to the largest one, the coefficient of the stress [N/m].
 @group(0) @binding(62) var<storage, read> fabric_laws: array<vec4f>;
 
 const ELEMENT_WORDS: u32 = 15u;

@@ -51,16 +51,28 @@ fn curve_at(curve: vec4f, strain: f32) -> vec3f {
     );
 }
 
+// The same of threads that jam.
+fn locking_at(lock: vec4f, strain: f32) -> vec3f {
+    let y = max(strain - lock.y, 0.0);
+    let x = min(y, lock.z);
+    let beyond = y - x;
+    let steep = lock.w * x;
+    return vec3f(
+        steep * fma(1.0 / 3.0, x * x, beyond * (x + beyond)),
+        steep * (x + (beyond + beyond)),
+        steep + steep,
+    );
+}
+
 struct FabricResponse {
     // [N/m]
     stress: vec3f,
-    // psi'' of warp and weft [N/m]
-    slopes: vec2f,
+    // dS11/dE11, dS22/dE22, dS12/(2 dE12) [N/m]
+    slopes: vec3f,
     // [J/m^2]
     energy: f32,
-    // c and G [N/m], damping [s]
+    // c [N/m], damping [s]
     coupling: f32,
-    shear: f32,
     damping: f32,
 }
 
@@ -70,13 +82,17 @@ fn fabric_response(fabric: u32, strain: vec3f) -> FabricResponse {
     let u = curve_at(warp, strain.x);
     let v = curve_at(weft, strain.y);
     let across = 2.0 * weft.w * strain.z;
+    let damping_lock = fabric_laws[3u * fabric + 2u];
+    let lock_u = locking_at(damping_lock, strain.x);
+    let lock_v = locking_at(damping_lock, strain.y);
+    let lock_w = locking_at(damping_lock, abs(strain.z));
+    let locked = vec3f(lock_u.y, lock_v.y, select(lock_w.y, -lock_w.y, strain.z < 0.0));
     return FabricResponse(
-        vec3f(fma(warp.w, strain.y, u.y), fma(warp.w, strain.x, v.y), across),
-        vec2f(u.z, v.z),
-        fma(across, strain.z, fma(warp.w * strain.x, strain.y, u.x + v.x)),
+        vec3f(fma(warp.w, strain.y, u.y), fma(warp.w, strain.x, v.y), across) + locked,
+        vec3f(u.z + lock_u.z, v.z + lock_v.z, fma(0.5, lock_w.z, weft.w)),
+        fma(across, strain.z, fma(warp.w * strain.x, strain.y, u.x + v.x)) + fma(2.0, lock_w.x, lock_u.x + lock_v.x),
         warp.w,
-        weft.w,
-        fabric_laws[3u * fabric + 2u].x,
+        damping_lock.x,
     );
 }
 
@@ -85,7 +101,7 @@ fn viscous_stress(response: FabricResponse, rate: vec3f) -> vec3f {
     return vec3f(
         fma(response.coupling, rate.y, response.slopes.x * rate.x),
         fma(response.coupling, rate.x, response.slopes.y * rate.y),
-        2.0 * response.shear * rate.z,
+        2.0 * response.slopes.z * rate.z,
     );
 }
 

@@ -70,6 +70,7 @@ fn fabric() -> FabricMaterial {
         bending: BendingRigidity { warp: 2e-5, weft: 1e-5, bias: None },
         friction: InternalFriction::default(),
         damping: [1e-4, 2e-4],
+        stretch_limit: 1.15,
     };
     let rest = RestSource::Pattern { scale: 1.0 };
     FabricMaterial { fabric, rest, aerodynamics: Aerodynamics { pressure: 1.0, friction: 0.05 } }

@@ -45,6 +45,11 @@ fn time_step(model: &Model) -> f64 {
             damping[particle as usize] += kind.damping;
         }
     }
+    let elements = model.elements();
+    for triangle in elements.triangles() {
+        let jammed = elements.fabrics()[triangle.fabric as usize].locking().steepest();
+        triangle.particles.iter().for_each(|&i| stiffness[i as usize] += jammed);
+    }
     let contact = match model.self_contact().map(|contact| contact.response) {
         Some(ContactResponse::Penalty { stiffness, damping }) => [12.0 * stiffness, 12.0 * damping],
         Some(ContactResponse::Impulse { .. } | ContactResponse::Triangles { .. }) | None => {

@@ -144,6 +144,7 @@ fn random_fabric(random: &mut Random) -> FabricMaterial {
         },
         friction: InternalFriction::default(),
         damping: if random.chance(0.5) { [0.0; 2] } else { [1e-4, 2e-4] },
+        stretch_limit: [f64::INFINITY, random.between(1.1, 1.5)][usize::from(random.chance(0.5))],
     };
     let rest = if random.chance(0.5) {
         RestSource::Pattern { scale: 1.0 }

@@ -11,8 +11,8 @@ use cloth_core::{
     LinearSettings, MatrixForm, Model, NewtonStart, Pinch, Preconditioner, Real, Result,
     SolverConfig, State,
     contact::{
-        BodyImpulses, BodyMotion, Candidate, Certifier, ContactLaw, ContactMotion, ContactSet,
-        ContactSlip, ContactSurface, Contacts, Ghost,
+        BodyImpulses, BodyMotion, Candidate, CertifiedWays, Certifier, ContactLaw, ContactMotion,
+        ContactSet, ContactSlip, ContactSurface, Contacts, Ghost,
     },
     stepper::FramePlan,
 };
@@ -64,6 +64,8 @@ pub(crate) struct TriangleContact<T> {
     position: Vec<[T; 3]>,
     /// Another set of positions: those at the start of a substep, or where particles will be.
     other: Vec<[T; 3]>,
+    /// Those at the start of a substep, where a certificate goes on from an iterate.
+    first: Vec<[T; 3]>,
     newton: NewtonStart,
     statistics: ContactStatistics,
 }
@@ -84,11 +86,14 @@ impl<T: Real> TriangleContact<T> {
             trees: [Tree::of_cloths(&surface), Tree::of_bodies(&surface)],
             list: PairList::new(surface.reach()),
             set: ContactSet::with_nodes(count, nodes),
-            certifier: Certifier::with_nodes(count, nodes).with_ghosts(pinch == Pinch::Ghost),
+            certifier: Certifier::with_nodes(count, nodes)
+                .with_ghosts(pinch == Pinch::Ghost)
+                .with_stretch_limits(model),
             bodies: BodyMotion::new(model),
             impulses: BodyImpulses::new(model),
             position: Vec::new(),
             other: Vec::new(),
+            first: Vec::new(),
             newton: NewtonStart::StepStart,
             statistics: ContactStatistics::default(),
             surface,
@@ -204,7 +209,7 @@ impl<T: Real> TriangleContact<T> {
         (index, length): (usize, T),
         is_end: bool,
     ) -> Result<u64> {
-        let Self { surface, trees, list, position, other, certifier, .. } = self;
+        let Self { surface, trees, list, position, other, first, certifier, .. } = self;
         let (bodies, impulses) = (&mut self.bodies, &mut self.impulses);
         bodies.substep_begin(model, index);
         read(proven.unwrap_or(start), bodies.way_start(proven.is_some()), other);
@@ -212,7 +217,11 @@ impl<T: Real> TriangleContact<T> {
         let mut search = ListSearch { surface, trees, list };
         let particles = start.count();
         let is_held = |i: u32| i as usize >= particles || masses.is_held(i as usize);
-        let ways = (&**other, &mut **position);
+        if is_end && proven.is_some() {
+            read(start, bodies.start(), first);
+        }
+        let first = if proven.is_some() { &*first } else { &*other };
+        let ways = CertifiedWays { start: other, end: position, first: is_end.then_some(first) };
         let changed = certifier.certify_with(&mut search, ways, is_held, bodies);
         let changed = changed.map_err(|error| bodies.error_name(model, error))?;
         if changed > 0 {

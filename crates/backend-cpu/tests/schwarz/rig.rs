@@ -28,6 +28,7 @@ pub(crate) fn fabric() -> ClothMaterial {
         bending: BendingRigidity { warp: 1e-5, weft: 1e-5, bias: None },
         friction: InternalFriction::default(),
         damping: [0.0; 2],
+        stretch_limit: f64::INFINITY,
     };
     let aerodynamics = Aerodynamics { pressure: 0.0, friction: 0.0 };
     FabricMaterial { fabric, rest: RestSource::Start { warp: [1.0, 0.0, 0.0] }, aerodynamics }

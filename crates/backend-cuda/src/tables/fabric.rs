@@ -38,8 +38,8 @@ unsafe impl<T: CudaReal> Zeroable for BendingData<T> {}
 // SAFETY: as above.
 unsafe impl<T: CudaReal> Pod for BendingData<T> {}
 
-/// Numbers of a law: curves of warp and weft, coupling, shear, damping.
-const LAW: usize = 9;
+/// Numbers of a law: curves of warp and weft, coupling, shear, damping; how threads jam.
+const LAW: usize = 12;
 
 /// All triangles of a model.
 #[derive(Debug)]
@@ -59,7 +59,9 @@ impl<T: CudaReal> FabricTables<T> {
             let curve =
                 |curve: cloth_core::fabric::TensileCurve| [curve.linear, curve.cubic, curve.end];
             let ([a, b, c], [d, e, f]) = (curve(fabric.warp), curve(fabric.weft));
-            [a, b, c, d, e, f, fabric.coupling, fabric.shear, fabric.damping[0]].map(T::from_f64)
+            let cloth_core::fabric::Locking { onset, range, rise } = fabric.locking();
+            let [coupling, shear, damping] = [fabric.coupling, fabric.shear, fabric.damping[0]];
+            [a, b, c, d, e, f, coupling, shear, damping, onset, range, rise].map(T::from_f64)
         };
         let triangles = elements.triangles();
         let (interactions, count) = (model.interactions(), model.particle_count());

@@ -47,7 +47,8 @@ impl FabricTables {
             let curve = |curve: cloth_core::fabric::TensileCurve, more: f64| {
                 [curve.linear, curve.cubic, curve.end, more].map(|number| number as f32)
             };
-            let damping = [fabric.damping[0] as f32, 0.0, 0.0, 0.0];
+            let cloth_core::fabric::Locking { onset, range, rise } = fabric.locking();
+            let damping = [fabric.damping[0], onset, range, rise].map(|number| number as f32);
             [curve(fabric.warp, fabric.coupling), curve(fabric.weft, fabric.shear), damping]
         };
         Self {

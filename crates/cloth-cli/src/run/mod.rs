@@ -165,16 +165,22 @@ fn seams_line(simulation: &mut Simulation) -> Result<Option<String>, Failure> {
     let model = Arc::clone(simulation.model());
     let seams = model.seams();
     let count = seams.stitches().len();
-    Ok(simulation.seam_report()?.map(|SeamReport { is_welded, seam, gap, place: [x, y, z] }| {
+    Ok(simulation.seam_report()?.map(|report| {
+        let SeamReport { is_welded, seam, gap, place: [x, y, z], broken } = report;
         let waits = !is_welded && seams.weld_time().is_some();
         let mend = if waits {
             "; they are welded below 1 mm: give more time or stiffness, or move the panels"
         } else {
             ""
         };
-        let welded = if is_welded { "welded" } else { "not welded" };
+        let welded = match is_welded {
+            true => "welded",
+            false if seams.weld_time().is_none() => "held",
+            false => "not welded",
+        };
+        let broken = if broken > 0 { format!(", {broken} of them broken") } else { String::new() };
         format!(
-            "seams        {count} stitches, {welded}, the widest {:.3} mm of {seam:?} at [{x:.3}, {y:.3}, {z:.3}] m{mend}",
+            "seams        {count} stitches, {welded}{broken}, the widest {:.3} mm of {seam:?} at [{x:.3}, {y:.3}, {z:.3}] m{mend}",
             1e3 * gap
         )
     }))

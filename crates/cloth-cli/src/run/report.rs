@@ -187,12 +187,18 @@ struct SeamColumns {
     seams_welded: bool,
     seam_widest: f64,
     seam_place: [f64; 3],
+    stitches_broken: usize,
 }
 
 impl From<&SeamReport> for SeamColumns {
     fn from(report: &SeamReport) -> Self {
-        let &SeamReport { is_welded, seam: _, gap, place } = report;
-        Self { seams_welded: is_welded, seam_widest: gap, seam_place: place }
+        let &SeamReport { is_welded, seam: _, gap, place, broken } = report;
+        Self {
+            seams_welded: is_welded,
+            seam_widest: gap,
+            seam_place: place,
+            stitches_broken: broken,
+        }
     }
 }
 

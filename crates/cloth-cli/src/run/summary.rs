@@ -142,7 +142,7 @@ impl Summary {
         lines.extend(self.solver.lines(self.substeps));
         if self.truncated > 0 {
             lines.push(format!(
-                "contact of triangles shortened {} so that no cloth goes through cloth",
+                "{} shortened so that no cloth goes through cloth, and no triangle stretches beyond its limit",
                 count_text(self.truncated, "way"),
             ));
         }

@@ -256,7 +256,7 @@ fn damaged_checkpoints() {
     place.write("o/checkpoint.bin", &version);
     resume_refused(&place, &[], &["checkpoint.bin", "version 99", "program that wrote it"]);
     let mut not_finite = good.clone();
-    not_finite[104 + 24 * 7..][..8].copy_from_slice(&f64::NAN.to_le_bytes());
+    not_finite[112 + 24 * 7..][..8].copy_from_slice(&f64::NAN.to_le_bytes());
     let end = not_finite.len() - 4;
     let checksum = crc32fast::hash(&not_finite[..end]);
     not_finite[end..].copy_from_slice(&checksum.to_le_bytes());

@@ -40,6 +40,19 @@ pub enum FabricError {
         /// Largest coupling there can be \[N/m\].
         largest: f64,
     },
+    /// A largest stretch that leaves cloth no room.
+    #[error(
+        "the largest stretch of {fabric} is {limit}: it is a length over the length at rest, at least {least}; give 1.1 for a tenth of \
+         extension, or inf for none"
+    )]
+    StretchLimit {
+        /// Whose it is.
+        fabric: String,
+        /// The limit.
+        limit: f64,
+        /// The least there can be.
+        least: f64,
+    },
     /// A rigidity along the bias that no plate has with those along warp and weft.
     #[error(
         "the bending rigidity of {fabric} at 45 degrees is {bias} N m: with {warp} along the warp and {weft} along the weft it must be \

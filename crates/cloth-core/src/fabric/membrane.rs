@@ -1,7 +1,7 @@
 //! A triangle of fabric that stretches and shears (NUMERICS §11).
 
 use super::{
-    Fabric, FabricError, TensileCurve,
+    Fabric, FabricError, Locking, TensileCurve,
     vector::{Vector, combination, cross, difference, dot, scaled},
 };
 use crate::Real;
@@ -21,6 +21,14 @@ pub struct Law<T> {
     curves: [Curve<T>; 2],
     coupling: T,
     shear: T,
+    lock: Lock<T>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Lock<T> {
+    onset: T,
+    range: T,
+    rise: T,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,8 +45,8 @@ pub struct Response<T> {
     pub strain: [T; 3],
     /// Second Piola stress S11, S22, S12 \[N/m\].
     pub stress: [T; 3],
-    /// dS11/dE11, dS22/dE22 \[N/m\], both positive.
-    pub slopes: [T; 2],
+    /// dS11/dE11, dS22/dE22, dS12/(2 dE12) \[N/m\], all positive.
+    pub slopes: [T; 3],
     /// Energy per area of the rest state \[J/m^2\].
     pub energy: T,
 }
@@ -50,7 +58,7 @@ pub struct Tangent<T> {
     pub gradient: [Vector<T>; 2],
     /// Derivatives of the three corners' hat functions by u and v \[1/m\].
     pub corners: [[T; 2]; 3],
-    /// A psi_u'', A c, A psi_v'', A G \[N m\].
+    /// A dS11/dE11, A c, A dS22/dE22, A dS12/(2 dE12) \[N m\].
     pub stiffness: [T; 4],
     /// A S+ \[N m\]: 11, 22, 12.
     pub stress: [T; 3],
@@ -79,6 +87,26 @@ impl<T: Real> Curve<T> {
     }
 }
 
+impl<T: Real> Lock<T> {
+    fn new(locking: Locking) -> Self {
+        let Locking { onset, range, rise } = locking;
+        Self { onset: T::from_f64(onset), range: T::from_f64(range), rise: T::from_f64(rise) }
+    }
+
+    /// Energy, stress and slope at a strain.
+    #[inline(always)]
+    fn at(&self, strain: T) -> [T; 3] {
+        let y = (strain - self.onset).maximum(T::ZERO);
+        let x = y.minimum(self.range);
+        let beyond = y - x;
+        let steep = self.rise * x;
+        let third = T::from_f64(1.0 / 3.0);
+        let stress = steep * (x + (beyond + beyond));
+        let energy = steep * (third * (x * x) + beyond * (x + beyond));
+        [energy, stress, steep + steep]
+    }
+}
+
 impl<T: Real> Law<T> {
     /// The law of a fabric, its numbers rounded once.
     ///
@@ -90,6 +118,7 @@ impl<T: Real> Law<T> {
             curves: [Curve::new(&fabric.warp), Curve::new(&fabric.weft)],
             coupling: T::from_f64(fabric.coupling),
             shear: T::from_f64(fabric.shear),
+            lock: Lock::new(fabric.locking()),
         })
     }
 
@@ -100,13 +129,20 @@ impl<T: Real> Law<T> {
         let [e11, e22, e12] = strain;
         let [energy_u, stress_u, slope_u] = self.curves[0].at(e11);
         let [energy_v, stress_v, slope_v] = self.curves[1].at(e22);
-        let two = T::from_f64(2.0);
+        let (two, half) = (T::from_f64(2.0), T::from_f64(0.5));
         let s12 = two * self.shear * e12;
+        let [lock_u, lock_v, lock_w] = [e11, e22, e12.abs()].map(|strain| self.lock.at(strain));
+        let across = if e12 < T::ZERO { -lock_w[1] } else { lock_w[1] };
+        let locked = lock_u[0] + lock_v[0] + two * lock_w[0];
         Response {
             strain,
-            stress: [stress_u + self.coupling * e22, stress_v + self.coupling * e11, s12],
-            slopes: [slope_u, slope_v],
-            energy: energy_u + energy_v + self.coupling * e11 * e22 + s12 * e12,
+            stress: [
+                (stress_u + self.coupling * e22) + lock_u[1],
+                (stress_v + self.coupling * e11) + lock_v[1],
+                s12 + across,
+            ],
+            slopes: [slope_u + lock_u[2], slope_v + lock_v[2], self.shear + half * lock_w[2]],
+            energy: (energy_u + energy_v + self.coupling * e11 * e22 + s12 * e12) + locked,
         }
     }
 
@@ -119,7 +155,7 @@ impl<T: Real> Law<T> {
         [
             damping * (response.slopes[0] * r11 + self.coupling * r22),
             damping * (response.slopes[1] * r22 + self.coupling * r11),
-            damping * (two * self.shear * r12),
+            damping * (two * response.slopes[2] * r12),
         ]
     }
 }
@@ -280,11 +316,11 @@ impl<T: Real> Tangent<T> {
         rest: &RestState<T>,
     ) -> Self {
         let area = rest.area;
-        let [slope_u, slope_v] = response.slopes;
+        let [slope_u, slope_v, shear] = response.slopes;
         Self {
             gradient,
             corners: corner_gradients(rest),
-            stiffness: [area * slope_u, area * law.coupling, area * slope_v, area * law.shear],
+            stiffness: [area * slope_u, area * law.coupling, area * slope_v, area * shear],
             stress: tensile_part(response.stress).map(|s| area * s),
         }
     }

@@ -130,7 +130,10 @@ impl FabricSheet {
             bending: self.rigidity(owner, &mut report)?,
             friction: self.friction(owner, &mut report)?,
             damping: [0.0; 2],
-        };
+            stretch_limit: f64::INFINITY,
+        }
+        .with_usual_stretch_limit();
+        report.assumed.push(format!("largest stretch {:.2}", fabric.stretch_limit));
         fabric.validate(owner)?;
         Ok((fabric, report))
     }
@@ -398,6 +401,6 @@ mod tests {
         };
         let (fabric, report) = sheet.fit("strip").unwrap();
         assert_eq!(fabric.bending.warp, fabric.bending.weft);
-        assert_eq!(report.assumed.len(), 8, "{report}");
+        assert_eq!(report.assumed.len(), 9, "{report}");
     }
 }

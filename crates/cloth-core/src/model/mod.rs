@@ -56,7 +56,8 @@ pub use meshing::Meshing;
 pub use piece_blocks::PieceBlocks;
 pub use regular_patch::RegularPatch;
 pub use seams::{
-    STITCH_LENGTH, Seam, SeamError, SeamRange, SeamTie, Seams, Stitching, VertexClasses, Weld,
+    BROKEN, STITCH_LENGTH, Seam, SeamError, SeamRange, SeamTie, Seams, Stitching, VertexClasses,
+    Weld,
 };
 pub use springs::{Spring, SpringClass, SpringKind, SpringRows, Springs};
 pub use strain_gauge::{FabricAudit, StrainGauge, TriangleStrain};

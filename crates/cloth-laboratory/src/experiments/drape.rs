@@ -70,6 +70,7 @@ fn run(laboratory: &Laboratory<'_>) -> Result<Outcome> {
                 bending: BendingRigidity { warp, weft, bias: Some(bias) },
                 friction: InternalFriction::default(),
                 damping: [0.0; 2],
+                stretch_limit: f64::INFINITY,
             };
             let (coefficient, edge) = drape(laboratory, fabric, (kind, around))?;
             outcome.between(name, (kind, around), "%", coefficient, range);

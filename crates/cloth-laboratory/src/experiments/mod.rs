@@ -92,6 +92,7 @@ pub(crate) fn poplin() -> Fabric {
         bending: BendingRigidity { warp: 8e-6, weft: 4e-6, bias: Some(4e-6) },
         friction: InternalFriction::default(),
         damping: [0.0; 2],
+        stretch_limit: f64::INFINITY,
     }
 }
 
@@ -107,5 +108,6 @@ fn stiff_fabric(area_density: f64, rigidity: f64) -> Fabric {
         bending: BendingRigidity::isotropic(rigidity),
         friction: InternalFriction::default(),
         damping: [0.0; 2],
+        stretch_limit: f64::INFINITY,
     }
 }

@@ -34,6 +34,9 @@ pub(super) fn compile(
     if let Some(thickness) = scene.thickness {
         fabric.thickness = thickness;
     }
+    if let Some(limit) = scene.stretch_limit {
+        fabric.stretch_limit = limit;
+    }
     let given = scene.damping.unwrap_or_default();
     for (damping, (name, given)) in
         fabric.damping.iter_mut().zip([("stretch", given.stretch), ("bend", given.bend)])
@@ -83,6 +86,7 @@ pub(super) fn fabric_alone(
     let keys = [
         ("material.sheet", material.sheet.is_some()),
         ("material.damping", material.damping.is_some()),
+        ("material.stretch_limit", material.stretch_limit.is_some()),
         ("geometry.grid.meshing", meshing),
         ("pattern", cloth.pattern.is_some()),
     ];
@@ -202,7 +206,7 @@ fn pattern(
     }
     let of = panels_of(check, key, panels, mesh)?;
     grain(check, key, (*warp, panels), &of, mesh)?;
-    mesh.panels = panel_fabrics(check, key, (fabric, panels), &of)?;
+    mesh.panels = panel_fabrics(check, key, (fabric, panels, cloth.material.stretch_limit), &of)?;
     if is_flat || *from == Some(ScenePatternSource::Uv) {
         if axis.is_some() {
             let problem = "is of `from = \"shape\"`: remove it, in a pattern the warp runs along u";
@@ -275,7 +279,7 @@ fn grain(
 fn panel_fabrics(
     check: &Check<'_>,
     key: &str,
-    (base, panels): (&Fabric, &[ScenePanel]),
+    (base, panels, limit): (&Fabric, &[ScenePanel], Option<f64>),
     of: &[Option<usize>],
 ) -> Result<PanelFabrics, SceneError> {
     let mut fabrics = Vec::new();
@@ -298,7 +302,11 @@ fn panel_fabrics(
                     place: check.place(&key),
                     source: ModelError::from(error),
                 })?;
-                Fabric { damping: base.damping, ..fabric }
+                Fabric {
+                    damping: base.damping,
+                    stretch_limit: limit.unwrap_or(fabric.stretch_limit),
+                    ..fabric
+                }
             }
             None => *base,
         };

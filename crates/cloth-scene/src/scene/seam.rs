@@ -52,6 +52,11 @@ pub struct SceneSeam {
     /// What becomes of it once it is closed.
     #[serde(default)]
     pub end: SceneSeamEnd,
+    /// Force per length \[N/m\] at which the stitches of a seam that is held break, once it is closed: some 2,000 and more for
+    /// seams of clothes, a few hundred for basted ones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
+    pub strength: Option<f64>,
 }
 
 /// What becomes of a seam once it is closed.

@@ -87,7 +87,7 @@ name = "grid"
 model = "fabric"
 pattern.warp = 30.5
 geometry.grid = { columns = 4, rows = 3, spacing = 0.1, meshing = "union-jack" }
-material = { preset = "cotton-broad", thickness = 0.001, mass.per_area = 0.3, damping = { stretch = 1e-5, bend = 1e-3 }, aerodynamics = { pressure = 1.5, friction = 0.1 } }
+material = { preset = "cotton-broad", thickness = 0.001, stretch_limit = 1.2, mass.per_area = 0.3, damping = { stretch = 1e-5, bend = 1e-3 }, aerodynamics = { pressure = 1.5, friction = 0.1 } }
 [[cloth]]
 name = "triangles"
 model = "fabric"
@@ -139,6 +139,7 @@ name = "points"
 cloth = "panels"
 points = [{ vertex = 2, edge = [3, 5], place = 0.5 }]
 end = "hold"
+strength = 50.5
 [[elastic]]
 name = "waist"
 cloth = "shirt"

@@ -2,13 +2,16 @@
 
 mod carry;
 mod shorten;
+mod stretch;
 
 use super::{
     Candidate, Carrier, ContactStencil, Ghost, certificate_distance, ghosts::Ghosts, is_proven,
     plus, sub,
 };
-use crate::{Error, Real, Result};
+use crate::{Error, Model, Real, Result};
 use carry::NO_LEADER;
+use shorten::Bounds;
+use stretch::StretchBounds;
 
 /// A pair of which it is not proven that its features do not meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -52,6 +55,18 @@ pub struct Ways<'a, T> {
     pub is_new: bool,
 }
 
+/// Ways whose ends a certificate changes.
+#[derive(Debug)]
+pub struct CertifiedWays<'a, T> {
+    /// Positions of all particles at the start \[m\].
+    pub start: &'a [[T; 3]],
+    /// Those at the end \[m\].
+    pub end: &'a mut [[T; 3]],
+    /// Those at the start of the substep \[m\], if the ways end it: then no triangle of fabric ends stretched beyond its limit, or farther than it
+    /// was there. An iterate may be, as its forces tell the next one.
+    pub first: Option<&'a [[T; 3]]>,
+}
+
 /// Finds pairs that may meet: all that a backend has to know to certify motion.
 pub trait PairSearch<T> {
     /// Puts in `out`, in any order, every pair that is unproven on these ways, if one of its particles is marked; all such pairs
@@ -83,6 +98,7 @@ pub struct Certifier<T> {
     /// Where particles are once prescribed ways are gone.
     carried: Vec<[T; 3]>,
     pairs: Vec<UnprovenPair>,
+    stretch: StretchBounds<T>,
     /// Where bodies pinch cloth, it is left inside of them.
     makes_ghosts: bool,
     ghosts: Ghosts,
@@ -115,7 +131,14 @@ impl<T: Real> Certifier<T> {
             marked: vec![false; count],
             carried: Vec::new(),
             pairs: Vec::new(),
+            stretch: StretchBounds::default(),
         }
+    }
+
+    /// The same, which takes no triangle of fabric beyond its largest stretch.
+    #[must_use]
+    pub fn with_stretch_limits(self, model: &Model) -> Self {
+        Self { stretch: StretchBounds::new(model), ..self }
     }
 
     /// The same, which leaves cloth inside of bodies that pinch it.
@@ -162,6 +185,22 @@ impl<T: Real> Certifier<T> {
         self.is_new || !self.exempt.is_empty()
     }
 
+    /// Whether a triangle of fabric has a largest stretch, and ends beyond it on these ways, whatever is proven of pairs.
+    #[must_use]
+    pub fn overstretches(
+        &self,
+        start: impl Fn(u32) -> [T; 3] + Sync,
+        end: impl Fn(u32) -> [T; 3] + Sync,
+    ) -> bool {
+        self.stretch.is_exceeded(start, end)
+    }
+
+    /// Whether [`Self::overstretches`] may ever be so.
+    #[must_use]
+    pub fn limits_stretch(&self) -> bool {
+        !self.stretch.is_empty()
+    }
+
     /// Pairs that are left out of the proof.
     #[must_use]
     pub fn exempt(&self) -> &[Candidate] {
@@ -174,8 +213,8 @@ impl<T: Real> Certifier<T> {
         self.bodies.get(particle).copied().flatten()
     }
 
-    /// Changes `end` \[m\] so that the ways from `start` are proven to be free of meetings. `is_held` says whose ways are
-    /// prescribed and stay as they are. Returns how many others were changed.
+    /// Changes `end` \[m\] so that the ways from `start` are proven to be free of meetings, and no triangle is stretched beyond its limit.
+    /// `is_held` says whose ways are prescribed and stay as they are. Returns how many others were changed.
     ///
     /// Numbers that are not finite are left to whoever looks for divergence.
     ///
@@ -186,9 +225,10 @@ impl<T: Real> Certifier<T> {
         search: &mut impl PairSearch<T>,
         start: &[[T; 3]],
         end: &mut [[T; 3]],
-        is_held: impl Fn(u32) -> bool,
+        is_held: impl Fn(u32) -> bool + Sync,
     ) -> Result<u64> {
-        self.certify_with(search, (start, end), is_held, &())
+        let ways = CertifiedWays { start, end, first: Some(start) };
+        self.certify_with(search, ways, is_held, &())
     }
 
     /// The same, where prescribed ways may be those of rigid bodies.
@@ -198,8 +238,8 @@ impl<T: Real> Certifier<T> {
     pub fn certify_with(
         &mut self,
         search: &mut impl PairSearch<T>,
-        (start, end): (&[[T; 3]], &mut [[T; 3]]),
-        is_held: impl Fn(u32) -> bool,
+        CertifiedWays { start, end, first }: CertifiedWays<'_, T>,
+        is_held: impl Fn(u32) -> bool + Sync,
         carrier: &impl Carrier<T>,
     ) -> Result<u64> {
         let numbers = || start.iter().chain(&*end).flatten();
@@ -215,10 +255,11 @@ impl<T: Real> Certifier<T> {
         search.unproven(&ways, None, &mut pairs)?;
         pairs.retain(|pair| !self.ghosts.leave_out_pair(pair));
         self.exempt_update(&mut pairs, start);
-        let outcome = if pairs.is_empty() {
+        let outcome = if pairs.is_empty() && !self.stretches_from(first, end) {
             Ok(0)
         } else {
-            self.resolve(search, (start, end), delta, &mut pairs, (is_held, carrier))
+            let ways = CertifiedWays { start, end, first };
+            self.resolve(search, ways, delta, &mut pairs, (is_held, carrier))
         };
         self.pairs = pairs;
         outcome
@@ -249,19 +290,24 @@ impl<T: Real> Certifier<T> {
         }
     }
 
+    fn stretches_from(&self, first: Option<&[[T; 3]]>, end: &[[T; 3]]) -> bool {
+        first.is_some_and(|first| self.overstretches(|i| first[i as usize], |i| end[i as usize]))
+    }
+
     fn resolve(
         &mut self,
         search: &mut impl PairSearch<T>,
-        (start, end): (&[[T; 3]], &mut [[T; 3]]),
+        CertifiedWays { start, end, first }: CertifiedWays<'_, T>,
         delta: T,
         pairs: &mut Vec<UnprovenPair>,
-        (is_held, carrier): (impl Fn(u32) -> bool, &impl Carrier<T>),
+        (is_held, carrier): (impl Fn(u32) -> bool + Sync, &impl Carrier<T>),
     ) -> Result<u64> {
         let wanted = end.to_vec();
         let moves = |i: u32| is_held(i) && start[i as usize] != wanted[i as usize];
         let mut is_in_the_way = pairs.iter().any(|pair| pair.particles.into_iter().any(moves));
         if !is_in_the_way {
-            let shortened = self.shorten(search, (start, end), delta, pairs, &is_held);
+            let bounds = first.map_or(Bounds::None, Bounds::Sweeps);
+            let shortened = self.shorten(search, (start, end), (delta, bounds), pairs, &is_held);
             // What is stopped can be in the way of what is not.
             is_in_the_way = matches!(shortened, Err(Error::Pinched { .. }));
             if is_in_the_way {
@@ -277,10 +323,17 @@ impl<T: Real> Certifier<T> {
             let ways = Ways { start: &carried, end, delta, is_new: false };
             let found = search.unproven(&ways, None, pairs);
             self.exempt_remove(pairs);
-            let shortened =
-                found.and_then(|()| self.shorten(search, (&carried, end), delta, pairs, &is_held));
+            let bounds = first.map_or(Bounds::None, Bounds::Sweeps);
+            let shortened = found.and_then(|()| {
+                self.shorten(search, (&carried, end), (delta, bounds), pairs, &is_held)
+            });
             self.carried = carried;
             shortened?;
+        }
+        if let Some(first) = first
+            && self.stretches_from(Some(first), end)
+        {
+            self.shorten_from_start(search, (first, end), delta, pairs, &is_held)?;
         }
         Ok(wanted.iter().zip(end).filter(|(wanted, end)| wanted != end).count() as u64)
     }

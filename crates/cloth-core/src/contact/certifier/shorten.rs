@@ -1,9 +1,9 @@
-//! Ways of free particles are shortened until all pairs are proven (NUMERICS §15).
+//! Ways of free particles are shortened until all pairs are proven, and no triangle is stretched too far (NUMERICS §15).
 
 use super::{
     super::SeparatingPlane, Certifier, PairSearch, UnprovenPair, Ways, along, body_note, pinched,
 };
-use crate::{Real, Result};
+use crate::{Error, Real, Result};
 
 /// Times that particles slide along planes before their ways are shortened.
 const SLIDING_ROUNDS: u32 = 6;
@@ -11,73 +11,189 @@ const SLIDING_ROUNDS: u32 = 6;
 /// Times that ways are shortened by planes before particles stay where they are.
 const TRUNCATION_ROUNDS: u32 = 6;
 
+/// Times that ways are shortened by triangles that are stretched too far before their particles stay where they are.
+const STRETCH_ROUNDS: u32 = 24;
+
+/// What is done about triangles that end beyond their largest stretch, or that at these places.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Bounds<'a, T> {
+    /// Nothing.
+    None,
+    /// They are shortened one after the other, which keeps momentum, and need not be enough.
+    Sweeps(&'a [[T; 3]]),
+    /// Ways from these places are shortened, which is enough as none is stretched too far there.
+    Shares(&'a [[T; 3]]),
+}
+
+/// Where particles start, where they would go, and where they end.
+struct Shortened<'a, T> {
+    start: &'a [[T; 3]],
+    wanted: &'a [[T; 3]],
+    end: &'a mut [[T; 3]],
+}
+
 impl<T: Real> Certifier<T> {
+    /// As [`Self::shorten`], on straight ways from the start of a substep, where no triangle was stretched too far. If pairs do not let it be done,
+    /// `end` stays as it is: that nothing passes comes first.
+    pub(super) fn shorten_from_start(
+        &mut self,
+        search: &mut impl PairSearch<T>,
+        (first, end): (&[[T; 3]], &mut [[T; 3]]),
+        delta: T,
+        pairs: &mut Vec<UnprovenPair>,
+        is_held: &(impl Fn(u32) -> bool + Sync),
+    ) -> Result<()> {
+        let proven = end.to_vec();
+        pairs.clear();
+        let ways = Ways { start: first, end, delta, is_new: false };
+        search.unproven(&ways, None, pairs)?;
+        self.exempt_remove(pairs);
+        let bounds = Bounds::Shares(first);
+        let shortened = self.shorten(search, (first, end), (delta, bounds), pairs, is_held);
+        if matches!(shortened, Err(Error::Pinched { .. })) {
+            end.copy_from_slice(&proven);
+            return Ok(());
+        }
+        shortened
+    }
+
     /// Changes the ends of particles of unproven pairs, until there are none: they slide along planes between their features, then
     /// their ways are shortened, then they stay where they are.
     pub(super) fn shorten(
         &mut self,
         search: &mut impl PairSearch<T>,
         (start, end): (&[[T; 3]], &mut [[T; 3]]),
-        delta: T,
+        (delta, bounds): (T, Bounds<'_, T>),
         pairs: &mut Vec<UnprovenPair>,
-        is_held: &impl Fn(u32) -> bool,
+        is_held: &(impl Fn(u32) -> bool + Sync),
     ) -> Result<()> {
         self.shares.fill(T::ONE);
         self.marked.fill(false);
         let mut wanted = end.to_vec();
-        let mut round = 0;
-        while !pairs.is_empty() {
-            let slides = round < SLIDING_ROUNDS;
-            if slides {
-                // Each pair starts from where the last one has put its particles.
-                pairs.sort_unstable();
-            } else if round == SLIDING_ROUNDS {
-                wanted.copy_from_slice(end);
+        for _ in 0..SLIDING_ROUNDS {
+            // Each pair starts from where the last one has put its particles.
+            pairs.sort_unstable();
+            let ways = Shortened { start, wanted: &wanted, end };
+            self.slide(ways, delta, pairs, is_held);
+            if let Bounds::Sweeps(first) = bounds {
+                self.stretch.shorten(first, end, is_held, &mut self.marked);
             }
-            let mut goes_on = slides;
-            for pair in &*pairs {
-                let (from, to) = (pair.at(start), pair.at(&wanted));
-                let plane = (round < SLIDING_ROUNDS + TRUNCATION_ROUNDS)
-                    .then(|| SeparatingPlane::new(&from, &to, pair.candidate.split(), delta))
-                    .flatten();
-                for (place, particle) in pair.particles.into_iter().enumerate() {
-                    let i = particle as usize;
-                    if is_held(particle) {
-                        continue;
-                    }
-                    let mut changes = !self.marked[i];
-                    if slides {
-                        let slid = plane.and_then(|plane| plane.projected(place, end[i]));
-                        if let Some(slid) = slid {
-                            (end[i], changes) = (slid, true);
-                        }
-                    } else {
-                        let share = match plane {
-                            Some(plane) => plane.share(place, from[place], to[place]),
-                            None => T::ZERO,
-                        };
-                        if share < self.shares[i] {
-                            changes = true;
-                            self.shares[i] = share;
-                        }
-                        end[i] = along(start[i], wanted[i], self.shares[i]);
-                    }
+            self.unproven_again(search, (start, end), delta, pairs)?;
+            if pairs.is_empty() {
+                break;
+            }
+        }
+        wanted.copy_from_slice(end);
+        for round in 0.. {
+            let mut goes_on = false;
+            if !pairs.is_empty() {
+                let plane = round < TRUNCATION_ROUNDS;
+                let ways = Shortened { start, wanted: &wanted, end };
+                goes_on = self.truncate(ways, (delta, plane), pairs, is_held);
+            }
+            let stretched = match bounds {
+                Bounds::Shares(first) => self.stretch.shares(first, end, is_held),
+                _ => Vec::new(),
+            };
+            let before = if stretched.is_empty() { Vec::new() } else { self.shares.clone() };
+            for &(particles, share) in &stretched {
+                let share = if round < STRETCH_ROUNDS { share } else { T::ZERO };
+                for i in particles.into_iter().filter(|&i| !is_held(i)) {
+                    let i = i as usize;
+                    self.shares[i] = self.shares[i].minimum(share * before[i]);
+                    end[i] = along(start[i], wanted[i], self.shares[i]);
                     self.marked[i] = true;
-                    if changes {
-                        goes_on = true;
-                        body_note(&mut self.bodies, i, pair);
-                    }
                 }
             }
-            if !goes_on && round >= SLIDING_ROUNDS + TRUNCATION_ROUNDS {
+            if pairs.is_empty() && stretched.is_empty() {
+                return Ok(());
+            }
+            if !goes_on && stretched.is_empty() && round >= TRUNCATION_ROUNDS {
                 return Err(pinched(&pairs[0], start));
             }
-            round += 1;
-            pairs.clear();
-            let ways = Ways { start, end, delta, is_new: false };
-            search.unproven(&ways, Some(&self.marked), pairs)?;
-            self.exempt_remove(pairs);
+            self.unproven_again(search, (start, end), delta, pairs)?;
         }
+        Ok(())
+    }
+
+    /// Particles of pairs slide along the planes between their features.
+    fn slide(
+        &mut self,
+        Shortened { start, wanted, end }: Shortened<'_, T>,
+        delta: T,
+        pairs: &[UnprovenPair],
+        is_held: &impl Fn(u32) -> bool,
+    ) {
+        for pair in pairs {
+            let (from, to) = (pair.at(start), pair.at(wanted));
+            let plane = SeparatingPlane::new(&from, &to, pair.candidate.split(), delta);
+            for (place, particle) in pair.particles.into_iter().enumerate() {
+                let i = particle as usize;
+                if is_held(particle) {
+                    continue;
+                }
+                let slid = plane.and_then(|plane| plane.projected(place, end[i]));
+                if let Some(slid) = slid {
+                    end[i] = slid;
+                }
+                if slid.is_some() || !self.marked[i] {
+                    body_note(&mut self.bodies, i, pair);
+                }
+                self.marked[i] = true;
+            }
+        }
+    }
+
+    /// Particles of pairs go as far as the planes between their features let them, or stay where they are. Returns whether any has changed.
+    fn truncate(
+        &mut self,
+        Shortened { start, wanted, end }: Shortened<'_, T>,
+        (delta, has_planes): (T, bool),
+        pairs: &[UnprovenPair],
+        is_held: &impl Fn(u32) -> bool,
+    ) -> bool {
+        let mut changes = false;
+        for pair in pairs {
+            let (from, to) = (pair.at(start), pair.at(wanted));
+            let split = pair.candidate.split();
+            let plane =
+                has_planes.then(|| SeparatingPlane::new(&from, &to, split, delta)).flatten();
+            for (place, particle) in pair.particles.into_iter().enumerate() {
+                let i = particle as usize;
+                if is_held(particle) {
+                    continue;
+                }
+                let share = match plane {
+                    Some(plane) => plane.share(place, from[place], to[place]),
+                    None => T::ZERO,
+                };
+                let is_shorter = share < self.shares[i];
+                if is_shorter {
+                    self.shares[i] = share;
+                }
+                end[i] = along(start[i], wanted[i], self.shares[i]);
+                if is_shorter || !self.marked[i] {
+                    changes = true;
+                    body_note(&mut self.bodies, i, pair);
+                }
+                self.marked[i] = true;
+            }
+        }
+        changes
+    }
+
+    /// The pairs that are unproven now, of the particles that have changed.
+    fn unproven_again(
+        &self,
+        search: &mut impl PairSearch<T>,
+        (start, end): (&[[T; 3]], &[[T; 3]]),
+        delta: T,
+        pairs: &mut Vec<UnprovenPair>,
+    ) -> Result<()> {
+        pairs.clear();
+        let ways = Ways { start, end, delta, is_new: false };
+        search.unproven(&ways, Some(&self.marked), pairs)?;
+        self.exempt_remove(pairs);
         Ok(())
     }
 }

@@ -22,8 +22,8 @@ use crate::{
 };
 
 use super::{
-    BodyImpulses, BodyMotion, Certifier, ContactLaw, ContactMotion, ContactSet, ContactSurface,
-    Ghost, UnprovenPair, certificate_distance,
+    BodyImpulses, BodyMotion, CertifiedWays, Certifier, ContactLaw, ContactMotion, ContactSet,
+    ContactSurface, Ghost, UnprovenPair, certificate_distance,
 };
 use list::Look;
 use search::DeviceSearch;
@@ -82,7 +82,9 @@ impl<T: Real> DeviceContact<T> {
         Some(Self {
             list: DeviceList::new(&surface),
             set: ContactSet::with_nodes(count, nodes),
-            certifier: Certifier::with_nodes(count, nodes).with_ghosts(pinch == Pinch::Ghost),
+            certifier: Certifier::with_nodes(count, nodes)
+                .with_ghosts(pinch == Pinch::Ghost)
+                .with_stretch_limits(model),
             bodies: BodyMotion::new(model),
             impulses: BodyImpulses::new(model),
             particles: count,
@@ -311,9 +313,18 @@ impl<T: Real> DeviceContact<T> {
         held: &[bool],
     ) -> Result<()> {
         self.bodies_put(model, device, substep, self.goes_on)?;
-        let proof = self.proof(device)?;
-        if !matches!(proof, Proof::Given) || self.touches() {
+        let mut proof = self.proof(device)?;
+        let limits_stretch = self.certifier.limits_stretch();
+        if !matches!(proof, Proof::Given) || self.touches() || limits_stretch {
             device.ends_read(&mut self.motion.position, &mut self.motion.start)?;
+        }
+        if matches!(proof, Proof::Given) && limits_stretch {
+            let Self { certifier, motion, .. } = self;
+            let [start, end] = [&motion.start, &motion.position];
+            let at = |all: &[[T; 4]], i: u32| vector(&all[i as usize]);
+            if certifier.overstretches(|i| at(start, i), |i| at(end, i)) {
+                proof = Proof::Missing(None);
+            }
         }
         if let Proof::Missing(first) = proof {
             let length = T::from_f64(substep.length);
@@ -406,7 +417,9 @@ impl<T: Real> DeviceContact<T> {
         let mut end = all(&motion.position, bodies.end());
         let mut search = DeviceSearch { device: &mut *device, list, first, start: Vec::new() };
         let is_held = |i: u32| held.get(i as usize).is_none_or(|held| *held);
-        let ways = (&*start, &mut *end);
+        let first = all(&motion.start, bodies.start());
+        let first = is_end.then_some(&*first);
+        let ways = CertifiedWays { start: &start, end: &mut end, first };
         let changed = certifier.certify_with(&mut search, ways, is_held, &*bodies)?;
         if changed == 0 {
             return Ok(0);

@@ -28,6 +28,8 @@ fn fabric(random: &mut Random) -> Fabric {
         bending: BendingRigidity::isotropic(1e-5),
         friction: InternalFriction::default(),
         damping: [0.0; 2],
+        stretch_limit: [f64::INFINITY, random.between([1.02, 1.3])]
+            [usize::from(random.signed() > 0.0)],
     }
 }
 
@@ -284,6 +286,37 @@ fn shear_is_measured_as_an_angle() {
         law.response(membrane::strain([[1.0, 0.0, 0.0], [gamma.sin(), gamma.cos(), 0.0]]));
     assert!((response.stress[2] / (fabric.shear * gamma) - 1.0).abs() < 1e-9);
     assert!((response.energy / (0.5 * fabric.shear * gamma * gamma) - 1.0).abs() < 1e-4);
+}
+
+#[test]
+fn threads_jam_before_the_largest_stretch() {
+    let mut random = Random(5);
+    let free = Fabric { stretch_limit: f64::INFINITY, ..fabric(&mut random) };
+    let limited = Fabric { stretch_limit: 1.1, ..free };
+    let [law, without] = [limited, free].map(|fabric| Law::new(&fabric, "it").unwrap());
+    let largest: f64 = 0.5 * (1.1 * 1.1 - 1.0);
+    let steepest = 0.25 * (0.32 / largest).powi(2) * free.warp.steepest().max(free.weft.steepest());
+    for (k, sign) in [(0, 1.0), (1, 1.0), (2, 1.0), (2, -1.0)] {
+        let at = |e: f64| std::array::from_fn(|i| if i == k { sign * e } else { 0.0 });
+        let more =
+            |e: f64| sign * (law.response(at(e)).stress[k] - without.response(at(e)).stress[k]);
+        assert_eq!(more(0.74 * largest), 0.0);
+        // A straight line beyond the limit, as steep as the end of the curve.
+        let slope = (more(3.0 * largest) - more(2.0 * largest)) / largest;
+        let before = (more(largest) - more(largest - 1e-7)) / 1e-7;
+        assert!((before / slope - 1.0).abs() < 1e-4, "{k}: {before} {slope}");
+        assert!((slope / steepest - 1.0).abs() < 1e-9, "{k}: {slope} {steepest}");
+    }
+    // Compressed threads do not jam.
+    let compressed = [-0.3, -0.3, 0.0];
+    assert_eq!(law.response(compressed).stress, without.response(compressed).stress);
+    // Where a fabric was measured farther than woven cloth shears, threads jam behind that.
+    let curve = TensileCurve { linear: 20.0, cubic: 100.0, end: 0.6 };
+    let knit = Fabric { warp: curve, ..free }.with_usual_stretch_limit();
+    assert!((knit.locking().onset - 0.6).abs() < 1e-12, "{}", knit.stretch_limit);
+    let straight = TensileCurve::linear(100.0);
+    let woven = Fabric { warp: straight, weft: straight, ..free }.with_usual_stretch_limit();
+    assert!((woven.stretch_limit - 1.28).abs() < 1e-2, "{}", woven.stretch_limit);
 }
 
 #[test]

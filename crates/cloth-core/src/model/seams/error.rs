@@ -12,6 +12,14 @@ pub enum SeamError {
         /// Name of the seam.
         seam: String,
     },
+    /// A seam that is to be welded, and to break.
+    #[error(
+        "seam {seam:?} has a strength and is welded: what is one does not break; hold it, with `end = \"hold\"`, or remove the strength"
+    )]
+    WeldedStrength {
+        /// Name of the seam.
+        seam: String,
+    },
     /// It ends to close before it begins.
     #[error(
         "seam {seam:?} closes from {} s to {} s: the second time must be later than the first", closing[0], closing[1]

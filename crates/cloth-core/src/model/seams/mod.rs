@@ -9,7 +9,7 @@ mod weld;
 pub use classes::VertexClasses;
 pub use error::SeamError;
 pub(super) use seamstress::Seamstress;
-pub use stitching::Stitching;
+pub use stitching::{BROKEN, Stitching};
 pub use weld::Weld;
 
 use std::ops::Range;
@@ -42,6 +42,8 @@ pub struct Seam {
     pub weld: bool,
     /// Where stitches are to stay apart: one for each stitch, or none if all close.
     pub ties: Vec<SeamTie>,
+    /// Force per length of the seam \[N/m\] at which stitches that hold it break, once it is closed; `None` for none.
+    pub strength: Option<f64>,
 }
 
 /// A stitch whose vertices keep a distance, as those of a button and of the cloth below it do.
@@ -71,6 +73,7 @@ impl Seam {
             closing: [0.0, 1.0],
             weld: true,
             ties: Vec::new(),
+            strength: None,
         }
     }
 
@@ -81,7 +84,14 @@ impl Seam {
     }
 
     fn validate(&self) -> Result<(), ModelError> {
-        let Self { name, cloths: _, stitches, stiffness, damping, closing, weld, ties } = self;
+        let Self { name, cloths: _, stitches, stiffness, damping, closing, weld, ties, strength } =
+            self;
+        if let Some(strength) = strength {
+            positive(|| format!("strength of seam {name:?}"), *strength)?;
+            if *weld {
+                return Err(SeamError::WeldedStrength { seam: name.clone() }.into());
+            }
+        }
         for tie in ties {
             positive(|| format!("length of a tie of seam {name:?}"), tie.length)?;
             positive(|| format!("share of a tie of seam {name:?}"), tie.share)?;
@@ -138,8 +148,10 @@ pub struct Seams {
     /// Length to which each goes \[m\].
     lengths: Vec<f64>,
     kinds: Vec<ClosingKind>,
-    /// How wide each stitch is for contact \[m\]; 0 if its vertices are one place.
+    /// How wide each stitch is for contact \[m\]; 0 if its vertices are one place, infinite once it is broken.
     widths: Vec<f64>,
+    /// Force at which each breaks \[N\]; infinite if it does not.
+    strengths: Vec<f64>,
 }
 
 impl Seams {
@@ -153,6 +165,12 @@ impl Seams {
     #[must_use]
     pub fn stitches(&self) -> &[[u32; 2]] {
         &self.stitches
+    }
+
+    /// Whether any stitch can break.
+    #[must_use]
+    pub fn can_break(&self) -> bool {
+        self.strengths.iter().any(|strength| strength.is_finite())
     }
 
     /// Particles of the stitches of one seam.
@@ -181,10 +199,15 @@ impl Seams {
         self.ranges.iter().map(|seam| seam.stitches.clone().map(gap).fold(0.0, f64::max)).collect()
     }
 
-    /// The widest of all stitches, by its number, and how wide it is as [`Self::gaps`] measures it \[m\].
+    /// The widest of all stitches that count, by its number, and how wide it is as [`Self::gaps`] measures it \[m\].
     #[must_use]
-    pub fn widest(&self, positions: &[[f64; 3]]) -> Option<(usize, f64)> {
-        let all = (0..self.stitches.len()).map(|stitch| (stitch, self.gap(stitch, positions)));
+    pub fn widest(
+        &self,
+        positions: &[[f64; 3]],
+        counts: impl Fn(usize) -> bool,
+    ) -> Option<(usize, f64)> {
+        let all = (0..self.stitches.len()).filter(|&stitch| counts(stitch));
+        let all = all.map(|stitch| (stitch, self.gap(stitch, positions)));
         all.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 

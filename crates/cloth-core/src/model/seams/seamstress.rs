@@ -45,6 +45,7 @@ impl Seamstress<'_> {
                 sewn.stitches.push(particles);
                 sewn.lengths.push(tie.length);
             }
+            sewn.strengths.extend(self.strengths(seam, &sewn.stitches[first as usize..]));
             sewn.ranges.push(SeamRange {
                 name: seam.name.clone(),
                 stitches: first..sewn.stitches.len() as u32,
@@ -101,6 +102,37 @@ impl Seamstress<'_> {
             return Err(SeamError::ToItself { seam: seam.name.clone(), vertex: stitch[0] }.into());
         }
         Ok([a.min(b), a.max(b)])
+    }
+
+    /// The force at which each stitch of a seam breaks \[N\]: what the seam bears over the distance to the nearest other one.
+    fn strengths(&self, seam: &Seam, stitches: &[[u32; 2]]) -> Vec<f64> {
+        let Some(strength) = seam.strength else { return vec![f64::INFINITY; stitches.len()] };
+        let place = |stitch: &[u32; 2]| glam::DVec3::from(self.positions[stitch[0] as usize]);
+        let places: Vec<_> = stitches.iter().map(place).collect();
+        // Along an axis only those need a look that are nearer there than the nearest one so far.
+        let mut order: Vec<usize> = (0..places.len()).collect();
+        order.sort_by(|&a, &b| places[a].x.total_cmp(&places[b].x).then(a.cmp(&b)));
+        let mut strengths = vec![strength; places.len()];
+        for (rank, &own) in order.iter().enumerate() {
+            let mut nearest = f64::INFINITY;
+            let after = order[rank + 1..].iter();
+            for others in [
+                &mut after.copied() as &mut dyn Iterator<Item = usize>,
+                &mut order[..rank].iter().rev().copied(),
+            ] {
+                for other in others {
+                    if (places[other].x - places[own].x).abs() >= nearest {
+                        break;
+                    }
+                    nearest = nearest.min(places[other].distance(places[own]));
+                }
+            }
+            // A single stitch is a seam of a metre.
+            if nearest.is_finite() {
+                strengths[own] = strength * nearest;
+            }
+        }
+        strengths
     }
 
     fn kind(&self, seam: &Seam, particles: [u32; 2], share: f64) -> SpringKind {

@@ -3,12 +3,15 @@
 use super::{ClosingKind, STITCH_LENGTH, Seams, VertexClasses};
 use crate::Model;
 
-/// Where the vertices of a stitch are closer than this \[m\] they are one place for contact: less than a stitch closes to, so that it holds for what lies
-/// on each other from the start.
+/// Where the vertices of a stitch start closer than this \[m\], and stay so, they are one place for contact: panels that lie on each other. Those
+/// that come as near later stay two, as features beside them would go through each other before they are apart again.
 const JOINED_GAP: f64 = 5e-5;
 
 /// The same in explicit steps, whose soft contact would leave it to the certificate to hold closed panels apart, which keeps no momentum.
 const JOINED_GAP_EXPLICIT: f64 = 1e-3;
+
+/// The width of a stitch that is broken: it holds nothing any more.
+pub const BROKEN: f64 = f64::INFINITY;
 
 /// How many times as stiff a stitch that is to be welded becomes at most while it is too wide for that after its time, and how many times it doubles until
 /// it has had as long again.
@@ -45,7 +48,23 @@ impl Model {
     /// Which particles a seam makes, or will make, one place: those of one class.
     #[must_use]
     pub fn seam_classes(&self) -> VertexClasses {
-        self.classes_of(|_| true)
+        self.classes_of(|stitch| self.seams.widths.get(stitch) != Some(&BROKEN))
+    }
+
+    /// The stitches that break at these positions \[m\] and this time \[s\], ascending: those of seams that are closed by then and bear no more.
+    #[must_use]
+    pub fn stitches_that_break(&self, positions: &[[f64; 3]], time: f64) -> Vec<u32> {
+        let seams = &self.seams;
+        let breaks = |&stitch: &u32| {
+            let stitch = stitch as usize;
+            let ClosingKind { kind, lengths: [_, length], closing, .. } = seams.kinds[stitch];
+            let [a, b] = seams.stitches[stitch].map(|i| positions.get(i as usize));
+            let (Some(a), Some(b)) = (a, b) else { return false };
+            let longer = glam::DVec3::from(*a).distance(glam::DVec3::from(*b)) - length;
+            let stiffness = self.springs.kinds()[kind as usize].stiffness;
+            closing[1] <= time && stiffness * longer > seams.strengths[stitch]
+        };
+        (0..seams.stitches.len() as u32).filter(breaks).collect()
     }
 
     /// Which particles are one place for contact: those of stitches that are nearly closed.
@@ -58,12 +77,14 @@ impl Model {
     /// class; empty if no stitch is open.
     pub(crate) fn seam_reaches(&self) -> Vec<f64> {
         let seams = &self.seams;
-        if seams.widths.iter().all(|width| *width == 0.0) {
+        let is_open = |width: &f64| *width > 0.0 && *width < BROKEN;
+        if !seams.widths.iter().any(is_open) {
             return Vec::new();
         }
         let classes = self.seam_classes();
         let mut reaches = vec![0.0; self.particle_count()];
-        for (&[a, _], width) in seams.stitches.iter().zip(&seams.widths) {
+        let open = seams.stitches.iter().zip(&seams.widths).filter(|(_, width)| **width < BROKEN);
+        for (&[a, _], width) in open {
             let reach: &mut f64 = &mut reaches[classes.of(a) as usize];
             *reach = reach.max(SEAM_REACH * width);
         }
@@ -83,20 +104,24 @@ impl Model {
     /// Stiffness of the stiffest stitch that contact takes for open \[N/m\].
     pub(crate) fn seam_stiffness(&self) -> f64 {
         let kinds = self.seams.kinds.iter().zip(&self.seams.widths);
-        let open = kinds.filter(|(_, width)| **width > 0.0);
+        let open = kinds.filter(|(_, width)| **width > 0.0 && **width < BROKEN);
         open.map(|(of, _)| self.springs.kinds()[of.kind as usize].stiffness).fold(0.0, f64::max)
     }
 
     /// How wide each stitch is for contact \[m\] while particles are at `positions`: a power of two, so that small changes are none, or 0 where its
-    /// vertices are one place, and where they are to keep a distance. `is_implicit` says which steps follow. An open stitch is an obstacle, or panels would go
+    /// vertices are one place, and where they are to keep a distance. In implicit steps only what starts as one place can be one. `is_implicit` says which steps follow. An open stitch is an obstacle, or panels would go
     /// through each other beside it, and could not be drawn together any more.
     #[must_use]
     pub fn stitch_widths(&self, positions: &[[f64; 3]], is_implicit: bool) -> Vec<f64> {
         let joined = if is_implicit { JOINED_GAP } else { JOINED_GAP_EXPLICIT };
-        let place = |i: u32| positions.get(i as usize).copied().map(glam::DVec3::from);
-        let width = |(&[a, b], length): (&[u32; 2], &f64)| {
-            let width = place(a).zip(place(b)).map_or(0.0, |(a, b)| a.distance(b));
-            let is_open = width > joined && *length <= STITCH_LENGTH;
+        let apart = |all: &[[f64; 3]], [a, b]: [u32; 2]| {
+            let place = |i: u32| all.get(i as usize).copied().map(glam::DVec3::from);
+            place(a).zip(place(b)).map_or(0.0, |(a, b)| a.distance(b))
+        };
+        let width = |(&stitch, length): (&[u32; 2], &f64)| {
+            let width = apart(positions, stitch);
+            let starts_open = is_implicit && apart(self.positions(), stitch) > joined;
+            let is_open = (width > joined || starts_open) && *length <= STITCH_LENGTH;
             if is_open { width.log2().floor().exp2().max(NARROWEST) } else { 0.0 }
         };
         self.seams.stitches.iter().zip(&self.seams.lengths).map(width).collect()
@@ -108,7 +133,8 @@ impl Model {
         let Stitching { time, pulls, widths } = *stitching;
         let mut model = self.clone();
         model.seams.widths = widths.to_vec();
-        for ClosingKind { kind, lengths: [start, end], closing, weld } in &self.seams.kinds {
+        for (stitch, of) in self.seams.kinds.iter().enumerate() {
+            let ClosingKind { kind, lengths: [start, end], closing, weld } = of;
             let left = share_left(*closing, time);
             let length = match *end <= STITCH_LENGTH {
                 true => (start * left).max(STITCH_LENGTH.min(*start)),
@@ -119,6 +145,9 @@ impl Model {
             kind.rest_length = length;
             kind.stiffness *= pull;
             kind.damping *= pull.sqrt();
+            if widths.get(stitch) == Some(&BROKEN) {
+                (kind.stiffness, kind.damping) = (0.0, 0.0);
+            }
         }
         model
     }
@@ -143,7 +172,7 @@ pub struct Stitching<'a> {
     pub time: f64,
     /// Whether those that are to be welded become stiffer after their time. Explicit steps would have to become shorter for it.
     pub pulls: bool,
-    /// How wide they are for contact \[m\], as [`Model::stitch_widths`] says; all are closed if this is empty.
+    /// How wide they are for contact \[m\], as [`Model::stitch_widths`] says, or [`BROKEN`]; all are closed if this is empty.
     pub widths: &'a [f64],
 }
 

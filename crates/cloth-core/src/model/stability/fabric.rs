@@ -56,10 +56,13 @@ impl<'a> AnyFabric<'a> {
 fn threads(fabric: &Fabric) -> [Pair; 2] {
     let strain = fabric.warp.end.max(fabric.weft.end).min(STRAIN_MAX);
     let square = 1.0 + 2.0 * strain;
+    // Threads that jam by stretching, and by shear, of which half counts as much as G.
+    let jammed = fabric.locking().steepest();
     [fabric.warp, fabric.weft].map(|curve| {
         let steepest = curve.linear + 3.0 * curve.cubic * curve.end.min(strain).powi(2);
-        let elastic = square * (steepest + fabric.coupling.abs() + 2.0 * fabric.shear);
-        let stress = (steepest + fabric.coupling.abs() + 2.0 * fabric.shear) * strain;
+        let all = steepest + fabric.coupling.abs() + 2.0 * fabric.shear + 2.0 * jammed;
+        let elastic = square * all;
+        let stress = all * strain;
         Pair { stiffness: elastic + stress, damping: fabric.damping[0] * elastic }
     })
 }

@@ -269,6 +269,13 @@ pub(super) fn compile(
             stitches.dedup();
             stitches.retain(|stitch| seen.insert((cloth, *stitch)));
         }
+        if let Some(strength) = seam.strength {
+            check.positive(&format!("{key}.strength"), strength)?;
+            if seam.end == SceneSeamEnd::Weld && seam.to.is_none() {
+                let problem = "is of seams that are held, as what is welded is one cloth: give `end = \"hold\"`, or remove it";
+                return Err(check.error(&format!("{key}.strength"), problem));
+            }
+        }
         let other = seam.to.as_deref().unwrap_or(cloth);
         seams.push(Seam {
             name: seam.name.clone(),
@@ -279,6 +286,7 @@ pub(super) fn compile(
             closing: seam.close,
             weld: seam.end == SceneSeamEnd::Weld && seam.to.is_none(),
             ties: Vec::new(),
+            strength: seam.strength,
         });
     }
     seams.extend(elastic::compile(scene, check, bands)?);

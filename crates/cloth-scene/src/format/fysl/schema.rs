@@ -469,6 +469,7 @@ static FABRIC: Element = Element {
         same("preset", Text),
         same("sheet", Text),
         same("thickness", Number),
+        same("stretch_limit", Number),
         optional("density", "mass.per_area", Number),
         optional("mass", "mass.per_particle", Number),
     ],
