@@ -14,8 +14,8 @@ const SIDE: u32 = 24;
 /// The same where a frame takes hundreds of substeps of fabric or of triangles that touch, and for plain loops, which compare all triangles with all others.
 const SIDE_OF_SLOW: u32 = 10;
 /// The scenes of fabric, and those of contact of triangles.
-pub(crate) const SLOW: [&str; 7] =
-    ["tablecloth", "napkins", "stack", "layers", "drape", "flag", "curtain"];
+pub(crate) const SLOW: [&str; 8] =
+    ["tablecloth", "napkins", "stack", "table", "layers", "drape", "flag", "curtain"];
 
 fn compiled(mut scene: Scene, solver: SceneSolver) -> CompiledScene {
     scene.simulation.solver = Some(solver);
@@ -80,7 +80,7 @@ fn every_scene_resumes_with_the_same_bits() {
             let side = if SLOW.contains(&entry.name) { SIDE_OF_SLOW } else { SIDE };
             // Plain loops take minutes for all pairs with the triangles of tables, stands and of four cloths; `layers` has the same stages.
             // And the others of fabric have no stage that these do not have in explicit steps, of which a frame has hundreds.
-            let is_like_others = matches!(entry.name, "drape" | "flag" | "curtain");
+            let is_like_others = matches!(entry.name, "drape" | "flag" | "curtain" | "table");
             let has_bodies = matches!(entry.name, "tablecloth" | "napkins" | "stack");
             if is_like_others && solver != SceneSolver::Implicit {
                 continue;

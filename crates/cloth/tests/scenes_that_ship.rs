@@ -88,11 +88,21 @@ fn built_in_scenes_go_through_nothing() {
         ("tablecloth", 30),
         ("napkins", 30),
         ("stack", 45),
+        ("table", 30),
         ("flag", 40),
         ("curtain", 185),
     ] {
         audited((name, Scene::builtin(name).unwrap()), &CompileOptions::default(), frames);
     }
+}
+
+/// A storm tears seams open, and where they are torn nothing passes either.
+#[test]
+fn a_flag_tears_at_its_seams() {
+    let mut simulation = run("torn-flag.toml", 45);
+    let seams = simulation.seam_report().unwrap().unwrap();
+    let stitches = simulation.model().seams().stitches().len();
+    assert!(seams.broken > 5 && seams.broken < stitches / 2, "{seams:?} of {stitches}");
 }
 
 #[test]

@@ -3,8 +3,10 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Backend, Collider, ColliderShape, ImplicitSettings, Integrator, LinearSettings, Model,
-    ModelBuilder, NewtonSettings, Pose, Precision,
+    Aerodynamics, Backend, Cloth, Collider, ColliderShape, FabricMaterial, Geometry,
+    ImplicitSettings, Integrator, LinearSettings, Model, ModelBuilder, NewtonSettings, Pose,
+    Precision, RestSource, TextureMap, TriangleMesh,
+    fabric::{BendingRigidity, Fabric, InternalFriction, TensileCurve, USUAL_DAMPING},
 };
 
 use crate::rig::{
@@ -217,5 +219,108 @@ fn the_sum_of_impulses_is_the_momentum_of_cloth() {
                 }
             }
         }
+    }
+}
+
+/// Radius of the bar \[m\].
+const BAR: f64 = 0.04;
+/// Length of an edge of the strip \[m\].
+const EDGE: f64 = 0.005;
+const CAPSTAN: f64 = 0.3;
+
+/// A strip over a round bar, with so many edges that hang on either side.
+fn over_a_bar(hanging: [u32; 2]) -> Arc<Model> {
+    let radius = BAR + 0.5 * DISTANCE;
+    let around = (std::f64::consts::PI * radius / EDGE).round();
+    let step = std::f64::consts::PI / around;
+    let place = |k: i64| -> [f64; 2] {
+        let angle = step * k as f64;
+        if k < 0 {
+            [-radius, EDGE * k as f64]
+        } else if k as f64 > around {
+            [radius, EDGE * (around - k as f64)]
+        } else {
+            [-radius * angle.cos(), radius * angle.sin()]
+        }
+    };
+    let [left, right] = hanging.map(i64::from);
+    let rows: Vec<[f64; 2]> = (-left..=around as i64 + right).map(place).collect();
+    let (mut positions, mut uv, mut faces) = (Vec::new(), Vec::new(), Vec::new());
+    for (row, [x, z]) in rows.iter().enumerate() {
+        for column in 0..3 {
+            let y = EDGE * f64::from(column);
+            positions.push([*x, y, *z]);
+            uv.push([EDGE * row as f64, y]);
+        }
+    }
+    for row in 0..rows.len() as u32 - 1 {
+        for a in [3 * row, 3 * row + 1] {
+            faces.extend([[a, a + 3, a + 4], [a, a + 4, a + 1]]);
+        }
+    }
+    let curve = TensileCurve::linear(2e3);
+    let fabric = Fabric {
+        area_density: 0.3,
+        thickness: DISTANCE,
+        warp: curve,
+        weft: curve,
+        coupling: 0.0,
+        shear: 500.0,
+        bending: BendingRigidity::isotropic(1e-8),
+        friction: InternalFriction::default(),
+        damping: USUAL_DAMPING,
+        stretch_limit: f64::INFINITY,
+    };
+    let texture = Some(TextureMap { coordinates: uv, triangles: faces.clone() });
+    let mesh = TriangleMesh { positions, triangles: faces, texture, ..TriangleMesh::default() };
+    let rest = RestSource::Pattern { scale: 1.0 };
+    let material = FabricMaterial { fabric, rest, aerodynamics: Aerodynamics::default() };
+    let cloth = Cloth {
+        name: "strip".into(),
+        geometry: Geometry::Mesh(mesh),
+        material: material.into(),
+        pins: vec![],
+        velocity: [0.0; 3],
+    };
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let pose = Pose { translation: [0.0, EDGE, 0.0], rotation: [half, 0.0, 0.0, half] };
+    let bar = ColliderShape::Capsule { half_length: 0.05, radius: BAR };
+    let bar = Collider { pose, friction: CAPSTAN, ..body("bar", bar, [0.0; 3]) };
+    build(ModelBuilder::new().cloth(cloth).collider(bar).self_contact(triangles(0.9)))
+}
+
+/// How long the side that falls hangs \[m\] when the strip is about to slip, for that of the other. With its weight per length 1, along the bar
+/// dT / da = mu (T + R sin a) + R cos a (Euler 1769, of ropes without weight).
+fn hanging_at_slip(other: f64) -> f64 {
+    let radius = BAR + 0.5 * DISTANCE;
+    let steps = 100_000;
+    let step = std::f64::consts::PI / f64::from(steps);
+    (0..steps).fold(other, |tension, k| {
+        let (sin, cos) = (step * (f64::from(k) + 0.5)).sin_cos();
+        tension + step * (CAPSTAN * (tension + radius * sin) + radius * cos)
+    })
+}
+
+/// A strip over a bar slips where one side hangs e^(mu pi) times as long as the other, its weight on the bar counted.
+#[test]
+fn a_strip_over_a_bar_slips_as_a_rope_on_a_capstan() {
+    let backend = processor(2);
+    let short = 40;
+    let least = hanging_at_slip(f64::from(short) * EDGE) / EDGE;
+    for (share, slips) in [(0.96, false), (1.04, true)] {
+        let long = (share * least).round() as u32;
+        let model = over_a_bar([short, long]);
+        let mut run = Run::new(&backend, &model, implicit(), Precision::F64);
+        let height = |run: &Run| run.state.positions.last().map_or(0.0, |x| x[2]);
+        for _ in 0..30 {
+            run.frame(RATE, &[]).unwrap();
+        }
+        let start = height(&run);
+        for _ in 0..60 {
+            run.frame(RATE, &[]).unwrap();
+        }
+        let fallen = start - height(&run);
+        println!("{long} of {least:.1} edges: {fallen:e} m");
+        assert_eq!(fallen > 1e-3, slips, "{long} of {least:.1} edges: {fallen} m");
     }
 }

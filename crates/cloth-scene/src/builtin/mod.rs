@@ -79,6 +79,12 @@ const BUILTIN: &[BuiltinScene] = &[
         text: include_str!("../../scenes/stack.toml"),
     },
     BuiltinScene {
+        name: "table",
+        summary: "a table set with a tablecloth, a square and a runner, one on top of the other",
+        extension: "toml",
+        text: include_str!("../../scenes/table.toml"),
+    },
+    BuiltinScene {
         name: "layers",
         summary: "sheets fall on each other over a ball, and none goes through another",
         extension: "toml",
