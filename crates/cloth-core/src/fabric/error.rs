@@ -43,7 +43,7 @@ pub enum FabricError {
     /// A largest stretch that leaves cloth no room.
     #[error(
         "the largest stretch of {fabric} is {limit}: it is a length over the length at rest, at least {least}; give 1.1 for a tenth of \
-         extension, or inf for none"
+         extension, or 100 for hardly any limit"
     )]
     StretchLimit {
         /// Whose it is.

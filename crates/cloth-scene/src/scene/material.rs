@@ -25,8 +25,8 @@ pub struct SceneMaterial {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub thickness: Option<f64>,
-    /// Largest principal stretch of fabric, a length over that at rest: 1.1 lets nothing stretch by more than a tenth, `inf` whatever
-    /// forces there are. That of the preset is 1.28, or more where the fabric was measured farther.
+    /// Largest principal stretch of fabric, a length over that at rest: 1.1 lets nothing stretch by more than a tenth, 100 is
+    /// hardly any limit. That of the preset is 1.28, or more where the fabric was measured farther.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(range(min = 1.001)))]
     pub stretch_limit: Option<f64>,
