@@ -82,7 +82,7 @@ fn run(
     (largest, intersecting, state)
 }
 
-/// Implicit steps: explicit ones have to be a thousand times as short where threads jam.
+/// Implicit steps: a tight limit is stiff, and explicit ones take minutes on a device of software.
 fn ways(model: &Model) -> Vec<(Integrator, f64)> {
     let is_one = |way: &(Integrator, f64)| matches!(way.0, Integrator::Implicit(_));
     integrators(model).into_iter().filter(is_one).collect()
