@@ -1,5 +1,5 @@
 // NUMERICS section 5, `conjugate_gradient` and `jacobi`: a whole solve in one cooperative launch, in one of two forms. In general,
-// particles are handed out to blocks in steps, with two meetings of all blocks in each iteration. With `resident`, for models of
+// particles are handed out to blocks in steps, with two meetings of all blocks in each iteration, and with `schwarz` those of that preconditioner. With `resident`, for models of
 // which a multiprocessor has a few hundred particles, all that a particle needs stays in registers from one iteration to the
 // next, and blocks do not meet at all (`shared/resident.cuh`).
 
@@ -18,7 +18,7 @@ typedef SumMemory<THREADS> Sums;
 typedef Passes<Sums> Pass;
 
 #ifdef CLOTH_RESIDENT
-extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_gradient(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
+extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_gradient(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution, uint) {
     extern __shared__ real4 window[];
     __shared__ Sums memory;
     Solve solve = Pass::begin(s, l, memory, from_solution);
@@ -116,18 +116,28 @@ __device__ __forceinline__ void solution_unpack(const Solver& s, const Linear& l
     }
 }
 
-extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_gradient(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
+extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_gradient(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution, uint by_energy) {
     __shared__ Sums memory;
-    Solve solve = Pass::begin(s, l, memory, from_solution);
+    __shared__ EnergyEstimate energy;
+    Solve solve = Pass::begin(s, l, memory, from_solution, by_energy);
     if (!solve.iterates) return;
     uint units = Pass::units_of(s.count);
+    if (threadIdx.x == 0) energy.begin(solve.closer);
+    __syncthreads();
     Recurrence recurrence = {0, 0};
     double gamma = solve.gamma, residual = solve.residual;
     for (uint iteration = 0;; iteration++) {
-        End end(solve, tolerance, residual, gamma, iteration == iterations_max);
-        if (end.is_reached) {
+        bool is_last = iteration == iterations_max;
+        bool is_good = by_energy ? residual == 0 || energy.relative <= tolerance : residual <= tolerance * solve.reference;
+        End end(is_good, residual, gamma, is_last);
+#ifdef CLOTH_SCHWARZ
+        bool indefinite = !(is_good || is_last || gamma > 0);
+#else
+        bool indefinite = false;
+#endif
+        if (end.is_reached || indefinite) {
             if (iteration > 0) solution_unpack(s, l);
-            finish(l, iteration, residual / solve.reference, end.converged, end.breakdown);
+            finish(l, iteration, residual / solve.reference, end.converged, end.breakdown, indefinite, energy.relative);
             return;
         }
         Pass::for_particles(s, memory, 1, l.partials, l.partials, [&](uint i) {
@@ -142,9 +152,10 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_g
         memory.add_blocks(1, l.partials, l.partials, units, delta, unused);
         if (!recurrence.advance(gamma, delta, beta)) {
             if (iteration > 0) solution_unpack(s, l);
-            finish(l, iteration, residual / solve.reference, end.converged, iteration == 0);
+            finish(l, iteration, residual / solve.reference, end.converged, iteration == 0, true, energy.relative);
             return;
         }
+        if (threadIdx.x == 0) energy.add(recurrence.alpha * gamma);
         real a = (real)recurrence.alpha, b = (real)beta;
         double* sums[2] = {l.partials + units, l.partials + 2 * units};
         Pass::for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) {
@@ -166,10 +177,16 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_g
             l.vectors[DIRECTION_IMAGE][i] = with_w(q, y.y);
             return Pass::residual_store(s, l, i, r, y.z);
         });
-        Pass::residual_sums(s, memory, sums, residual, gamma);
+        Pass::residual_sums(s, l, memory, sums, residual, gamma);
     }
 }
 
+#ifdef CLOTH_SCHWARZ
+extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) preconditioner_apply_schwarz(const __grid_constant__ Solver s, const __grid_constant__ Linear l, uint from, uint to) {
+    __shared__ Sums memory;
+    Pass::precondition(s, l, memory, from, to, l.partials);
+}
+#else
 extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) jacobi(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
     __shared__ Sums memory;
     Solve solve = Pass::begin(s, l, memory, from_solution);
@@ -200,4 +217,5 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) jacobi(cons
         }
     }
 }
+#endif
 #endif

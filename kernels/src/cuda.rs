@@ -43,7 +43,7 @@ modules! {
     "collider_constraints" [],
     "collider_impulses" [],
     "collider_response" [],
-    "conjugate_gradient" ["many_registers", "resident"],
+    "conjugate_gradient" ["many_registers", "resident", "schwarz"],
     "conjugate_gradient_patch" in "patch" [],
     "constraint_filter" [],
     "constraint_impulses" [],
@@ -100,7 +100,7 @@ shared! {
     "substep" "frame",
     "patch": "stencil" "packet" "tile" "flat" "pairs" "strip" "tile_list" "around" "area" "area_expected" "sketch" "area_view" "area_search"
     "far_search" "area_sum" "area_sum_few" "area_sum_many",
-    "shared": "certificate" "triangles" "contact_rows" "linear" "fabric_matrix" "sum" "solve" "resident",
+    "shared": "certificate" "triangles" "contact_rows" "linear" "fabric_matrix" "sum" "schwarz" "solve" "resident",
     "patch": "neighbours24",
     "shared": "constraint",
 }
@@ -208,7 +208,8 @@ impl CudaModule {
             let has = |option| set.contains(&option);
             let single = has("fast") || has("resident") || has("stencil");
             !(has("f64") && single
-                || has("many_registers") && has("resident")
+                || has("resident") && (has("many_registers") || has("schwarz"))
+                || has("schwarz") && has("many_registers")
                 || has("grid") && !has("table")
                 || has("stencil") && !has("grid")
                 || has("packed") && has("table")
@@ -272,6 +273,6 @@ mod tests {
         let stages = CudaModule::find("explicit_substep_stages").unwrap();
         assert_eq!(stages.option_sets().len(), 3 * (4 * 2 * 2 * 2 + 6));
         let solver = CudaModule::find("conjugate_gradient").unwrap();
-        assert_eq!(solver.option_sets().len(), 2 * 3 + 2);
+        assert_eq!(solver.option_sets().len(), 3 * 3 + 2);
     }
 }

@@ -14,7 +14,7 @@ use harness::{backends::cpu, bits::first_difference, checks::PatchFrames};
 use crate::{compiler, replaced, scene};
 
 /// Shared parts that these kernels do without.
-const NOT_HERE: [&str; 5] = ["ptx", "sum", "solve", "resident", "neighbours24"];
+const NOT_HERE: [&str; 6] = ["ptx", "sum", "schwarz", "solve", "resident", "neighbours24"];
 /// Length of the step \[s\].
 const LENGTH: f64 = 0.01;
 

@@ -7,6 +7,7 @@ mod contact;
 mod linear;
 mod program;
 mod scene;
+mod schwarz;
 
 use harness::{backends::cpu, bits::first_difference, checks::PatchFrames};
 use program::{Form, Program, Share};

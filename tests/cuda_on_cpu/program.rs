@@ -12,8 +12,17 @@ use crate::{compiler, scene};
 const KEEPING: [&str; 2] = ["explicit_substep_contact", "explicit_substep_flat"];
 
 /// Shared parts that the runtime has in its own way, and those of linear systems, which the kernels of frames do without.
-const NOT_HERE: [&str; 8] =
-    ["ptx", "linear", "fabric_matrix", "sum", "solve", "resident", "neighbours24", "constraint"];
+const NOT_HERE: [&str; 9] = [
+    "ptx",
+    "linear",
+    "fabric_matrix",
+    "sum",
+    "schwarz",
+    "solve",
+    "resident",
+    "neighbours24",
+    "constraint",
+];
 
 /// What blocks of a form share out.
 #[derive(Clone, Copy)]

@@ -238,6 +238,8 @@ static int __popc(unsigned bits) { return __builtin_popcount(bits); }
 static int __ffs(unsigned bits) { return __builtin_ffs((int)bits); }
 template <typename T> static T __ldg(const T* address) { return *address; }
 static unsigned __float_as_uint(float a) { return bits_as<unsigned>(a); }
+static double __longlong_as_double(long long a) { return bits_as<double>(a); }
+static long long __double_as_longlong(double a) { return bits_as<long long>(a); }
 static int __float_as_int(float a) { return bits_as<int>(a); }
 static float __uint_as_float(unsigned a) { return bits_as<float>(a); }
 static float __int_as_float(int a) { return bits_as<float>(a); }

@@ -26,6 +26,7 @@ mod memory;
 mod patch;
 mod procedural;
 mod queue;
+mod schwarz;
 mod solver_form;
 mod tables;
 mod timing;

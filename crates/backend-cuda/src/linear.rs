@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use cloth_core::{LinearVector, Model, Result};
+use cloth_core::{LinearVector, Model, Preconditioner, Result};
 
 use bytemuck::{Pod, Zeroable};
 
@@ -11,7 +11,8 @@ use crate::{
     memory::{BLOCK, Memory},
     patch::Patch,
     queue::{Buffer, Launch},
-    solver_form::SolverForm,
+    schwarz::SchwarzMemory,
+    solver_form::{SolveNeeds, SolverForm},
     tables::ElementMemory,
     triangle_contact::ContactTable,
 };
@@ -30,12 +31,14 @@ const TOUCHES_MAX: usize = 4;
 #[repr(C)]
 pub(crate) struct Outcome {
     pub(crate) residual: f64,
+    /// Not a number where there is no estimate.
+    pub(crate) energy: f64,
     pub(crate) iterations: u32,
     pub(crate) converged: u32,
     pub(crate) breakdown: u32,
     pub(crate) changed: u32,
     pub(crate) constrained: u32,
-    pub(crate) padding: u32,
+    pub(crate) indefinite: u32,
 }
 
 /// The second argument of every kernel of the linear system.
@@ -68,6 +71,7 @@ pub(crate) struct LinearData<T> {
     pub(crate) element_columns: u64,
     pub(crate) element_blocks: u64,
     pub(crate) contacts: ContactTable,
+    pub(crate) schwarz: u64,
     pub(crate) slot_count: u32,
     pub(crate) is_full: u32,
     pub(crate) has_constraints: u32,
@@ -93,12 +97,18 @@ pub(crate) struct LinearMemory<T> {
     pub(crate) vectors: [Buffer<Real4<T>>; LinearVector::ALL.len()],
     pub(crate) outcome: Buffer<Outcome>,
     pub(crate) partials: Buffer<f64>,
-    _touch_counts: Buffer<u32>,
+    pub(crate) touch_counts: Buffer<u32>,
+    pub(crate) base: [Buffer<Real4<T>>; 2],
+    pub(crate) filter: [Buffer<Real4<T>>; 2],
     pub(crate) pairs: Option<PairMemory<T>>,
     /// What triangles of fabric add, if there are any.
     pub(crate) elements: Option<ElementMemory<T>>,
-    /// Form and launch of the solvers that have been used, without anything in contact and with it.
-    pub(crate) launches: HashMap<(&'static str, bool), (SolverForm, Launch)>,
+    /// Form and launch of the solvers that have been used, for each of what they are asked for.
+    pub(crate) launches: HashMap<(&'static str, SolveNeeds), (SolverForm, Launch)>,
+    /// The preconditioner of that name, if it was ever asked for.
+    pub(crate) schwarz: Option<Box<SchwarzMemory<T>>>,
+    /// The one that is there.
+    pub(crate) preconditioner: Preconditioner,
     exchange: Option<Exchange<T>>,
     _others: Vec<Buffer<Real4<T>>>,
     _links: Buffer<[u32; 2]>,
@@ -200,6 +210,7 @@ impl<T: CudaReal> LinearMemory<T> {
             element_columns: 0,
             element_blocks: 0,
             contacts: ContactTable::default(),
+            schwarz: 0,
             slot_count: tables.slot_count,
             is_full: u32::from(has_colliders || model.air().is_some() || model.has_fabric()),
             has_constraints: u32::from(has_colliders),
@@ -217,7 +228,7 @@ impl<T: CudaReal> LinearMemory<T> {
         if let Some(elements) = &elements {
             elements.describe(&mut data);
         }
-        let mut others: Vec<_> = base.into_iter().chain(inverse).chain(filter).collect();
+        let mut others: Vec<_> = inverse.into_iter().collect();
         others.push(target);
         Ok(Self {
             data,
@@ -228,10 +239,14 @@ impl<T: CudaReal> LinearMemory<T> {
             vectors,
             outcome,
             partials,
-            _touch_counts: touch_counts,
+            touch_counts,
+            base,
+            filter,
             pairs: None,
             elements,
             launches: HashMap::new(),
+            schwarz: None,
+            preconditioner: Preconditioner::Block,
             exchange: None,
             _others: others,
             _links: links,
@@ -244,6 +259,11 @@ impl<T: CudaReal> LinearMemory<T> {
     /// Whether rows have pairs in contact, of points or of triangles.
     pub(crate) const fn has_contact(&self) -> bool {
         self.data.has_pairs != 0 || self.data.has_contacts != 0
+    }
+
+    /// Whether the preconditioner that is there is `schwarz`.
+    pub(crate) fn is_schwarz(&self) -> bool {
+        self.preconditioner == Preconditioner::Schwarz
     }
 
     /// Whether the model is a patch of 24 neighbours.

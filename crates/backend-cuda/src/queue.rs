@@ -167,6 +167,18 @@ impl<T: Pod> Buffer<T> {
         unsafe { result::memcpy_htod_async(to, entries, queue.stream) }.engine()
     }
 
+    /// Writes the first entries, and makes room for them before, with some more for the next time.
+    ///
+    /// # Errors
+    /// `OutOfMemory`, `DeviceLost`.
+    pub(crate) fn write_growing(&mut self, queue: &Queue, entries: &[T]) -> Result<()> {
+        if self.length < entries.len() {
+            queue.synchronize()?;
+            *self = Self::zeros(queue, entries.len() + entries.len() / 4)?;
+        }
+        self.write(queue, 0, entries)
+    }
+
     /// Makes some of the bytes of the array zero.
     ///
     /// # Errors

@@ -31,13 +31,28 @@ pub(crate) enum SolverForm {
     Patch,
     /// Every particle in the registers of a thread of its own for the whole solve.
     Resident,
+    /// For every model, with the preconditioner `schwarz`.
+    Schwarz,
+}
+
+/// What a solve asks for, of which not every form has everything.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct SolveNeeds {
+    /// Pairs or triangles in contact.
+    pub(crate) contact: bool,
+    /// The preconditioner `schwarz`.
+    pub(crate) schwarz: bool,
+    /// An estimate of the error in the norm of the energy.
+    pub(crate) energy: bool,
 }
 
 impl SolverForm {
     /// The module of the kernel.
     pub(crate) const fn module(self) -> &'static str {
         match self {
-            Self::General | Self::ManyRegisters | Self::Resident => "conjugate_gradient",
+            Self::General | Self::ManyRegisters | Self::Resident | Self::Schwarz => {
+                "conjugate_gradient"
+            }
             Self::Patch => "conjugate_gradient_patch",
         }
     }
@@ -48,13 +63,14 @@ impl SolverForm {
             Self::General | Self::Patch => None,
             Self::ManyRegisters => Some("many_registers"),
             Self::Resident => Some("resident"),
+            Self::Schwarz => Some("schwarz"),
         }
     }
 
     /// Threads of a block.
     const fn threads(self) -> usize {
         match self {
-            Self::General | Self::ManyRegisters => BLOCK,
+            Self::General | Self::ManyRegisters | Self::Schwarz => BLOCK,
             Self::Patch | Self::Resident => BLOCK / 2,
         }
     }
@@ -66,7 +82,13 @@ impl SolverForm {
         name: &'static str,
         memory: &mut Memory<T>,
         linear: &LinearMemory<T>,
+        needs: SolveNeeds,
     ) -> Result<Option<Launch>> {
+        if needs.schwarz != (self == Self::Schwarz)
+            || needs.energy && matches!(self, Self::Patch | Self::Resident)
+        {
+            return Ok(None);
+        }
         let n = memory.data.count as usize;
         let is_resident = self == Self::Resident;
         // Particles of a block, and all that their neighbours can be.
@@ -93,7 +115,7 @@ impl SolverForm {
         let kernel = memory.kernel(self.module(), name)?;
         let device = &memory.queue.device;
         let shared = match self {
-            Self::General | Self::ManyRegisters => 0,
+            Self::General | Self::ManyRegisters | Self::Schwarz => 0,
             Self::Patch => PATCH_ENTRIES * size_of::<Real4<T>>(),
             Self::Resident => places * size_of::<Real4<T>>(),
         };
@@ -102,7 +124,11 @@ impl SolverForm {
         }
         let threads = self.threads() as u32;
         let resident = device.resident_blocks(kernel, threads, shared)?;
-        let wanted = (n as u32).div_ceil(threads);
+        let mut wanted = (n as u32).div_ceil(threads);
+        if self == Self::Schwarz {
+            wanted =
+                wanted.max(linear.schwarz.as_ref().map_or(1, |all| all.blocks_wanted(threads)));
+        }
         if is_resident && resident < wanted {
             return Ok(None);
         }
@@ -114,8 +140,11 @@ impl SolverForm {
         name: &'static str,
         memory: &mut Memory<T>,
         linear: &mut LinearMemory<T>,
+        energy: bool,
     ) -> Result<Launch> {
-        let key = (name, linear.has_contact());
+        let needs =
+            SolveNeeds { contact: linear.has_contact(), schwarz: linear.is_schwarz(), energy };
+        let key = (name, needs);
         if let Some(&(form, launch)) = linear.launches.get(&key) {
             memory.solver = form;
             return Ok(launch);
@@ -125,8 +154,8 @@ impl SolverForm {
         } else {
             Self::General
         };
-        for form in [Self::Resident, Self::Patch, general] {
-            if let Some(launch) = form.launch(name, memory, linear)? {
+        for form in [Self::Resident, Self::Patch, Self::Schwarz, general] {
+            if let Some(launch) = form.launch(name, memory, linear, needs)? {
                 if form == Self::Resident {
                     linear.exchange_prepare(memory)?;
                 }

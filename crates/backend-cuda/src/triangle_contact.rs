@@ -2,9 +2,9 @@
 
 use bytemuck::{Pod, Zeroable};
 use cloth_core::{
-    Error, MatrixBlock, Result,
+    Error, Result,
     contact::{
-        ContactEquation, ContactSet, ContactStencil,
+        ContactEquation, ContactSet,
         device::{DeviceContact, MOVED_NUMBERS, PAIR_WORDS, PAIRS_MAX, PairTask},
     },
 };
@@ -167,8 +167,8 @@ impl<T: CudaReal> TriangleMemory<T> {
             .collect();
         // Behind those of particles come those of nodes of bodies.
         self.offsets.write(queue, 0, &offsets[..self.offsets.len()])?;
-        write_growing(queue, &mut self.places, places)?;
-        write_growing(queue, &mut self.contacts, &contacts)
+        self.places.write_growing(queue, places)?;
+        self.contacts.write_growing(queue, &contacts)
     }
 
     /// Where the contacts are.
@@ -177,34 +177,6 @@ impl<T: CudaReal> TriangleMemory<T> {
             offsets: self.offsets.address(),
             places: self.places.address(),
             contacts: self.contacts.address(),
-        }
-    }
-}
-
-fn write_growing<E: Pod>(queue: &Queue, buffer: &mut Buffer<E>, entries: &[E]) -> Result<()> {
-    if buffer.len() < entries.len() {
-        queue.synchronize()?;
-        *buffer = Buffer::zeros(queue, entries.len().next_power_of_two())?;
-    }
-    buffer.write(queue, 0, entries)
-}
-
-/// The blocks off the diagonal that contacts add to the row of a particle.
-pub(crate) fn blocks<T: CudaReal>(
-    set: &ContactSet<T>,
-    particle: usize,
-    mut visit: impl FnMut(MatrixBlock),
-) {
-    for (contact, weight) in set.of(particle) {
-        let stencil: &ContactStencil<T> = &set.stencils()[contact];
-        let [xx, yy, zz, xy, xz, yz] = set.states()[contact].action.rows;
-        for (other, other_weight) in stencil.particles.into_iter().zip(stencil.weights) {
-            if other as usize != particle && other_weight != T::ZERO && set.is_particle(other) {
-                let factor = weight * other_weight;
-                let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
-                let entries = rows.map(|row| row.map(|entry| (factor * entry).to_f64()));
-                visit(MatrixBlock { row: particle as u32, column: other, entries });
-            }
         }
     }
 }

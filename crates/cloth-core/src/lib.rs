@@ -29,6 +29,7 @@ mod mesh;
 mod model;
 mod real;
 mod report;
+pub mod schwarz;
 mod state;
 pub mod stepper;
 

@@ -75,7 +75,7 @@ struct Iterates {
     static __device__ __forceinline__ vec3 solution(const Kept& kept) { return {kept.p.w, kept.q.w, kept.y}; }
 };
 
-extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_gradient(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
+extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_gradient(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution, uint) {
     extern __shared__ real4 window[];
     __shared__ Sums memory;
     Solve solve = begin(s, l, memory, from_solution);
@@ -133,7 +133,7 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_g
             vec3 r = (-a) * xyz(iterates.q[i]) + xyz(l.vectors[RESIDUAL][i]);
             return Pass::residual_store(s, l, i, r, 0);
         });
-        Pass::residual_sums(s, memory, sums, residual, gamma);
+        Pass::residual_sums(s, l, memory, sums, residual, gamma);
     }
 }
 

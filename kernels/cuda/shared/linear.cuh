@@ -37,12 +37,15 @@ struct __align__(16) Sum {
 // What a solver of linear systems did.
 struct Outcome {
     double residual;
+    // Estimate of the error in the norm of the energy, relative to that of the start; not a number where there is none.
+    double energy;
     uint iterations;
     uint converged;
     uint breakdown;
     uint changed;
     uint constrained;
-    uint padding;
+    // Whether the preconditioner or the matrix has turned out to be indefinite.
+    uint indefinite;
 };
 
 // What is kept of a spring of the matrix where its row does not say how stiff it is along itself.
@@ -59,6 +62,7 @@ struct SpringBlock {
 
 struct MembraneTangent;
 struct BendingTangent;
+struct Schwarz;
 
 struct Linear {
     // Of every spring, slots of n, then springs of their own: u is `root` times the difference of the origins of its ends. Where
@@ -101,6 +105,8 @@ struct Linear {
     real* element_blocks;
     // Contacts of triangles.
     ContactTable contacts;
+    // The preconditioner of that name, or null.
+    const Schwarz* schwarz;
     uint slot_count;
     // Whether B has entries off its diagonal.
     uint is_full;
@@ -123,7 +129,7 @@ struct Linear {
     real stencil[12];
 };
 
-static_assert(sizeof(Linear) == (sizeof(real) > 4 ? 472 : 416), "`linear.rs` of the backend has another layout");
+static_assert(sizeof(Linear) == (sizeof(real) > 4 ? 480 : 424), "`linear.rs` of the backend has another layout");
 
 #define SOLUTION 0
 #define RIGHT_SIDE 1

@@ -6,6 +6,8 @@ struct Solve {
     double residual;
     // r . c
     double gamma;
+    // How much closer the first solution is than z in the square of the norm of the energy, if that is measured.
+    double closer;
     // Whether there is something to do.
     bool iterates;
 };
@@ -16,8 +18,12 @@ struct Products {
     real b;
 };
 
-__device__ __forceinline__ void finish(const Linear& l, uint iterations, double residual, bool converged, bool breakdown) {
+#define NOT_A_NUMBER (__longlong_as_double(0x7ff8000000000000ll))
+
+__device__ __forceinline__ void finish(const Linear& l, uint iterations, double residual, bool converged, bool breakdown, bool indefinite = false, double energy = NOT_A_NUMBER) {
     if (blockIdx.x + threadIdx.x > 0) return;
+    l.outcome->energy = energy;
+    l.outcome->indefinite = indefinite;
     l.outcome->iterations = iterations;
     l.outcome->residual = residual;
     l.outcome->converged = converged;
@@ -33,10 +39,57 @@ struct End {
     bool is_reached;
 
     // With |r|, r . c, and whether there are no iterations left.
-    __device__ __forceinline__ End(const Solve& solve, double tolerance, double residual, double gamma, bool is_last) {
-        converged = residual <= tolerance * solve.reference;
+    __device__ __forceinline__ End(const Solve& solve, double tolerance, double residual, double gamma, bool is_last)
+        : End(residual <= tolerance * solve.reference, residual, gamma, is_last) {}
+
+    __device__ __forceinline__ End(bool is_good, double residual, double gamma, bool is_last) {
+        converged = is_good;
         breakdown = !(is_finite(residual) && is_finite(gamma));
         is_reached = converged || breakdown || gamma == 0 || is_last;
+    }
+};
+
+#define ENERGY_TERMS 64
+#define ENERGY_TAIL_MIN 4
+
+// The error in the norm of the energy, as `EnergyEstimate` of cloth-core has it, in shared memory: one thread of each block works it out.
+struct EnergyEstimate {
+    double sums[ENERGY_TERMS];
+    double before;
+    // Not a number before there were enough iterations.
+    double relative;
+    uint stride, filled, last;
+
+    __device__ __forceinline__ void begin(double closer) {
+        before = closer;
+        relative = NOT_A_NUMBER;
+        stride = 1;
+        filled = last = 0;
+    }
+
+    __device__ __forceinline__ double sum(uint first, uint end) const {
+        double all = 0;
+        for (uint k = first; k < end; k++) all += sums[k];
+        return all;
+    }
+
+    // Adds the term alpha gamma of an iteration.
+    __device__ __forceinline__ void add(double term) {
+        if (filled == 0 || last == stride) {
+            if (filled == ENERGY_TERMS) {
+                for (uint pair = 0; pair < ENERGY_TERMS / 2; pair++) sums[pair] = sums[2 * pair] + sums[2 * pair + 1];
+                filled = ENERGY_TERMS / 2;
+                stride *= 2;
+            }
+            sums[filled++] = 0;
+            last = 0;
+        }
+        sums[filled - 1] += term;
+        last++;
+        uint tail = max((filled + 3) / 4, (uint)ENERGY_TAIL_MIN);
+        if (filled <= tail) return;
+        double share = sum(filled - tail, filled) / (fmax(before, 0.0) + sum(0, filled));
+        relative = share >= 0 ? sqrt(share) : NOT_A_NUMBER;
     }
 };
 
@@ -120,15 +173,39 @@ template <typename Memory> struct Passes {
     }
 
     // |r| and r . c from what `for_particles` has put into `sums`.
-    static __device__ __forceinline__ void residual_sums(const Solver& s, Memory& memory, double* const* sums, double& residual, double& gamma) {
+    static __device__ __forceinline__ void residual_sums(const Solver& s, const Linear& l, Memory& memory, double* const* sums, double& residual, double& gamma) {
         grid_barrier(&s.status->barrier[1]);
         double square;
         memory.add_blocks(2, sums[0], sums[1], units_of(s.count), gamma, square);
         residual = sqrt(square);
+#ifdef CLOTH_SCHWARZ
+        precondition(s, l, memory, RESIDUAL, PRECONDITIONED, sums[0]);
+        grid_barrier(&s.status->barrier[1]);
+        double unused;
+        memory.add_blocks(1, sums[0], sums[0], units_of(s.count), gamma, unused);
+#endif
     }
+
+#ifdef CLOTH_SCHWARZ
+    // to = S P^-1 from of whole vectors, which all blocks have written; their products go into `sums`.
+    static __device__ __forceinline__ void precondition(const Solver& s, const Linear& l, Memory& memory, uint from, uint to, double* sums) {
+        __shared__ double work[2 * THREADS];
+        SchwarzPasses<THREADS>(*l.schwarz, &s.status->barrier[1], work).apply(l.vectors[from], l.vectors[to]);
+        for_particles(s, memory, 1, sums, sums, [&](uint i) {
+            vec3 c = ::filtered(s, l, i, schwarz_of(*l.schwarz, l.vectors[to][i], i));
+            l.vectors[to][i] = with_w(c, 0);
+            return Products{dot(xyz(l.vectors[from][i]), c), 0};
+        });
+    }
+#endif
 
     // Stores r with a number beside it, and c = S P^-1 r.
     static __device__ __forceinline__ Products residual_store(const Solver& s, const Linear& l, uint i, const vec3& r, real beside) {
+#ifdef CLOTH_SCHWARZ
+        // c is a matter of all particles.
+        l.vectors[RESIDUAL][i] = with_w(r, beside);
+        return Products{0, dot(r, r)};
+#endif
         vec3 c = preconditioned(l, i, r);
         // Without colliders the filter keeps held particles alone, whose r is zero.
         if (l.has_constraints) c = ::filtered(s, l, i, c);
@@ -145,10 +222,14 @@ template <typename Memory> struct Passes {
         auto visit = [&](uint i, const real4& origin, const vec3& row) {
             bool is_free = origin.w > 0;
             vec3 r = filtered(l, i, is_free, xyz(l.vectors[RIGHT_SIDE][i]) - row);
-            vec3 c = filtered(l, i, is_free, preconditioned(l, i, r));
             l.vectors[RESIDUAL][i] = with_w(r, 0);
+#ifdef CLOTH_SCHWARZ
+            return Products{0, dot(r, r)};
+#else
+            vec3 c = filtered(l, i, is_free, preconditioned(l, i, r));
             l.vectors[PRECONDITIONED][i] = with_w(c, 0);
             return Products{dot(r, c), dot(r, r)};
+#endif
         };
         if (y == nullptr) {
             for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) { return visit(i, l.origin[i], vec3{0, 0, 0}); });
@@ -158,11 +239,27 @@ template <typename Memory> struct Passes {
                 return visit(i, origin, matrix_row(s, l, y, i, origin));
             });
         }
-        residual_sums(s, memory, sums, residual, gamma);
+        residual_sums(s, l, memory, sums, residual, gamma);
+    }
+
+    // (y - z) r, z as the direction.
+    static __device__ __forceinline__ double step_times_residual(const Solver& s, const Linear& l, Memory& memory) {
+        uint units = units_of(s.count);
+        double* sums[2] = {l.partials + units, l.partials + 2 * units};
+        for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) {
+            vec3 r = xyz(l.vectors[RESIDUAL][i]);
+            return Products{dot(xyz(l.vectors[SOLUTION][i]), r), l.has_constraints ? dot(xyz(l.vectors[DIRECTION][i]), r) : (real)0};
+        });
+        grid_barrier(&s.status->barrier[1]);
+        double of_solution, of_start;
+        memory.add_blocks(2, sums[0], sums[1], units, of_solution, of_start);
+        // Nobody writes sums while others add them.
+        grid_barrier(&s.status->barrier[1]);
+        return of_solution - of_start;
     }
 
     // Puts the solution where the iteration starts, and its residual with it.
-    static __device__ __forceinline__ Solve begin(const Solver& s, const Linear& l, Memory& memory, uint from_solution) {
+    static __device__ __forceinline__ Solve begin(const Solver& s, const Linear& l, Memory& memory, uint from_solution, bool measures = false) {
         uint units = units_of(s.count);
         Work work = work_of(s.count);
         bool is_constrained = false;
@@ -178,6 +275,7 @@ template <typename Memory> struct Passes {
             is_constrained = square != 0;
         }
         Solve solve;
+        solve.closer = 0;
         residual_of(s, l, memory, is_constrained ? l.vectors[DIRECTION] : nullptr, solve.reference, solve.gamma);
         solve.residual = solve.reference;
         solve.iterates = true;
@@ -198,7 +296,9 @@ template <typename Memory> struct Passes {
                 if (i < s.count) l.vectors[SOLUTION][i] = with_w(projected(s, l, i, xyz(l.vectors[SOLUTION][i])), 0);
             }
             grid_barrier(&s.status->barrier[1]);
+            if (measures) solve.closer += step_times_residual(s, l, memory);
             residual_of(s, l, memory, l.vectors[SOLUTION], solve.residual, solve.gamma);
+            if (measures) solve.closer += step_times_residual(s, l, memory);
         }
         if (!(is_finite(solve.reference) && is_finite(solve.residual))) {
             finish(l, 0, 1.0 / 0.0, false, true);

@@ -3,6 +3,7 @@
 
 use cloth_core::{
     LinearVector, Real,
+    schwarz::Schwarz,
     stepper::linear::{Next, Progress, block_sum},
 };
 use pulp::NullaryFnOnce;
@@ -12,7 +13,7 @@ use super::{
     filter::Filter,
     matrix::{BlockField, Matrix},
     matrix_apply, preconditioner,
-    schwarz::Schwarz,
+    system::schwarz_apply,
     vector_operations::block_dot,
 };
 use crate::{
@@ -137,8 +138,9 @@ pub(super) fn iterate<T: Real>(
         gamma = next_gamma;
         if let Some(schwarz) = &mut schwarz {
             let [_, _, residual, preconditioned, ..] = fields;
-            schwarz.apply(residual, preconditioned, passes.arch);
-            gamma = passes.filter_dot(FieldView::new(residual), preconditioned, partials);
+            let residual = FieldView::new(residual);
+            schwarz_apply(schwarz, residual, preconditioned, passes.arch);
+            gamma = passes.filter_dot(residual, preconditioned, partials);
         }
         progress.end(square.sqrt());
     }

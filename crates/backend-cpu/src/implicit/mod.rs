@@ -15,7 +15,7 @@ mod matrix;
 mod matrix_apply;
 mod particle_filters;
 mod preconditioner;
-mod schwarz;
+mod schwarz_rows;
 mod spring_factors;
 mod spring_linearise;
 mod system;

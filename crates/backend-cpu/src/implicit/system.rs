@@ -4,6 +4,7 @@ use cloth_core::{
     ConstraintStatistics, GroupHierarchy, LinearOutcome, LinearVector, MatrixBlock, Model,
     NewtonStart, Preconditioner, Real, Result,
     contact::{BodyMotion, ContactSet},
+    schwarz::{Reuse, Schwarz},
     stepper::linear::{Next, Progress},
 };
 use pulp::NullaryFnOnce;
@@ -19,7 +20,7 @@ use super::{
     matrix_apply,
     particle_filters::ParticleFilters,
     preconditioner,
-    schwarz::{Reuse, Schwarz, SystemRows},
+    schwarz_rows::SystemRows,
     spring_linearise, vector_operations,
     vectors::LinearVectors,
 };
@@ -393,7 +394,7 @@ impl<T: Real> ImplicitSystem<T> {
         if self.preconditioner == Preconditioner::Schwarz
             && let Some(schwarz) = &mut self.schwarz
         {
-            schwarz.apply(self.vectors.get(from), &mut out, arch);
+            schwarz_apply(schwarz, vector, &mut out, arch);
             let blocks = out.chunks_mut(BLOCK).enumerate();
             blocks.for_each(|(block, mut chunk)| filter.apply(block, &mut chunk));
             self.vectors.put(to, out);
@@ -450,6 +451,23 @@ impl<T: Real> ImplicitSystem<T> {
     pub(crate) fn matrix_read(&self, springs: &SpringColumns<T>, out: &mut Vec<MatrixBlock>) {
         self.matrix.read(springs, self.count, out);
     }
+}
+
+/// to = P^-1 from, unfiltered.
+pub(super) fn schwarz_apply<T: Real>(
+    schwarz: &mut Schwarz<T>,
+    from: FieldView<'_, T>,
+    to: &mut VectorField<T>,
+    arch: pulp::Arch,
+) {
+    schwarz.apply(|particle| from.get(particle), arch);
+    let schwarz = &*schwarz;
+    to.chunks_mut(BLOCK).enumerate().for_each(|(block, to)| {
+        for local in 0..to[0].len().min(schwarz.len() - block * BLOCK) {
+            let found = schwarz.of(block * BLOCK + local);
+            (0..3).for_each(|axis| to[axis][local] = found[axis]);
+        }
+    });
 }
 
 /// A times a vector on one block, compiled for each instruction set.

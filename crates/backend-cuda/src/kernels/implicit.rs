@@ -9,7 +9,7 @@ use cloth_core::{
     stepper::{Substep, linear::block_sum},
 };
 
-use super::CudaKernels;
+use super::{CudaKernels, matrix_copy::symmetric};
 use crate::{
     fault::BACKEND,
     layout::{CudaReal, Real4},
@@ -17,7 +17,6 @@ use crate::{
     memory::BLOCK,
     queue::{Buffer, Launch, argument},
     solver_form::SolverForm,
-    triangle_contact::blocks,
 };
 
 pub(super) fn unsupported<R>(feature: impl Into<String>) -> Result<R> {
@@ -78,17 +77,20 @@ impl<T: CudaReal> CudaKernels<T> {
         name: &'static str,
         settings: &LinearSettings,
         start: LinearStart,
-    ) -> Result<LinearOutcome> {
+    ) -> Result<(LinearOutcome, Outcome)> {
         self.settle()?;
         self.linear()?;
         let Some(linear) = &mut self.linear else { unreachable!("it was just made") };
-        let launch = SolverForm::choose(name, &mut self.memory, linear)?;
+        let by_energy = settings.stop == LinearStop::Energy;
+        let launch = SolverForm::choose(name, &mut self.memory, linear, by_energy)?;
         self.memory.solver_barrier_prepare(launch.blocks)?;
         let from_solution = u32::from(start == LinearStart::Solution);
+        let energy = u32::from(by_energy);
         let arguments = [
             argument(&settings.tolerance),
             argument(&settings.iterations_max),
             argument(&from_solution),
+            argument(&energy),
         ];
         self.stage(name, |kernels| {
             kernels.linear_start((kernels.memory.solver.module(), name), launch, &arguments)
@@ -97,13 +99,15 @@ impl<T: CudaReal> CudaKernels<T> {
         // Those of the next solve are larger than the last one of this.
         let stamp = &mut self.linear()?.data.stamp;
         *stamp = stamp.wrapping_add(outcome.iterations).wrapping_add(2);
-        Ok(LinearOutcome {
+        let done = LinearOutcome {
             iterations: outcome.iterations,
             residual: outcome.residual,
+            energy: (by_energy && !outcome.energy.is_nan()).then_some(outcome.energy),
             converged: outcome.converged != 0,
             breakdown: outcome.breakdown != 0,
-            ..LinearOutcome::default()
-        })
+            restarted: false,
+        };
+        Ok((done, outcome))
     }
 
     fn outcome(&mut self) -> Result<Outcome> {
@@ -137,7 +141,7 @@ fn check_matrix(form: MatrixForm) -> Result<()> {
 fn check_preconditioner(preconditioner: Preconditioner) -> Result<bool> {
     match preconditioner {
         Preconditioner::Diagonal => Ok(false),
-        Preconditioner::Block => Ok(true),
+        Preconditioner::Block | Preconditioner::Schwarz => Ok(true),
         other => unsupported(format!("the preconditioner {other}")),
     }
 }
@@ -148,9 +152,6 @@ fn check_preconditioner(preconditioner: Preconditioner) -> Result<bool> {
 /// `Unsupported` with what it has not.
 pub(super) fn check_settings(settings: &LinearSettings) -> Result<()> {
     use cloth_core::LinearMethod::{ConjugateGradient, Jacobi};
-    if settings.stop != LinearStop::Residual {
-        return unsupported(format!("stopping by {} (it has residual)", settings.stop));
-    }
     match settings.method {
         ConjugateGradient => check_preconditioner(settings.preconditioner).map(drop)?,
         Jacobi => {}
@@ -345,12 +346,21 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
     }
 
     fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
+        let preconditioner = preconditioner.resolved(&self.model, true);
         let blocks = check_preconditioner(preconditioner)?;
-        self.linear()?.data.has_blocks = u32::from(blocks);
+        if preconditioner == Preconditioner::Schwarz {
+            return self.schwarz_build();
+        }
+        let linear = self.linear()?;
+        linear.preconditioner = preconditioner;
+        linear.data.has_blocks = u32::from(blocks);
         self.linear_stage(("preconditioner_build", "preconditioner_build"), &[])
     }
 
     fn preconditioner_apply(&mut self, from: LinearVector, to: LinearVector) -> Result<()> {
+        if self.linear()?.is_schwarz() {
+            return self.schwarz_apply(from, to);
+        }
         let (from, to) = (from as u32, to as u32);
         let name = ("preconditioner_apply", "preconditioner_apply");
         self.linear_stage(name, &[argument(&from), argument(&to)])
@@ -411,7 +421,19 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
     }
 
     fn matrix_read(&mut self, out: &mut Vec<MatrixBlock>) -> Result<()> {
-        self.matrix_download(out)
+        self.settle()?;
+        let (mut on, mut off) = (Vec::new(), Vec::new());
+        let Some(copy) = self.matrix_copy()? else {
+            out.clear();
+            return Ok(());
+        };
+        if let Some(linear) = &self.linear {
+            linear.diagonal[0].read(&self.memory.queue, &mut on)?;
+            linear.diagonal[1].read(&self.memory.queue, &mut off)?;
+        }
+        let diagonal: Vec<_> = on.iter().zip(&off).map(|(on, off)| symmetric(on, off)).collect();
+        copy.read(&diagonal, out);
+        Ok(())
     }
 
     fn vector_read(&mut self, vector: LinearVector, out: &mut Vec<[f64; 3]>) -> Result<()> {
@@ -443,12 +465,23 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
         start: LinearStart,
     ) -> Result<LinearOutcome> {
         check_matrix(settings.matrix)?;
-        self.solve("conjugate_gradient", settings, start)
+        let (mut done, outcome) = self.solve("conjugate_gradient", settings, start)?;
+        if outcome.indefinite != 0 && self.linear()?.is_schwarz() && done.residual > 0.0 {
+            // Rounding has made it so: the rest with the diagonal, as `linear::restart`.
+            self.preconditioner_build(Preconditioner::Diagonal)?;
+            let iterations_max = settings.iterations_max - done.iterations;
+            let rest = LinearSettings { iterations_max, ..*settings };
+            let (after, _) = self.solve("conjugate_gradient", &rest, LinearStart::Solution)?;
+            let iterations = done.iterations + after.iterations;
+            done = LinearOutcome { iterations, restarted: true, ..after };
+        }
+        self.schwarz_solved(&done);
+        Ok(done)
     }
 
     fn jacobi(&mut self, settings: &LinearSettings, start: LinearStart) -> Result<LinearOutcome> {
         check_matrix(settings.matrix)?;
-        self.solve("jacobi", settings, start)
+        Ok(self.solve("jacobi", settings, start)?.0)
     }
 }
 
@@ -461,87 +494,5 @@ impl<T: CudaReal> CudaKernels<T> {
             let arguments = [argument(&length), argument(&from_kept)];
             kernels.start(("implicit_motion", "position_advance"), launch, &arguments)
         })
-    }
-
-    /// All blocks of the matrix, by rows, columns ascending.
-    fn matrix_download(&mut self, out: &mut Vec<MatrixBlock>) -> Result<()> {
-        self.settle()?;
-        out.clear();
-        let Some(linear) = &self.linear else { return Ok(()) };
-        let queue = &self.memory.queue;
-        let (mut factors, mut on, mut off) = (Vec::new(), Vec::new(), Vec::new());
-        linear.factors.read(queue, &mut factors)?;
-        let mut shared = Vec::new();
-        if let Some(along) = &linear.along {
-            along.read(queue, &mut shared)?;
-        }
-        let mut origin = Vec::new();
-        linear.origin.read(queue, &mut origin)?;
-        linear.diagonal[0].read(queue, &mut on)?;
-        linear.diagonal[1].read(queue, &mut off)?;
-        let (mut partners, mut pair_factors, mut counts) = (Vec::new(), Vec::new(), Vec::new());
-        if let Some(pairs) = linear.pairs.as_ref().filter(|_| linear.data.has_pairs != 0) {
-            pairs.partners.read(queue, &mut partners)?;
-            pairs.factors.read(queue, &mut pair_factors)?;
-            pairs.counts.read(queue, &mut counts)?;
-        }
-        let elements =
-            linear.elements.as_ref().map(|rows| Ok::<_, Error>((rows, rows.read(queue)?)));
-        let elements = elements.transpose()?;
-        let (n, tables) = (self.count(), &self.memory.springs);
-        let dense = |row: usize, column: usize, on: [T; 3], off: [T; 3]| {
-            let ([xx, yy, zz], [xy, xz, yz]) = (on.map(T::to_f64), off.map(T::to_f64));
-            let entries = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
-            MatrixBlock { row: row as u32, column: column as u32, entries }
-        };
-        let minus = |row: usize, column: usize, [x, y, z, g]: Real4<T>| {
-            let on = [-(g + x * x), -(g + y * y), -(g + z * z)];
-            dense(row, column, on, [-(x * y), -(x * z), -(y * z)])
-        };
-        for i in 0..n {
-            let start = out.len();
-            let three = |[x, y, z, _]: Real4<T>| [x, y, z];
-            out.push(dense(i, i, three(on[i]), three(off[i])));
-            let [first, shape] = tables.headers[tables.rows[i] as usize];
-            for k in 0..(shape & 0xff_ffff) as usize {
-                let at = first as usize + (k << (shape >> 24));
-                let j = (i as u32).wrapping_add(tables.entries[at][0]) as usize;
-                let slot = tables.slots[at] as usize;
-                let own = slot & (1 << 31) != 0;
-                let place = if own {
-                    tables.slot_count as usize * n + (slot & !(1 << 31))
-                } else {
-                    slot * n + i.min(j)
-                };
-                let root = factors[if shared.is_empty() { 2 * place } else { place }];
-                let [x, y, z] = [0, 1, 2].map(|axis| root * (origin[j][axis] - origin[i][axis]));
-                let g = match shared.get(at) {
-                    Some(&along) => (along - (x * x + y * y + z * z)).maximum(T::ZERO),
-                    None => factors[2 * place + 1],
-                };
-                out.push(minus(i, j, [x, y, z, g]));
-            }
-            for k in 0..counts.get(i).copied().unwrap_or(0) as usize {
-                out.push(minus(i, partners[k * n + i] as usize, pair_factors[k * n + i]));
-            }
-            let touching = self.triangles.as_ref().filter(|_| linear.data.has_contacts != 0);
-            if let Some(triangles) = touching {
-                blocks(triangles.set(), i, |block| out.push(block));
-            }
-            if let Some((rows, numbers)) = &elements {
-                rows.row(numbers, i, |block| out.push(block));
-            }
-            out[start..].sort_by_key(|block| block.column);
-        }
-        out.dedup_by(|later, kept| {
-            let same = (later.row, later.column) == (kept.row, kept.column);
-            if same {
-                for (kept, later) in kept.entries.iter_mut().zip(later.entries) {
-                    kept.iter_mut().zip(later).for_each(|(kept, later)| *kept += later);
-                }
-            }
-            same
-        });
-        Ok(())
     }
 }

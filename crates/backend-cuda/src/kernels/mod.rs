@@ -7,6 +7,8 @@ mod explicit;
 mod fabric;
 mod implicit;
 mod impulses;
+mod matrix_copy;
+mod schwarz;
 mod semi_implicit;
 mod state;
 mod triangle_contact;
@@ -64,7 +66,7 @@ impl<T: CudaReal> CudaKernels<T> {
         config: &SolverConfig,
         options: CudaOptions,
     ) -> Result<Self> {
-        let config = &config.resolved(&model, false);
+        let config = &config.resolved(&model, true);
         check::check_config(config)?;
         let memory = Memory::new(device, &model, config, (options.fast, options.patches))?;
         let mut kernels = Self {
@@ -133,7 +135,7 @@ impl<T: CudaReal> CudaKernels<T> {
     /// Puts one substep on the device for kernels that read it, as number 0.
     fn substep_write(&mut self, substep: &Substep) -> Result<()> {
         let data = self.substep_data(substep, 0);
-        Memory::<T>::grow_write(&self.memory.queue, &mut self.memory.substeps, &[data])?;
+        self.memory.substeps.write_growing(&self.memory.queue, &[data])?;
         self.memory.data.substeps = self.memory.substeps.address();
         Ok(())
     }
@@ -161,6 +163,7 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
     }
 
     fn state_write(&mut self, state: &State) -> Result<()> {
+        self.schwarz_forget();
         self.state_upload(state)
     }
 
@@ -184,6 +187,7 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
 
     fn frame_begin(&mut self, plan: &FramePlan) -> Result<()> {
         self.settle()?;
+        self.schwarz_forget();
         if let Some(triangles) = &mut self.triangles {
             triangles.frame_begin(plan);
         }

@@ -11,6 +11,7 @@ use cloth_core::{
             pairs_of,
         },
     },
+    schwarz::ContactRows,
     stepper::{FramePlan, Substep},
 };
 
@@ -37,6 +38,11 @@ impl<T: CudaReal> Triangles<T> {
     /// The contacts.
     pub(super) const fn set(&self) -> &ContactSet<T> {
         &self.contact.set
+    }
+
+    /// What they add to the matrix.
+    pub(super) fn rows(&self) -> ContactRows<T> {
+        self.contact.rows()
     }
 
     /// A state has been given from outside.

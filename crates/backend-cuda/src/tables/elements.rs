@@ -1,6 +1,8 @@
 //! The blocks of the matrix that triangles of fabric add, as `shared/linear.cuh` lays them out.
 
-use cloth_core::{MatrixBlock, Model, Neighbours, Result, SlicedRows, fabric::bending::PATCH};
+use cloth_core::{
+    Model, Neighbours, Result, SlicedRows, fabric::bending::PATCH, schwarz::ElementRows,
+};
 
 use crate::{
     layout::{CudaReal, Real4},
@@ -57,21 +59,19 @@ impl<T: CudaReal> ElementMemory<T> {
         particles.next_multiple_of(SlicedRows::SLICE) * (self.rows.longest as usize + 1)
     }
 
-    /// The numbers of all blocks.
-    pub(crate) fn read(&self, queue: &Queue) -> Result<Vec<T>> {
-        let mut numbers = Vec::new();
+    /// What they are, for the host.
+    ///
+    /// # Errors
+    /// `DeviceLost`.
+    pub(crate) fn copy(&self, queue: &Queue) -> Result<ElementRows<T>> {
+        let (mut numbers, mut sums) = (Vec::new(), Vec::new());
         self.blocks.read(queue, &mut numbers)?;
-        Ok(numbers)
-    }
-
-    /// The blocks of a row among `numbers`.
-    pub(crate) fn row(&self, numbers: &[T], i: usize, mut visit: impl FnMut(MatrixBlock)) {
-        for (entry, column) in self.rows.row(i) {
-            let at = |k: usize| {
-                numbers[(BLOCK * entry + k) * SlicedRows::SLICE + i % SlicedRows::SLICE].to_f64()
-            };
-            let entries = [0, 3, 6].map(|row| [at(row), at(row + 1), at(row + 2)]);
-            visit(MatrixBlock { row: i as u32, column, entries });
-        }
+        self.sums.read(queue, &mut sums)?;
+        let (on, rest) = sums.split_at(sums.len() / 3);
+        let diagonal = on
+            .iter()
+            .zip(rest)
+            .map(|(on, off): (&Real4<T>, &Real4<T>)| [on[0], on[1], on[2], off[0], off[1], off[2]]);
+        Ok(ElementRows { rows: self.rows.clone(), numbers, diagonal: diagonal.collect() })
     }
 }

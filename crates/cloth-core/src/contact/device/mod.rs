@@ -18,12 +18,13 @@ use rayon::prelude::*;
 
 use crate::{
     ColliderImpulse, ContactStatistics, Model, NewtonStart, Pinch, Real, Result, State,
+    schwarz::{ContactRow, ContactRows},
     stepper::{FramePlan, Substep},
 };
 
 use super::{
-    BodyImpulses, BodyMotion, CertifiedWays, Certifier, ContactLaw, ContactMotion, ContactSet,
-    ContactSurface, Ghost, UnprovenPair, certificate_distance,
+    BodyImpulses, BodyMotion, CertifiedWays, Certifier, ContactEquation, ContactLaw, ContactMotion,
+    ContactSet, ContactSurface, Ghost, UnprovenPair, certificate_distance,
 };
 use list::Look;
 use search::DeviceSearch;
@@ -191,6 +192,20 @@ impl<T: Real> DeviceContact<T> {
         let [start, end] = [self.bodies.way_start(goes_on), self.bodies.end()]
             .map(|nodes| nodes.iter().map(full).collect::<Vec<_>>());
         device.nodes_write(&start, &end)
+    }
+
+    /// What the contacts add to the matrix.
+    #[must_use]
+    pub fn rows(&self) -> ContactRows<T> {
+        let (offsets, places) = self.set.rows();
+        let states = self.set.states().iter().enumerate();
+        let contacts = states.map(|(contact, state)| {
+            // Speeds of bodies belong to the right-hand side.
+            let ContactEquation { particles, weights, .. } =
+                self.set.equation(contact, &self.bodies, T::ONE);
+            ContactRow { particles, weights, rows: state.action.rows }
+        });
+        ContactRows { contacts: contacts.collect(), offsets: offsets.into(), places: places.into() }
     }
 
     /// Whether the last [`Self::geometry`] has found contacts.

@@ -3,7 +3,7 @@
 //! A motion has six numbers (t, w): a translation and a rotation about a centre c, which moves x with t + w x (x - c).
 
 /// A 6 x 6 matrix, row by row.
-pub(super) type Matrix6 = [[f64; 6]; 6];
+pub type Matrix6 = [[f64; 6]; 6];
 
 pub(super) const ZERO6: Matrix6 = [[0.0; 6]; 6];
 

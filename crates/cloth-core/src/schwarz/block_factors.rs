@@ -10,7 +10,7 @@
 //! symmetric and positive definite whatever rounding and however old it is, and one stream of memory in which each row is read once.
 //! Rows are filled up with zeros to whole chunks of 16: row k has k / 16 + 1 of them.
 
-use cloth_core::Real;
+use crate::Real;
 use pulp::NullaryFnOnce;
 
 /// Entries that are worked on together; the order of a sum over a row follows from it.
@@ -24,7 +24,7 @@ const PIVOT_MIN: f64 = 1e-12;
 
 /// Factors of blocks along the diagonal of a matrix.
 #[derive(Debug, Default)]
-pub(super) struct BlockFactors<T> {
+pub struct BlockFactors<T> {
     /// Where the unknowns of each block start, and the end.
     starts: Vec<usize>,
     /// Where the rows of each block start, and the end.
@@ -77,6 +77,24 @@ impl<T: Real> BlockFactors<T> {
         }
         let [unknowns, entries] = [&starts, &row_starts].map(|starts| starts[starts.len() - 1]);
         Self { starts, row_starts, rows: vec![0.0; entries], scale: vec![T::ZERO; unknowns] }
+    }
+
+    /// The rows of all blocks, one block after the other.
+    #[must_use]
+    pub fn rows(&self) -> &[f32] {
+        &self.rows
+    }
+
+    /// Where the rows of each block start, and the end.
+    #[must_use]
+    pub fn row_starts(&self) -> &[usize] {
+        &self.row_starts
+    }
+
+    /// d of all unknowns.
+    #[must_use]
+    pub fn scale(&self) -> &[T] {
+        &self.scale
     }
 
     /// The blocks, in order, to factorise into.

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use cloth_core::GroupHierarchy;
+use crate::GroupHierarchy;
 
 use super::{
     block_factors::{BlockFactors, Workspace},
@@ -30,7 +30,7 @@ const SMOOTH_TASK: usize = 16;
 
 /// Nodes with six unknowns each: their matrix, what smooths it, and how the next level moves them.
 #[derive(Debug)]
-pub(super) struct CoarseLevel {
+pub struct CoarseLevel {
     matrix: NodeMatrix,
     /// Of runs of nodes, or of all nodes on the last level.
     factors: BlockFactors<f64>,
@@ -144,8 +144,33 @@ impl CoarseLevel {
         }
     }
 
-    #[cfg(test)]
-    pub(super) const fn matrix(&self) -> &NodeMatrix {
+    /// What unit unknowns of its group do to each node; nothing on the last level.
+    #[must_use]
+    pub fn prolongation(&self) -> &[Matrix6] {
+        &self.prolongation
+    }
+
+    /// Where the nodes of each group start, and the end; nothing on the last level.
+    #[must_use]
+    pub fn starts(&self) -> &[u32] {
+        &self.starts
+    }
+
+    /// The inverses of the blocks of runs of nodes, or of the whole matrix on the last level.
+    #[must_use]
+    pub const fn factors(&self) -> &BlockFactors<f64> {
+        &self.factors
+    }
+
+    /// Weight of the smoother.
+    #[must_use]
+    pub const fn weight(&self) -> f64 {
+        self.weight
+    }
+
+    /// The matrix between the nodes.
+    #[must_use]
+    pub const fn matrix(&self) -> &NodeMatrix {
         &self.matrix
     }
 

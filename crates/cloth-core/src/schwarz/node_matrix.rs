@@ -11,7 +11,7 @@ const TASK: usize = 512;
 
 /// The matrix.
 #[derive(Debug, Default)]
-pub(super) struct NodeMatrix {
+pub struct NodeMatrix {
     starts: Vec<u32>,
     columns: Vec<u32>,
     blocks: Vec<Matrix6>,
@@ -54,8 +54,34 @@ impl NodeMatrix {
         Self { starts, columns, blocks }
     }
 
-    pub(super) fn len(&self) -> usize {
+    /// Nodes.
+    #[must_use]
+    pub fn len(&self) -> usize {
         self.starts.len().saturating_sub(1)
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Where the blocks of each row start, and the end.
+    #[must_use]
+    pub fn starts(&self) -> &[u32] {
+        &self.starts
+    }
+
+    /// The columns of all blocks, ascending in each row.
+    #[must_use]
+    pub fn columns(&self) -> &[u32] {
+        &self.columns
+    }
+
+    /// All blocks.
+    #[must_use]
+    pub fn blocks(&self) -> &[Matrix6] {
+        &self.blocks
     }
 
     /// Columns and blocks of a row.

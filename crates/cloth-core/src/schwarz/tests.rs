@@ -1,12 +1,45 @@
 //! The preconditioner against dense matrices, and what must hold of it whatever the matrix.
 
-use cloth_core::{
-    Cloth, Geometry, GroupHierarchy, Mass, MaterialPreset, Model, ModelBuilder, NetworkSpring,
-    SpringClass, SpringNetwork,
+use super::{rows::product, *};
+use crate::{
+    Cloth, Geometry, Mass, MaterialPreset, Model, ModelBuilder, NetworkSpring, SpringClass,
+    SpringNetwork,
 };
 
-use super::{rows::product, *};
-use crate::implicit::block_matrix::tests::{Numbers, random_pairs};
+/// A small generator of numbers in \[-1, 1\], the same on every run.
+struct Numbers(u64);
+
+impl Numbers {
+    const fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    fn next(&mut self) -> f64 {
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    fn index(&mut self, count: usize) -> usize {
+        ((0.5 * self.next() + 0.5) * count as f64) as usize % count
+    }
+
+    fn vector(&mut self) -> [f64; 3] {
+        [self.next(), self.next(), self.next()]
+    }
+}
+
+/// Random pairs.
+fn random_pairs(count: usize, wanted: usize, numbers: &mut Numbers) -> Vec<[u32; 2]> {
+    let mut pairs = Vec::new();
+    while count > 1 && pairs.len() < wanted {
+        let [a, b] = [numbers.index(count) as u32, numbers.index(count) as u32];
+        if a != b {
+            pairs.push([a.min(b), a.max(b)]);
+        }
+    }
+    pairs
+}
 
 /// Springs g I + u u^T between points, some of them contacts, under random filters.
 struct RandomRows {
@@ -173,12 +206,8 @@ fn built<T: Real>(case: Case) -> (Schwarz<T>, RandomRows) {
 }
 
 fn applied<T: Real>(schwarz: &mut Schwarz<T>, x: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    let (mut from, mut to) = (VectorField::new(x.len(), 0), VectorField::new(x.len(), 0));
-    from.write(x);
-    schwarz.apply(&from, &mut to, pulp::Arch::new());
-    let mut out = Vec::new();
-    to.read(&mut out);
-    out
+    schwarz.apply(|i| x[i].map(T::from_f64), pulp::Arch::new());
+    (0..x.len()).map(|i| schwarz.of(i).map(T::to_f64)).collect()
 }
 
 #[test]

@@ -8,7 +8,7 @@ const GROWTH_MORE: f64 = 4.0;
 
 /// Whether the preconditioner that is there is good enough.
 #[derive(Debug, Default)]
-pub(in crate::implicit) struct Reuse {
+pub struct Reuse {
     /// Length of the substep that it was built for \[s\].
     length: Option<f64>,
     /// Iterations of the first solve since then.
@@ -19,12 +19,12 @@ pub(in crate::implicit) struct Reuse {
 impl Reuse {
     /// Nothing of before counts: another frame, another state. So a run goes on from a checkpoint, which is one of a frame, as it
     /// would have without a stop.
-    pub(in crate::implicit) fn forget(&mut self) {
+    pub fn forget(&mut self) {
         *self = Self::default();
     }
 
     /// Whether it is to be built for a substep of this length; it is taken to be built then.
-    pub(in crate::implicit) fn wants_build(&mut self, length: f64) -> bool {
+    pub fn wants_build(&mut self, length: f64) -> bool {
         if self.length == Some(length) && !self.is_slow {
             return false;
         }
@@ -33,7 +33,7 @@ impl Reuse {
     }
 
     /// Notes the iterations of a solve.
-    pub(in crate::implicit) fn solved(&mut self, iterations: u32) {
+    pub fn solved(&mut self, iterations: u32) {
         let first = f64::from(*self.first.get_or_insert(iterations));
         self.is_slow = f64::from(iterations) > GROWTH * first + GROWTH_MORE;
     }

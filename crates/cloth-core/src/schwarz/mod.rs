@@ -1,11 +1,15 @@
 //! NUMERICS §5: the preconditioner `schwarz`, in two levels of which the upper one is solved by a V-cycle.
 //!
+//! It is built here, from a matrix that a backend gives as [`Rows`], and applied here for a processor; a GPU applies it with
+//! kernels of its own, to the same tables.
+//!
 //! Data layout, the same for all backends: particles stand in the order of [`GroupHierarchy`]; unknown 3 s + axis is that of the
-//! particle at place s. Each group has the rows of its inverse factor ([`block_factors`]), each particle the three rows of its
+//! particle at place s. Each group has the rows of its inverse factor ([`BlockFactors`]), each particle the three rows of its
 //! prolongation, six numbers each. Above, a node has six unknowns, and all matrices are blocks of 6 x 6.
 
 mod block_factors;
 mod coarse_level;
+mod copy;
 mod node_matrix;
 mod reuse;
 mod rigid_modes;
@@ -13,26 +17,31 @@ mod rows;
 #[cfg(test)]
 mod tests;
 
-use cloth_core::{GroupHierarchy, Real};
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
-use block_factors::{BlockFactors, Workspace};
-use coarse_level::{CoarseLevel, Nodes, cycle};
-use node_matrix::{NodeMatrix, RowSum, UpperRow, congruent};
-pub(super) use reuse::Reuse;
-use rigid_modes::{Matrix6, Modes, ZERO6, centre, point_motion, product, transposed_product_add};
-pub(super) use rows::SystemRows;
-use rows::{Block, Coupling, Rows};
+use crate::{GroupHierarchy, Real};
 
-use crate::memory::{BLOCK, FieldView, VectorField};
+pub use block_factors::BlockFactors;
+use block_factors::Workspace;
+pub use coarse_level::CoarseLevel;
+use coarse_level::{Nodes, cycle};
+pub use copy::{ContactRow, ContactRows, ElementRows, MatrixCopy, PairRows};
+pub use node_matrix::NodeMatrix;
+use node_matrix::{RowSum, UpperRow, congruent};
+/// The instructions that a processor has.
+pub use pulp::Arch;
+pub use reuse::Reuse;
+pub use rigid_modes::Matrix6;
+use rigid_modes::{Modes, ZERO6, centre, point_motion, product, transposed_product_add};
+pub use rows::{Block, Coupling, Rows, rank_one, symmetric};
 
 /// Groups in one task.
 const TASK: usize = 16;
 
 /// The preconditioner of the matrix that it was built for.
 #[derive(Debug)]
-pub(super) struct Schwarz<T> {
+pub struct Schwarz<T> {
     hierarchy: GroupHierarchy,
     /// The place of each particle in the order of the hierarchy, and its group.
     places: Vec<u32>,
@@ -54,14 +63,15 @@ pub(super) struct Schwarz<T> {
 const FILTER_CHANGE: f32 = 0.1;
 
 /// The filter of free particles.
-const FREE: [f32; 6] = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0];
+pub const FREE: [f32; 6] = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0];
 
 /// Which couplings the coarse matrices have: all but in a negative control.
 type Couplings = fn(Coupling) -> bool;
 
 impl<T: Real> Schwarz<T> {
     /// The tables for groups, nothing built yet.
-    pub(super) fn new(hierarchy: GroupHierarchy) -> Self {
+    #[must_use]
+    pub fn new(hierarchy: GroupHierarchy) -> Self {
         let order = hierarchy.order();
         let count = order.len();
         let (mut places, mut group_of) = (vec![0; count], vec![0; count]);
@@ -88,8 +98,20 @@ impl<T: Real> Schwarz<T> {
         }
     }
 
+    /// Particles.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+
     /// Builds it for a matrix.
-    pub(super) fn build(&mut self, rows: &impl Rows, arch: pulp::Arch) {
+    pub fn build(&mut self, rows: &impl Rows, arch: pulp::Arch) {
         self.outdated.fill(true);
         self.build_with(rows, |_| true, arch);
     }
@@ -99,19 +121,24 @@ impl<T: Real> Schwarz<T> {
     ///
     /// S P^-1 S is positive with the filters of before, too, but good for nothing: particles that colliders let go move alone, and
     /// those that they hold now do so as if the cloth around them were soft.
-    pub(super) fn update(&mut self, rows: &impl Rows, arch: pulp::Arch) -> bool {
-        let Self { hierarchy, outdated, filters, .. } = self;
-        for (group, outdated) in outdated.iter_mut().enumerate() {
-            *outdated = members(hierarchy, group).iter().any(|&particle| {
-                let (now, built) = (packed(rows, particle), filters[particle as usize]);
-                now.iter().zip(built).any(|(now, built)| (now - built).abs() > FILTER_CHANGE)
-            });
-        }
-        let builds = self.outdated.contains(&true);
+    pub fn update(&mut self, rows: &impl Rows, arch: pulp::Arch) -> bool {
+        let builds = self.is_outdated(|particle| packed(rows, particle));
         if builds {
             self.build_with(rows, |_| true, arch);
         }
         builds
+    }
+
+    /// Whether [`Self::update`] builds anything for these filters, xx, yy, zz, xy, xz, yz.
+    pub fn is_outdated(&mut self, filter: impl Fn(u32) -> [f32; 6]) -> bool {
+        let Self { hierarchy, outdated, filters, .. } = self;
+        for (group, outdated) in outdated.iter_mut().enumerate() {
+            *outdated = members(hierarchy, group).iter().any(|&particle| {
+                let (now, built) = (filter(particle), filters[particle as usize]);
+                now.iter().zip(built).any(|(now, built)| (now - built).abs() > FILTER_CHANGE)
+            });
+        }
+        self.outdated.contains(&true)
     }
 
     /// Builds the factors of groups that are outdated, and all levels above.
@@ -128,6 +155,48 @@ impl<T: Real> Schwarz<T> {
         let matrix = self.coarse_matrix(rows, couplings);
         let groups = &self.hierarchy.levels()[1..];
         self.levels = coarse_level::levels(matrix, nodes, groups, arch);
+    }
+
+    /// The particles, those of a group one after the other.
+    #[must_use]
+    pub fn order(&self) -> &[u32] {
+        self.hierarchy.order()
+    }
+
+    /// Where the particles of each group start, and the end.
+    #[must_use]
+    pub fn group_starts(&self) -> &[u32] {
+        &self.hierarchy.levels()[0]
+    }
+
+    /// The group of each particle.
+    #[must_use]
+    pub fn group_of(&self) -> &[u32] {
+        &self.group_of
+    }
+
+    /// The place of each particle in [`Self::order`].
+    #[must_use]
+    pub fn places(&self) -> &[u32] {
+        &self.places
+    }
+
+    /// The inverses of the blocks of groups.
+    #[must_use]
+    pub const fn factors(&self) -> &BlockFactors<T> {
+        &self.factors
+    }
+
+    /// For each place what unit unknowns of its group do there.
+    #[must_use]
+    pub fn prolongation(&self) -> &[[[f32; 6]; 3]] {
+        &self.prolongation
+    }
+
+    /// All levels of groups, the last of which has few nodes. None before anything is built.
+    #[must_use]
+    pub fn levels(&self) -> &[CoarseLevel] {
+        &self.levels
     }
 
     fn particles(&self, group: usize) -> &[u32] {
@@ -247,17 +316,11 @@ impl<T: Real> Schwarz<T> {
         self.prolongation[self.places[particle] as usize].map(|row| row.map(f64::from))
     }
 
-    /// to = P^-1 from, unfiltered.
-    pub(super) fn apply(
-        &mut self,
-        from: &VectorField<T>,
-        to: &mut VectorField<T>,
-        arch: pulp::Arch,
-    ) {
+    /// Finds P^-1 of a vector by particle, unfiltered, which [`Self::of`] then gives.
+    pub fn apply(&mut self, from: impl Fn(usize) -> [T; 3] + Sync, arch: pulp::Arch) {
         let Some(first) = self.levels.first_mut() else { return };
         let Self { hierarchy, factors, prolongation, local, .. } = self;
-        let (hierarchy, factors) = (&*hierarchy, &*factors);
-        let from = FieldView::new(from);
+        let (hierarchy, factors, from) = (&*hierarchy, &*factors, &from);
         local
             .par_iter_mut()
             .zip(first.right_side_mut().par_chunks_mut(6))
@@ -273,39 +336,36 @@ impl<T: Real> Schwarz<T> {
                 arch.dispatch(task);
             });
         cycle(&mut self.levels);
-        let coarse = self.levels[0].solution();
-        let (places, group_of, prolongation, local) =
-            (&self.places, &self.group_of, &self.prolongation, &self.local);
-        let starts = &self.hierarchy.levels()[0];
-        let count = places.len();
-        to.chunks_mut(BLOCK).enumerate().for_each(|(block, to)| {
-            for i in block * BLOCK..count.min((block + 1) * BLOCK) {
-                let place = places[i] as usize;
-                let group = group_of[i] as usize;
-                let coarse = &coarse[6 * group..][..6];
-                let local = &local[group][place - starts[group] as usize];
-                for axis in 0..3 {
-                    let row = &prolongation[place][axis];
-                    let sum = (0..6).fold(0.0, |sum, k| sum + f64::from(row[k]) * coarse[k]);
-                    to[axis][i - block * BLOCK] = local[axis] + T::from_f64(sum);
-                }
-            }
-        });
+    }
+
+    /// What the last [`Self::apply`] has found for a particle.
+    #[inline(always)]
+    #[must_use]
+    pub fn of(&self, particle: usize) -> [T; 3] {
+        let Some(first) = self.levels.first() else { return [T::ZERO; 3] };
+        let (place, group) = (self.places[particle] as usize, self.group_of[particle] as usize);
+        let coarse = &first.solution()[6 * group..][..6];
+        let local = &self.local[group][place - self.hierarchy.levels()[0][group] as usize];
+        std::array::from_fn(|axis| {
+            let row = &self.prolongation[place][axis];
+            let sum = (0..6).fold(0.0, |sum, k| sum + f64::from(row[k]) * coarse[k]);
+            local[axis] + T::from_f64(sum)
+        })
     }
 }
 
 /// A vector on one group: what its factor makes of it, and P^T of it, compiled for each instruction set.
-struct GroupTask<'a, 'b, T> {
+struct GroupTask<'a, 'b, T, F> {
     factors: &'a BlockFactors<T>,
     prolongation: &'a [[[f32; 6]; 3]],
     particles: &'a [u32],
     group: usize,
-    from: FieldView<'a, T>,
+    from: &'a F,
     local: &'b mut [[T; 3]],
     right_side: &'b mut [f64],
 }
 
-impl<T: Real> NullaryFnOnce for GroupTask<'_, '_, T> {
+impl<T: Real, F: Fn(usize) -> [T; 3]> NullaryFnOnce for GroupTask<'_, '_, T, F> {
     type Output = ();
 
     #[inline(always)]
@@ -315,7 +375,7 @@ impl<T: Real> NullaryFnOnce for GroupTask<'_, '_, T> {
         let vector = &mut vector[..particles.len()];
         let mut coarse = [0.0; 6];
         for ((vector, &particle), rows) in vector.iter_mut().zip(particles).zip(prolongation) {
-            *vector = from.get(particle as usize);
+            *vector = from(particle as usize);
             for (row, entry) in rows.iter().zip(*vector) {
                 let entry = entry.to_f64();
                 (0..6).for_each(|k| coarse[k] += f64::from(row[k]) * entry);

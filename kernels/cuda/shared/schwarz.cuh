@@ -1,0 +1,256 @@
+// NUMERICS section 5, the preconditioner `schwarz`: inverses of the blocks of groups of particles, and a V-cycle over groups of
+// groups. Each sum has the order of `cloth_core::schwarz`. A block of 96 unknowns is worked on by a team of as many threads.
+// Vectors of a level are written by one pass over the whole grid and read by the next.
+
+#define TEAM 96
+// Unknowns that a chunk of a row of a factor has, of a node, of a run of nodes that is smoothed at once.
+#define CHUNK 16
+#define NODE 6
+#define CLUSTER 8
+#define LEVELS_MAX 8
+
+// Nodes of a level: starts, columns and blocks of the rows of their matrix; rows and scale of the inverse factors of runs of 16 of them, or
+// of all on the last level; what unit unknowns of a group do to each node, and where the nodes of each group start.
+struct SchwarzLevel {
+    const uint* rows;
+    const uint* columns;
+    const double* blocks;
+    const float* factors;
+    const double* scale;
+    const double* prolongation;
+    const uint* groups;
+    double* right_side;
+    // Before and after the second smoothing; the last level has the second one alone.
+    double* solution[2];
+    double weight;
+    uint count;
+    uint group_count;
+};
+
+struct Schwarz {
+    // Particles, those of a group one after the other; where groups start, and the rows of their factors; of each particle place and group.
+    const uint* order;
+    const uint* group_starts;
+    const ulong* row_starts;
+    const uint* places;
+    const uint* group_of;
+    const float* factors;
+    const real* scale;
+    const float* prolongation;
+    uint group_count;
+    uint level_count;
+    SchwarzLevel levels[LEVELS_MAX];
+};
+
+// Where row k of a factor starts: row j has j / 16 + 1 chunks.
+__device__ __forceinline__ uint factor_row(uint k) {
+    uint whole = k / CHUNK;
+    return CHUNK * (CHUNK * whole * (whole + 1) / 2 + k % CHUNK * (whole + 1));
+}
+
+// Entry t of the sum over k of w_k w_k^T times `scaled`, by a team of `width` threads that has room for `products`. All threads of the block
+// are here.
+template <typename Number>
+__device__ __forceinline__ Number factor_times(const float* rows, uint size, uint t, uint width, const Number* scaled, Number* products) {
+    uint half = t / CHUNK, lane = t % CHUNK;
+    for (uint first = 0; first < size; first += width / CHUNK) {
+        uint k = first + half;
+        Number sum = 0;
+        if (k < size) {
+            const float* row = rows + factor_row(k) + lane;
+            for (uint chunk = 0; chunk <= k / CHUNK; chunk++) sum += (Number)row[chunk * CHUNK] * scaled[chunk * CHUNK + lane];
+        }
+        for (uint distance = CHUNK / 2; distance > 0; distance /= 2) sum = sum + __shfl_xor_sync(ALL_LANES, sum, distance);
+        if (lane == 0 && k < size) products[k] = sum;
+    }
+    __syncthreads();
+    Number sum = 0;
+    if (t < size) {
+        for (uint k = t / CHUNK * CHUNK; k < size; k++) sum += (Number)rows[factor_row(k) + t] * products[k];
+    }
+    return sum;
+}
+
+// Entry k of the residual of a node.
+__device__ __forceinline__ double node_residual(const SchwarzLevel& level, const double* x, uint node, uint k) {
+    double sum = 0;
+    for (uint at = level.rows[node], end = level.rows[node + 1]; at < end; at++) {
+        const double* block = level.blocks + NODE * NODE * (size_t)at + NODE * k;
+        const double* other = x + NODE * (size_t)level.columns[at];
+        for (uint c = 0; c < NODE; c++) sum += block[c] * other[c];
+    }
+    return level.right_side[NODE * (size_t)node + k] - sum;
+}
+
+// The passes of one application by blocks of THREADS threads.
+template <uint THREADS> struct SchwarzPasses {
+    static constexpr uint TEAMS = THREADS / TEAM;
+
+    const Schwarz& p;
+    ulong* barrier;
+    double* values;
+    double* products;
+    uint team, t;
+
+    __device__ __forceinline__ SchwarzPasses(const Schwarz& schwarz, ulong* counter, double* memory)
+        : p(schwarz), barrier(counter), values(memory), products(memory + THREADS), team(threadIdx.x / TEAM), t(threadIdx.x % TEAM) {}
+
+    // The task of this team, of those that the block takes in a step; `count` or more if it has none.
+    __device__ __forceinline__ uint task(uint first, uint count) const { return team < TEAMS ? first + team : count; }
+
+    // What the factors of groups make of a vector, and P^T of it.
+    __device__ __forceinline__ void groups(const real4* from, real4* to) const {
+        real *own = (real*)values + team * TEAM, *of_rows = (real*)products + team * TEAM;
+        for (uint first = blockIdx.x * TEAMS; first < p.group_count; first += gridDim.x * TEAMS) {
+            uint group = task(first, p.group_count), start = 0, size = 0;
+            if (group < p.group_count) {
+                start = 3 * p.group_starts[group];
+                size = 3 * p.group_starts[group + 1] - start;
+            }
+            real value = 0, scale = 0;
+            uint particle = 0;
+            if (t < size) {
+                particle = p.order[(start + t) / 3];
+                value = component(xyz(from[particle]), t % 3);
+                scale = p.scale[start + t];
+            }
+            // The vector itself for P^T, then scaled.
+            if (team < TEAMS) own[t] = value;
+            __syncthreads();
+            if (t < NODE && size > 0) {
+                double sum = 0;
+                const float* row = p.prolongation + NODE * (size_t)start + t;
+                for (uint k = 0; k < size; k++) sum += (double)row[NODE * k] * (double)own[k];
+                p.levels[0].right_side[NODE * (size_t)group + t] = sum;
+            }
+            __syncthreads();
+            if (team < TEAMS) own[t] = scale * value;
+            __syncthreads();
+            const float* rows = p.factors + (size > 0 ? p.row_starts[group] : 0);
+            real sum = factor_times<real>(rows, size, t, TEAM, own, of_rows);
+            if (t < size) ((real*)&to[particle])[t % 3] = scale * sum;
+            __syncthreads();
+        }
+    }
+
+    // x = w Z r for the unknowns of the runs that `residual` gives r of, x + w Z r with `adds`; `done` takes x.
+    template <typename Residual, typename Done>
+    __device__ __forceinline__ void smooth(const SchwarzLevel& level, bool adds, Residual residual, Done done) const {
+        uint unknowns = NODE * level.count, runs = (unknowns + TEAM - 1) / TEAM;
+        double *own = values + team * TEAM, *of_rows = products + team * TEAM;
+        for (uint first = blockIdx.x * TEAMS; first < runs; first += gridDim.x * TEAMS) {
+            uint run = task(first, runs), start = run * TEAM, size = run < runs ? min((uint)TEAM, unknowns - start) : 0;
+            double scale = 0, value = 0;
+            if (t < size) {
+                scale = level.scale[start + t];
+                value = scale * residual(start + t);
+            }
+            if (team < TEAMS) own[t] = value;
+            __syncthreads();
+            double sum = factor_times<double>(level.factors + (size_t)(size > 0 ? run : 0) * factor_row(TEAM), size, t, TEAM, own, of_rows);
+            double x = level.weight * (scale * sum) + (adds && t < size ? level.solution[0][start + t] : 0.0);
+            __syncthreads();
+            if (t < size) own[t] = x;
+            __syncthreads();
+            done(start, size, x, own);
+            __syncthreads();
+        }
+    }
+
+    // x += P of the unknowns of nodes of the level above, `x` of them from number `start` on, by `threads` threads.
+    __device__ __forceinline__ void prolong(const SchwarzLevel& below, uint start, uint size, const double* x, uint thread, uint threads) const {
+        uint first = start / NODE, last = first + size / NODE;
+        if (first == last) return;
+        uint begin = NODE * below.groups[first], end = NODE * below.groups[last], node = first;
+        for (uint at = begin + thread; at < end; at += threads) {
+            while (NODE * below.groups[node + 1] <= at) node++;
+            const double* row = below.prolongation + NODE * (size_t)at;
+            const double* own = x + NODE * (node - first);
+            double sum = 0;
+            for (uint k = 0; k < NODE; k++) sum = sum + row[k] * own[k];
+            below.solution[0][at] += sum;
+        }
+    }
+
+    // The residual of all nodes as the right-hand side of their groups: two groups for each team.
+    __device__ __forceinline__ void restrict_to(const SchwarzLevel& level, const SchwarzLevel& above) const {
+        constexpr uint HALF = NODE * CLUSTER, GROUPS = 2 * TEAMS;
+        uint half = threadIdx.x / HALF, u = threadIdx.x % HALF;
+        double* own = values + half * HALF;
+        for (uint first = blockIdx.x * GROUPS; first < level.group_count; first += gridDim.x * GROUPS) {
+            uint group = half < GROUPS ? first + half : level.group_count;
+            uint start = 0, size = 0;
+            if (group < level.group_count) {
+                start = level.groups[group];
+                size = NODE * (level.groups[group + 1] - start);
+            }
+            if (u < size) own[u] = node_residual(level, level.solution[0], start + u / NODE, u % NODE);
+            __syncthreads();
+            if (u < NODE && size > 0) {
+                double sum = 0;
+                const double* column = level.prolongation + NODE * NODE * (size_t)start + u;
+                for (uint k = 0; k < size; k++) sum += column[NODE * k] * own[k];
+                above.right_side[NODE * (size_t)group + u] = sum;
+            }
+            __syncthreads();
+        }
+    }
+
+    // The last level, which one block solves.
+    __device__ __forceinline__ void bottom(const SchwarzLevel& level, const SchwarzLevel* below) const {
+        if (blockIdx.x > 0) return;
+        uint size = NODE * level.count, u = threadIdx.x;
+        double scale = u < size ? level.scale[u] : 0;
+        values[u] = u < size ? scale * level.right_side[u] : 0;
+        __syncthreads();
+        double x = scale * factor_times<double>(level.factors, size, u, THREADS, values, products);
+        __syncthreads();
+        values[u] = x;
+        if (u < size) level.solution[1][u] = x;
+        __syncthreads();
+        if (below) prolong(*below, 0, size, values, u, THREADS);
+    }
+
+    // All that comes before `schwarz_of`.
+    __device__ __forceinline__ void apply(const real4* from, real4* to) const {
+        groups(from, to);
+        grid_barrier(barrier);
+        uint last = p.level_count - 1;
+        for (uint k = 0; k < last; k++) {
+            const SchwarzLevel& level = p.levels[k];
+            smooth(
+                level, false, [&](uint at) { return level.right_side[at]; },
+                [&](uint start, uint size, double x, const double*) {
+                    if (t < size) level.solution[0][start + t] = x;
+                });
+            grid_barrier(barrier);
+            restrict_to(level, p.levels[k + 1]);
+            grid_barrier(barrier);
+        }
+        bottom(p.levels[last], last > 0 ? &p.levels[last - 1] : nullptr);
+        grid_barrier(barrier);
+        for (uint k = last; k > 0; k--) {
+            const SchwarzLevel& level = p.levels[k - 1];
+            smooth(
+                level, true, [&](uint at) { return node_residual(level, level.solution[0], at / NODE, at % NODE); },
+                [&](uint start, uint size, double x, const double* own) {
+                    if (t < size) level.solution[1][start + t] = x;
+                    if (k > 1) prolong(p.levels[k - 2], start, size, own, t, TEAM);
+                });
+            grid_barrier(barrier);
+        }
+    }
+};
+
+// P^-1 of a vector for a particle, from what `SchwarzPasses::apply` has left: unfiltered.
+__device__ __forceinline__ vec3 schwarz_of(const Schwarz& p, const real4& local, uint i) {
+    const double* coarse = p.levels[0].solution[1] + NODE * (size_t)p.group_of[i];
+    const float* rows = p.prolongation + 3 * NODE * (size_t)p.places[i];
+    double sums[3];
+    for (uint axis = 0; axis < 3; axis++) {
+        double sum = 0;
+        for (uint k = 0; k < NODE; k++) sum = sum + (double)rows[NODE * axis + k] * coarse[k];
+        sums[axis] = sum;
+    }
+    return {local.x + (real)sums[0], local.y + (real)sums[1], local.z + (real)sums[2]};
+}

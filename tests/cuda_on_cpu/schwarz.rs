@@ -1,0 +1,176 @@
+//! The preconditioner `schwarz`, by the CUDA kernel that applies it.
+
+use std::{fs, process::Command};
+
+use cloth_core::{
+    Cloth, GridPatch, GroupHierarchy, MaterialPreset, Model, ModelBuilder,
+    schwarz::{Arch, ContactRows, MatrixCopy, PairRows, Schwarz},
+};
+use cloth_kernels::CudaModule;
+use harness::random::Random;
+
+use crate::{compiler, replaced, scene};
+
+/// Particles along both sides: with them there are three levels of groups.
+const SIDE: u32 = 130;
+
+fn model() -> Model {
+    let patch = GridPatch::horizontal(SIDE, 0.01, 0.0);
+    let mut cloth = Cloth::grid("cloth", patch, &MaterialPreset::ALL[0]);
+    cloth.material = MaterialPreset::ALL[0].material(1.0).into();
+    ModelBuilder::new().cloth(cloth).build().expect("a patch is a model")
+}
+
+/// Springs of any stiffness on the model; some particles are held, others move along a plane.
+fn matrix(model: &Model, random: &mut Random) -> MatrixCopy<f32> {
+    let count = model.particle_count();
+    let mut rows = vec![Vec::new(); count];
+    for spring in model.springs().iter() {
+        let [i, j] = spring.particles;
+        let u: [f32; 3] = [0; 3].map(|_| (30.0 * random.between(-1.0, 1.0)) as f32);
+        let g = random.between(0.0, 9.0) as f32;
+        rows[i as usize].push((j, u, g));
+        rows[j as usize].push((i, u, g));
+    }
+    let mut springs = PairRows { starts: vec![0], pairs: Vec::new() };
+    for row in rows {
+        springs.pairs.extend(row);
+        springs.starts.push(springs.pairs.len() as u32);
+    }
+    let filter = |i: usize| match i % 97 {
+        0 => Some([0.0; 6]),
+        1 => Some([1.0, 1.0, 0.0, 0.0, 0.0, 0.0]),
+        _ => None,
+    };
+    let positions = model.positions().iter().map(|x| x.map(|x| x as f32)).collect();
+    MatrixCopy {
+        positions,
+        masses: vec![1.0; count],
+        base: (0..count).map(|_| [1.0, 1.5, 1.25, 0.0, 0.0, 0.0]).collect(),
+        filters: (0..count).map(filter).collect(),
+        springs,
+        pairs: PairRows::default(),
+        elements: None,
+        contacts: ContactRows::default(),
+    }
+}
+
+/// What the program reads.
+fn words(schwarz: &Schwarz<f32>, matrix: &MatrixCopy<f32>, vector: &[[f32; 4]]) -> Vec<u32> {
+    let mut words = vec![schwarz.len() as u32];
+    let mut put = |list: &[u8]| {
+        let list: Vec<u32> = bytemuck::pod_collect_to_vec(list);
+        words.push(list.len() as u32);
+        words.extend(list);
+    };
+    let factors = schwarz.factors();
+    let row_starts: Vec<u64> = factors.row_starts().iter().map(|&at| at as u64).collect();
+    put(bytemuck::cast_slice(schwarz.order()));
+    put(bytemuck::cast_slice(schwarz.group_starts()));
+    put(bytemuck::cast_slice(&row_starts));
+    put(bytemuck::cast_slice(schwarz.places()));
+    put(bytemuck::cast_slice(schwarz.group_of()));
+    put(bytemuck::cast_slice(factors.rows()));
+    put(bytemuck::cast_slice(factors.scale()));
+    put(bytemuck::cast_slice(schwarz.prolongation()));
+    words.extend([schwarz.group_starts().len() as u32 - 1, schwarz.levels().len() as u32]);
+    for level in schwarz.levels() {
+        let mut put = |list: &[u8]| {
+            let list: Vec<u32> = bytemuck::pod_collect_to_vec(list);
+            words.push(list.len() as u32);
+            words.extend(list);
+        };
+        put(bytemuck::cast_slice(level.matrix().starts()));
+        put(bytemuck::cast_slice(level.matrix().columns()));
+        put(bytemuck::cast_slice(level.matrix().blocks()));
+        put(bytemuck::cast_slice(level.factors().rows()));
+        put(bytemuck::cast_slice(level.factors().scale()));
+        put(bytemuck::cast_slice(level.prolongation()));
+        put(bytemuck::cast_slice(level.starts()));
+        put(bytemuck::bytes_of(&level.weight()));
+        let groups = level.starts().len().saturating_sub(1);
+        words.extend([level.matrix().len() as u32, groups as u32]);
+    }
+    let position = |(x, filter): (&[f32; 3], &Option<[f32; 6]>)| {
+        let inverse = if *filter == Some([0.0; 6]) { 0.0 } else { 1.0 };
+        [x[0], x[1], x[2], inverse]
+    };
+    let positions: Vec<[f32; 4]> =
+        matrix.positions.iter().zip(&matrix.filters).map(position).collect();
+    for list in [&positions[..], vector] {
+        let list: Vec<u32> = bytemuck::pod_collect_to_vec(list);
+        words.push(list.len() as u32);
+        words.extend(list);
+    }
+    words
+}
+
+fn by_kernel(
+    words: &[u32],
+    (blocks, seed): (u32, u32),
+    edit: impl Fn(String) -> String,
+) -> Vec<[u32; 3]> {
+    let module = CudaModule::find("conjugate_gradient").expect("the module exists");
+    let kernel = module
+        .compose_with(vec!["schwarz"], &["ptx", "resident", "neighbours24"].map(|part| (part, "")))
+        .expect("the module has this option")
+        // The runtime has it.
+        .replace(scene::FRAME_MEMORY, "");
+    let text = format!("#include \"runtime.h\"\n{}\n{}\n", edit(kernel), include_str!("schwarz.h"));
+    let program = compiler::program(&text);
+    let folder = tempfile::tempdir().expect("there is room for temporary files");
+    let [input, output] = ["input", "output"].map(|name| folder.path().join(name));
+    fs::write(&input, bytemuck::cast_slice(words)).expect("the input can be written");
+    let mut command = Command::new(program);
+    command.args([&input, &output]).args([blocks, seed].map(|number| number.to_string()));
+    let ran = command.status().expect("the program starts");
+    assert!(ran.success(), "the program ended with {ran}");
+    let numbers: Vec<[f32; 4]> =
+        bytemuck::pod_collect_to_vec(&fs::read(&output).expect("the output is there"));
+    numbers.into_iter().map(|[x, y, z, _]| [x, y, z].map(f32::to_bits)).collect()
+}
+
+#[test]
+fn the_preconditioner_schwarz() {
+    let model = model();
+    let random = &mut Random::new(5);
+    let matrix = matrix(&model, random);
+    let mut schwarz = Schwarz::<f32>::new(GroupHierarchy::new(&model));
+    schwarz.build(&matrix, Arch::new());
+    assert_eq!(schwarz.levels().len(), 3);
+    let vector: Vec<[f32; 4]> = matrix
+        .filters
+        .iter()
+        .map(|filter| match filter {
+            Some([0.0, ..]) => [0.0; 4],
+            _ => [0; 4].map(|_| random.between(-1.0, 1.0) as f32),
+        })
+        .collect();
+    schwarz.apply(|i| [0, 1, 2].map(|axis| vector[i][axis]), Arch::new());
+    // Without colliders the kernel filters held particles alone.
+    let expected: Vec<[u32; 3]> = (0..schwarz.len())
+        .map(|i| match matrix.filters[i] {
+            Some([0.0, ..]) => [0; 3],
+            _ => schwarz.of(i).map(f32::to_bits),
+        })
+        .collect();
+    let words = words(&schwarz, &matrix, &vector);
+    for launch in [(1, 0), (3, 7)] {
+        let found = by_kernel(&words, launch, |text| text);
+        let differs = expected.iter().zip(&found).position(|(a, b)| a != b);
+        assert_eq!(differs, None, "{launch:?}");
+    }
+    // A chunk of a row that is left out, a smoother without its weight, a second smoothing of the first residual, rigid modes of another group.
+    for (right, wrong) in [
+        ("chunk <= k / CHUNK", "chunk < k / CHUNK"),
+        ("level.weight * (scale * sum)", "(scale * sum)"),
+        (
+            "node_residual(level, level.solution[0], at / NODE",
+            "node_residual(level, level.solution[1], at / NODE",
+        ),
+        ("(size_t)p.group_of[i]", "(size_t)(p.group_of[i] ^ 1)"),
+    ] {
+        let found = by_kernel(&words, (2, 0), |text| replaced(&text, right, wrong));
+        assert!(expected != found, "`{wrong}` is not found");
+    }
+}
