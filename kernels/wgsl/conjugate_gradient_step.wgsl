@@ -31,6 +31,9 @@ fn main(
     var phase = phase_after(state);
     if phase == SOLVE_RUNNING && !(curvature > 0.0 && is_number(alpha)) {
         phase = select(SOLVE_ENDED, SOLVE_BROKEN, state.iteration == 0u);
+        if call_has(CALL_SCHWARZ) {
+            phase = SOLVE_INDEFINITE;
+        }
     }
     phase = phase_uniform(thread, phase);
     if block == 0u && thread == 0u {
@@ -60,8 +63,11 @@ fn main(
             let solution = vector_get(VECTOR_SOLUTION, particle);
             vector_set(VECTOR_SOLUTION, particle, add_scaled(solution, alpha, direction));
             let residual = add_scaled(vector_get(VECTOR_RESIDUAL, particle), -alpha, image);
-            let result = preconditioned(particle, filter_kind(particle), residual);
             vector_set(VECTOR_RESIDUAL, particle, residual);
+            if call_has(CALL_SCHWARZ) {
+                continue;
+            }
+            let result = preconditioned(particle, filter_kind(particle), residual);
             vector_set(VECTOR_PRECONDITIONED, particle, result);
             sum += vec2f(dot_product(residual, result), dot_product(residual, residual));
         }

@@ -61,8 +61,11 @@ fn main(
             }
 //!end
             let residual = filtered(particle, kind, rest);
-            let result = preconditioned(particle, kind, residual);
             vector_set(VECTOR_RESIDUAL, particle, residual);
+            if call_has(CALL_SCHWARZ) {
+                continue;
+            }
+            let result = preconditioned(particle, kind, residual);
             vector_set(VECTOR_PRECONDITIONED, particle, result);
             sum += vec2f(dot_product(residual, result), dot_product(residual, residual));
         }

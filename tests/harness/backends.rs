@@ -239,7 +239,6 @@ pub fn gpu_candidate(label: &str, backend: Box<dyn Backend>) -> Candidate {
         missing: &[
             Feature::Direct,
             Feature::IncompleteCholesky,
-            Feature::Schwarz,
             Feature::Assembled,
             Feature::Factorisation,
             Feature::DenseInverse,
@@ -255,7 +254,6 @@ pub fn gpu_candidate(label: &str, backend: Box<dyn Backend>) -> Candidate {
 const CUDA_MISSING: &[Feature] = &[
     Feature::Direct,
     Feature::IncompleteCholesky,
-    Feature::Schwarz,
     Feature::Assembled,
     Feature::Factorisation,
     Feature::DenseInverse,

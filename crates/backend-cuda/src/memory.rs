@@ -345,19 +345,6 @@ impl<T: CudaReal> Memory<T> {
         Ok(status[0])
     }
 
-    /// Writes to an array that grows when it must.
-    pub(crate) fn grow_write<E: bytemuck::Pod>(
-        queue: &Queue,
-        buffer: &mut Buffer<E>,
-        entries: &[E],
-    ) -> Result<()> {
-        if buffer.len() < entries.len() {
-            queue.synchronize()?;
-            *buffer = Buffer::zeros(queue, entries.len().next_power_of_two())?;
-        }
-        buffer.write(queue, 0, entries)
-    }
-
     /// After a launch that left motion `first` as it is: that is the saved one now, and what was saved has the state that stood in
     /// for it.
     pub(crate) fn motion_exchange(&mut self, first: usize, saved: &mut [Buffer<Real4<T>>; 2]) {

@@ -107,7 +107,7 @@ shared_struct! {
         pass_number: u32,
         pass_count: u32,
         reach: u32,
-        padding: u32,
+        level: u32,
     }
 }
 
@@ -119,6 +119,9 @@ pub(crate) const CALL_DEFERRED: u32 = 8;
 pub(crate) const CALL_REFERENCE: u32 = 16;
 pub(crate) const CALL_REFINE: u32 = 32;
 pub(crate) const CALL_ODD: u32 = 64;
+pub(crate) const CALL_SCHWARZ: u32 = 128;
+pub(crate) const CALL_SOLVE: u32 = 256;
+pub(crate) const CALL_SECOND: u32 = 512;
 
 shared_struct! {
     /// `shared/solve.wgsl`.
@@ -163,6 +166,7 @@ shared_struct! {
 pub(crate) const SOLVE_RUNNING: u32 = 1;
 pub(crate) const SOLVE_CONVERGED: u32 = 2;
 pub(crate) const SOLVE_ENDED: u32 = 3;
+pub(crate) const SOLVE_INDEFINITE: u32 = 5;
 
 shared_struct! {
     /// `shared/group.wgsl`.

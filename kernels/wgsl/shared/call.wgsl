@@ -21,7 +21,8 @@ struct Call {
     pass_count: u32,
     // Largest distance of the numbers of two particles that a spring joins.
     reach: u32,
-    padding: u32,
+    // Level of the preconditioner `schwarz`.
+    level: u32,
 }
 
 @group(0) @binding(33) var<uniform> call: Call;
@@ -41,6 +42,12 @@ const CALL_REFERENCE: u32 = 16u;
 const CALL_REFINE: u32 = 32u;
 // An odd number of iterations of one kernel each lies behind: their scalars are in `solve.current`.
 const CALL_ODD: u32 = 64u;
+// The preconditioner is `schwarz`: kernels of its own come after those that find a residual.
+const CALL_SCHWARZ: u32 = 128u;
+// These kernels are part of a solve, and do nothing once it has ended.
+const CALL_SOLVE: u32 = 256u;
+// A level is smoothed the second time.
+const CALL_SECOND: u32 = 512u;
 
 fn call_has(flag: u32) -> bool {
     return (call.flags & flag) != 0u;

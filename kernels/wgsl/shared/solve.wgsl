@@ -59,6 +59,8 @@ const SOLVE_CONVERGED: u32 = 2u;
 // It stands as it is, above the tolerance.
 const SOLVE_ENDED: u32 = 3u;
 const SOLVE_BROKEN: u32 = 4u;
+// Rounding has made the preconditioner `schwarz` or the matrix indefinite.
+const SOLVE_INDEFINITE: u32 = 5u;
 
 // Threads of a workgroup of these kernels.
 const SOLVE_THREADS: u32 = 256u;

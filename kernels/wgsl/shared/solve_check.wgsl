@@ -3,11 +3,15 @@
 // Whether the iteration ends with this state, as a phase.
 fn phase_after(state: SolveState) -> u32 {
     let limit = call.tolerance * sqrt(state.reference);
-    if !(is_number(state.residual) && is_number(state.gamma) && is_number(state.reference)) {
+    let is_finite = is_number(state.residual) && is_number(state.reference);
+    if !(is_finite && (is_number(state.gamma) || call_has(CALL_SCHWARZ))) {
         return SOLVE_BROKEN;
     }
     if sqrt(state.residual) <= limit {
         return SOLVE_CONVERGED;
+    }
+    if call_has(CALL_SCHWARZ) && state.iteration < call.iterations_max && !(is_number(state.gamma) && state.gamma > 0.0) {
+        return SOLVE_INDEFINITE;
     }
     if state.gamma == 0.0 || state.iteration >= call.iterations_max {
         return SOLVE_ENDED;

@@ -5,7 +5,6 @@ use cloth_core::{Anchor, AnchorSpring, ForceControl, Result, stepper::Substep};
 use super::CudaKernels;
 use crate::{
     layout::{ControlForceData, CudaReal},
-    memory::Memory,
     queue::{Launch, argument},
 };
 
@@ -54,7 +53,7 @@ impl<T: CudaReal> CudaKernels<T> {
         }
         let data: Vec<ControlForceData<T>> = forces.iter().map(data).collect();
         let memory = &mut self.memory;
-        Memory::<T>::grow_write(&memory.queue, &mut memory.control_forces, &data)?;
+        memory.control_forces.write_growing(&memory.queue, &data)?;
         self.control_forces_start("control_forces_anchors", None)
     }
 

@@ -10,7 +10,6 @@ use crate::{
     chain::{Chain, Link},
     forms::FrameForm,
     layout::{ColliderData, CudaReal, SubstepData},
-    memory::Memory,
     queue::{Buffer, Launch, argument},
 };
 
@@ -134,7 +133,7 @@ impl<T: CudaReal> CudaKernels<T> {
             })
             .collect();
         self.frames.collider_sets = plan.colliders.len() / plan.collider_count;
-        Memory::<T>::grow_write(&self.memory.queue, &mut self.memory.colliders, &data)?;
+        self.memory.colliders.write_growing(&self.memory.queue, &data)?;
         self.memory.data.colliders = self.memory.colliders.address();
         Ok(())
     }
@@ -236,7 +235,7 @@ impl<T: CudaReal> CudaKernels<T> {
     /// All substeps, in one launch if nothing comes between them.
     fn substeps_run(&mut self, substeps: &[QueuedSubstep<T>]) -> Result<()> {
         let data: Vec<SubstepData<T>> = substeps.iter().map(|substep| substep.data).collect();
-        Memory::<T>::grow_write(&self.memory.queue, &mut self.memory.substeps, &data)?;
+        self.memory.substeps.write_growing(&self.memory.queue, &data)?;
         self.memory.data.substeps = self.memory.substeps.address();
         let most = self.memory.substeps_max;
         // Each run begins with a kick, or with the first substep.

@@ -5,7 +5,6 @@ use cloth_core::{PinWrite, Result, State};
 use super::CudaKernels;
 use crate::{
     layout::{CudaReal, PinData, Real4},
-    memory::Memory,
     queue::{Launch, argument},
 };
 
@@ -88,7 +87,7 @@ impl<T: CudaReal> CudaKernels<T> {
                 velocity: pin.velocity.unwrap_or_default().map(T::from_f64),
             })
             .collect();
-        Memory::<T>::grow_write(&self.memory.queue, &mut self.memory.pins, &data)?;
+        self.memory.pins.write_growing(&self.memory.queue, &data)?;
         let (address, count) = (self.memory.pins.address(), data.len() as u32);
         let arguments = [argument(&address), argument(&count)];
         self.start(("pins_write", "pins_write"), Launch::over(1), &arguments)

@@ -63,10 +63,12 @@ pub(crate) fn linear_check(linear: &LinearSettings) -> Result<()> {
 /// # Errors
 /// `Unsupported` for what takes one particle after the other.
 pub(crate) fn preconditioner_check(preconditioner: Preconditioner) -> Result<()> {
-    if matches!(preconditioner, Preconditioner::Diagonal | Preconditioner::Block) {
+    use Preconditioner::{Block, Diagonal, Schwarz};
+    if matches!(preconditioner, Diagonal | Block | Schwarz) {
         return Ok(());
     }
-    let feature = format!("the preconditioner {preconditioner} (it has diagonal and block)");
+    let feature =
+        format!("the preconditioner {preconditioner} (it has diagonal, block and schwarz)");
     Err(Error::Unsupported { backend: BACKEND, feature })
 }
 

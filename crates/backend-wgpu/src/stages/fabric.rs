@@ -1,6 +1,8 @@
 //! The stages of triangles of fabric: a kernel over triangles, whose results the gather of another one sums.
 
-use cloth_core::{MatrixBlock, Neighbours, NewtonStart, Result, SlicedRows, stepper::Substep};
+use cloth_core::{
+    Neighbours, NewtonStart, Result, SlicedRows, schwarz::ElementRows, stepper::Substep,
+};
 
 use super::Stages;
 use crate::{
@@ -83,21 +85,27 @@ impl Stages {
         Ok(())
     }
 
-    /// Adds the blocks off the diagonal that triangles add to the matrix, by rows.
-    pub(super) fn fabric_blocks(&mut self) -> Result<Vec<Vec<MatrixBlock>>> {
-        let Some(rows) = self.element_rows.clone() else { return Ok(Vec::new()) };
+    /// What triangles add to the matrix, for the host.
+    pub(super) fn element_rows(&mut self) -> Result<Option<ElementRows<f32>>> {
+        let Some(rows) = self.element_rows.clone() else { return Ok(None) };
         let (head, count) = (rows.slices.len(), rows.entry_count());
-        let numbers: Vec<u32> =
-            self.read_words("element_entries", (head + count * ENTRY_WORDS) as u64)?;
-        let block = |i: usize, (entry, column): (usize, u32)| {
-            let at = head + entry * ENTRY_WORDS + i % SlicedRows::SLICE;
-            let number =
-                |k: usize| f64::from(f32::from_bits(numbers[at + (k + 1) * SlicedRows::SLICE]));
-            let entries = [0, 3, 6].map(|row| [number(row), number(row + 1), number(row + 2)]);
-            MatrixBlock { row: i as u32, column, entries }
-        };
-        let row = |i: usize| rows.row(i).map(|entry| block(i, entry)).collect();
-        Ok((0..self.model.particle_count()).map(row).collect())
+        let words = (head + count * ENTRY_WORDS) as u64;
+        let entries: Vec<u32> = self.read_words("element_entries", words)?;
+        let sums: Vec<[f32; 4]> =
+            self.read_words("element_sums", 12 * self.model.particle_count() as u64)?;
+        // The columns of an entry come before its numbers.
+        let numbers = entries[head..].chunks_exact(ENTRY_WORDS);
+        let numbers = numbers.flat_map(|entry| &entry[SlicedRows::SLICE..]);
+        let diagonal = sums
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .map(|[on, off, _]| [on[0], on[1], on[2], off[0], off[1], off[2]]);
+        Ok(Some(ElementRows {
+            numbers: numbers.map(|&word| f32::from_bits(word)).collect(),
+            diagonal: diagonal.collect(),
+            rows,
+        }))
     }
 }
 

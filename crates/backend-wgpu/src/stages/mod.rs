@@ -15,8 +15,11 @@ mod triangle_contact;
 use std::{collections::HashMap, sync::Arc};
 
 use cloth_core::{
-    Collider, ColliderShape, DeferredOutcome, Error, Integrator, Model, Precision, Result,
-    SlicedRows, SolverConfig, StageTime, contact::device::DeviceContact, stepper::FramePlan,
+    Collider, ColliderShape, DeferredOutcome, Error, Integrator, Model, Precision,
+    Preconditioner::{self, Schwarz},
+    Result, SlicedRows, SolverConfig, StageTime,
+    contact::device::DeviceContact,
+    stepper::FramePlan,
 };
 use wgpu::BindGroup;
 
@@ -86,6 +89,11 @@ pub(crate) struct Stages {
     /// Largest distance of the numbers of two particles that a spring joins, if an iteration of the conjugate
     /// gradient method is one kernel.
     solve_reach: Option<u32>,
+    /// The preconditioner that is there, and that of the name `schwarz` if it was ever built.
+    preconditioner: Preconditioner,
+    schwarz: Option<Box<linear::SchwarzTables>>,
+    /// Length of the substep that the matrix is of \[s\].
+    length: f64,
     /// The pattern of what triangles of fabric add to the matrix, once its memory is there.
     element_rows: Option<SlicedRows>,
     semi_implicit: SemiImplicit,
@@ -150,8 +158,9 @@ impl Stages {
                 feature: format!("precision {}", config.precision),
             });
         }
-        // Contact of triangles is certified by the host in each substep.
-        let solve_policy = solve_policy(&model, config)?.filter(|_| !model.has_triangle_contact());
+        // Contact of triangles is certified by the host in each substep, and the host builds `schwarz`.
+        let solve_policy = solve_policy(&model, config)?
+            .filter(|_| !model.has_triangle_contact() && config.preconditioner() != Some(Schwarz));
         context.faults.check()?;
         // No kernel is started for more: springs of a colour share no particle.
         let limit = context.limits.max_compute_workgroups_per_dimension;
@@ -201,6 +210,9 @@ impl Stages {
             calls: Vec::new(),
             solve_policy,
             solve_reach: None,
+            preconditioner: Preconditioner::Block,
+            schwarz: None,
+            length: 0.0,
             element_rows: None,
             semi_implicit: SemiImplicit::default(),
             triangles: DeviceContact::new(&model, config.pinch).map(Box::new),
@@ -343,6 +355,7 @@ impl Stages {
             | "constraint_project"
             | "linear_start"
             | "preconditioner_apply"
+            | "preconditioner_apply_end"
             | "preconditioner_build" => colliders.into_iter().collect(),
             "measure" => {
                 buckling.into_iter().chain(contact.map(|_| "contact")).chain(grids).collect()
@@ -445,7 +458,8 @@ impl Stages {
 
     /// Writes to a buffer that grows when it must.
     fn write_growing(&mut self, name: &'static str, contents: &[u8]) -> Result<()> {
-        if self.buffers.get(name, 0, 0)?.size() < contents.len() as u64 {
+        let size = self.buffers.get(name, 0, 0).map_or(0, wgpu::Buffer::size);
+        if size < contents.len() as u64 {
             self.recorder.submit(&self.context)?;
             self.buffers.create(&self.context, name, contents.len() as u64, None)?;
             self.bind_groups.clear();
@@ -467,6 +481,7 @@ impl Stages {
     }
 
     pub(crate) fn frame_begin(&mut self, plan: &FramePlan) -> Result<()> {
+        self.schwarz_forget();
         self.frame_admit()?;
         self.slots.fill(plan);
         self.slots.ticks();

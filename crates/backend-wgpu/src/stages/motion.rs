@@ -69,6 +69,7 @@ pub(super) const START: &str = "position_start";
 impl Stages {
     pub(crate) fn state_write(&mut self, state: &State) -> Result<()> {
         state.validate(&self.model)?;
+        self.schwarz_forget();
         // Whatever was under way is overwritten.
         self.open = None;
         self.failure = None;

@@ -241,7 +241,11 @@ impl Stages {
         }
     }
 
-    fn vectors_read(&mut self, source: &wgpu::Buffer, out: &mut Vec<[f32; 4]>) -> Result<()> {
+    pub(super) fn vectors_read(
+        &mut self,
+        source: &wgpu::Buffer,
+        out: &mut Vec<[f32; 4]>,
+    ) -> Result<()> {
         let size = VECTOR_SIZE * self.model.particle_count() as u64;
         self.read_part(source, 0, size, |bytes| {
             out.clear();

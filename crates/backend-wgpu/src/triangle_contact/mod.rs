@@ -5,7 +5,7 @@ mod table;
 
 use cloth_core::contact::device::{MOVED_NUMBERS, PairTask};
 
-pub(crate) use table::{TABLE_HEAD, blocks, table};
+pub(crate) use table::{TABLE_HEAD, table};
 
 use crate::layout;
 

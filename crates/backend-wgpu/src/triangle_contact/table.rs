@@ -1,8 +1,8 @@
 //! Contents of `shared/contact_table.wgsl`.
 
 use cloth_core::{
-    MatrixBlock, NewtonStart,
-    contact::{ContactEquation, ContactSet, ContactStencil},
+    NewtonStart,
+    contact::{ContactEquation, ContactSet},
 };
 
 /// Words before the rows of particles.
@@ -54,26 +54,4 @@ pub(crate) fn table(
         words.extend(numbers.map(|number| number.to_bits()));
     }
     words
-}
-
-/// The blocks off the diagonal that contacts add to the matrix, by rows.
-pub(crate) fn blocks(set: &ContactSet<f32>, count: usize) -> Vec<Vec<MatrixBlock>> {
-    let mut blocks = vec![Vec::new(); count];
-    for (stencil, state) in set.stencils().iter().zip(set.states()) {
-        let [xx, yy, zz, xy, xz, yz] = state.action.rows.map(f64::from);
-        let rows = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
-        let ends = |stencil: &ContactStencil<f32>| {
-            let is_particle = |&(_, end, _): &(usize, usize, f32)| set.is_particle(end as u32);
-            ends(stencil.particles, stencil.weights).filter(is_particle)
-        };
-        for (_, row, a) in ends(stencil) {
-            for (_, column, b) in ends(stencil).filter(|(_, column, _)| *column != row) {
-                let factor = f64::from(a * b);
-                let entries = rows.map(|row| row.map(|entry| factor * entry));
-                let (row_number, column) = (row as u32, column as u32);
-                blocks[row].push(MatrixBlock { row: row_number, column, entries });
-            }
-        }
-    }
-    blocks
 }

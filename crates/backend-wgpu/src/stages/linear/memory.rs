@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// Bytes of the constraint of a particle (`shared/constraint.wgsl`).
-const CONSTRAINT_SIZE: u64 = 240;
+pub(super) const CONSTRAINT_SIZE: u64 = 240;
 
 impl Stages {
     /// Takes the memory, if it is not there yet.

@@ -3,10 +3,13 @@
 mod constraints;
 mod memory;
 mod read;
+mod schwarz;
 mod solve;
 mod step;
 
 use cloth_core::{LinearVector, MatrixForm, NewtonStart, Preconditioner, Result, stepper::Substep};
+
+pub(super) use schwarz::SchwarzTables;
 
 use super::Stages;
 use crate::{
@@ -73,6 +76,7 @@ impl Stages {
             return Ok(());
         }
         self.semi_implicit.length = None;
+        self.length = f64::from(substep.length as f32);
         let slot = self.slot(substep)?;
         self.linear_prepare()?;
         self.fabric_assemble(slot)?;
@@ -91,8 +95,13 @@ impl Stages {
     }
 
     pub(crate) fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
+        let preconditioner = preconditioner.resolved(&self.model, true);
         preconditioner_check(preconditioner)?;
         self.semi_implicit.length = None;
+        self.preconditioner = preconditioner;
+        if preconditioner == Preconditioner::Schwarz {
+            return self.schwarz_build();
+        }
         let flags = if preconditioner == Preconditioner::Block { CALL_BLOCKS } else { 0 };
         self.linear_kernel("preconditioner_build", 0, Call { flags, ..Call::default() })
     }
@@ -102,6 +111,9 @@ impl Stages {
         from: LinearVector,
         to: LinearVector,
     ) -> Result<()> {
+        if self.preconditioner == Preconditioner::Schwarz {
+            return self.schwarz_record((from, to), 0);
+        }
         self.linear_kernel("preconditioner_apply", 0, vectors_call(from, to))
     }
 

@@ -1,18 +1,17 @@
 //! Matrix and vectors for tests and tools.
 
-use cloth_core::{LinearVector, MatrixBlock, Result};
+use cloth_core::{
+    LinearVector, MatrixBlock, Result,
+    schwarz::{MatrixCopy, PairRows},
+};
 
-use super::Stages;
+use super::{Stages, memory::CONSTRAINT_SIZE};
 use crate::{
     buffers::VECTOR_SIZE, layout::Solve, linear::vector_number, tables::links::LinkTables,
-    triangle_contact::blocks,
 };
 
 /// Entries of a symmetric 3 x 3 matrix: xx, yy, zz, xy, xz, yz.
 type Symmetric = [f32; 6];
-
-/// The other particle of a pair in contact, and u.
-type ContactBlock = (usize, [f32; 3]);
 
 impl Stages {
     pub(crate) fn vector_read(
@@ -52,76 +51,101 @@ impl Stages {
     }
 
     pub(crate) fn matrix_read(&mut self, out: &mut Vec<MatrixBlock>) -> Result<()> {
-        out.clear();
         self.linear_prepare()?;
-        let count = self.model.particle_count();
-        let links = LinkTables::new(&self.model);
-        let diagonal: Vec<[f32; 4]> = self.read_words("matrix_diagonal", 8 * count as u64)?;
-        let factors: Vec<[f32; 4]> = self.read_words("factors", 4 * links.places as u64)?;
-        let pairs = self.contact_blocks()?;
-        let elements = self.fabric_blocks()?;
-        let triangles =
-            self.triangles.as_ref().map_or_else(Vec::new, |all| blocks(&all.set, count));
-        for (row, pairs) in pairs.iter().enumerate() {
-            let [a, b] = [diagonal[2 * row], diagonal[2 * row + 1]];
-            let start = out.len();
-            out.push(dense(row, row, [a[0], a[1], a[2], b[0], b[1], b[2]]));
-            for [column, place] in links.row(row) {
-                let [x, y, z, e] = factors[place];
-                out.push(dense(row, column, block([x, y, z], e.max(0.0))));
-            }
-            for &(column, u) in pairs {
-                out.push(dense(row, column, block(u, 0.0)));
-            }
-            out.extend(elements.get(row).into_iter().flatten());
-            out.extend(triangles.get(row).into_iter().flatten());
-            out[start..].sort_by_key(|block| block.column);
-            out.dedup_by(|later, kept| {
-                let is_same = (later.row, later.column) == (kept.row, kept.column);
-                if is_same {
-                    let both =
-                        kept.entries.iter_mut().flatten().zip(later.entries.iter().flatten());
-                    both.for_each(|(kept, later)| *kept += later);
-                }
-                is_same
-            });
-        }
+        let words = 8 * self.model.particle_count() as u64;
+        let diagonal: Vec<[f32; 4]> = self.read_words("matrix_diagonal", words)?;
+        let diagonal: Vec<_> = diagonal.as_chunks::<2>().0.iter().map(symmetric).collect();
+        self.matrix_copy()?.read(&diagonal, out);
         Ok(())
     }
 
-    /// The pairs in contact that are part of the matrix, by particle.
-    fn contact_blocks(&mut self) -> Result<Vec<Vec<ContactBlock>>> {
+    /// The matrix in the memory of the host.
+    pub(super) fn matrix_copy(&mut self) -> Result<MatrixCopy<f32>> {
+        self.linear_prepare()?;
         let count = self.model.particle_count();
-        let mut blocks = vec![Vec::new(); count];
-        if !self.is_penalty() {
-            return Ok(blocks);
+        let base: Vec<[f32; 4]> = self.read_words("matrix_base", 8 * count as u64)?;
+        let motion = [self.buffers.position(self.present), self.buffers.velocity(self.present)];
+        let [positions, velocities] = motion.map(Clone::clone);
+        let (mut position, mut velocity) = (Vec::new(), Vec::new());
+        self.vectors_read(&positions, &mut position)?;
+        self.vectors_read(&velocities, &mut velocity)?;
+        Ok(MatrixCopy {
+            positions: position.iter().map(|&[x, y, z, _]| [x, y, z]).collect(),
+            masses: velocity.iter().map(|velocity| velocity[3]).collect(),
+            base: base.as_chunks::<2>().0.iter().map(symmetric).collect(),
+            filters: self.filters_read()?,
+            springs: self.spring_pairs()?,
+            pairs: self.touching_pairs()?,
+            elements: self.element_rows()?,
+            contacts: self.triangles.as_ref().map(|all| all.rows()).unwrap_or_default(),
+        })
+    }
+
+    /// S of all particles, `None` for the identity.
+    pub(super) fn filters_read(&mut self) -> Result<Vec<Option<Symmetric>>> {
+        let count = self.model.particle_count();
+        let positions = self.buffers.position(self.present).clone();
+        let mut position = Vec::new();
+        self.vectors_read(&positions, &mut position)?;
+        let constraints: Vec<u32> = match self.buffers.has("constraints") {
+            true => self.read_words("constraints", CONSTRAINT_WORDS as u64 * count as u64)?,
+            false => Vec::new(),
+        };
+        let mut filters: Vec<_> = position
+            .iter()
+            .map(|position| (position[3] <= 0.0).then_some(Symmetric::default()))
+            .collect();
+        for (filter, words) in filters.iter_mut().zip(constraints.chunks_exact(CONSTRAINT_WORDS)) {
+            // The number of contacts stands between both halves of S.
+            if filter.is_none() && words[3] > 0 {
+                *filter = Some([0, 1, 2, 4, 5, 6].map(|word| f32::from_bits(words[word])));
+            }
         }
+        Ok(filters)
+    }
+
+    fn spring_pairs(&mut self) -> Result<PairRows<f32>> {
+        let links = LinkTables::new(&self.model);
+        let factors: Vec<[f32; 4]> = self.read_words("factors", 4 * links.places as u64)?;
+        let mut springs = PairRows { starts: vec![0], pairs: Vec::new() };
+        for row in 0..self.model.particle_count() {
+            springs.pairs.extend(links.row(row).map(|[column, place]| {
+                let [x, y, z, e] = factors[place];
+                (column as u32, [x, y, z], e.max(0.0))
+            }));
+            springs.starts.push(springs.pairs.len() as u32);
+        }
+        Ok(springs)
+    }
+
+    /// The pairs in contact that are part of the matrix.
+    fn touching_pairs(&mut self) -> Result<PairRows<f32>> {
+        if !self.is_penalty() {
+            return Ok(PairRows::default());
+        }
+        let count = self.model.particle_count();
         let rows: Vec<[u32; 2]> = self.read_words("contact_rows", 2 * count as u64)?;
         let used = rows.iter().map(|row| u64::from(row[0] + row[1])).max().unwrap_or(0);
         let entries: Vec<u32> = self.read_words("contact_entries", used)?;
         let factors: Vec<[f32; 4]> = self.read_words("contact_factors", 4 * used)?;
-        for (blocks, [first, length]) in blocks.iter_mut().zip(rows) {
+        let mut pairs = PairRows { starts: vec![0], pairs: Vec::new() };
+        for [first, length] in rows {
             for at in first as usize..(first + length) as usize {
                 let [x, y, z, is_touching] = factors[at];
                 if is_touching != 0.0 {
-                    blocks.push((entries[at] as usize, [x, y, z]));
+                    pairs.pairs.push((entries[at], [x, y, z], 0.0));
                 }
             }
+            pairs.starts.push(pairs.pairs.len() as u32);
         }
-        Ok(blocks)
+        Ok(pairs)
     }
 }
 
-/// -(g I + u u^T).
-fn block([x, y, z]: [f32; 3], g: f32) -> Symmetric {
-    [-(g + x * x), -(g + y * y), -(g + z * z), -(x * y), -(x * z), -(y * z)]
-}
+/// Words of the constraint of a particle (`shared/constraint.wgsl`).
+const CONSTRAINT_WORDS: usize = CONSTRAINT_SIZE as usize / 4;
 
-fn dense(row: usize, column: usize, block: Symmetric) -> MatrixBlock {
-    let [xx, yy, zz, xy, xz, yz] = block.map(f64::from);
-    MatrixBlock {
-        row: row as u32,
-        column: column as u32,
-        entries: [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]],
-    }
+/// A matrix that is kept as two vectors.
+const fn symmetric([on, off]: &[[f32; 4]; 2]) -> Symmetric {
+    [on[0], on[1], on[2], off[0], off[1], off[2]]
 }

@@ -8,8 +8,8 @@ use cloth_core::{
 use super::{Stages, vectors_call};
 use crate::{
     layout::{
-        CALL_DEFERRED, CALL_FROM_SOLUTION, CALL_ODD, CALL_REFERENCE, Call, SOLVE_CONVERGED,
-        SOLVE_ENDED, SOLVE_RUNNING, Solve,
+        CALL_DEFERRED, CALL_FROM_SOLUTION, CALL_ODD, CALL_REFERENCE, CALL_SCHWARZ, Call,
+        SOLVE_CONVERGED, SOLVE_ENDED, SOLVE_INDEFINITE, SOLVE_RUNNING, Solve,
     },
     linear::{SolveRequest, call_of, linear_check, vector_number},
 };
@@ -25,7 +25,12 @@ impl Stages {
     }
 
     /// A kernel over blocks of particles.
-    fn solve_kernel(&mut self, stage: &'static str, name: &'static str, call: Call) -> Result<()> {
+    pub(super) fn solve_kernel(
+        &mut self,
+        stage: &'static str,
+        name: &'static str,
+        call: Call,
+    ) -> Result<()> {
         self.linear_prepare()?;
         let call = self.call(call)?;
         let [blocks, _] = crate::dispatch::solve_blocks(self.particle_count());
@@ -58,6 +63,7 @@ impl Stages {
             ..call
         };
         self.solve_kernel(stage, "linear_residual", reference)?;
+        self.schwarz_of_residual()?;
         if starts_at_solution { self.residual_of_solution(stage, slot, call) } else { Ok(()) }
     }
 
@@ -70,7 +76,8 @@ impl Stages {
     ) -> Result<()> {
         self.single(stage, "linear_reference", slot, call)?;
         let vector_from = vector_number(LinearVector::Solution);
-        self.solve_kernel(stage, "linear_residual", Call { vector_from, ..call })
+        self.solve_kernel(stage, "linear_residual", Call { vector_from, ..call })?;
+        self.schwarz_of_residual()
     }
 
     /// Records `count` iterations after the first `done` ones. Returns what tells later kernels where the last one
@@ -81,7 +88,8 @@ impl Stages {
         (done, count): (u32, u32),
         call: Call,
     ) -> Result<Call> {
-        let reach = self.solve_reach.filter(|_| method != LinearMethod::Jacobi);
+        let is_schwarz = self.preconditioner == Preconditioner::Schwarz;
+        let reach = self.solve_reach.filter(|_| method != LinearMethod::Jacobi && !is_schwarz);
         if let Some(reach) = reach {
             let stage = "conjugate_gradient";
             let after = |done: u32| Call {
@@ -106,6 +114,7 @@ impl Stages {
                 let stage = "conjugate_gradient";
                 self.solve_kernel(stage, "conjugate_gradient_image", call)?;
                 self.solve_kernel(stage, "conjugate_gradient_step", call)?;
+                self.schwarz_of_residual()?;
             }
         }
         Ok(call)
@@ -129,9 +138,33 @@ impl Stages {
         start: LinearStart,
     ) -> Result<LinearOutcome> {
         linear_check(settings)?;
+        let solve = self.solve_to_end(settings, start)?;
+        let mut outcome = outcome(&solve);
+        if solve.outcome_phase == SOLVE_INDEFINITE {
+            // Rounding has made it so: the rest with the diagonal, as `linear::restart`.
+            let iterations = solve.outcome_iterations;
+            self.preconditioner_build(Preconditioner::Diagonal)?;
+            let rest = LinearSettings {
+                preconditioner: Preconditioner::Diagonal,
+                iterations_max: settings.iterations_max - iterations,
+                ..*settings
+            };
+            outcome = self::outcome(&self.solve_to_end(&rest, LinearStart::Solution)?);
+            outcome.iterations += iterations;
+            outcome.restarted = true;
+        }
+        self.schwarz_solved(&outcome);
+        Ok(outcome)
+    }
+
+    /// The same, and what the device says of it.
+    fn solve_to_end(&mut self, settings: &LinearSettings, start: LinearStart) -> Result<Solve> {
         let method = settings.method;
         let stage = stage_of(method);
-        let call = call_of(settings, start);
+        let mut call = call_of(settings, start);
+        if self.preconditioner == Preconditioner::Schwarz {
+            call.flags |= CALL_SCHWARZ;
+        }
         self.solve_begin(stage, self.slots.current, call)?;
         let mut done = 0;
         loop {
@@ -141,7 +174,7 @@ impl Stages {
             self.single(stage, "linear_end", self.slots.current, after)?;
             let solve = self.solve_read()?;
             if solve.outcome_phase != SOLVE_RUNNING {
-                return Ok(outcome(&solve));
+                return Ok(solve);
             }
         }
     }
