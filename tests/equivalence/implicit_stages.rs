@@ -1,8 +1,10 @@
 //! One test for each stage of the implicit integrator, under the name of the stage.
 
-use cloth_core::{LinearSettings, MatrixForm, NewtonStart};
+use cloth_core::{ImplicitSettings, Integrator, LinearSettings, MatrixForm, NewtonStart};
 use harness::{
-    checks,
+    backends::{Candidate, candidates_with, cpu},
+    checks::{self, PatchFrames},
+    feature::Feature,
     linear::{LINEAR_METHODS, MATRIX_FORMS, PRECONDITIONERS},
     models::{Contact, Description, description, description_of_fabric},
     runner::for_all,
@@ -191,6 +193,30 @@ fn conjugate_gradient_solves_the_system_with_every_preconditioner_and_matrix() {
             for_all(CASES / 2, &description(), |candidate, case| {
                 checks::linear_solution(candidate, case, &settings)
             });
+        }
+    }
+}
+
+/// With particles for three levels of groups: bits of the CPU on CUDA, and wgpu near it.
+#[test]
+fn preconditioner_apply_of_many_groups() {
+    for collider in [false, true] {
+        for candidate in candidates_with(Feature::Schwarz) {
+            let exact = candidate.label.starts_with("cuda");
+            if !(exact || candidate.label.starts_with("wgpu")) {
+                continue;
+            }
+            let patch = PatchFrames {
+                fabric: true,
+                collider,
+                integrator: Integrator::Implicit(ImplicitSettings::default()),
+                precision: candidate.precision,
+                ..PatchFrames::explicit([131, 130])
+            };
+            let base = Candidate::new("cpu", Box::new(cpu(2)), candidate.precision);
+            let tolerances = if exact { [0.0; 2] } else { [1e-5; 2] };
+            let verdict = checks::schwarz_of_many_groups([&base, candidate], &patch, tolerances);
+            assert_eq!(verdict, Ok(()));
         }
     }
 }

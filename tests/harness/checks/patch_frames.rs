@@ -198,6 +198,19 @@ impl PatchFrames {
         TIME_STEPS[usize::from(self.integrator != Integrator::Explicit)]
     }
 
+    /// Settings of a solver for it.
+    #[must_use]
+    pub fn config(&self) -> SolverConfig {
+        SolverConfig {
+            precision: self.precision,
+            time_step: self.time_step(),
+            integrator: self.integrator.clone(),
+            strain_limit: self.strain_limit(),
+            strain_bound: 1e3,
+            ..SolverConfig::default()
+        }
+    }
+
     /// The state that `model` starts from.
     #[must_use]
     pub fn start(&self, model: &Model) -> State {
@@ -239,15 +252,7 @@ impl PatchFrames {
     pub fn run_from(&self, backend: &dyn Backend, start: &State) -> cloth_core::Result<State> {
         let model = self.model()?;
         let time_step = self.time_step();
-        let config = SolverConfig {
-            precision: self.precision,
-            time_step,
-            integrator: self.integrator.clone(),
-            strain_limit: self.strain_limit(),
-            strain_bound: 1e3,
-            ..SolverConfig::default()
-        };
-        let mut solver = backend.create_solver(model.clone(), &config)?;
+        let mut solver = backend.create_solver(model.clone(), &self.config())?;
         solver.upload(start)?;
         for (frame, &substeps) in self.frames.iter().enumerate() {
             solver.set_control(&self.control(&model, frame))?;

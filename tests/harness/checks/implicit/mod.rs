@@ -2,6 +2,7 @@
 
 mod constraints;
 mod prepared;
+mod schwarz;
 mod solvers;
 mod state;
 mod system;
@@ -11,6 +12,7 @@ pub use constraints::{
     collider_constraints, constraint_filter, constraint_impulses, constraint_project,
     constraint_release,
 };
+pub use schwarz::schwarz_of_many_groups;
 pub use solvers::{
     conjugate_gradient, implicit_frame, implicit_trajectory, jacobi, linear_solution,
 };
