@@ -11,7 +11,7 @@ pub(crate) struct Arguments {
     /// Backends to measure, separated by commas; those that this machine lacks are listed as absent.
     #[arg(long, value_delimiter = ',', default_values = ["cpu", "wgpu", "cuda"])]
     pub(crate) backends: Vec<BackendName>,
-    /// What to run: a few minutes, everything, or the published tables alone.
+    /// What to run: a few minutes, everything, the published tables alone, or solvers of linear systems by themselves.
     #[arg(long, value_enum, default_value_t = Suite::Quick)]
     pub(crate) suite: Suite,
     /// Folder for results.json, results.csv and index.html.
@@ -71,6 +71,8 @@ pub(crate) enum Suite {
     Full,
     /// The published tables alone.
     Tables,
+    /// Solvers of linear systems: iterations and time against particles, stiffness, time step and layers in contact.
+    Linear,
 }
 
 impl Suite {
@@ -79,6 +81,7 @@ impl Suite {
             Self::Quick => "quick",
             Self::Full => "full",
             Self::Tables => "tables",
+            Self::Linear => "linear",
         }
     }
 }

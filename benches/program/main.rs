@@ -5,6 +5,7 @@
 //!
 //! - [`engine`] opens the backends and asks what their memory can do.
 //! - [`case`] says what is run, [`measure`] runs it, [`check`] compares it, [`record`] keeps what came of it.
+//! - [`linear`] compares solvers of linear systems by themselves.
 //! - [`suite`] lists the cases, those of published tables among them.
 //! - [`output`] writes JSON, CSV and the page, prints, and compares with an older run.
 
@@ -12,6 +13,7 @@ mod arguments;
 mod case;
 mod check;
 mod engine;
+mod linear;
 mod machine;
 mod measure;
 mod memory;

@@ -25,6 +25,9 @@ pub(crate) struct Results {
     /// For each backend and integrator, the largest power of ten that stiffness can be raised by.
     #[serde(default)]
     pub(crate) stiffness: Vec<(String, Vec<(String, i32)>)>,
+    /// Solves of linear systems by themselves.
+    #[serde(default)]
+    pub(crate) linear: Vec<LinearRecord>,
     /// Cases that ended in an error.
     pub(crate) failures: Vec<Failure>,
 }
@@ -86,6 +89,27 @@ pub(crate) struct Record {
     pub(crate) verdict: Verdict,
     /// What the table of the group was published with for this row, in its unit.
     pub(crate) published: Option<f64>,
+}
+
+/// A solve of a linear system.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct LinearRecord {
+    /// What is varied.
+    pub(crate) sweep: String,
+    /// Its value.
+    pub(crate) x: f64,
+    pub(crate) particles: u64,
+    pub(crate) backend: String,
+    pub(crate) preconditioner: String,
+    /// What was asked for.
+    pub(crate) goal: String,
+    pub(crate) iterations: u32,
+    /// Whether that was reached.
+    pub(crate) is_reached: bool,
+    /// Time to build the preconditioner \[ms\].
+    pub(crate) build: f64,
+    /// Time of a solve \[ms\].
+    pub(crate) solve: f64,
 }
 
 impl Record {

@@ -9,7 +9,7 @@ use crate::{
     arguments::{Arguments, BackendName, Suite},
     case::{Case, CaseError},
     engine::{Engine, Engines},
-    machine, measure,
+    linear, machine, measure,
     output::{self, compare::Comparison},
     record::{FORMAT, Failure, Results},
     suite::{self, group},
@@ -41,15 +41,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
             absent,
             records: Vec::new(),
             stiffness: Vec::new(),
+            linear: Vec::new(),
             failures: Vec::new(),
         },
         out: &arguments.out,
         engines,
     };
     run.cases(arguments.suite)?;
-    if arguments.suite != Suite::Quick {
+    if matches!(arguments.suite, Suite::Full | Suite::Tables) {
         run.stiffness()?;
         run.ladder()?;
+    }
+    if matches!(arguments.suite, Suite::Full | Suite::Linear) {
+        run.linear()?;
     }
     output::summary::print(&run.results);
     if let Some(older) = older {
@@ -115,6 +119,38 @@ impl Run<'_> {
             }
             bar.finish_and_clear();
             self.write()?;
+        }
+        Ok(())
+    }
+
+    /// Solvers of linear systems by themselves.
+    fn linear(&mut self) -> Result<(), Box<dyn Error>> {
+        for number in 0..self.engines.all.len() {
+            let systems = linear::systems(&self.engines.all[number]);
+            let bar = ProgressBar::new(systems.len() as u64);
+            bar.set_style(ProgressStyle::with_template("{wide_bar} {pos}/{len} {msg}")?);
+            let mut known = linear::Known::new();
+            for system in systems {
+                let engine = &self.engines.all[number];
+                let name = engine.name();
+                if self.engines.is_lost(name) {
+                    break;
+                }
+                let (sweep, x, workload) = system;
+                let title = format!("{} {x}, {} particles", sweep.name(), workload.particles());
+                bar.set_message(format!("{name} {title}"));
+                let records = &mut self.results.linear;
+                if let Err(error) = linear::measure(engine, system, &mut known, records) {
+                    if let CaseError::Solver(error) = &error {
+                        self.engines.report(name, error);
+                    }
+                    bar.suspend(|| eprintln!("{name} {title}: {error}"));
+                    self.results.failures.push(failure("linear systems", name, title, &error));
+                }
+                bar.inc(1);
+                self.write()?;
+            }
+            bar.finish_and_clear();
         }
         Ok(())
     }

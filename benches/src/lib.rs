@@ -7,6 +7,7 @@ mod field;
 mod hang;
 mod ladder;
 mod reference;
+mod sheet;
 mod statistics;
 mod workload;
 
@@ -22,5 +23,6 @@ pub use reference::{
     ReferenceRow, reference_build, reference_chosen, reference_run, reference_source,
     reference_state,
 };
+pub use sheet::SheetWorkload;
 pub use statistics::{median, quartiles};
 pub use workload::{FRAMES_BEFORE, FRAMES_MEASURED, RunningWorkload, Workload};

@@ -55,7 +55,7 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_g
         End end(solve, tolerance, residual, gamma, is_last);
         if (end.is_reached || !recurrence.advance(gamma, sums[2], beta)) {
             own.store(l.vectors[SOLUTION], y);
-            finish(l, iteration, residual / solve.reference, end.converged, end.is_reached ? end.breakdown : iteration == 0);
+            finish(l, iteration, residual / solve.reference, end.converged, end.is_reached ? end.breakdown : iteration == 0, !end.is_reached);
             return;
         }
         real a = (real)recurrence.alpha, b = (real)beta;

@@ -141,7 +141,7 @@ shared! {
     "matrix_diagonal" "matrix_entry" "matrix_row" "matrix_springs" "measure_sum" "membrane" "membrane_element" "membrane_store" "model" "motion" "motion_out"
     "particle_advance" "particle_force" "piece" "pair_box" "pair_boxes" "pair_each" "pair_found" "pair_list" "pair_references" "pair_results" "pair_task" "pair_ways"
     "position_start" "position_start_none" "preconditioner" "preconditioner_block" "procedural" "schwarz" "schwarz_factor" "schwarz_prolong" "schwarz_residual" "solve"
-    "solve_begin" "solve_check" "solve_outcome" "spring" "spring_batch" "spring_buckling" "spring_factor" "spring_linear"
+    "solve_begin" "solve_check" "solve_energy" "solve_outcome" "spring" "spring_batch" "spring_buckling" "spring_factor" "spring_linear"
     "status" "substep" "surface" "symmetric" "triangle_row" "triangle_row_none" "triangles" "vectors"
 }
 

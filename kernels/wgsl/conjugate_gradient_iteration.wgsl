@@ -161,6 +161,9 @@ fn main(
         state.phase = phase_after(state);
         if state.phase == SOLVE_RUNNING && !(curvature > 0.0 && is_number(scalars.alpha)) {
             state.phase = select(SOLVE_ENDED, SOLVE_BROKEN, state.iteration == 0u);
+            if call_has(CALL_RESTARTS) {
+                state.phase = SOLVE_INDEFINITE;
+            }
         }
         if state.phase == SOLVE_RUNNING {
             state.iteration += 1u;

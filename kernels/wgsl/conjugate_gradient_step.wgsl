@@ -1,6 +1,6 @@
 // NUMERICS section 5, conjugate gradient, second half of an iteration: its scalars, then
 // p = c + beta p, q = s + beta q, y += alpha p, r -= alpha q, c = S P^-1 r, and the sums of r . c and r . r.
-//!include model call vectors symmetric matrix preconditioner solve solve_check
+//!include model call vectors symmetric matrix preconditioner solve solve_check solve_energy
 //!if colliders
 //!include constraint
 //!end
@@ -31,7 +31,7 @@ fn main(
     var phase = phase_after(state);
     if phase == SOLVE_RUNNING && !(curvature > 0.0 && is_number(alpha)) {
         phase = select(SOLVE_ENDED, SOLVE_BROKEN, state.iteration == 0u);
-        if call_has(CALL_SCHWARZ) {
+        if call_has(CALL_RESTARTS) {
             phase = SOLVE_INDEFINITE;
         }
     }
@@ -42,6 +42,9 @@ fn main(
             state.iteration += 1u;
             state.alpha_before = alpha;
             state.gamma_before = state.gamma;
+            if call_has(CALL_ENERGY) {
+                state.energy = energy_add(alpha * state.gamma);
+            }
         }
         solve.next = state;
     }

@@ -1,8 +1,9 @@
-//! What is left behind: results.json to compare with and to make a README of, results.csv for other tools, and one
+//! What is left behind: results.json to compare with and to make a README of, results.csv (and linear.csv) for other tools, and one
 //! page with everything, that needs no other file.
 
 pub(crate) mod compare;
 mod csv;
+mod linear;
 mod page;
 mod plots;
 pub(crate) mod readme;
@@ -40,6 +41,9 @@ pub(crate) fn prepare(folder: &Path) -> Result<(), Box<dyn Error>> {
 pub(crate) fn write(folder: &Path, results: &Results) -> Result<(), Box<dyn Error>> {
     fs::write(folder.join("results.json"), serde_json::to_vec_pretty(results)?)?;
     fs::write(folder.join("results.csv"), csv::text(results)?)?;
+    if !results.linear.is_empty() {
+        fs::write(folder.join("linear.csv"), linear::csv(results)?)?;
+    }
     fs::write(folder.join("index.html"), page::html(results)?)?;
     Ok(())
 }

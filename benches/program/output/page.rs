@@ -98,6 +98,7 @@ fn plots(results: &Results) -> Result<Vec<String>, Box<dyn Error>> {
             plots.push(plots::shares(&format!("stages of {group}, 160 x 160 particles"), &bars)?);
         }
     }
+    plots.extend(super::linear::plots(results)?);
     plots.retain(|plot| !plot.is_empty());
     Ok(plots)
 }

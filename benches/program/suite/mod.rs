@@ -47,6 +47,9 @@ pub(crate) mod group {
 /// If a workload is not valid, which its tests exclude.
 pub(crate) fn cases(suite: Suite, engine: &Engine) -> Result<Vec<Case>, CaseError> {
     let mut cases = Vec::new();
+    if suite == Suite::Linear {
+        return Ok(cases);
+    }
     if suite != Suite::Tables {
         cases.extend(workloads::cases(suite, engine)?);
         cases.extend(scaling::cases(suite, engine)?);

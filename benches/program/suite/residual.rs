@@ -32,10 +32,9 @@ pub(super) fn cases(suite: Suite, engine: &Engine) -> Vec<Case> {
     ];
     let mut cases = Vec::new();
     for (label, method, preconditioner) in methods {
-        let is_of_processors =
-            matches!(preconditioner, Preconditioner::IncompleteCholesky | Preconditioner::Schwarz);
+        let is_of_processors = preconditioner == Preconditioner::IncompleteCholesky;
         if is_of_processors && engine.is_asynchronous() {
-            // Triangular solves are for processors, and GPUs do not have groups yet.
+            // Triangular solves are for processors.
             continue;
         }
         for &count in counts {

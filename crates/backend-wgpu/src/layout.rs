@@ -122,6 +122,8 @@ pub(crate) const CALL_ODD: u32 = 64;
 pub(crate) const CALL_SCHWARZ: u32 = 128;
 pub(crate) const CALL_SOLVE: u32 = 256;
 pub(crate) const CALL_SECOND: u32 = 512;
+pub(crate) const CALL_ENERGY: u32 = 1024;
+pub(crate) const CALL_RESTARTS: u32 = 2048;
 
 shared_struct! {
     /// `shared/solve.wgsl`.
@@ -135,7 +137,7 @@ shared_struct! {
         gamma_before: f32,
         omega: f32,
         halvings: u32,
-        padding_0: u32,
+        energy: f32,
         padding_1: u32,
         padding_2: u32,
     }
@@ -157,8 +159,13 @@ shared_struct! {
         solves_unconverged: u32,
         iterations: u32,
         residual_max: f32,
-        padding: u32,
+        energy_before: f32,
         iterations_most: [u32; 4],
+        energy_stride: u32,
+        energy_filled: u32,
+        energy_last: u32,
+        padding: u32,
+        energy_sums: [[f32; 4]; 16],
     }
 }
 

@@ -124,7 +124,7 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_g
         products_add(s, l, memory, 1, [&](uint i) { return Products{products[i], 0}; }, delta, unused);
         if (!recurrence.advance(gamma, delta, beta)) {
             solution_write(iteration, false, 0);
-            finish(l, iteration, residual / solve.reference, end.converged, iteration == 0);
+            finish(l, iteration, residual / solve.reference, end.converged, iteration == 0, true);
             return;
         }
         real a = (real)recurrence.alpha;

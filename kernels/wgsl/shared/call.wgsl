@@ -48,6 +48,10 @@ const CALL_SCHWARZ: u32 = 128u;
 const CALL_SOLVE: u32 = 256u;
 // A level is smoothed the second time.
 const CALL_SECOND: u32 = 512u;
+// A solve ends by the error in the norm of the energy.
+const CALL_ENERGY: u32 = 1024u;
+// The host is told of a direction without positive curvature, and may go on with another preconditioner.
+const CALL_RESTARTS: u32 = 2048u;
 
 fn call_has(flag: u32) -> bool {
     return (call.flags & flag) != 0u;

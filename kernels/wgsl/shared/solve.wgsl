@@ -18,7 +18,8 @@ struct SolveState {
     // Damping of Jacobi, and how often it was halved.
     omega: f32,
     halvings: u32,
-    padding_0: u32,
+    // Estimate of the error in the norm of the energy, relative to that of the start; negative where there is none.
+    energy: f32,
     padding_1: u32,
     padding_2: u32,
 }
@@ -43,9 +44,16 @@ struct Solve {
     solves_unconverged: u32,
     iterations: u32,
     residual_max: f32,
-    padding: u32,
+    // How much closer the first solution is than z in the square of the norm of the energy.
+    energy_before: f32,
     // Most iterations of the first, second ... solve of a substep; further ones count as the last.
     iterations_most: vec4<u32>,
+    // What iterations took away of the square of the error, in sums of `energy_stride` terms: how many sums, terms of the last one.
+    energy_stride: u32,
+    energy_filled: u32,
+    energy_last: u32,
+    padding: u32,
+    energy_sums: array<vec4f, 16>,
 }
 
 @group(0) @binding(44) var<storage, read_write> solve: Solve;
@@ -59,7 +67,7 @@ const SOLVE_CONVERGED: u32 = 2u;
 // It stands as it is, above the tolerance.
 const SOLVE_ENDED: u32 = 3u;
 const SOLVE_BROKEN: u32 = 4u;
-// Rounding has made the preconditioner `schwarz` or the matrix indefinite.
+// Rounding has made the preconditioner or the matrix indefinite.
 const SOLVE_INDEFINITE: u32 = 5u;
 
 // Threads of a workgroup of these kernels.

@@ -11,5 +11,10 @@ fn solve_begin(runs: bool) {
     solve.next.gamma_before = 0.0;
     solve.next.omega = 1.0;
     solve.next.halvings = 0u;
+    solve.next.energy = -1.0;
+    solve.energy_before = 0.0;
+    solve.energy_stride = 1u;
+    solve.energy_filled = 0u;
+    solve.energy_last = 0u;
     solve.outcome_phase = solve.next.phase;
 }

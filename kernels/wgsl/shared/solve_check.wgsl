@@ -7,7 +7,11 @@ fn phase_after(state: SolveState) -> u32 {
     if !(is_finite && (is_number(state.gamma) || call_has(CALL_SCHWARZ))) {
         return SOLVE_BROKEN;
     }
-    if sqrt(state.residual) <= limit {
+    var is_good = sqrt(state.residual) <= limit;
+    if call_has(CALL_ENERGY) {
+        is_good = state.residual == 0.0 || (state.energy >= 0.0 && state.energy <= call.tolerance);
+    }
+    if is_good {
         return SOLVE_CONVERGED;
     }
     if call_has(CALL_SCHWARZ) && state.iteration < call.iterations_max && !(is_number(state.gamma) && state.gamma > 0.0) {

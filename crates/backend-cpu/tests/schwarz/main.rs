@@ -3,7 +3,7 @@
 
 mod rig;
 
-use std::{sync::Arc, time::Instant};
+use std::sync::Arc;
 
 use cloth_backend_cpu::CpuBackend;
 use cloth_backend_reference::ReferenceBackend;
@@ -174,34 +174,5 @@ fn it_is_that_of_the_plain_loops() {
             .fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
         println!("{apart:e} of {size:e}");
         assert!(apart < 1e-4 * size, "{apart} {size}");
-    }
-}
-
-/// Not of tests: `cargo test -p cloth-backend-cpu --test schwarz measure -- --ignored --nocapture` prints iterations and times.
-#[test]
-#[ignore = "measures"]
-fn measure() {
-    let sides = std::env::var("SIDES").unwrap_or_else(|_| "64,128,256".into());
-    for side in sides.split(',').map(|side| side.parse().unwrap()) {
-        for (name, material) in [("fabric", (|_| fabric()) as fn(f64) -> _), ("springs", springs)] {
-            let model = sheet(side, material);
-            let mut kernels = folded(&model, Precision::F32, 2);
-            for preconditioner in [Preconditioner::Block, Preconditioner::Schwarz] {
-                let residual = |tolerance| LinearSettings { tolerance, ..settings(preconditioner) };
-                for settings in [energy(preconditioner), residual(1e-3), residual(1e-6)] {
-                    let start = Instant::now();
-                    kernels.preconditioner_build(preconditioner).unwrap();
-                    let built = start.elapsed();
-                    let outcome = solve(&mut *kernels, &settings);
-                    println!(
-                        "{name} {side}^2 {preconditioner} {} {:e}: {} iterations, build {built:.1?}, all {:.1?}",
-                        settings.stop,
-                        settings.tolerance,
-                        outcome.iterations,
-                        start.elapsed(),
-                    );
-                }
-            }
-        }
     }
 }

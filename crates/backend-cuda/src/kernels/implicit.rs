@@ -6,7 +6,10 @@ use cloth_core::{
     ConstraintStatistics, ContactResponse, Error, ImplicitKernels, LinearOutcome, LinearSettings,
     LinearStart, LinearStop, LinearVector, MatrixBlock, MatrixForm, NewtonStart, Preconditioner,
     Result,
-    stepper::{Substep, linear::block_sum},
+    stepper::{
+        Substep,
+        linear::{block_sum, restarts},
+    },
 };
 
 use super::{CudaKernels, matrix_copy::symmetric};
@@ -466,7 +469,8 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
     ) -> Result<LinearOutcome> {
         check_matrix(settings.matrix)?;
         let (mut done, outcome) = self.solve("conjugate_gradient", settings, start)?;
-        if outcome.indefinite != 0 && self.linear()?.is_schwarz() && done.residual > 0.0 {
+        let preconditioner = self.linear()?.preconditioner;
+        if outcome.indefinite != 0 && restarts(preconditioner, done.residual) {
             // Rounding has made it so: the rest with the diagonal, as `linear::restart`.
             self.preconditioner_build(Preconditioner::Diagonal)?;
             let iterations_max = settings.iterations_max - done.iterations;

@@ -7,7 +7,7 @@ use cloth_core::{
 
 use crate::{
     fault::BACKEND,
-    layout::{CALL_BLOCKS, CALL_FROM_SOLUTION, Call},
+    layout::{CALL_BLOCKS, CALL_ENERGY, CALL_FROM_SOLUTION, Call},
 };
 
 /// All solves of a substep.
@@ -35,6 +35,9 @@ pub(crate) fn call_of(linear: &LinearSettings, start: LinearStart) -> Call {
     if start == LinearStart::Solution {
         flags |= CALL_FROM_SOLUTION;
     }
+    if linear.stop == LinearStop::Energy {
+        flags |= CALL_ENERGY;
+    }
     Call {
         tolerance: linear.tolerance as f32,
         iterations_max: linear.iterations_max,
@@ -50,9 +53,6 @@ pub(crate) fn linear_check(linear: &LinearSettings) -> Result<()> {
     if !matches!(linear.method, LinearMethod::ConjugateGradient | LinearMethod::Jacobi) {
         let method = linear.method;
         return unsupported(format!("the linear solver {method} (it has cg and jacobi)"));
-    }
-    if linear.stop != LinearStop::Residual {
-        return unsupported(format!("stopping by {} (it has residual)", linear.stop));
     }
     if linear.method == LinearMethod::ConjugateGradient {
         preconditioner_check(linear.preconditioner)?;

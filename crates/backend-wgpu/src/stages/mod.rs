@@ -15,7 +15,8 @@ mod triangle_contact;
 use std::{collections::HashMap, sync::Arc};
 
 use cloth_core::{
-    Collider, ColliderShape, DeferredOutcome, Error, Integrator, Model, Precision,
+    Collider, ColliderShape, DeferredOutcome, Error, Integrator, LinearSettings, LinearStop, Model,
+    Precision,
     Preconditioner::{self, Schwarz},
     Result, SlicedRows, SolverConfig, StageTime,
     contact::device::DeviceContact,
@@ -158,9 +159,13 @@ impl Stages {
                 feature: format!("precision {}", config.precision),
             });
         }
-        // Contact of triangles is certified by the host in each substep, and the host builds `schwarz`.
-        let solve_policy = solve_policy(&model, config)?
-            .filter(|_| !model.has_triangle_contact() && config.preconditioner() != Some(Schwarz));
+        // Contact of triangles is certified by the host in each substep; the host builds `schwarz`, and finds where solves by energy
+        // begin.
+        let by_energy = |linear: &LinearSettings| linear.stop == LinearStop::Energy;
+        let needs_host = model.has_triangle_contact()
+            || config.preconditioner() == Some(Schwarz)
+            || config.integrator.linear().is_some_and(by_energy);
+        let solve_policy = solve_policy(&model, config)?.filter(|_| !needs_host);
         context.faults.check()?;
         // No kernel is started for more: springs of a colour share no particle.
         let limit = context.limits.max_compute_workgroups_per_dimension;

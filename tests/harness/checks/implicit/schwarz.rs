@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    LinearMethod, LinearSettings, LinearStart, LinearVector, NewtonStart, Preconditioner,
+    LinearMethod, LinearSettings, LinearStart, LinearStop, LinearVector, NewtonStart,
+    Preconditioner,
     stepper::{FramePlan, FrameSpan, implicit::system},
 };
 
@@ -20,6 +21,8 @@ struct Found {
     preconditioned: Vec<[f64; 3]>,
     solution: Vec<[f64; 3]>,
     iterations: u32,
+    /// Of solves that end by energy, at z and from an answer to a like question: iterations, estimate.
+    by_energy: [(u32, f64); 2],
 }
 
 fn found(candidate: &Candidate, patch: &PatchFrames) -> Result<Found, Failure> {
@@ -52,7 +55,12 @@ fn found(candidate: &Candidate, patch: &PatchFrames) -> Result<Found, Failure> {
     kernels.constraint_filter(Residual)?;
     kernels.preconditioner_build(Preconditioner::Schwarz)?;
     kernels.preconditioner_apply(Residual, Preconditioned)?;
-    let mut found = Found { preconditioned: Vec::new(), solution: Vec::new(), iterations: 0 };
+    let mut found = Found {
+        preconditioned: Vec::new(),
+        solution: Vec::new(),
+        iterations: 0,
+        by_energy: [(0, 0.0); 2],
+    };
     kernels.vector_read(Preconditioned, &mut found.preconditioned)?;
     kernels.vector_combine((1.0, Residual), (0.0, RightSide))?;
     let settings = LinearSettings {
@@ -68,6 +76,16 @@ fn found(candidate: &Candidate, patch: &PatchFrames) -> Result<Found, Failure> {
     })?;
     found.iterations = outcome.iterations;
     kernels.vector_read(Solution, &mut found.solution)?;
+    let settings = LinearSettings { stop: LinearStop::Energy, ..settings };
+    let starts = [(LinearStart::Constraints, 1e-2), (LinearStart::Solution, 1e-4)];
+    for ((start, tolerance), of_energy) in starts.into_iter().zip(&mut found.by_energy) {
+        // The second answer is twice the first one.
+        let settings = LinearSettings { tolerance, ..settings };
+        let outcome = kernels.conjugate_gradient(&settings, start)?;
+        ensure(outcome.converged, || format!("{}: {outcome:?}", candidate.label))?;
+        *of_energy = (outcome.iterations, outcome.energy.unwrap_or(f64::NAN));
+        kernels.vector_combine((1.0, RightSide), (1.0, RightSide))?;
+    }
     Ok(found)
 }
 
@@ -94,8 +112,8 @@ pub fn schwarz_of_many_groups(
     let preconditioned = apart(&expected.preconditioned, &given.preconditioned);
     let solution = apart(&expected.solution, &given.solution);
     println!(
-        "{label}: preconditioned {preconditioned:.1e}, solution {solution:.1e} apart, {} and {} iterations",
-        expected.iterations, given.iterations
+        "{label}: preconditioned {preconditioned:.1e}, solution {solution:.1e} apart, {} and {} iterations, by energy {:?}",
+        expected.iterations, given.iterations, given.by_energy
     );
     // Written so that NaN fails.
     ensure(preconditioned <= tolerances[0] && solution <= tolerances[1], || {
@@ -104,5 +122,11 @@ pub fn schwarz_of_many_groups(
     let more = given.iterations.abs_diff(expected.iterations);
     ensure(20 * more <= expected.iterations + 19, || {
         format!("{label}: {} iterations, not {}", given.iterations, expected.iterations)
+    })?;
+    let is_near = |((a, x), (b, y)): (&(u32, f64), &(u32, f64))| {
+        a.abs_diff(*b) <= u32::from(tolerances[0] > 0.0) && (a != b || (x - y).abs() <= 0.05 * x)
+    };
+    ensure(expected.by_energy.iter().zip(&given.by_energy).all(is_near), || {
+        format!("{label}: by energy {:?}, not {:?}", given.by_energy, expected.by_energy)
     })
 }

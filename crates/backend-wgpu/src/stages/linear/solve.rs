@@ -2,14 +2,15 @@
 
 use cloth_core::{
     Integrator, LinearMethod, LinearOutcome, LinearSettings, LinearStart, LinearVector,
-    Preconditioner, Result, stepper::Substep,
+    Preconditioner, Result,
+    stepper::{Substep, linear::restarts},
 };
 
 use super::{Stages, vectors_call};
 use crate::{
     layout::{
-        CALL_DEFERRED, CALL_FROM_SOLUTION, CALL_ODD, CALL_REFERENCE, CALL_SCHWARZ, Call,
-        SOLVE_CONVERGED, SOLVE_ENDED, SOLVE_INDEFINITE, SOLVE_RUNNING, Solve,
+        CALL_DEFERRED, CALL_ENERGY, CALL_FROM_SOLUTION, CALL_ODD, CALL_REFERENCE, CALL_RESTARTS,
+        CALL_SCHWARZ, Call, SOLVE_CONVERGED, SOLVE_ENDED, SOLVE_INDEFINITE, SOLVE_RUNNING, Solve,
     },
     linear::{SolveRequest, call_of, linear_check, vector_number},
 };
@@ -64,7 +65,32 @@ impl Stages {
         };
         self.solve_kernel(stage, "linear_residual", reference)?;
         self.schwarz_of_residual()?;
-        if starts_at_solution { self.residual_of_solution(stage, slot, call) } else { Ok(()) }
+        if !starts_at_solution {
+            return Ok(());
+        }
+        if call.flags & CALL_ENERGY != 0 {
+            let closer = self.closer(stage, slot, call)? as f32;
+            let offset = std::mem::offset_of!(Solve, energy_before);
+            self.solve_write(offset, &[closer.to_bits()])?;
+        }
+        self.residual_of_solution(stage, slot, call)
+    }
+
+    /// How much closer the solution is than z in the square of the norm of the energy, as `linear::begin` has it, with the residual of z in
+    /// place.
+    fn closer(&mut self, stage: &'static str, slot: usize, call: Call) -> Result<f64> {
+        // Keeps what the sums of products are about to overwrite.
+        self.single(stage, "linear_reference", slot, call)?;
+        let of_start = self.step_times_residual()?;
+        let vector_from = vector_number(LinearVector::Solution);
+        self.solve_kernel(stage, "linear_residual", Call { vector_from, ..call })?;
+        Ok(of_start + self.step_times_residual()?)
+    }
+
+    /// (y - z) r, z as the direction.
+    fn step_times_residual(&mut self) -> Result<f64> {
+        use LinearVector::{Direction, Residual, Solution};
+        Ok(self.vector_dot(Solution, Residual)? - self.vector_dot(Direction, Residual)?)
     }
 
     /// The residual of the solution, after that of the start at z.
@@ -74,7 +100,9 @@ impl Stages {
         slot: usize,
         call: Call,
     ) -> Result<()> {
-        self.single(stage, "linear_reference", slot, call)?;
+        if call.flags & CALL_ENERGY == 0 {
+            self.single(stage, "linear_reference", slot, call)?;
+        }
         let vector_from = vector_number(LinearVector::Solution);
         self.solve_kernel(stage, "linear_residual", Call { vector_from, ..call })?;
         self.schwarz_of_residual()
@@ -89,7 +117,9 @@ impl Stages {
         call: Call,
     ) -> Result<Call> {
         let is_schwarz = self.preconditioner == Preconditioner::Schwarz;
-        let reach = self.solve_reach.filter(|_| method != LinearMethod::Jacobi && !is_schwarz);
+        let is_general = method == LinearMethod::Jacobi || is_schwarz;
+        let is_general = is_general || call.flags & CALL_ENERGY != 0;
+        let reach = self.solve_reach.filter(|_| !is_general);
         if let Some(reach) = reach {
             let stage = "conjugate_gradient";
             let after = |done: u32| Call {
@@ -140,7 +170,8 @@ impl Stages {
         linear_check(settings)?;
         let solve = self.solve_to_end(settings, start)?;
         let mut outcome = outcome(&solve);
-        if solve.outcome_phase == SOLVE_INDEFINITE {
+        let residual = f64::from(solve.outcome_residual);
+        if solve.outcome_phase == SOLVE_INDEFINITE && restarts(self.preconditioner, residual) {
             // Rounding has made it so: the rest with the diagonal, as `linear::restart`.
             let iterations = solve.outcome_iterations;
             self.preconditioner_build(Preconditioner::Diagonal)?;
@@ -162,16 +193,20 @@ impl Stages {
         let method = settings.method;
         let stage = stage_of(method);
         let mut call = call_of(settings, start);
-        if self.preconditioner == Preconditioner::Schwarz {
-            call.flags |= CALL_SCHWARZ;
+        if method == LinearMethod::ConjugateGradient {
+            call.flags |= CALL_RESTARTS;
+            if self.preconditioner == Preconditioner::Schwarz {
+                call.flags |= CALL_SCHWARZ;
+            }
         }
-        self.solve_begin(stage, self.slots.current, call)?;
+        let slot = self.slots.current;
+        self.solve_begin(stage, slot, call)?;
         let mut done = 0;
         loop {
             let count = CHUNK.min(settings.iterations_max - done);
             let after = self.solve_iterate(method, (done, count), call)?;
             done += count;
-            self.single(stage, "linear_end", self.slots.current, after)?;
+            self.single(stage, "linear_end", slot, after)?;
             let solve = self.solve_read()?;
             if solve.outcome_phase != SOLVE_RUNNING {
                 return Ok(solve);
@@ -277,11 +312,14 @@ pub(super) const fn stage_of(method: LinearMethod) -> &'static str {
 
 fn outcome(solve: &Solve) -> LinearOutcome {
     let phase = solve.outcome_phase;
-    let breakdown = phase != SOLVE_CONVERGED && phase != SOLVE_ENDED;
+    // What cannot go on stands as it is, if anything was done.
+    let stands = phase == SOLVE_INDEFINITE && solve.outcome_iterations > 0;
+    let breakdown = !(phase == SOLVE_CONVERGED || phase == SOLVE_ENDED || stands);
     let residual = f64::from(solve.outcome_residual);
     LinearOutcome {
         iterations: solve.outcome_iterations,
         residual: if breakdown { f64::INFINITY } else { residual },
+        energy: (solve.next.energy >= 0.0).then_some(f64::from(solve.next.energy)),
         converged: phase == SOLVE_CONVERGED,
         breakdown,
         ..LinearOutcome::default()

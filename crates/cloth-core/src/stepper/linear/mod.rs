@@ -10,7 +10,7 @@ mod progress;
 pub use block_sum::block_sum;
 pub use conjugate_gradient::{Recurrence, conjugate_gradient, restart};
 pub use jacobi::jacobi;
-pub use progress::{Next, Progress};
+pub use progress::{Next, Progress, restarts};
 
 use crate::{
     ImplicitKernels, LinearMethod, LinearOutcome, LinearSettings, LinearStart, LinearStop,

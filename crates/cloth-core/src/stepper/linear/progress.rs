@@ -117,11 +117,22 @@ impl Progress {
         self.restarted = true;
     }
 
-    /// Preconditioners that a formula gives for each particle are as definite as the matrix.
     fn may_restart(&self) -> bool {
-        self.settings.preconditioner == Preconditioner::Schwarz
-            && !self.restarted
-            && self.residual > 0.0
+        !self.restarted && restarts(self.settings.preconditioner, self.residual / self.reference)
+    }
+}
+
+/// What is left of a residual at which a solve stands as it is, where rounding lets it go no further.
+const STANDS: f64 = 1e-2;
+
+/// Whether a solve that meets a direction without positive curvature goes on with the preconditioner `diagonal`, with this relative
+/// residual: blocks lose in their inverses what is stiff beyond the precision, and `schwarz` may be of another matrix.
+#[must_use]
+pub fn restarts(preconditioner: Preconditioner, residual: f64) -> bool {
+    match preconditioner {
+        Preconditioner::Diagonal => false,
+        Preconditioner::Schwarz => residual > 0.0,
+        _ => residual > STANDS,
     }
 }
 
@@ -149,10 +160,14 @@ mod tests {
             schwarz.next(f64::NAN),
             Next::Done(LinearOutcome { breakdown: true, .. })
         ));
-        let Err(Next::Done(outcome)) = progress(Preconditioner::Block).advance(1.0, -1.0) else {
-            panic!()
-        };
+        let mut diagonal = progress(Preconditioner::Diagonal);
+        let Err(Next::Done(outcome)) = diagonal.advance(1.0, -1.0) else { panic!() };
         assert!(outcome.breakdown && !outcome.restarted);
+        let mut block = progress(Preconditioner::Block);
+        assert_eq!(block.advance(1.0, -1.0), Err(Next::Restart));
+        block.end(1e-3);
+        let Err(Next::Done(outcome)) = block.advance(1.0, -1.0) else { panic!() };
+        assert!(!outcome.breakdown && !outcome.restarted, "most is there, and stands");
     }
 
     #[test]
