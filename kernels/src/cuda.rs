@@ -75,6 +75,7 @@ modules! {
     "pins_write" [],
     "preconditioner_apply" [],
     "preconditioner_build" [],
+    "preconditioner_build_schwarz" [],
     "procedural_forces" [],
     "semi_implicit_factorise" [],
     "semi_implicit_solve" [],

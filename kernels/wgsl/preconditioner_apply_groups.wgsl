@@ -32,10 +32,18 @@ fn main(
     }
     products[thread] = value;
     workgroupBarrier();
+    // Of each particle, then of all.
+    for (var task = thread; task < 2u * size; task += TEAM) {
+        let at = 3u * (task / NODE);
+        let row = head.prolongation + NODE * (start + at) + task % NODE;
+        let second = fma(schwarz_number(row + NODE), products[at + 1u], schwarz_number(row) * products[at]);
+        quarters[task] = fma(schwarz_number(row + 2u * NODE), products[at + 2u], second);
+    }
+    workgroupBarrier();
     if thread < NODE {
         var sum = 0.0;
-        for (var k = 0u; k < size; k += 1u) {
-            sum = fma(schwarz_number(head.prolongation + NODE * (start + k) + thread), products[k], sum);
+        for (var k = thread; k < 2u * size; k += NODE) {
+            sum += quarters[k];
         }
         schwarz_vectors[schwarz_level(0u).right_side + NODE * group + thread] = sum;
     }

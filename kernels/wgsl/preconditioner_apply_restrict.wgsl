@@ -26,10 +26,21 @@ fn main(
         residuals[thread] = node_residual(level, start + thread);
     }
     workgroupBarrier();
+    // Of each node, then of all.
+    var of_node = 0.0;
+    if thread < size {
+        let node = thread / NODE * NODE;
+        for (var k = 0u; k < NODE; k += 1u) {
+            of_node = fma(schwarz_number(level.prolongation + NODE * (start + node + k) + thread % NODE), residuals[node + k], of_node);
+        }
+    }
+    workgroupBarrier();
+    residuals[thread] = of_node;
+    workgroupBarrier();
     if thread < NODE {
         var sum = 0.0;
-        for (var k = 0u; k < size; k += 1u) {
-            sum = fma(schwarz_number(level.prolongation + NODE * (start + k) + thread), residuals[k], sum);
+        for (var k = thread; k < size; k += NODE) {
+            sum += residuals[k];
         }
         schwarz_vectors[schwarz_level(call.level + 1u).right_side + NODE * group + thread] = sum;
     }

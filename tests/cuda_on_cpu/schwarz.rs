@@ -14,8 +14,8 @@ use crate::{compiler, replaced, scene};
 /// Particles along both sides: with them there are three levels of groups.
 const SIDE: u32 = 130;
 
-fn model() -> Model {
-    let patch = GridPatch::horizontal(SIDE, 0.01, 0.0);
+fn model(side: u32) -> Model {
+    let patch = GridPatch::horizontal(side, 0.01, 0.0);
     let mut cloth = Cloth::grid("cloth", patch, &MaterialPreset::ALL[0]);
     cloth.material = MaterialPreset::ALL[0].material(1.0).into();
     ModelBuilder::new().cloth(cloth).build().expect("a patch is a model")
@@ -55,7 +55,73 @@ fn matrix(model: &Model, random: &mut Random) -> MatrixCopy<f32> {
     }
 }
 
-/// What the program reads.
+/// The same with the springs as pairs in contact, which have u alone.
+fn in_contact(mut matrix: MatrixCopy<f32>) -> MatrixCopy<f32> {
+    matrix.pairs = std::mem::take(&mut matrix.springs);
+    matrix.pairs.pairs.iter_mut().for_each(|(_, _, g)| *g = 0.0);
+    matrix
+}
+
+/// What the program that builds reads.
+fn build_words(schwarz: &Schwarz<f32>, matrix: &MatrixCopy<f32>) -> Vec<u32> {
+    let count = schwarz.len();
+    let most = matrix.pairs.starts.windows(2).map(|ends| ends[1] - ends[0]).max().unwrap_or(0);
+    let (mut partners, mut factors) =
+        (vec![0_u32; most as usize * count], vec![[0.0_f32; 4]; most as usize * count]);
+    let mut counts = Vec::new();
+    for (i, ends) in matrix.pairs.starts.windows(2).enumerate() {
+        counts.push(ends[1] - ends[0]);
+        for (k, at) in (ends[0] as usize..ends[1] as usize).enumerate() {
+            let (j, [x, y, z], _) = matrix.pairs.pairs[at];
+            partners[k * count + i] = j;
+            factors[k * count + i] = [x, y, z, 0.0];
+        }
+    }
+    let row_starts: Vec<u64> = schwarz.factors().row_starts().iter().map(|&at| at as u64).collect();
+    let touches: Vec<u32> =
+        matrix.filters.iter().map(|f| u32::from(f.is_some_and(|f| f != [0.0; 6]))).collect();
+    let half = |first: usize| -> Vec<[f32; 4]> {
+        let filters = matrix.filters.iter().map(|f| f.unwrap_or_default());
+        filters.map(|f| [f[first], f[first + 1], f[first + 2], 0.0]).collect()
+    };
+    let on: Vec<[f32; 4]> = matrix.base.iter().map(|b| [b[0], b[1], b[2], 0.0]).collect();
+    let coarse = schwarz.levels()[0].matrix();
+    let (filter_on, filter_off, positions) = (half(0), half(3), positions(matrix));
+    let mut words = vec![count as u32, most];
+    for list in [
+        bytemuck::cast_slice::<_, u8>(schwarz.order()),
+        bytemuck::cast_slice(schwarz.group_starts()),
+        bytemuck::cast_slice(&row_starts),
+        bytemuck::cast_slice(schwarz.places()),
+        bytemuck::cast_slice(schwarz.group_of()),
+        bytemuck::cast_slice(coarse.starts()),
+        bytemuck::cast_slice(coarse.columns()),
+        bytemuck::cast_slice(&partners),
+        bytemuck::cast_slice(&factors),
+        bytemuck::cast_slice(&counts),
+        bytemuck::cast_slice(&on),
+        bytemuck::cast_slice(&positions),
+        bytemuck::cast_slice(&touches),
+        bytemuck::cast_slice(&filter_on),
+        bytemuck::cast_slice(&filter_off),
+    ] {
+        let list: Vec<u32> = bytemuck::pod_collect_to_vec(list);
+        words.push(list.len() as u32);
+        words.extend(list);
+    }
+    words
+}
+
+/// Places, and inverse masses, 0 where particles are held.
+fn positions(matrix: &MatrixCopy<f32>) -> Vec<[f32; 4]> {
+    let position = |(x, filter): (&[f32; 3], &Option<[f32; 6]>)| {
+        let inverse = if *filter == Some([0.0; 6]) { 0.0 } else { 1.0 };
+        [x[0], x[1], x[2], inverse]
+    };
+    matrix.positions.iter().zip(&matrix.filters).map(position).collect()
+}
+
+/// What the program that applies reads.
 fn words(schwarz: &Schwarz<f32>, matrix: &MatrixCopy<f32>, vector: &[[f32; 4]]) -> Vec<u32> {
     let mut words = vec![schwarz.len() as u32];
     let mut put = |list: &[u8]| {
@@ -91,12 +157,7 @@ fn words(schwarz: &Schwarz<f32>, matrix: &MatrixCopy<f32>, vector: &[[f32; 4]]) 
         let groups = level.starts().len().saturating_sub(1);
         words.extend([level.matrix().len() as u32, groups as u32]);
     }
-    let position = |(x, filter): (&[f32; 3], &Option<[f32; 6]>)| {
-        let inverse = if *filter == Some([0.0; 6]) { 0.0 } else { 1.0 };
-        [x[0], x[1], x[2], inverse]
-    };
-    let positions: Vec<[f32; 4]> =
-        matrix.positions.iter().zip(&matrix.filters).map(position).collect();
+    let positions = positions(matrix);
     for list in [&positions[..], vector] {
         let list: Vec<u32> = bytemuck::pod_collect_to_vec(list);
         words.push(list.len() as u32);
@@ -105,18 +166,20 @@ fn words(schwarz: &Schwarz<f32>, matrix: &MatrixCopy<f32>, vector: &[[f32; 4]]) 
     words
 }
 
-fn by_kernel(
+/// Output of the program of a module.
+fn by_program(
+    (module, options, main): (&str, &[&str], &str),
     words: &[u32],
     (blocks, seed): (u32, u32),
     edit: impl Fn(String) -> String,
-) -> Vec<[u32; 3]> {
-    let module = CudaModule::find("conjugate_gradient").expect("the module exists");
+) -> Vec<u8> {
+    let module = CudaModule::find(module).expect("the module exists");
     let kernel = module
-        .compose_with(vec!["schwarz"], &["ptx", "resident", "neighbours24"].map(|part| (part, "")))
+        .compose_with(options.to_vec(), &["ptx", "resident", "neighbours24"].map(|part| (part, "")))
         .expect("the module has this option")
         // The runtime has it.
         .replace(scene::FRAME_MEMORY, "");
-    let text = format!("#include \"runtime.h\"\n{}\n{}\n", edit(kernel), include_str!("schwarz.h"));
+    let text = format!("#include \"runtime.h\"\n{}\n{}\n", edit(kernel), main);
     let program = compiler::program(&text);
     let folder = tempfile::tempdir().expect("there is room for temporary files");
     let [input, output] = ["input", "output"].map(|name| folder.path().join(name));
@@ -125,14 +188,19 @@ fn by_kernel(
     command.args([&input, &output]).args([blocks, seed].map(|number| number.to_string()));
     let ran = command.status().expect("the program starts");
     assert!(ran.success(), "the program ended with {ran}");
+    fs::read(&output).expect("the output is there")
+}
+
+fn by_kernel(words: &[u32], launch: (u32, u32), edit: impl Fn(String) -> String) -> Vec<[u32; 3]> {
+    let program = ("conjugate_gradient", &["schwarz"][..], include_str!("schwarz.h"));
     let numbers: Vec<[f32; 4]> =
-        bytemuck::pod_collect_to_vec(&fs::read(&output).expect("the output is there"));
+        bytemuck::pod_collect_to_vec(&by_program(program, words, launch, edit));
     numbers.into_iter().map(|[x, y, z, _]| [x, y, z].map(f32::to_bits)).collect()
 }
 
 #[test]
 fn the_preconditioner_schwarz() {
-    let model = model();
+    let model = model(SIDE);
     let random = &mut Random::new(5);
     let matrix = matrix(&model, random);
     let mut schwarz = Schwarz::<f32>::new(GroupHierarchy::new(&model));
@@ -162,7 +230,7 @@ fn the_preconditioner_schwarz() {
     }
     // A chunk of a row that is left out, a smoother without its weight, a second smoothing of the first residual, rigid modes of another group.
     for (right, wrong) in [
-        ("chunk <= k / CHUNK", "chunk < k / CHUNK"),
+        ("chunk <= k / CHUNK)", "chunk < k / CHUNK)"),
         ("level.weight * (scale * sum)", "(scale * sum)"),
         (
             "node_residual(level, level.solution[0], at / NODE",
@@ -171,6 +239,42 @@ fn the_preconditioner_schwarz() {
         ("(size_t)p.group_of[i]", "(size_t)(p.group_of[i] ^ 1)"),
     ] {
         let found = by_kernel(&words, (2, 0), |text| replaced(&text, right, wrong));
+        assert!(expected != found, "`{wrong}` is not found");
+    }
+}
+
+/// What groups of particles have, as the host builds it: prolongation, scale and rows of factors, the coarse matrix.
+fn built(schwarz: &Schwarz<f32>) -> Vec<u8> {
+    let mut bytes: Vec<u8> = bytemuck::cast_slice(schwarz.prolongation()).to_vec();
+    bytes.extend_from_slice(bytemuck::cast_slice(schwarz.factors().scale()));
+    bytes.extend_from_slice(bytemuck::cast_slice(schwarz.factors().rows()));
+    bytes.extend_from_slice(bytemuck::cast_slice(schwarz.levels()[0].matrix().blocks()));
+    bytes
+}
+
+#[test]
+fn the_preconditioner_schwarz_is_built() {
+    // The last group is smaller than the others.
+    let model = model(19);
+    let matrix = in_contact(matrix(&model, &mut Random::new(8)));
+    let mut schwarz = Schwarz::<f32>::new(GroupHierarchy::new(&model));
+    schwarz.build(&matrix, Arch::new());
+    let (expected, words) = (built(&schwarz), build_words(&schwarz, &matrix));
+    let program = ("preconditioner_build_schwarz", &[][..], include_str!("schwarz_build.h"));
+    let sizes = [72 * schwarz.len(), 12 * schwarz.len(), 4 * schwarz.factors().rows().len()];
+    for seed in [0, 3] {
+        let found = by_program(program, &words, (1, seed), |text| text);
+        let differs = expected.iter().zip(&found).position(|(a, b)| a != b);
+        assert_eq!((differs, found.len()), (None, expected.len()), "{sizes:?}");
+    }
+    // A block that is taken for its transpose, a filter that is left out, modes that are not independent, a row that is not scaled.
+    for (right, wrong) in [
+        ("6 * (entry % 6) + entry / 6", "entry"),
+        ("if (filter_of(s, l, j, right))", "if (false)"),
+        ("#define RANK_MIN 1e-6", "#define RANK_MIN 1.0"),
+        ("sum * a[FACTOR_STRIDE * i + i]", "sum"),
+    ] {
+        let found = by_program(program, &words, (1, 0), |text| replaced(&text, right, wrong));
         assert!(expected != found, "`{wrong}` is not found");
     }
 }

@@ -2,8 +2,8 @@
 
 use bytemuck::{Pod, Zeroable};
 use cloth_core::{
-    Error, GroupHierarchy, Model, Result,
-    schwarz::{CoarseLevel, Reuse, Schwarz},
+    Error, GroupHierarchy, Model, Neighbours, Result,
+    schwarz::{Arch, CoarseLevel, GroupPattern, Matrix6, NodeMatrix, Reuse, Schwarz},
 };
 
 use crate::{
@@ -50,7 +50,7 @@ struct SchwarzData {
     levels: [LevelData; LEVELS_MAX],
 }
 
-/// The preconditioner, which the host builds, and where the device has it.
+/// The preconditioner: the device builds what groups of particles have, the host the levels above.
 pub(crate) struct SchwarzMemory<T> {
     pub(crate) schwarz: Schwarz<T>,
     pub(crate) reuse: Reuse,
@@ -64,6 +64,35 @@ pub(crate) struct SchwarzMemory<T> {
     scale: Buffer<T>,
     prolongation: Buffer<f32>,
     levels: Vec<LevelMemory>,
+    pattern: GroupPattern,
+    built: Option<BuiltMemory>,
+}
+
+/// What the device builds beside factors and prolongation.
+struct BuiltMemory {
+    diagonals: Buffer<f64>,
+    centres: Buffer<f64>,
+    unknowns: Buffer<f64>,
+    rows: Buffer<u32>,
+    columns: Buffer<u32>,
+    blocks: Buffer<f64>,
+    outdated: Buffer<u32>,
+    /// Starts and columns of the rows.
+    pattern: (Vec<u32>, Vec<u32>),
+}
+
+/// The third argument of the kernels that build, as in `preconditioner_build_schwarz.cu`.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub(crate) struct SchwarzBuild {
+    diagonals: u64,
+    centres: u64,
+    unknowns: u64,
+    rows: u64,
+    columns: u64,
+    blocks: u64,
+    outdated: u64,
+    group_count: u64,
 }
 
 struct LevelMemory {
@@ -103,14 +132,25 @@ impl<T: CudaReal> SchwarzMemory<T> {
             scale: Buffer::zeros(queue, factors.scale().len())?,
             prolongation: Buffer::zeros(queue, 18 * schwarz.len())?,
             levels: Vec::new(),
+            pattern: GroupPattern::new(
+                schwarz.group_of(),
+                schwarz.group_starts().len() - 1,
+                &Neighbours::new(&model.interactions().in_matrix()),
+            ),
+            built: None,
             reuse: Reuse::default(),
             schwarz,
         })
     }
 
+    /// Groups of particles.
+    pub(crate) fn group_count(&self) -> usize {
+        self.schwarz.group_starts().len() - 1
+    }
+
     /// Blocks of so many threads that have something to do.
     pub(crate) fn blocks_wanted(&self, threads: u32) -> u32 {
-        (self.schwarz.group_starts().len() as u32 - 1).div_ceil(threads / TEAM)
+        (self.group_count() as u32).div_ceil(threads / TEAM)
     }
 
     /// The address of all of it.
@@ -118,39 +158,110 @@ impl<T: CudaReal> SchwarzMemory<T> {
         self.data.address()
     }
 
-    /// Hands what was built to the device.
+    /// What the kernels that build it are given, with room for what they make. `pairs` of particles are coupled beside those that always
+    /// are; factors are built of all groups, or of those with other constraints.
     ///
     /// # Errors
     /// `OutOfMemory`.
-    pub(crate) fn upload(&mut self, queue: &Queue) -> Result<()> {
-        let Self { schwarz, factors, scale, prolongation, levels, .. } = self;
-        factors.write(queue, 0, schwarz.factors().rows())?;
-        scale.write(queue, 0, schwarz.factors().scale())?;
-        prolongation.write(queue, 0, schwarz.prolongation().as_flattened().as_flattened())?;
-        if levels.is_empty() {
-            for level in schwarz.levels() {
-                levels.push(LevelMemory::new(queue, level)?);
+    pub(crate) fn build_data(
+        &mut self,
+        queue: &Queue,
+        pairs: impl Iterator<Item = [u32; 2]>,
+        all: bool,
+    ) -> Result<SchwarzBuild> {
+        let groups = self.group_count();
+        let group_of = self.schwarz.group_of();
+        let pairs = pairs.map(|pair| pair.map(|particle| group_of[particle as usize]));
+        let (starts, columns) = self.pattern.with(pairs);
+        let outdated: Vec<u32> =
+            self.schwarz.outdated(all).iter().map(|&outdated| u32::from(outdated)).collect();
+        let built = match &mut self.built {
+            Some(built) => built,
+            None => self.built.insert(BuiltMemory {
+                diagonals: Buffer::zeros(queue, 9 * self.schwarz.len())?,
+                centres: Buffer::zeros(queue, 3 * groups)?,
+                unknowns: Buffer::zeros(queue, 36 * groups)?,
+                rows: Buffer::zeros(queue, groups + 1)?,
+                columns: Buffer::zeros(queue, 0)?,
+                blocks: Buffer::zeros(queue, 0)?,
+                outdated: Buffer::zeros(queue, groups)?,
+                pattern: (Vec::new(), Vec::new()),
+            }),
+        };
+        built.rows.write(queue, 0, &starts)?;
+        built.columns.write_growing(queue, &columns)?;
+        built.outdated.write(queue, 0, &outdated)?;
+        if built.blocks.len() < 36 * columns.len() {
+            queue.synchronize()?;
+            built.blocks = Buffer::zeros(queue, 36 * (columns.len() + columns.len() / 4))?;
+        }
+        built.pattern = (starts, columns);
+        let data = SchwarzBuild {
+            diagonals: built.diagonals.address(),
+            centres: built.centres.address(),
+            unknowns: built.unknowns.address(),
+            rows: built.rows.address(),
+            columns: built.columns.address(),
+            blocks: built.blocks.address(),
+            outdated: built.outdated.address(),
+            group_count: groups as u64,
+        };
+        // Kernels find groups and factors there.
+        self.data_write(queue, &[])?;
+        Ok(data)
+    }
+
+    /// Reads what the kernels have made, builds the levels above, and hands them to the device.
+    ///
+    /// # Errors
+    /// `OutOfMemory`.
+    pub(crate) fn build_above(
+        &mut self,
+        queue: &Queue,
+        filter: impl Fn(u32) -> [f32; 6],
+    ) -> Result<()> {
+        let Some(built) = &mut self.built else { return Ok(()) };
+        let (starts, columns) = std::mem::take(&mut built.pattern);
+        let (mut centres, mut unknowns, mut blocks) = (Vec::new(), Vec::new(), Vec::new());
+        built.centres.read(queue, &mut centres)?;
+        built.unknowns.read(queue, &mut unknowns)?;
+        built.blocks.read_first(queue, 36 * columns.len(), &mut blocks)?;
+        let nodes = (centres.as_chunks::<3>().0.to_vec(), matrices(&unknowns));
+        let matrix = NodeMatrix::new(starts, columns, matrices(&blocks));
+        self.schwarz.build_above(matrix, nodes, filter, Arch::new());
+        if self.levels.is_empty() {
+            for level in self.schwarz.levels() {
+                self.levels.push(LevelMemory::new(queue, level)?);
             }
         }
+        let levels = self.levels.iter_mut().zip(self.schwarz.levels());
+        let data: Vec<LevelData> =
+            levels.map(|(memory, level)| memory.upload(queue, level)).collect::<Result<_>>()?;
+        self.data_write(queue, &data)
+    }
+
+    fn data_write(&mut self, queue: &Queue, levels: &[LevelData]) -> Result<()> {
         let mut data = SchwarzData {
             order: self.order.address(),
             group_starts: self.group_starts.address(),
             row_starts: self.row_starts.address(),
             places: self.places.address(),
             group_of: self.group_of.address(),
-            factors: factors.address(),
-            scale: scale.address(),
-            prolongation: prolongation.address(),
-            group_count: schwarz.group_starts().len() as u32 - 1,
-            level_count: schwarz.levels().len() as u32,
+            factors: self.factors.address(),
+            scale: self.scale.address(),
+            prolongation: self.prolongation.address(),
+            group_count: self.group_count() as u32,
+            level_count: levels.len() as u32,
             levels: [LevelData::default(); LEVELS_MAX],
         };
-        let all = levels.iter_mut().zip(schwarz.levels());
-        for ((memory, level), data) in all.zip(&mut data.levels) {
-            *data = memory.upload(queue, level)?;
-        }
+        data.levels[..levels.len()].copy_from_slice(levels);
         self.data.write(queue, 0, &[data])
     }
+}
+
+/// Matrices of 6 x 6, one after the other.
+fn matrices(numbers: &[f64]) -> Vec<Matrix6> {
+    numbers.as_chunks::<6>().0.as_chunks::<6>().0.to_vec()
 }
 
 impl LevelMemory {

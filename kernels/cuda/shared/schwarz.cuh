@@ -48,25 +48,45 @@ __device__ __forceinline__ uint factor_row(uint k) {
     return CHUNK * (CHUNK * whole * (whole + 1) / 2 + k % CHUNK * (whole + 1));
 }
 
+// Rows of a factor that a half warp works on at once, so that their numbers arrive together.
+#define FACTOR_ROWS 4
+
 // Entry t of the sum over k of w_k w_k^T times `scaled`, by a team of `width` threads that has room for `products`. All threads of the block
 // are here.
 template <typename Number>
 __device__ __forceinline__ Number factor_times(const float* rows, uint size, uint t, uint width, const Number* scaled, Number* products) {
-    uint half = t / CHUNK, lane = t % CHUNK;
-    for (uint first = 0; first < size; first += width / CHUNK) {
-        uint k = first + half;
-        Number sum = 0;
-        if (k < size) {
-            const float* row = rows + factor_row(k) + lane;
-            for (uint chunk = 0; chunk <= k / CHUNK; chunk++) sum += (Number)row[chunk * CHUNK] * scaled[chunk * CHUNK + lane];
+    uint half = t / CHUNK, lane = t % CHUNK, halves = width / CHUNK;
+    for (uint first = 0; first < size; first += FACTOR_ROWS * halves) {
+        Number sums[FACTOR_ROWS] = {};
+        uint chunks = min(first + FACTOR_ROWS * halves, size);
+        chunks = (chunks + CHUNK - 1) / CHUNK;
+#pragma unroll 2
+        for (uint chunk = 0; chunk < chunks; chunk++) {
+            Number x = scaled[chunk * CHUNK + lane];
+#pragma unroll
+            for (uint row = 0; row < FACTOR_ROWS; row++) {
+                uint k = first + row * halves + half;
+                if (k < size && chunk <= k / CHUNK) sums[row] += (Number)rows[factor_row(k) + chunk * CHUNK + lane] * x;
+            }
         }
-        for (uint distance = CHUNK / 2; distance > 0; distance /= 2) sum = sum + __shfl_xor_sync(ALL_LANES, sum, distance);
-        if (lane == 0 && k < size) products[k] = sum;
+#pragma unroll
+        for (uint row = 0; row < FACTOR_ROWS; row++) {
+            Number sum = sums[row];
+            for (uint distance = CHUNK / 2; distance > 0; distance /= 2) sum = sum + __shfl_xor_sync(ALL_LANES, sum, distance);
+            uint k = first + row * halves + half;
+            if (lane == 0 && k < size) products[k] = sum;
+        }
     }
     __syncthreads();
     Number sum = 0;
     if (t < size) {
-        for (uint k = t / CHUNK * CHUNK; k < size; k++) sum += (Number)rows[factor_row(k) + t] * products[k];
+        for (uint first = t / CHUNK * CHUNK; first < size; first += CHUNK) {
+            const float* entry = rows + factor_row(first) + t;
+#pragma unroll
+            for (uint k = 0; k < CHUNK; k++) {
+                if (first + k < size) sum += (Number)entry[k * (first + CHUNK)] * products[first + k];
+            }
+        }
     }
     return sum;
 }
@@ -90,10 +110,11 @@ template <uint THREADS> struct SchwarzPasses {
     ulong* barrier;
     double* values;
     double* products;
+    double* vector;
     uint team, t;
 
     __device__ __forceinline__ SchwarzPasses(const Schwarz& schwarz, ulong* counter, double* memory)
-        : p(schwarz), barrier(counter), values(memory), products(memory + THREADS), team(threadIdx.x / TEAM), t(threadIdx.x % TEAM) {}
+        : p(schwarz), barrier(counter), values(memory), products(memory + THREADS), vector(memory + 2 * THREADS), team(threadIdx.x / TEAM), t(threadIdx.x % TEAM) {}
 
     // The task of this team, of those that the block takes in a step; `count` or more if it has none.
     __device__ __forceinline__ uint task(uint first, uint count) const { return team < TEAMS ? first + team : count; }
@@ -101,6 +122,7 @@ template <uint THREADS> struct SchwarzPasses {
     // What the factors of groups make of a vector, and P^T of it.
     __device__ __forceinline__ void groups(const real4* from, real4* to) const {
         real *own = (real*)values + team * TEAM, *of_rows = (real*)products + team * TEAM;
+        real* plain = (real*)vector + team * TEAM;
         for (uint first = blockIdx.x * TEAMS; first < p.group_count; first += gridDim.x * TEAMS) {
             uint group = task(first, p.group_count), start = 0, size = 0;
             if (group < p.group_count) {
@@ -114,18 +136,22 @@ template <uint THREADS> struct SchwarzPasses {
                 value = component(xyz(from[particle]), t % 3);
                 scale = p.scale[start + t];
             }
-            // The vector itself for P^T, then scaled.
-            if (team < TEAMS) own[t] = value;
-            __syncthreads();
-            if (t < NODE && size > 0) {
-                double sum = 0;
-                const float* row = p.prolongation + NODE * (size_t)start + t;
-                for (uint k = 0; k < size; k++) sum += (double)row[NODE * k] * (double)own[k];
-                p.levels[0].right_side[NODE * (size_t)group + t] = sum;
+            if (team < TEAMS) {
+                own[t] = scale * value;
+                plain[t] = value;
             }
             __syncthreads();
-            if (team < TEAMS) own[t] = scale * value;
-            __syncthreads();
+            // P^T of it: a particle for each lane, two modes for each warp.
+            uint lane = t % WARP;
+            for (uint k = t / WARP * 2, end = k + 2; k < end; k++) {
+                double sum = 0;
+                if (3 * lane < size) {
+                    const float* column = p.prolongation + NODE * ((size_t)start + 3 * lane) + k;
+                    for (uint axis = 0; axis < 3; axis++) sum += (double)column[NODE * axis] * (double)plain[3 * lane + axis];
+                }
+                sum = sum_of_warp(sum);
+                if (lane == 0 && size > 0) p.levels[0].right_side[NODE * (size_t)group + k] = sum;
+            }
             const float* rows = p.factors + (size > 0 ? p.row_starts[group] : 0);
             real sum = factor_times<real>(rows, size, t, TEAM, own, of_rows);
             if (t < size) ((real*)&to[particle])[t % 3] = scale * sum;
@@ -176,7 +202,7 @@ template <uint THREADS> struct SchwarzPasses {
     __device__ __forceinline__ void restrict_to(const SchwarzLevel& level, const SchwarzLevel& above) const {
         constexpr uint HALF = NODE * CLUSTER, GROUPS = 2 * TEAMS;
         uint half = threadIdx.x / HALF, u = threadIdx.x % HALF;
-        double* own = values + half * HALF;
+        double *own = values + half * HALF, *of_nodes = products + half * HALF;
         for (uint first = blockIdx.x * GROUPS; first < level.group_count; first += gridDim.x * GROUPS) {
             uint group = half < GROUPS ? first + half : level.group_count;
             uint start = 0, size = 0;
@@ -186,10 +212,18 @@ template <uint THREADS> struct SchwarzPasses {
             }
             if (u < size) own[u] = node_residual(level, level.solution[0], start + u / NODE, u % NODE);
             __syncthreads();
+            // Of each node, then of all.
+            double sum = 0;
+            if (u < size) {
+                const double* column = level.prolongation + NODE * NODE * (size_t)(start + u / NODE) + u % NODE;
+                const double* of_node = own + u / NODE * NODE;
+                for (uint k = 0; k < NODE; k++) sum += column[NODE * k] * of_node[k];
+                of_nodes[u] = sum;
+            }
+            __syncthreads();
             if (u < NODE && size > 0) {
-                double sum = 0;
-                const double* column = level.prolongation + NODE * NODE * (size_t)start + u;
-                for (uint k = 0; k < size; k++) sum += column[NODE * k] * own[k];
+                sum = 0;
+                for (uint k = u; k < size; k += NODE) sum += of_nodes[k];
                 above.right_side[NODE * (size_t)group + u] = sum;
             }
             __syncthreads();

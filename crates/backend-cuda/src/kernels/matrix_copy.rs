@@ -117,7 +117,11 @@ fn springs_copy<T: CudaReal>(memory: &Memory<T>, linear: &LinearMemory<T>) -> Re
     Ok(copy)
 }
 
-fn pairs_copy<T: CudaReal>(memory: &Memory<T>, linear: &LinearMemory<T>) -> Result<PairRows<T>> {
+/// Pairs of points in contact, if they are part of the matrix.
+pub(super) fn pairs_copy<T: CudaReal>(
+    memory: &Memory<T>,
+    linear: &LinearMemory<T>,
+) -> Result<PairRows<T>> {
     let Some(pairs) = linear.pairs.as_ref().filter(|_| linear.data.has_pairs != 0) else {
         return Ok(PairRows::default());
     };

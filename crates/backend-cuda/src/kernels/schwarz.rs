@@ -1,12 +1,27 @@
-//! The preconditioner `schwarz`: the host builds it from a copy of the matrix, the device applies it.
+//! The preconditioner `schwarz`.
 
-use cloth_core::{
-    LinearOutcome, LinearVector, Preconditioner, Result,
-    schwarz::{Arch, FREE},
+use cloth_core::{LinearOutcome, LinearVector, Preconditioner, Result, schwarz::FREE};
+
+use super::{CudaKernels, implicit::unsupported, matrix_copy::pairs_copy};
+use crate::{
+    layout::CudaReal,
+    queue::{Launch, argument},
+    schwarz::SchwarzMemory,
+    solver_form::SolverForm,
 };
 
-use super::{CudaKernels, implicit::unsupported};
-use crate::{layout::CudaReal, queue::argument, schwarz::SchwarzMemory, solver_form::SolverForm};
+const MODULE: &str = "preconditioner_build_schwarz";
+/// Threads of a warp, and of a block that builds a factor, whose matrix has room for a column more than unknowns, as in
+/// `preconditioner_build_schwarz.cu`.
+const WARP: usize = 32;
+const MODES_THREADS: u32 = 32;
+const FACTOR_THREADS: u32 = 288;
+const FACTOR_MEMORY: usize = 96 * 97 * size_of::<f64>();
+
+/// S of a particle as it is compared.
+fn packed<T: CudaReal>(filters: &[Option<[T; 6]>], particle: u32) -> [f32; 6] {
+    filters[particle as usize].map_or(FREE, |filter| filter.map(|entry| entry.to_f64() as f32))
+}
 
 impl<T: CudaReal> CudaKernels<T> {
     /// `preconditioner_build` of `schwarz`: anew, for other constraints, or not at all.
@@ -42,23 +57,60 @@ impl<T: CudaReal> CudaKernels<T> {
                 return Ok(());
             }
             let filters = self.filters_read()?;
-            let packed = |particle: u32| {
-                filters[particle as usize]
-                    .map_or(FREE, |filter| filter.map(|entry| entry.to_f64() as f32))
-            };
-            if !memory.schwarz.is_outdated(packed) {
+            if !memory.schwarz.is_outdated(|particle| packed(&filters, particle)) {
                 return Ok(());
             }
         }
-        let Some(copy) = self.matrix_copy()? else { return Ok(()) };
         self.stage("preconditioner_build", |kernels| {
-            if is_new {
-                memory.schwarz.build(&copy, Arch::new());
-            } else {
-                memory.schwarz.update(&copy, Arch::new());
+            let pairs = kernels.contact_pairs_of_particles()?;
+            let queue = &kernels.memory.queue;
+            let build = memory.build_data(queue, pairs.into_iter(), is_new)?;
+            let groups = memory.group_count();
+            kernels.linear()?.data.schwarz = memory.address();
+            let more = [argument(&build)];
+            let mut start = |name, launch| kernels.linear_start((MODULE, name), launch, &more);
+            start("schwarz_diagonals", Launch::over(memory.schwarz.len()))?;
+            // Few groups, and much for each thread to do.
+            let blocks = (groups as u32).div_ceil(MODES_THREADS);
+            let modes = Launch { blocks, threads: MODES_THREADS, shared: 0, cooperative: false };
+            start("schwarz_modes", modes)?;
+            start("schwarz_coarse", Launch::over(WARP * groups))?;
+            let name = "schwarz_factors";
+            let kernel = kernels.memory.kernel(MODULE, name)?;
+            // It is told how much memory its blocks may have.
+            kernels.memory.queue.device.resident_blocks(kernel, FACTOR_THREADS, FACTOR_MEMORY)?;
+            let factors = Launch {
+                blocks: groups as u32,
+                threads: FACTOR_THREADS,
+                shared: FACTOR_MEMORY,
+                cooperative: false,
+            };
+            kernels.linear_start((MODULE, name), factors, &more)
+        })?;
+        let filters = self.filters_read()?;
+        memory.build_above(&self.memory.queue, |particle| packed(&filters, particle))
+    }
+
+    /// Pairs of particles that contact couples.
+    fn contact_pairs_of_particles(&mut self) -> Result<Vec<[u32; 2]>> {
+        let mut pairs = Vec::new();
+        let Some(linear) = &self.linear else { return Ok(pairs) };
+        if let Some(triangles) = self.triangles.as_ref().filter(|_| linear.data.has_contacts != 0) {
+            for contact in triangles.rows().contacts {
+                let weights = contact.weights;
+                let of = contact.particles.into_iter().zip(weights);
+                let of: Vec<u32> = of.filter(|(_, w)| *w != T::ZERO).map(|(i, _)| i).collect();
+                pairs.extend(of.iter().flat_map(|&i| of.iter().map(move |&j| [i, j])));
             }
-            memory.upload(&kernels.memory.queue)
-        })
+        }
+        if linear.data.has_pairs != 0 {
+            let rows = pairs_copy(&self.memory, linear)?;
+            for (i, ends) in rows.starts.windows(2).enumerate() {
+                let row = &rows.pairs[ends[0] as usize..ends[1] as usize];
+                pairs.extend(row.iter().map(|&(j, ..)| [i as u32, j]));
+            }
+        }
+        Ok(pairs)
     }
 
     /// `preconditioner_apply` of `schwarz`.

@@ -225,9 +225,11 @@ impl CoarseLevel {
             coarse.fill(0.0);
             for node in self.starts[group] as usize..self.starts[group + 1] as usize {
                 let residual = &self.residual[6 * node..][..6];
+                let mut of_node = [0.0; 6];
                 for (row, residual) in self.prolongation[node].iter().zip(residual) {
-                    (0..6).for_each(|k| coarse[k] += row[k] * residual);
+                    (0..6).for_each(|k| of_node[k] += row[k] * residual);
                 }
+                (0..6).for_each(|k| coarse[k] += of_node[k]);
             }
         });
     }

@@ -11,6 +11,7 @@ mod block_factors;
 mod coarse_level;
 mod copy;
 mod node_matrix;
+mod pattern;
 mod reuse;
 mod rigid_modes;
 mod rows;
@@ -29,6 +30,7 @@ use coarse_level::{Nodes, cycle};
 pub use copy::{ContactRow, ContactRows, ElementRows, MatrixCopy, PairRows};
 pub use node_matrix::NodeMatrix;
 use node_matrix::{RowSum, UpperRow, congruent};
+pub use pattern::GroupPattern;
 /// The instructions that a processor has.
 pub use pulp::Arch;
 pub use reuse::Reuse;
@@ -141,16 +143,43 @@ impl<T: Real> Schwarz<T> {
         self.outdated.contains(&true)
     }
 
-    /// Builds the factors of groups that are outdated, and all levels above.
-    fn build_with(&mut self, rows: &impl Rows, couplings: Couplings, arch: pulp::Arch) {
-        self.factorise(rows, arch);
+    /// Whether the factor of each group is to be built: all of them, or what [`Self::is_outdated`] has found.
+    pub fn outdated(&mut self, all: bool) -> &[bool] {
+        if all {
+            self.outdated.fill(true);
+        }
+        &self.outdated
+    }
+
+    /// Takes in what a device has built, of whose factors those of [`Self::outdated`] are new: the coarse matrix of groups, their centres,
+    /// and the unknowns of rigid motions; builds the levels above.
+    pub fn build_above(
+        &mut self,
+        matrix: NodeMatrix,
+        (centres, unknowns): (Vec<[f64; 3]>, Vec<Matrix6>),
+        filter: impl Fn(u32) -> [f32; 6],
+        arch: pulp::Arch,
+    ) {
+        self.filters_note(filter);
+        let groups = &self.hierarchy.levels()[1..];
+        self.levels = coarse_level::levels(matrix, Nodes { centres, unknowns }, groups, arch);
+    }
+
+    /// Notes the filters that factors were built with.
+    fn filters_note(&mut self, filter: impl Fn(u32) -> [f32; 6]) {
         for (group, outdated) in self.outdated.iter_mut().enumerate() {
             if std::mem::take(outdated) {
                 for &particle in members(&self.hierarchy, group) {
-                    self.filters[particle as usize] = packed(rows, particle);
+                    self.filters[particle as usize] = filter(particle);
                 }
             }
         }
+    }
+
+    /// Builds the factors of groups that are outdated, and all levels above.
+    fn build_with(&mut self, rows: &impl Rows, couplings: Couplings, arch: pulp::Arch) {
+        self.factorise(rows, arch);
+        self.filters_note(|particle| packed(rows, particle));
         let nodes = self.modes_find(rows);
         let matrix = self.coarse_matrix(rows, couplings);
         let groups = &self.hierarchy.levels()[1..];
@@ -373,15 +402,24 @@ impl<T: Real, F: Fn(usize) -> [T; 3]> NullaryFnOnce for GroupTask<'_, '_, T, F> 
         let Self { factors, prolongation, particles, group, from, local, right_side } = self;
         let mut vector = [[T::ZERO; 3]; GroupHierarchy::GROUP];
         let vector = &mut vector[..particles.len()];
-        let mut coarse = [0.0; 6];
-        for ((vector, &particle), rows) in vector.iter_mut().zip(particles).zip(prolongation) {
+        let mut modes = [[0.0; 6]; GroupHierarchy::GROUP];
+        let all = vector.iter_mut().zip(particles).zip(prolongation).zip(&mut modes);
+        for (((vector, &particle), rows), modes) in all {
             *vector = from(particle as usize);
             for (row, entry) in rows.iter().zip(*vector) {
                 let entry = entry.to_f64();
-                (0..6).for_each(|k| coarse[k] += f64::from(row[k]) * entry);
+                (0..6).for_each(|k| modes[k] += f64::from(row[k]) * entry);
             }
         }
-        right_side.copy_from_slice(&coarse);
+        // A tree, as particles are side by side elsewhere.
+        let mut half = GroupHierarchy::GROUP / 2;
+        while half > 0 {
+            for place in 0..half {
+                (0..6).for_each(|k| modes[place][k] += modes[place + half][k]);
+            }
+            half /= 2;
+        }
+        right_side.copy_from_slice(&modes[0]);
         let mut scratch = [T::ZERO; 6 * GroupHierarchy::GROUP];
         factors.apply(group, vector.as_flattened(), local.as_flattened_mut(), &mut scratch);
     }

@@ -21,6 +21,12 @@ pub struct NodeMatrix {
 pub(super) type UpperRow = Vec<(u32, Matrix6)>;
 
 impl NodeMatrix {
+    /// From rows of both triangles: where they start, columns, ascending in each row, and blocks.
+    #[must_use]
+    pub const fn new(starts: Vec<u32>, columns: Vec<u32>, blocks: Vec<Matrix6>) -> Self {
+        Self { starts, columns, blocks }
+    }
+
     /// From the blocks on the diagonal and right of it.
     pub(super) fn from_upper(rows: &[UpperRow]) -> Self {
         let mut starts = vec![0_u32; rows.len() + 1];

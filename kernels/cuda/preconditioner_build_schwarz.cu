@@ -1,0 +1,396 @@
+// NUMERICS section 5, `preconditioner_build` of `schwarz`: diagonal blocks, rigid modes, coarse matrix and factors of groups of particles, each
+// sum in the order of `cloth_core::schwarz`. The levels above are those of a matrix that is smaller by a hundred, and the host's.
+
+// What the kernels make.
+struct SchwarzBuild {
+    // For each particle D, nine numbers.
+    double* diagonals;
+    // For each group its centre, and the unknowns of rigid motions, R^-T G.
+    double* centres;
+    double* unknowns;
+    // Rows of the coarse matrix, of both triangles: starts, columns and blocks.
+    const uint* rows;
+    const uint* columns;
+    double* blocks;
+    // For each group whether its factor is to be built.
+    const uint* outdated;
+    ulong group_count;
+};
+
+struct Block3 {
+    double entries[3][3];
+};
+
+__device__ __forceinline__ Block3 block_symmetric(double xx, double yy, double zz, double xy, double xz, double yz) {
+    return {{{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}}};
+}
+
+__device__ __forceinline__ Block3 block_symmetric(const real* m) { return block_symmetric(m[0], m[1], m[2], m[3], m[4], m[5]); }
+
+// -(g I + u u^T).
+__device__ __forceinline__ Block3 block_rank_one(const vec3& u, real g) {
+    double v[3] = {u.x, u.y, u.z};
+    Block3 block;
+    for (uint r = 0; r < 3; r++)
+        for (uint c = 0; c < 3; c++) block.entries[r][c] = -(v[r] * v[c] + (r == c ? (double)g : 0.0));
+    return block;
+}
+
+// The blocks off the diagonal of row i, in their order.
+template <typename Visit> __device__ __forceinline__ void row_visit(const Solver& s, const Linear& l, uint i, Visit visit) {
+    SpringRow row = spring_row(s, i);
+    vec3 origin = row.count > 0 ? xyz(l.origin[i]) : vec3{0, 0, 0};
+    for (uint k = 0; k < row.count; k++) {
+        uint at = row.first + (k << row.shift);
+        uint2 link = l.links[at];
+        uint j = i + link.x;
+        SpringBlock spring = spring_block(l, at, factor_place(s, l, link.y, i, j), xyz(l.origin[j]) - origin);
+        visit(j, block_rank_one(spring.u, spring.g));
+    }
+    if (l.has_elements) {
+        uint end = l.element_slices[i / SLICE + 1];
+        for (uint entry = l.element_slices[i / SLICE]; entry < end; entry++) {
+            uint j = l.element_columns[entry * SLICE + i % SLICE];
+            if (j == NONE) break;
+            const real* numbers = l.element_blocks + element_place(entry, i);
+            Block3 block;
+            for (uint k = 0; k < 9; k++) block.entries[k / 3][k % 3] = numbers[k * SLICE];
+            visit(j, block);
+        }
+    }
+    if (l.has_pairs) {
+        uint count = l.pair_counts[i];
+        for (uint k = 0; k < count; k++) {
+            vec3 u = xyz(l.pair_factors[(size_t)k * s.count + i]);
+            visit(l.pair_partners[(size_t)k * s.count + i], block_rank_one(u, 0));
+        }
+    }
+    if (l.has_contacts) {
+        for (uint k = l.contacts.offsets[i], end = l.contacts.offsets[i + 1]; k < end; k++) {
+            const TriangleContact& contact = l.contacts.contacts[l.contacts.places[k] / 4];
+            real weight = contact.weights[l.contacts.places[k] % 4];
+            for (uint other = 0; other < 4; other++) {
+                if (contact.particles[other] == i || contact.weights[other] == 0) continue;
+                real factor = weight * contact.weights[other], scaled[6];
+                for (uint entry = 0; entry < 6; entry++) scaled[entry] = factor * contact.rows[entry];
+                visit(contact.particles[other], block_symmetric(scaled));
+            }
+        }
+    }
+}
+
+// B of a particle: all that does not act between particles.
+__device__ __forceinline__ Block3 base_block(const Solver& s, const Linear& l, uint i) {
+    real4 on = l.base[0][i], off = {0, 0, 0, 0};
+    if (l.is_full) off = l.base[1][i];
+    Block3 base = block_symmetric(on.x, on.y, on.z, off.x, off.y, off.z);
+    real sums[6] = {0, 0, 0, 0, 0, 0};
+    if (l.has_contacts) {
+        for (uint k = l.contacts.offsets[i], end = l.contacts.offsets[i + 1]; k < end; k++) {
+            const TriangleContact& contact = l.contacts.contacts[l.contacts.places[k] / 4];
+            const real* w = contact.weights;
+            real factor = w[l.contacts.places[k] % 4] * (real)round((double)w[0] + (double)w[1] + (double)w[2] + (double)w[3]);
+            for (uint entry = 0; entry < 6; entry++) sums[entry] += factor * contact.rows[entry];
+        }
+    }
+    Block3 of_bodies = block_symmetric(sums);
+    for (uint k = 0; k < 9; k++) base.entries[k / 3][k % 3] += of_bodies.entries[k / 3][k % 3];
+    if (l.has_elements) {
+        real4 own_on = l.element_sums[i], own_off = l.element_sums[s.count + i];
+        Block3 own = block_symmetric(own_on.x, own_on.y, own_on.z, own_off.x, own_off.y, own_off.z);
+        double mass = s.velocity[s.present][i].w;
+        for (uint r = 0; r < 3; r++) {
+            for (uint c = 0; c < 3; c++) base.entries[r][c] -= own.entries[r][c];
+            base.entries[r][r] = fmax(base.entries[r][r], mass);
+        }
+    }
+    return base;
+}
+
+// Whether a particle has a filter that is not the identity, and which.
+__device__ __forceinline__ bool filter_of(const Solver& s, const Linear& l, uint i, Block3& filter) {
+    if (!(s.position[s.present][i].w > 0)) {
+        filter = {};
+        return true;
+    }
+    if (!(l.has_constraints && l.touch_counts[i] > 0)) return false;
+    real4 on = l.filter[0][i], off = l.filter[1][i];
+    filter = block_symmetric(on.x, on.y, on.z, off.x, off.y, off.z);
+    return true;
+}
+
+__device__ __forceinline__ Block3 block_product(const Block3& a, const Block3& b) {
+    Block3 product;
+    for (uint r = 0; r < 3; r++)
+        for (uint c = 0; c < 3; c++)
+            product.entries[r][c] = a.entries[r][0] * b.entries[0][c] + a.entries[r][1] * b.entries[1][c] + a.entries[r][2] * b.entries[2][c];
+    return product;
+}
+
+// D of every particle: what the blocks of its row take, it has.
+extern "C" __global__ void schwarz_diagonals(const __grid_constant__ Solver s, const __grid_constant__ Linear l, const __grid_constant__ SchwarzBuild b) {
+    uint i = blockIdx.x * blockDim.x + threadIdx.x;
+    if (i >= s.count) return;
+    Block3 diagonal = base_block(s, l, i);
+    row_visit(s, l, i, [&](uint, const Block3& block) {
+        for (uint r = 0; r < 3; r++)
+            for (uint c = 0; c < 3; c++) diagonal.entries[r][c] -= 0.5 * (block.entries[r][c] + block.entries[c][r]);
+    });
+    for (uint k = 0; k < 9; k++) b.diagonals[9 * (size_t)i + k] = diagonal.entries[k / 3][k % 3];
+}
+
+// How rigid motions about a centre move a point at (x, y, z) from it, and the filter what is left of that.
+__device__ __forceinline__ void motion_of(const Solver& s, const Linear& l, uint i, const double* centre, double (&motion)[3][6]) {
+    real4 place = s.position[s.present][i];
+    double x = (double)place.x - centre[0], y = (double)place.y - centre[1], z = (double)place.z - centre[2];
+    double free[3][6] = {{1, 0, 0, 0, z, -y}, {0, 1, 0, -z, 0, x}, {0, 0, 1, y, -x, 0}};
+    Block3 filter;
+    bool is_filtered = filter_of(s, l, i, filter);
+    for (uint r = 0; r < 3; r++) {
+        for (uint k = 0; k < 6; k++) {
+            double sum = free[r][k];
+            if (is_filtered) {
+                sum = 0;
+                for (uint axis = 0; axis < 3; axis++) sum = sum + filter.entries[r][axis] * free[axis][k];
+            }
+            motion[r][k] = sum;
+        }
+    }
+}
+
+#define RANK_MIN 1e-6
+
+// R^-1 and R^-T G of a Gram matrix G = R^T R, translations first; columns of modes that are left out are zero.
+__device__ void modes_find(const double (&gram)[6][6], double (&motions)[6][6], double* unknowns) {
+    double factor[6][6] = {}, largest[2] = {0, 0};
+    for (uint k = 0; k < 6; k++) largest[k / 3] = fmax(largest[k / 3], gram[k][k]);
+    for (uint k = 0; k < 6; k++) {
+        double pivot = gram[k][k];
+        for (uint j = 0; j < k; j++) {
+            if (factor[j][j] == 0) continue;
+            double entry = gram[j][k];
+            for (uint row = 0; row < j; row++) entry -= factor[row][j] * factor[row][k];
+            entry /= factor[j][j];
+            factor[j][k] = entry;
+            pivot -= entry * entry;
+        }
+        if (pivot > RANK_MIN * largest[k / 3]) {
+            factor[k][k] = sqrt(pivot);
+        } else {
+            for (uint row = 0; row < 6; row++) factor[row][k] = 0;
+        }
+    }
+    for (uint k = 0; k < 36; k++) motions[k / 6][k % 6] = 0;
+    for (uint k = 0; k < 6; k++) {
+        if (factor[k][k] == 0) continue;
+        motions[k][k] = 1.0 / factor[k][k];
+        for (uint j = k; j-- > 0;) {
+            if (factor[j][j] == 0) continue;
+            // As a sum of floating-point numbers begins.
+            double sum = -0.0;
+            for (uint i = j + 1; i <= k; i++) sum += factor[j][i] * motions[i][k];
+            motions[j][k] = -sum / factor[j][j];
+        }
+    }
+    for (uint r = 0; r < 6; r++) {
+        for (uint c = 0; c < 6; c++) {
+            double sum = 0;
+            for (uint k = 0; k < 6; k++) sum += motions[k][r] * gram[k][c];
+            unknowns[6 * r + c] = sum;
+        }
+    }
+}
+
+// The rigid modes of a group, by one thread.
+extern "C" __global__ void schwarz_modes(const __grid_constant__ Solver s, const __grid_constant__ Linear l, const __grid_constant__ SchwarzBuild b) {
+    uint group = blockIdx.x * blockDim.x + threadIdx.x;
+    if (group >= b.group_count) return;
+    const Schwarz& p = *l.schwarz;
+    uint first = p.group_starts[group], end = p.group_starts[group + 1];
+    double centre[3] = {0, 0, 0}, count = 0;
+    for (uint place = first; place < end; place++) {
+        real4 x = s.position[s.present][p.order[place]];
+        centre[0] += (double)x.x;
+        centre[1] += (double)x.y;
+        centre[2] += (double)x.z;
+        count += 1;
+    }
+    for (uint axis = 0; axis < 3; axis++) b.centres[3 * (size_t)group + axis] = centre[axis] = centre[axis] / count;
+    double gram[6][6] = {}, motion[3][6], motions[6][6];
+    for (uint place = first; place < end; place++) {
+        motion_of(s, l, p.order[place], centre, motion);
+        for (uint axis = 0; axis < 3; axis++)
+            for (uint k = 0; k < 36; k++) gram[k / 6][k % 6] += motion[axis][k / 6] * motion[axis][k % 6];
+    }
+    modes_find(gram, motions, b.unknowns + 36 * (size_t)group);
+    for (uint place = first; place < end; place++) {
+        motion_of(s, l, p.order[place], centre, motion);
+        float* out = (float*)p.prolongation + 18 * (size_t)place;
+        for (uint axis = 0; axis < 3; axis++) {
+            double row[6] = {};
+            for (uint k = 0; k < 6; k++)
+                for (uint c = 0; c < 6; c++) row[c] += motion[axis][k] * motions[k][c];
+            for (uint c = 0; c < 6; c++) out[6 * axis + c] = (float)row[c];
+        }
+    }
+}
+
+// Where the block of a row and a column is.
+__device__ __forceinline__ uint block_find(const SchwarzBuild& b, uint row, uint column) {
+    uint first = b.rows[row], last = b.rows[row + 1];
+    while (first < last) {
+        uint middle = (first + last) / 2;
+        if (b.columns[middle] < column) {
+            first = middle + 1;
+        } else {
+            last = middle;
+        }
+    }
+    return first;
+}
+
+// A row of P^T A P, by one warp, two entries of each block for the first four lanes.
+extern "C" __global__ void schwarz_coarse(const __grid_constant__ Solver s, const __grid_constant__ Linear l, const __grid_constant__ SchwarzBuild b) {
+    uint group = (blockIdx.x * blockDim.x + threadIdx.x) / WARP, lane = threadIdx.x % WARP;
+    if (group >= b.group_count) return;
+    const Schwarz& p = *l.schwarz;
+    uint place = 0, known = NONE;
+    double own[3][6];
+    // p^T block q, added to a block of the row.
+    auto add = [&](double* to, const Block3& block, const float* q) {
+        for (uint entry = lane; entry < 36; entry += WARP) {
+            uint r = entry / 6, c = entry % 6;
+            double sum = 0;
+            for (uint k = 0; k < 3; k++) {
+                double image = 0;
+                for (uint axis = 0; axis < 3; axis++) image += block.entries[k][axis] * (double)q[6 * axis + c];
+                sum += own[k][r] * image;
+            }
+            to[entry] += sum;
+        }
+    };
+    // Those left of the diagonal are written by the rows of their columns.
+    for (uint at = block_find(b, group, group); at < b.rows[group + 1]; at++)
+        for (uint entry = lane; entry < 36; entry += WARP) b.blocks[36 * (size_t)at + entry] = 0;
+    for (uint number = p.group_starts[group], end = p.group_starts[group + 1]; number < end; number++) {
+        uint i = p.order[number];
+        const float* mine = p.prolongation + 18 * (size_t)number;
+        for (uint k = 0; k < 18; k++) own[k / 6][k % 6] = (double)mine[k];
+        row_visit(s, l, i, [&](uint j, const Block3& block) {
+            uint column = p.group_of[j];
+            if (column < group) return;
+            if (column != known) {
+                known = column;
+                place = block_find(b, group, column);
+            }
+            add(b.blocks + 36 * (size_t)place, block, p.prolongation + 18 * (size_t)p.places[j]);
+        });
+        Block3 diagonal;
+        for (uint k = 0; k < 9; k++) diagonal.entries[k / 3][k % 3] = b.diagonals[9 * (size_t)i + k];
+        known = group;
+        place = block_find(b, group, group);
+        add(b.blocks + 36 * (size_t)place, diagonal, mine);
+    }
+    __syncwarp();
+    // The block on the diagonal as symmetric as it is but for rounding; those left of it are the others turned.
+    for (uint at = block_find(b, group, group), end = b.rows[group + 1]; at < end; at++) {
+        double* block = b.blocks + 36 * (size_t)at;
+        uint column = b.columns[at];
+        size_t other = column == group ? 0 : block_find(b, column, group);
+        double values[2];
+        for (uint entry = lane, k = 0; entry < 36; entry += WARP, k++) {
+            uint r = entry / 6, c = entry % 6, least = min(r, c), most = max(r, c);
+            values[k] = column == group && r != c ? 0.5 * (block[6 * most + least] + block[6 * least + most]) : block[entry];
+        }
+        __syncwarp();
+        for (uint entry = lane, k = 0; entry < 36; entry += WARP, k++) {
+            if (column == group) {
+                block[entry] = values[k];
+            } else {
+                b.blocks[36 * other + 6 * (entry % 6) + entry / 6] = values[k];
+            }
+        }
+        __syncwarp();
+    }
+}
+
+#define FACTOR_THREADS 288
+// A column more than there are, so that columns lie in different banks.
+#define FACTOR_STRIDE 97
+#define PIVOT_MIN 1e-12
+
+// The rows of the inverse factor of the block of a group of S A S + tr(D) (I - S), by one block of threads. The transposed factor fills
+// the upper triangle, its diagonal as reciprocals, and the inverse the lower one.
+extern "C" __global__ void __launch_bounds__(FACTOR_THREADS) schwarz_factors(const __grid_constant__ Solver s, const __grid_constant__ Linear l, const __grid_constant__ SchwarzBuild b) {
+    __shared__ double scale[TEAM];
+    uint group = blockIdx.x, t = threadIdx.x;
+    if (!b.outdated[group]) return;
+    const Schwarz& p = *l.schwarz;
+    uint first = p.group_starts[group], size = 3 * (p.group_starts[group + 1] - first);
+    double* a = (double*)frame_memory;
+    for (uint at = t; at < TEAM * FACTOR_STRIDE; at += FACTOR_THREADS) a[at] = 0;
+    __syncthreads();
+    if (t < size) {
+        // A thread for each row.
+        uint local = t / 3, row = t % 3, i = p.order[first + local];
+        double* own = a + FACTOR_STRIDE * t;
+        Block3 left, right;
+        bool is_left = filter_of(s, l, i, left);
+        row_visit(s, l, i, [&](uint j, const Block3& block) {
+            uint other = p.places[j];
+            if (p.group_of[j] != group || other <= first + local) return;
+            Block3 filtered = block;
+            if (is_left) filtered = block_product(left, filtered);
+            if (filter_of(s, l, j, right)) filtered = block_product(filtered, right);
+            for (uint c = 0; c < 3; c++) own[3 * (other - first) + c] += filtered.entries[row][c];
+        });
+        Block3 diagonal;
+        for (uint k = 0; k < 9; k++) diagonal.entries[k / 3][k % 3] = b.diagonals[9 * (size_t)i + k];
+        Block3 restricted = diagonal;
+        if (is_left) {
+            restricted = block_product(block_product(left, diagonal), left);
+            double trace = diagonal.entries[0][0] + diagonal.entries[1][1] + diagonal.entries[2][2];
+            for (uint r = 0; r < 3; r++)
+                for (uint c = 0; c < 3; c++) restricted.entries[r][c] += trace * ((r == c ? 1.0 : 0.0) - left.entries[r][c]);
+        }
+        for (uint c = row; c < 3; c++) own[3 * local + c] += restricted.entries[row][c];
+    }
+    __syncthreads();
+    if (t < size) {
+        double entry = a[FACTOR_STRIDE * t + t];
+        scale[t] = entry > 0 && is_finite(entry) ? 1.0 / sqrt(entry) : 1.0;
+    }
+    __syncthreads();
+    uint column = t % TEAM, part = t / TEAM, parts = FACTOR_THREADS / TEAM;
+    for (uint row = part; row <= column && column < size; row += parts) a[FACTOR_STRIDE * row + column] *= scale[row] * scale[column];
+    __syncthreads();
+    for (uint k = 0; k < size; k++) {
+        double* pivots = a + FACTOR_STRIDE * k;
+        double pivot = pivots[k] > PIVOT_MIN ? pivots[k] : 1.0, reciprocal = 1.0 / sqrt(pivot);
+        __syncthreads();
+        if (t > k && t < size) pivots[t] *= reciprocal;
+        if (t == k) pivots[k] = reciprocal;
+        __syncthreads();
+        if (column < size) {
+            double factor = pivots[column];
+            for (uint row = k + 1 + part; row <= column; row += parts) a[FACTOR_STRIDE * row + column] -= pivots[row] * factor;
+        }
+        __syncthreads();
+    }
+    // Each thread has a column of the inverse, from its diagonal entry down.
+    if (t < size) {
+        for (uint i = t + 1; i < size; i++) {
+            double sum = 0;
+            // The entry on the diagonal is its own in both.
+            for (uint k = t; k < i; k++) sum = sum - a[FACTOR_STRIDE * k + i] * a[FACTOR_STRIDE * k + t];
+            a[FACTOR_STRIDE * i + t] = sum * a[FACTOR_STRIDE * i + i];
+        }
+        ((real*)p.scale)[3 * first + t] = (real)scale[t];
+    }
+    __syncthreads();
+    float* rows = (float*)p.factors + p.row_starts[group];
+    for (uint k = 0; k < size; k++) {
+        uint length = CHUNK * (k / CHUNK + 1);
+        if (t < length) rows[factor_row(k) + t] = t <= k ? (float)a[FACTOR_STRIDE * k + t] : 0.0f;
+    }
+}
