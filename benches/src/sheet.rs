@@ -119,7 +119,7 @@ impl SheetWorkload {
         model.positions().iter().map(place).collect()
     }
 
-    /// The system, assembled by a backend, pulled by gravity and by knocks on some particles.
+    /// The system, assembled by a backend, pulled by gravity and by knocks on some particles; and the frame that it is of.
     ///
     /// # Errors
     /// What the backend reports.
@@ -128,7 +128,7 @@ impl SheetWorkload {
         backend: &dyn Backend,
         model: &Arc<Model>,
         threads: Option<NonZeroUsize>,
-    ) -> Result<Box<dyn Kernels>> {
+    ) -> Result<(Box<dyn Kernels>, FramePlan)> {
         let config = SolverConfig {
             precision: Precision::F32,
             time_step: self.step,
@@ -167,7 +167,7 @@ impl SheetWorkload {
         };
         let right_side: Vec<[f64; 3]> = model.masses().iter().map(&mut pull).collect();
         kernels.vector_write(LinearVector::RightSide, &right_side)?;
-        Ok(kernels)
+        Ok((kernels, plan))
     }
 }
 
@@ -182,7 +182,7 @@ mod tests {
             let workload = SheetWorkload { layers, ..SheetWorkload::new(12) };
             let model = workload.model().unwrap();
             assert_eq!(model.particle_count() as u64, workload.particles());
-            let mut kernels = workload.assemble(&*backend, &model, None).unwrap();
+            let (mut kernels, _) = workload.assemble(&*backend, &model, None).unwrap();
             let mut contacts = Default::default();
             kernels.contacts_read(&mut contacts).unwrap();
             assert_eq!(!contacts.contacts.is_empty(), touches);

@@ -6,6 +6,9 @@
 #if defined(CLOTH_RESIDENT)
 #define THREADS RESIDENT_THREADS
 #define SOLVER_BLOCKS 1
+#elif defined(CLOTH_SCHWARZ)
+#define THREADS 256
+#define SOLVER_BLOCKS 3
 #elif defined(CLOTH_F64) || defined(CLOTH_MANY_REGISTERS)
 #define THREADS 512
 #define SOLVER_BLOCKS 1

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use cloth_core::{
-    Error, GroupHierarchy, Model, Neighbours, Result,
+    Error, GroupHierarchy, Model, Result,
     schwarz::{Arch, CoarseLevel, GroupPattern, Matrix6, NodeMatrix, Reuse, Schwarz},
 };
 
@@ -135,7 +135,7 @@ impl<T: CudaReal> SchwarzMemory<T> {
             pattern: GroupPattern::new(
                 schwarz.group_of(),
                 schwarz.group_starts().len() - 1,
-                &Neighbours::new(&model.interactions().in_matrix()),
+                &model.interactions().in_matrix(),
             ),
             built: None,
             reuse: Reuse::default(),

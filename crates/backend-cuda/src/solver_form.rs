@@ -17,6 +17,9 @@ const RESIDENT_PLACES: usize = 1 << 16;
 /// Entries of shared memory for a tile, as in `conjugate_gradient_patch.cu`: origins and vectors of 32 by 16 particles and two
 /// around them on all sides.
 const PATCH_ENTRIES: usize = 2 * 36 * 20;
+/// Threads of a team that works on a block of unknowns of `schwarz`, and bytes of its shared memory, as in `shared/schwarz.cuh`.
+const TEAM: usize = 96;
+const TEAM_MEMORY: usize = 4 * 5376 + 3 * 8 * TEAM;
 /// Particles up to which the general form gains from many registers, and not from many threads.
 const REGISTERS_PARTICLES_MAX: usize = 1 << 17;
 
@@ -70,8 +73,8 @@ impl SolverForm {
     /// Threads of a block.
     const fn threads(self) -> usize {
         match self {
-            Self::General | Self::ManyRegisters | Self::Schwarz => BLOCK,
-            Self::Patch | Self::Resident => BLOCK / 2,
+            Self::General | Self::ManyRegisters => BLOCK,
+            Self::Patch | Self::Resident | Self::Schwarz => BLOCK / 2,
         }
     }
 
@@ -115,7 +118,8 @@ impl SolverForm {
         let kernel = memory.kernel(self.module(), name)?;
         let device = &memory.queue.device;
         let shared = match self {
-            Self::General | Self::ManyRegisters | Self::Schwarz => 0,
+            Self::General | Self::ManyRegisters => 0,
+            Self::Schwarz => self.threads() / TEAM * TEAM_MEMORY,
             Self::Patch => PATCH_ENTRIES * size_of::<Real4<T>>(),
             Self::Resident => places * size_of::<Real4<T>>(),
         };

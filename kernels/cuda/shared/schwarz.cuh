@@ -9,8 +9,8 @@
 #define CLUSTER 8
 #define LEVELS_MAX 8
 
-// Nodes of a level: starts, columns and blocks of the rows of their matrix; rows and scale of the inverse factors of runs of 16 of them, or
-// of all on the last level; what unit unknowns of a group do to each node, and where the nodes of each group start.
+// Nodes of a level: starts, columns and blocks of the rows of their matrix; rows and scale of the inverse factors of runs of 16 of
+// them, of which the last level has one; what unit unknowns of a group do to each node, and where the nodes of each group start.
 struct SchwarzLevel {
     const uint* rows;
     const uint* columns;
@@ -48,19 +48,38 @@ __device__ __forceinline__ uint factor_row(uint k) {
     return CHUNK * (CHUNK * whole * (whole + 1) / 2 + k % CHUNK * (whole + 1));
 }
 
-// Rows of a factor that a half warp works on at once, so that their numbers arrive together.
+// Numbers of a whole factor.
+#define FACTOR (CHUNK * CHUNK * (TEAM / CHUNK) * (TEAM / CHUNK + 1) / 2)
+// Rows that a half warp works on at once.
 #define FACTOR_ROWS 4
 
-// Entry t of the sum over k of w_k w_k^T times `scaled`, by a team of `width` threads that has room for `products`. All threads of the block
-// are here.
+// What a team of threads works with.
+struct TeamMemory {
+    uint4 factor[FACTOR / 4];
+    double scaled[TEAM];
+    double products[TEAM];
+    double others[TEAM];
+};
+
+// Brings the factor of a block near, all of it at once.
+__device__ __forceinline__ void factor_load(TeamMemory& memory, const float* rows, uint size, uint t) {
+    const uint4* from = (const uint4*)rows;
+    uint count = factor_row(size) / 4;
+#pragma unroll 7
+    for (uint at = t; at < count; at += TEAM) memory.factor[at] = from[at];
+}
+
+// Entry t of the sum over k of w_k w_k^T times the vector `scaled`. All threads of the block are here, and have put vector and factor in place.
 template <typename Number>
-__device__ __forceinline__ Number factor_times(const float* rows, uint size, uint t, uint width, const Number* scaled, Number* products) {
-    uint half = t / CHUNK, lane = t % CHUNK, halves = width / CHUNK;
+__device__ __forceinline__ Number factor_times(TeamMemory& memory, uint size, uint t) {
+    const float* rows = (const float*)memory.factor;
+    const Number* scaled = (const Number*)memory.scaled;
+    Number* products = (Number*)memory.products;
+    uint half = t / CHUNK, lane = t % CHUNK, halves = TEAM / CHUNK;
+    __syncthreads();
     for (uint first = 0; first < size; first += FACTOR_ROWS * halves) {
         Number sums[FACTOR_ROWS] = {};
-        uint chunks = min(first + FACTOR_ROWS * halves, size);
-        chunks = (chunks + CHUNK - 1) / CHUNK;
-#pragma unroll 2
+        uint chunks = (min(first + FACTOR_ROWS * halves, size) + CHUNK - 1) / CHUNK;
         for (uint chunk = 0; chunk < chunks; chunk++) {
             Number x = scaled[chunk * CHUNK + lane];
 #pragma unroll
@@ -102,34 +121,32 @@ __device__ __forceinline__ double node_residual(const SchwarzLevel& level, const
     return level.right_side[NODE * (size_t)node + k] - sum;
 }
 
-// The passes of one application by blocks of THREADS threads.
+// The passes of one application by blocks of THREADS threads, with memory for each team of them.
 template <uint THREADS> struct SchwarzPasses {
     static constexpr uint TEAMS = THREADS / TEAM;
 
     const Schwarz& p;
     ulong* barrier;
-    double* values;
-    double* products;
-    double* vector;
+    TeamMemory& memory;
     uint team, t;
 
-    __device__ __forceinline__ SchwarzPasses(const Schwarz& schwarz, ulong* counter, double* memory)
-        : p(schwarz), barrier(counter), values(memory), products(memory + THREADS), vector(memory + 2 * THREADS), team(threadIdx.x / TEAM), t(threadIdx.x % TEAM) {}
+    // Threads beyond the last team are in the first one's place and do nothing.
+    __device__ __forceinline__ SchwarzPasses(const Schwarz& schwarz, ulong* counter, unsigned char* shared)
+        : p(schwarz), barrier(counter), memory(((TeamMemory*)shared)[threadIdx.x / TEAM % TEAMS]), team(threadIdx.x / TEAM), t(threadIdx.x % TEAM) {}
 
-    // The task of this team, of those that the block takes in a step; `count` or more if it has none.
-    __device__ __forceinline__ uint task(uint first, uint count) const { return team < TEAMS ? first + team : count; }
+    // The task of this team, of those that the block takes in a step; `count` if it has none.
+    __device__ __forceinline__ uint task(uint first, uint count) const { return team < TEAMS ? min(first + team, count) : count; }
 
     // What the factors of groups make of a vector, and P^T of it.
     __device__ __forceinline__ void groups(const real4* from, real4* to) const {
-        real *own = (real*)values + team * TEAM, *of_rows = (real*)products + team * TEAM;
-        real* plain = (real*)vector + team * TEAM;
         for (uint first = blockIdx.x * TEAMS; first < p.group_count; first += gridDim.x * TEAMS) {
             uint group = task(first, p.group_count), start = 0, size = 0;
             if (group < p.group_count) {
                 start = 3 * p.group_starts[group];
                 size = 3 * p.group_starts[group + 1] - start;
+                factor_load(memory, p.factors + p.row_starts[group], size, t);
             }
-            real value = 0, scale = 0;
+            real value = 0, scale = 0, *plain = (real*)memory.others;
             uint particle = 0;
             if (t < size) {
                 particle = p.order[(start + t) / 3];
@@ -137,10 +154,11 @@ template <uint THREADS> struct SchwarzPasses {
                 scale = p.scale[start + t];
             }
             if (team < TEAMS) {
-                own[t] = scale * value;
+                ((real*)memory.scaled)[t] = scale * value;
                 plain[t] = value;
             }
-            __syncthreads();
+            real sum = factor_times<real>(memory, size, t);
+            if (t < size) ((real*)&to[particle])[t % 3] = scale * sum;
             // P^T of it: a particle for each lane, two modes for each warp.
             uint lane = t % WARP;
             for (uint k = t / WARP * 2, end = k + 2; k < end; k++) {
@@ -152,9 +170,6 @@ template <uint THREADS> struct SchwarzPasses {
                 sum = sum_of_warp(sum);
                 if (lane == 0 && size > 0) p.levels[0].right_side[NODE * (size_t)group + k] = sum;
             }
-            const float* rows = p.factors + (size > 0 ? p.row_starts[group] : 0);
-            real sum = factor_times<real>(rows, size, t, TEAM, own, of_rows);
-            if (t < size) ((real*)&to[particle])[t % 3] = scale * sum;
             __syncthreads();
         }
     }
@@ -163,32 +178,30 @@ template <uint THREADS> struct SchwarzPasses {
     template <typename Residual, typename Done>
     __device__ __forceinline__ void smooth(const SchwarzLevel& level, bool adds, Residual residual, Done done) const {
         uint unknowns = NODE * level.count, runs = (unknowns + TEAM - 1) / TEAM;
-        double *own = values + team * TEAM, *of_rows = products + team * TEAM;
         for (uint first = blockIdx.x * TEAMS; first < runs; first += gridDim.x * TEAMS) {
             uint run = task(first, runs), start = run * TEAM, size = run < runs ? min((uint)TEAM, unknowns - start) : 0;
+            if (size > 0) factor_load(memory, level.factors + (size_t)run * FACTOR, size, t);
             double scale = 0, value = 0;
             if (t < size) {
                 scale = level.scale[start + t];
                 value = scale * residual(start + t);
             }
-            if (team < TEAMS) own[t] = value;
-            __syncthreads();
-            double sum = factor_times<double>(level.factors + (size_t)(size > 0 ? run : 0) * factor_row(TEAM), size, t, TEAM, own, of_rows);
+            if (team < TEAMS) memory.scaled[t] = value;
+            double sum = factor_times<double>(memory, size, t);
             double x = level.weight * (scale * sum) + (adds && t < size ? level.solution[0][start + t] : 0.0);
+            if (t < size) memory.others[t] = x;
             __syncthreads();
-            if (t < size) own[t] = x;
-            __syncthreads();
-            done(start, size, x, own);
+            done(start, size, x, memory.others);
             __syncthreads();
         }
     }
 
-    // x += P of the unknowns of nodes of the level above, `x` of them from number `start` on, by `threads` threads.
-    __device__ __forceinline__ void prolong(const SchwarzLevel& below, uint start, uint size, const double* x, uint thread, uint threads) const {
+    // x += P of the unknowns of nodes of the level above, `x` of them from number `start` on.
+    __device__ __forceinline__ void prolong(const SchwarzLevel& below, uint start, uint size, const double* x) const {
         uint first = start / NODE, last = first + size / NODE;
         if (first == last) return;
         uint begin = NODE * below.groups[first], end = NODE * below.groups[last], node = first;
-        for (uint at = begin + thread; at < end; at += threads) {
+        for (uint at = begin + t; at < end; at += TEAM) {
             while (NODE * below.groups[node + 1] <= at) node++;
             const double* row = below.prolongation + NODE * (size_t)at;
             const double* own = x + NODE * (node - first);
@@ -200,11 +213,11 @@ template <uint THREADS> struct SchwarzPasses {
 
     // The residual of all nodes as the right-hand side of their groups: two groups for each team.
     __device__ __forceinline__ void restrict_to(const SchwarzLevel& level, const SchwarzLevel& above) const {
-        constexpr uint HALF = NODE * CLUSTER, GROUPS = 2 * TEAMS;
-        uint half = threadIdx.x / HALF, u = threadIdx.x % HALF;
-        double *own = values + half * HALF, *of_nodes = products + half * HALF;
-        for (uint first = blockIdx.x * GROUPS; first < level.group_count; first += gridDim.x * GROUPS) {
-            uint group = half < GROUPS ? first + half : level.group_count;
+        constexpr uint HALF = NODE * CLUSTER;
+        uint half = t / HALF, u = t % HALF;
+        double *own = memory.scaled + half * HALF, *of_nodes = memory.products + half * HALF;
+        for (uint first = blockIdx.x * 2 * TEAMS; first < level.group_count; first += gridDim.x * 2 * TEAMS) {
+            uint group = team < TEAMS ? first + 2 * team + half : level.group_count;
             uint start = 0, size = 0;
             if (group < level.group_count) {
                 start = level.groups[group];
@@ -230,21 +243,6 @@ template <uint THREADS> struct SchwarzPasses {
         }
     }
 
-    // The last level, which one block solves.
-    __device__ __forceinline__ void bottom(const SchwarzLevel& level, const SchwarzLevel* below) const {
-        if (blockIdx.x > 0) return;
-        uint size = NODE * level.count, u = threadIdx.x;
-        double scale = u < size ? level.scale[u] : 0;
-        values[u] = u < size ? scale * level.right_side[u] : 0;
-        __syncthreads();
-        double x = scale * factor_times<double>(level.factors, size, u, THREADS, values, products);
-        __syncthreads();
-        values[u] = x;
-        if (u < size) level.solution[1][u] = x;
-        __syncthreads();
-        if (below) prolong(*below, 0, size, values, u, THREADS);
-    }
-
     // All that comes before `schwarz_of`.
     __device__ __forceinline__ void apply(const real4* from, real4* to) const {
         groups(from, to);
@@ -261,15 +259,15 @@ template <uint THREADS> struct SchwarzPasses {
             restrict_to(level, p.levels[k + 1]);
             grid_barrier(barrier);
         }
-        bottom(p.levels[last], last > 0 ? &p.levels[last - 1] : nullptr);
-        grid_barrier(barrier);
-        for (uint k = last; k > 0; k--) {
+        // The first smoothing of the last level solves it; the second one of the others follows.
+        for (uint k = last + 1; k > 0; k--) {
             const SchwarzLevel& level = p.levels[k - 1];
+            bool adds = k <= last;
             smooth(
-                level, true, [&](uint at) { return node_residual(level, level.solution[0], at / NODE, at % NODE); },
+                level, adds, [&](uint at) { return adds ? node_residual(level, level.solution[0], at / NODE, at % NODE) : level.right_side[at]; },
                 [&](uint start, uint size, double x, const double* own) {
                     if (t < size) level.solution[1][start + t] = x;
-                    if (k > 1) prolong(p.levels[k - 2], start, size, own, t, TEAM);
+                    if (k > 1) prolong(p.levels[k - 2], start, size, own);
                 });
             grid_barrier(barrier);
         }

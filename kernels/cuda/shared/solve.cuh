@@ -189,8 +189,7 @@ template <typename Memory> struct Passes {
 #ifdef CLOTH_SCHWARZ
     // to = S P^-1 from of whole vectors, which all blocks have written; their products go into `sums`.
     static __device__ __forceinline__ void precondition(const Solver& s, const Linear& l, Memory& memory, uint from, uint to, double* sums) {
-        __shared__ double work[3 * THREADS];
-        SchwarzPasses<THREADS>(*l.schwarz, &s.status->barrier[1], work).apply(l.vectors[from], l.vectors[to]);
+        SchwarzPasses<THREADS>(*l.schwarz, &s.status->barrier[1], frame_memory).apply(l.vectors[from], l.vectors[to]);
         for_particles(s, memory, 1, sums, sums, [&](uint i) {
             vec3 c = ::filtered(s, l, i, schwarz_of(*l.schwarz, l.vectors[to][i], i));
             l.vectors[to][i] = with_w(c, 0);

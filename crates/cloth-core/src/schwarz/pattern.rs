@@ -1,6 +1,6 @@
 //! Which groups a matrix couples.
 
-use crate::Neighbours;
+use crate::Interactions;
 
 /// The groups that each group is coupled with by what never changes, itself among them, ascending.
 #[derive(Clone, Debug)]
@@ -10,26 +10,23 @@ pub struct GroupPattern {
 }
 
 impl GroupPattern {
-    /// That of particles of these groups whose neighbours in the matrix are given.
+    /// That of particles of these groups and their interactions.
     #[must_use]
-    pub fn new(group_of: &[u32], group_count: usize, neighbours: &Neighbours) -> Self {
+    pub fn new(group_of: &[u32], group_count: usize, interactions: &Interactions<'_>) -> Self {
         let mut pairs: Vec<[u32; 2]> = (0..group_count as u32).map(|group| [group; 2]).collect();
-        for (particle, &group) in group_of.iter().enumerate() {
-            let start = pairs.len();
-            pairs.extend(neighbours.row(particle).iter().map(|&j| [group, group_of[j as usize]]));
-            // Most are of the same few groups.
-            pairs[start..].sort_unstable();
-            let mut last = None;
-            let mut kept = start;
-            for at in start..pairs.len() {
-                if last != Some(pairs[at]) {
-                    last = Some(pairs[at]);
-                    pairs[kept] = pairs[at];
-                    kept += 1;
+        let mut groups = Vec::new();
+        interactions.for_each(|particles| {
+            groups.clear();
+            for &particle in particles {
+                let group = group_of[particle as usize];
+                if !groups.contains(&group) {
+                    groups.push(group);
                 }
             }
-            pairs.truncate(kept);
-        }
+            if groups.len() > 1 {
+                pairs.extend(groups.iter().flat_map(|&a| groups.iter().map(move |&b| [a, b])));
+            }
+        });
         let (starts, columns) = rows(pairs, group_count);
         Self { starts, columns }
     }
@@ -67,7 +64,10 @@ fn rows(mut pairs: Vec<[u32; 2]>, count: usize) -> (Vec<u32>, Vec<u32>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Cloth, GridPatch, GroupHierarchy, MaterialPreset, ModelBuilder, schwarz::Schwarz};
+    use crate::{
+        Cloth, GridPatch, GroupHierarchy, MaterialPreset, ModelBuilder, Neighbours,
+        schwarz::Schwarz,
+    };
 
     #[test]
     fn a_pattern_is_that_of_the_particles_and_of_more_pairs() {
@@ -77,7 +77,7 @@ mod tests {
         let neighbours = Neighbours::new(&model.interactions().in_matrix());
         let group_of = schwarz.group_of();
         let count = schwarz.group_starts().len() - 1;
-        let pattern = GroupPattern::new(group_of, count, &neighbours);
+        let pattern = GroupPattern::new(group_of, count, &model.interactions().in_matrix());
         let more = [[0_u32, count as u32 - 1]];
         let (starts, columns) = pattern.with(more.into_iter());
         for row in 0..count {
