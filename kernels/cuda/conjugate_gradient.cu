@@ -6,10 +6,7 @@
 #if defined(CLOTH_RESIDENT)
 #define THREADS RESIDENT_THREADS
 #define SOLVER_BLOCKS 1
-#elif defined(CLOTH_SCHWARZ)
-#define THREADS 256
-#define SOLVER_BLOCKS 3
-#elif defined(CLOTH_F64) || defined(CLOTH_MANY_REGISTERS)
+#elif defined(CLOTH_F64) || defined(CLOTH_MANY_REGISTERS) || defined(CLOTH_SCHWARZ)
 #define THREADS 512
 #define SOLVER_BLOCKS 1
 #else
@@ -17,7 +14,12 @@
 #define SOLVER_BLOCKS 2
 #endif
 
+#ifdef CLOTH_SCHWARZ
+// What is left beside the memory of teams.
+typedef SumMemory<THREADS, 2> Sums;
+#else
 typedef SumMemory<THREADS> Sums;
+#endif
 typedef Passes<Sums> Pass;
 
 #ifdef CLOTH_RESIDENT

@@ -97,6 +97,7 @@ modules! {
     "position_advance" [],
     "position_from_kept" [],
     "preconditioner_apply" ["colliders"],
+    "preconditioner_apply_bottom" [],
     "preconditioner_apply_end" ["colliders"],
     "preconditioner_apply_groups" [],
     "preconditioner_apply_restrict" [],
@@ -139,7 +140,7 @@ shared! {
     "group_region" "group_rows" "impulses" "impulses_none" "integrate" "link_kinds" "links" "matrix"
     "matrix_diagonal" "matrix_entry" "matrix_row" "matrix_springs" "measure_sum" "membrane" "membrane_element" "membrane_store" "model" "motion" "motion_out"
     "particle_advance" "particle_force" "piece" "pair_box" "pair_boxes" "pair_each" "pair_found" "pair_list" "pair_references" "pair_results" "pair_task" "pair_ways"
-    "position_start" "position_start_none" "preconditioner" "preconditioner_block" "procedural" "schwarz" "schwarz_factor" "schwarz_residual" "solve"
+    "position_start" "position_start_none" "preconditioner" "preconditioner_block" "procedural" "schwarz" "schwarz_factor" "schwarz_prolong" "schwarz_residual" "solve"
     "solve_begin" "solve_check" "solve_energy" "solve_outcome" "spring" "spring_batch" "spring_buckling" "spring_factor" "spring_linear"
     "status" "substep" "surface" "symmetric" "triangle_row" "triangle_row_none" "triangles" "vectors"
 }

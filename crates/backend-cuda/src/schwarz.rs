@@ -10,12 +10,11 @@ use crate::{
     fault::BACKEND,
     layout::CudaReal,
     queue::{Buffer, Queue},
+    solver_form::TEAMS,
 };
 
 /// Levels above the particles at most.
 const LEVELS_MAX: usize = 8;
-/// Threads that work on a block of 96 unknowns.
-const TEAM: u32 = 96;
 
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[repr(C)]
@@ -148,9 +147,9 @@ impl<T: CudaReal> SchwarzMemory<T> {
         self.schwarz.group_starts().len() - 1
     }
 
-    /// Blocks of so many threads that have something to do.
-    pub(crate) fn blocks_wanted(&self, threads: u32) -> u32 {
-        (self.group_count() as u32).div_ceil(threads / TEAM)
+    /// Blocks that have something to do.
+    pub(crate) fn blocks_wanted(&self) -> u32 {
+        self.group_count().div_ceil(TEAMS) as u32
     }
 
     /// The address of all of it.

@@ -1,8 +1,9 @@
 //! Which of its forms the kernel of the linear solvers takes for a model.
 
-use cloth_core::Result;
+use cloth_core::{Error, Result};
 
 use crate::{
+    fault::BACKEND,
     layout::{CudaReal, Real4},
     linear::LinearMemory,
     memory::{BLOCK, Memory},
@@ -17,9 +18,9 @@ const RESIDENT_PLACES: usize = 1 << 16;
 /// Entries of shared memory for a tile, as in `conjugate_gradient_patch.cu`: origins and vectors of 32 by 16 particles and two
 /// around them on all sides.
 const PATCH_ENTRIES: usize = 2 * 36 * 20;
-/// Threads of a team that works on a block of unknowns of `schwarz`, and bytes of its shared memory, as in `shared/schwarz.cuh`.
-const TEAM: usize = 96;
-const TEAM_MEMORY: usize = 4 * 5376 + 3 * 8 * TEAM;
+/// Teams of a block that each work on a block of unknowns of `schwarz`, and bytes of shared memory of one, as in `shared/schwarz.cuh`.
+pub(crate) const TEAMS: usize = 4;
+const TEAM_MEMORY: usize = 4 * 5376 + 2 * 8 * 96;
 /// Particles up to which the general form gains from many registers, and not from many threads.
 const REGISTERS_PARTICLES_MAX: usize = 1 << 17;
 
@@ -73,8 +74,8 @@ impl SolverForm {
     /// Threads of a block.
     const fn threads(self) -> usize {
         match self {
-            Self::General | Self::ManyRegisters => BLOCK,
-            Self::Patch | Self::Resident | Self::Schwarz => BLOCK / 2,
+            Self::General | Self::ManyRegisters | Self::Schwarz => BLOCK,
+            Self::Patch | Self::Resident => BLOCK / 2,
         }
     }
 
@@ -119,7 +120,7 @@ impl SolverForm {
         let device = &memory.queue.device;
         let shared = match self {
             Self::General | Self::ManyRegisters => 0,
-            Self::Schwarz => self.threads() / TEAM * TEAM_MEMORY,
+            Self::Schwarz => TEAMS * (TEAM_MEMORY + 96 * size_of::<T>()),
             Self::Patch => PATCH_ENTRIES * size_of::<Real4<T>>(),
             Self::Resident => places * size_of::<Real4<T>>(),
         };
@@ -130,8 +131,7 @@ impl SolverForm {
         let resident = device.resident_blocks(kernel, threads, shared)?;
         let mut wanted = (n as u32).div_ceil(threads);
         if self == Self::Schwarz {
-            wanted =
-                wanted.max(linear.schwarz.as_ref().map_or(1, |all| all.blocks_wanted(threads)));
+            wanted = wanted.max(linear.schwarz.as_ref().map_or(1, |all| all.blocks_wanted()));
         }
         if is_resident && resident < wanted {
             return Ok(None);
@@ -167,6 +167,7 @@ impl SolverForm {
                 return Ok(launch);
             }
         }
-        unreachable!("every system can be solved in the general form")
+        let feature = "the preconditioner schwarz on a GPU with so little shared memory".into();
+        Err(Error::Unsupported { backend: BACKEND, feature })
     }
 }

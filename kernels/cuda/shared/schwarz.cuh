@@ -9,8 +9,8 @@
 #define CLUSTER 8
 #define LEVELS_MAX 8
 
-// Nodes of a level: starts, columns and blocks of the rows of their matrix; rows and scale of the inverse factors of runs of 16 of
-// them, of which the last level has one; what unit unknowns of a group do to each node, and where the nodes of each group start.
+// Nodes of a level: starts, columns and blocks of the rows of their matrix; rows and scale of the inverse factors of runs of 16 of them, or
+// of all on the last level; what unit unknowns of a group do to each node, and where the nodes of each group start.
 struct SchwarzLevel {
     const uint* rows;
     const uint* columns;
@@ -58,7 +58,7 @@ struct TeamMemory {
     uint4 factor[FACTOR / 4];
     double scaled[TEAM];
     double products[TEAM];
-    double others[TEAM];
+    real plain[TEAM];
 };
 
 // Brings the factor of a block near, all of it at once.
@@ -66,17 +66,14 @@ __device__ __forceinline__ void factor_load(TeamMemory& memory, const float* row
     const uint4* from = (const uint4*)rows;
     uint count = factor_row(size) / 4;
 #pragma unroll 7
-    for (uint at = t; at < count; at += TEAM) memory.factor[at] = from[at];
+    for (uint at = t; at < count; at += TEAM) memory.factor[at] = __ldg(&from[at]);
 }
 
-// Entry t of the sum over k of w_k w_k^T times the vector `scaled`. All threads of the block are here, and have put vector and factor in place.
+// Entry t of the sum over k of w_k w_k^T times the vector `scaled`, by a team of `width` threads that has room for `products`. All threads of
+// the block are here.
 template <typename Number>
-__device__ __forceinline__ Number factor_times(TeamMemory& memory, uint size, uint t) {
-    const float* rows = (const float*)memory.factor;
-    const Number* scaled = (const Number*)memory.scaled;
-    Number* products = (Number*)memory.products;
-    uint half = t / CHUNK, lane = t % CHUNK, halves = TEAM / CHUNK;
-    __syncthreads();
+__device__ __forceinline__ Number factor_times(const float* rows, uint size, uint t, uint width, const Number* scaled, Number* products) {
+    uint half = t / CHUNK, lane = t % CHUNK, halves = width / CHUNK;
     for (uint first = 0; first < size; first += FACTOR_ROWS * halves) {
         Number sums[FACTOR_ROWS] = {};
         uint chunks = (min(first + FACTOR_ROWS * halves, size) + CHUNK - 1) / CHUNK;
@@ -110,29 +107,44 @@ __device__ __forceinline__ Number factor_times(TeamMemory& memory, uint size, ui
     return sum;
 }
 
-// Entry k of the residual of a node.
-__device__ __forceinline__ double node_residual(const SchwarzLevel& level, const double* x, uint node, uint k) {
-    double sum = 0;
-    for (uint at = level.rows[node], end = level.rows[node + 1]; at < end; at++) {
-        const double* block = level.blocks + NODE * NODE * (size_t)at + NODE * k;
-        const double* other = x + NODE * (size_t)level.columns[at];
-        for (uint c = 0; c < NODE; c++) sum += block[c] * other[c];
-    }
-    return level.right_side[NODE * (size_t)node + k] - sum;
+// The same with the factor in the memory of a team, whose threads have put it there, and the vector.
+template <typename Number>
+__device__ __forceinline__ Number factor_times(TeamMemory& memory, uint size, uint t) {
+    __syncthreads();
+    return factor_times((const float*)memory.factor, size, t, TEAM, (const Number*)memory.scaled, (Number*)memory.products);
 }
 
-// The passes of one application by blocks of THREADS threads, with memory for each team of them.
-template <uint THREADS> struct SchwarzPasses {
-    static constexpr uint TEAMS = THREADS / TEAM;
+// Entry k of the residual of a node.
+__device__ __forceinline__ double node_residual(const SchwarzLevel& level, const double* x, uint node, uint k) {
+    double sum = 0, given = level.right_side[NODE * (size_t)node + k];
+    uint end = __ldg(&level.rows[node + 1]);
+#pragma unroll 4
+    for (uint at = __ldg(&level.rows[node]); at < end; at++) {
+        const double* block = level.blocks + NODE * NODE * (size_t)at + NODE * k;
+        const double* other = x + NODE * (size_t)__ldg(&level.columns[at]);
+#pragma unroll
+        for (uint c = 0; c < NODE; c++) sum += __ldg(&block[c]) * other[c];
+    }
+    return given - sum;
+}
 
+// Teams of a block: as much shared memory as every GPU gives.
+#define TEAMS 4
+
+// The passes of one application, with memory for each team.
+struct SchwarzPasses {
     const Schwarz& p;
     ulong* barrier;
     TeamMemory& memory;
     uint team, t;
 
-    // Threads beyond the last team are in the first one's place and do nothing.
-    __device__ __forceinline__ SchwarzPasses(const Schwarz& schwarz, ulong* counter, unsigned char* shared)
-        : p(schwarz), barrier(counter), memory(((TeamMemory*)shared)[threadIdx.x / TEAM % TEAMS]), team(threadIdx.x / TEAM), t(threadIdx.x % TEAM) {}
+    // Threads beyond the last team are in the place of others and do nothing.
+    __device__ __forceinline__ SchwarzPasses(const Schwarz& schwarz, ulong* of_grid, unsigned char* shared)
+        : p(schwarz),
+          barrier(of_grid),
+          memory(((TeamMemory*)shared)[threadIdx.x / TEAM % TEAMS]),
+          team(threadIdx.x / TEAM),
+          t(threadIdx.x % TEAM) {}
 
     // The task of this team, of those that the block takes in a step; `count` if it has none.
     __device__ __forceinline__ uint task(uint first, uint count) const { return team < TEAMS ? min(first + team, count) : count; }
@@ -146,7 +158,7 @@ template <uint THREADS> struct SchwarzPasses {
                 size = 3 * p.group_starts[group + 1] - start;
                 factor_load(memory, p.factors + p.row_starts[group], size, t);
             }
-            real value = 0, scale = 0, *plain = (real*)memory.others;
+            real value = 0, scale = 0, *plain = memory.plain;
             uint particle = 0;
             if (t < size) {
                 particle = p.order[(start + t) / 3];
@@ -189,24 +201,26 @@ template <uint THREADS> struct SchwarzPasses {
             if (team < TEAMS) memory.scaled[t] = value;
             double sum = factor_times<double>(memory, size, t);
             double x = level.weight * (scale * sum) + (adds && t < size ? level.solution[0][start + t] : 0.0);
-            if (t < size) memory.others[t] = x;
+            // Nobody needs the vector any more.
+            if (t < size) memory.scaled[t] = x;
             __syncthreads();
-            done(start, size, x, memory.others);
+            done(start, size, x, memory.scaled);
             __syncthreads();
         }
     }
 
-    // x += P of the unknowns of nodes of the level above, `x` of them from number `start` on.
-    __device__ __forceinline__ void prolong(const SchwarzLevel& below, uint start, uint size, const double* x) const {
+    // x += P of the unknowns of nodes of the level above, `x` of them from number `start` on, by `threads` threads.
+    __device__ __forceinline__ void prolong(const SchwarzLevel& below, uint start, uint size, const double* x, uint thread, uint threads) const {
         uint first = start / NODE, last = first + size / NODE;
         if (first == last) return;
-        uint begin = NODE * below.groups[first], end = NODE * below.groups[last], node = first;
-        for (uint at = begin + t; at < end; at += TEAM) {
-            while (NODE * below.groups[node + 1] <= at) node++;
+        uint begin = NODE * __ldg(&below.groups[first]), end = NODE * __ldg(&below.groups[last]), node = first;
+        for (uint at = begin + thread; at < end; at += threads) {
+            while (NODE * __ldg(&below.groups[node + 1]) <= at) node++;
             const double* row = below.prolongation + NODE * (size_t)at;
             const double* own = x + NODE * (node - first);
             double sum = 0;
-            for (uint k = 0; k < NODE; k++) sum = sum + row[k] * own[k];
+#pragma unroll
+            for (uint k = 0; k < NODE; k++) sum = sum + __ldg(&row[k]) * own[k];
             below.solution[0][at] += sum;
         }
     }
@@ -243,12 +257,9 @@ template <uint THREADS> struct SchwarzPasses {
         }
     }
 
-    // All that comes before `schwarz_of`.
-    __device__ __forceinline__ void apply(const real4* from, real4* to) const {
-        groups(from, to);
-        grid_barrier(barrier);
-        uint last = p.level_count - 1;
-        for (uint k = 0; k < last; k++) {
+    // The first smoothing of levels up to `end`, and what it leaves as right-hand side of the next ones.
+    __device__ __forceinline__ void down(uint end) const {
+        for (uint k = 0; k < end; k++) {
             const SchwarzLevel& level = p.levels[k];
             smooth(
                 level, false, [&](uint at) { return level.right_side[at]; },
@@ -259,18 +270,47 @@ template <uint THREADS> struct SchwarzPasses {
             restrict_to(level, p.levels[k + 1]);
             grid_barrier(barrier);
         }
-        // The first smoothing of the last level solves it; the second one of the others follows.
-        for (uint k = last + 1; k > 0; k--) {
+    }
+
+    // The second smoothing of levels from `end` down, of which each gives its share to the one below.
+    __device__ __forceinline__ void up(uint end) const {
+        for (uint k = end; k > 0; k--) {
             const SchwarzLevel& level = p.levels[k - 1];
-            bool adds = k <= last;
             smooth(
-                level, adds, [&](uint at) { return adds ? node_residual(level, level.solution[0], at / NODE, at % NODE) : level.right_side[at]; },
+                level, true, [&](uint at) { return node_residual(level, level.solution[0], at / NODE, at % NODE); },
                 [&](uint start, uint size, double x, const double* own) {
                     if (t < size) level.solution[1][start + t] = x;
-                    if (k > 1) prolong(p.levels[k - 2], start, size, own);
+                    if (k > 1) prolong(p.levels[k - 2], start, size, own, t, TEAM);
                 });
             grid_barrier(barrier);
         }
+    }
+
+    // The last level, which one block of all its threads solves; its factor is too large to be near.
+    __device__ __forceinline__ void bottom(const SchwarzLevel& level, const SchwarzLevel* below, double* shared, uint threads) const {
+        if (blockIdx.x > 0) return;
+        double *scaled = shared, *products = shared + threads;
+        uint size = NODE * level.count, u = threadIdx.x;
+        double scale = u < size ? level.scale[u] : 0;
+        scaled[u] = u < size ? scale * level.right_side[u] : 0;
+        __syncthreads();
+        double x = scale * factor_times<double>(level.factors, size, u, threads, scaled, products);
+        __syncthreads();
+        scaled[u] = x;
+        if (u < size) level.solution[1][u] = x;
+        __syncthreads();
+        if (below) prolong(*below, 0, size, scaled, u, threads);
+    }
+
+    // All that comes before `schwarz_of`, by blocks of so many threads.
+    __device__ __forceinline__ void apply(const real4* from, real4* to, unsigned char* shared, uint threads) const {
+        groups(from, to);
+        grid_barrier(barrier);
+        uint last = p.level_count - 1;
+        down(last);
+        bottom(p.levels[last], last > 0 ? &p.levels[last - 1] : nullptr, (double*)shared, threads);
+        grid_barrier(barrier);
+        up(last);
     }
 };
 

@@ -188,8 +188,12 @@ template <typename Memory> struct Passes {
 
 #ifdef CLOTH_SCHWARZ
     // to = S P^-1 from of whole vectors, which all blocks have written; their products go into `sums`.
-    static __device__ __forceinline__ void precondition(const Solver& s, const Linear& l, Memory& memory, uint from, uint to, double* sums) {
-        SchwarzPasses<THREADS>(*l.schwarz, &s.status->barrier[1], frame_memory).apply(l.vectors[from], l.vectors[to]);
+    static __device__ __noinline__ void precondition(const Solver& s, const Linear& l, Memory& memory, uint from, uint to, double* sums) {
+        // Its addresses are asked for again after each meeting of the blocks.
+        __shared__ Schwarz near;
+        for (uint word = threadIdx.x; word < sizeof(Schwarz) / sizeof(uint); word += THREADS) ((uint*)&near)[word] = ((const uint*)l.schwarz)[word];
+        __syncthreads();
+        SchwarzPasses(near, &s.status->barrier[1], frame_memory).apply(l.vectors[from], l.vectors[to], frame_memory, THREADS);
         for_particles(s, memory, 1, sums, sums, [&](uint i) {
             vec3 c = ::filtered(s, l, i, schwarz_of(*l.schwarz, l.vectors[to][i], i));
             l.vectors[to][i] = with_w(c, 0);

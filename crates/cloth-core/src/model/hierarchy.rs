@@ -21,8 +21,8 @@ impl GroupHierarchy {
     /// Consecutive nodes of a level above the particles whose block is inverted to smooth: 16 with six unknowns each are a
     /// matrix as large as that of a group of particles.
     pub const SMOOTHED: usize = 16;
-    /// Nodes of the last level at most: one block that is inverted.
-    pub const BOTTOM: usize = Self::SMOOTHED;
+    /// Nodes of the last level at most.
+    pub const BOTTOM: usize = 64;
 
     /// The groups of a model. Connectivity comes first: a group has particles of one connected piece, unless whole pieces fit into
     /// it. Particles that nothing connects are grouped by their places.

@@ -32,9 +32,9 @@ const SMOOTH_TASK: usize = 16;
 #[derive(Debug)]
 pub struct CoarseLevel {
     matrix: NodeMatrix,
-    /// Of runs of nodes.
+    /// Of runs of nodes, or of all nodes on the last level.
     factors: BlockFactors<f64>,
-    /// Weight of the smoother, 1 on the last level, which it solves.
+    /// Weight of the smoother.
     weight: f64,
     /// What unit unknowns of its group do to each node; empty on the last level.
     prolongation: Vec<Matrix6>,
@@ -90,7 +90,7 @@ impl CoarseLevel {
             group_of[ends[0] as usize..ends[1] as usize].fill(group as u32);
         }
         let coarse = matrix.coarse(&prolongation, starts, &group_of);
-        let mut level = Self::smoothed(matrix, arch);
+        let mut level = Self::smoothed(matrix, GroupHierarchy::SMOOTHED, arch);
         level.weight = level.weight_find();
         (level.prolongation, level.group_of) = (prolongation, group_of);
         level.starts = starts.to_vec();
@@ -98,12 +98,12 @@ impl CoarseLevel {
     }
 
     fn last(matrix: NodeMatrix, arch: pulp::Arch) -> Self {
-        Self::smoothed(matrix, arch)
+        let all = matrix.len().max(1);
+        Self::smoothed(matrix, all, arch)
     }
 
-    /// With the factors of runs of nodes, of which the last level has one.
-    fn smoothed(matrix: NodeMatrix, arch: pulp::Arch) -> Self {
-        let run = GroupHierarchy::SMOOTHED;
+    /// With the factors of runs of so many nodes.
+    fn smoothed(matrix: NodeMatrix, run: usize, arch: pulp::Arch) -> Self {
         let count = matrix.len();
         let sizes = (0..count).step_by(run).map(|first| 6 * run.min(count - first));
         let mut factors = BlockFactors::new(sizes);
@@ -156,7 +156,7 @@ impl CoarseLevel {
         &self.starts
     }
 
-    /// The inverses of the blocks of runs of nodes; the last level has one.
+    /// The inverses of the blocks of runs of nodes, or of the whole matrix on the last level.
     #[must_use]
     pub const fn factors(&self) -> &BlockFactors<f64> {
         &self.factors
@@ -250,12 +250,16 @@ impl CoarseLevel {
 pub(super) fn cycle(levels: &mut [CoarseLevel]) {
     let Some((level, above)) = levels.split_first_mut() else { return };
     let mut solution = std::mem::take(&mut level.solution);
-    level.smooth(&level.right_side, level.weight, false, &mut solution);
     if above.is_empty() {
+        if !solution.is_empty() {
+            let mut scratch = [0.0; 12 * GroupHierarchy::BOTTOM];
+            level.factors.apply(0, &level.right_side, &mut solution, &mut scratch);
+        }
         level.solution = solution;
         return;
     }
     let mut residual = std::mem::take(&mut level.residual);
+    level.smooth(&level.right_side, level.weight, false, &mut solution);
     level.matrix.residual(Some(&level.right_side), &solution, &mut residual);
     (level.solution, level.residual) = (solution, residual);
     level.restrict(above[0].right_side_mut());

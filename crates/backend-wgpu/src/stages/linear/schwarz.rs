@@ -88,7 +88,9 @@ impl Stages {
             self.schwarz_kernel("preconditioner_apply_smooth", nodes.div_ceil(RUN), call)?;
             self.schwarz_kernel("preconditioner_apply_restrict", groups, call)?;
         }
-        for (level, &[nodes, _]) in levels.iter().enumerate().rev() {
+        let bottom = Call { level: last as u32, ..call };
+        self.schwarz_kernel("preconditioner_apply_bottom", 1, bottom)?;
+        for (level, &[nodes, _]) in levels[..last].iter().enumerate().rev() {
             let call = Call { level: level as u32, flags: flags | CALL_SECOND, ..call };
             self.schwarz_kernel("preconditioner_apply_smooth", nodes.div_ceil(RUN), call)?;
         }
