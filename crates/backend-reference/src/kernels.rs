@@ -126,7 +126,7 @@ impl ReferenceKernels {
             factorisations: Factorisations::default(),
             non_finite_step: None,
             particles,
-            config: config.resolved(&model, false),
+            config: config.resolved(&model, None),
             model,
         })
     }

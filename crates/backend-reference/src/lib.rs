@@ -110,7 +110,7 @@ impl Backend for ReferenceBackend {
     }
 
     fn create_solver(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Solver>> {
-        let config = &config.resolved(&model, false);
+        let config = &config.resolved(&model, None);
         check(&model, config)?;
         Ok(Box::new(SteppedSolver::new(ReferenceKernels::new(model, config)?)?))
     }

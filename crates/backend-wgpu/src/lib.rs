@@ -200,7 +200,7 @@ impl WgpuBackend {
         model.check_no_stretch_limit(config, "wgpu")?;
         model.check_fabric(config, "wgpu")?;
         model.check_no_inflation("wgpu")?;
-        let config = config.resolved(&model, true);
+        let config = config.resolved(&model, None);
         Ok(WgpuKernels::new(Stages::new(Arc::clone(&self.context), model, &config)?))
     }
 

@@ -9,7 +9,7 @@ use cloth_core::{
     },
 };
 
-use super::CpuKernels;
+use super::{CpuKernels, SCHWARZ_MIN};
 use crate::{
     implicit::{ImplicitSystem, Surroundings},
     integrate_implicit,
@@ -223,7 +223,7 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
         self.implicit_stage("preconditioner_build", 0.0, |kernels, system, _| {
             let model = (&*kernels.model, &kernels.springs);
             let particles = (&kernels.masses, &kernels.present.position);
-            let preconditioner = preconditioner.resolved(&kernels.model, true);
+            let preconditioner = preconditioner.resolved(&kernels.model, Some(SCHWARZ_MIN));
             system.preconditioner_build(model, particles, preconditioner, kernels.arch);
         });
         Ok(())

@@ -46,6 +46,9 @@ use crate::{
     vertex_normals,
 };
 
+/// Particles of fabric from which on the preconditioner `schwarz` was measured to be faster.
+const SCHWARZ_MIN: usize = 40_000;
+
 /// The stages on the CPU.
 pub(crate) struct CpuKernels<T> {
     model: Arc<Model>,
@@ -135,7 +138,7 @@ impl<T: Real> CpuKernels<T> {
             non_finite_step: None,
             stage_times: Vec::new(),
             springs,
-            config: config.resolved(&model, true),
+            config: config.resolved(&model, Some(SCHWARZ_MIN)),
             pool,
             arch: pulp::Arch::new(),
             model,

@@ -12,7 +12,7 @@ use cloth_core::{
     },
 };
 
-use super::{CudaKernels, matrix_copy::symmetric};
+use super::{CudaKernels, SCHWARZ_MIN, matrix_copy::symmetric};
 use crate::{
     fault::BACKEND,
     layout::{CudaReal, Real4},
@@ -349,7 +349,7 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
     }
 
     fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
-        let preconditioner = preconditioner.resolved(&self.model, true);
+        let preconditioner = preconditioner.resolved(&self.model, Some(SCHWARZ_MIN));
         let blocks = check_preconditioner(preconditioner)?;
         if preconditioner == Preconditioner::Schwarz {
             return self.schwarz_build();

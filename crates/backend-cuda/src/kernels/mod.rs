@@ -39,6 +39,9 @@ pub(crate) use impulses::ImpulseMemory;
 use semi_implicit::SemiImplicit;
 use triangle_contact::Triangles;
 
+/// Particles of fabric from which on the preconditioner `schwarz` was measured to be faster.
+const SCHWARZ_MIN: usize = 65_536;
+
 /// The stages on a GPU.
 pub(crate) struct CudaKernels<T> {
     pub(crate) model: Arc<Model>,
@@ -66,7 +69,7 @@ impl<T: CudaReal> CudaKernels<T> {
         config: &SolverConfig,
         options: CudaOptions,
     ) -> Result<Self> {
-        let config = &config.resolved(&model, true);
+        let config = &config.resolved(&model, Some(SCHWARZ_MIN));
         check::check_config(config)?;
         let memory = Memory::new(device, &model, config, (options.fast, options.patches))?;
         let mut kernels = Self {

@@ -55,7 +55,7 @@ pub enum Preconditioner {
     /// Inverses of the blocks of groups of 32 particles, and what rigid motions of these groups do to the system, by one
     /// V-cycle over groups of groups: iterations that hardly grow with the number of particles.
     Schwarz,
-    /// `Schwarz` where the backend has it and it was measured to win, else `Block`.
+    /// `Schwarz` where it was measured to win on the backend, else `Block`.
     Auto,
 }
 
@@ -71,18 +71,14 @@ pub enum LinearStop {
     Energy,
 }
 
-/// Models of fabric with fewer particles than this are faster with blocks (INTEGRATORS.md has the measurements).
-const SCHWARZ_MIN: usize = 4096;
-
-/// The same with colliders, whose contacts come and go: what has changed is factorised anew for each solve.
-const SCHWARZ_MIN_COLLIDERS: usize = 20_000;
-
 impl Preconditioner {
-    /// What `Auto` stands for in a model, on a backend that may have `Schwarz`; the others stand for themselves.
+    /// What `Auto` stands for in a model, on a backend on which `Schwarz` was measured to win for fabric of `schwarz_min` particles
+    /// and more, if it has it and does (INTEGRATORS.md has the measurements); the others stand for themselves.
     #[must_use]
-    pub fn resolved(self, model: &Model, has_schwarz: bool) -> Self {
+    pub fn resolved(self, model: &Model, schwarz_min: Option<usize>) -> Self {
+        let wins = |least| model.has_fabric() && model.particle_count() >= least;
         match self {
-            Self::Auto if has_schwarz && blocks_reason(model).is_none() => Self::Schwarz,
+            Self::Auto if schwarz_min.is_some_and(wins) => Self::Schwarz,
             Self::Auto => Self::Block,
             given => given,
         }
@@ -91,22 +87,11 @@ impl Preconditioner {
     /// Why `Auto` stands for this one in a model.
     #[must_use]
     pub fn auto_reason(self, model: &Model) -> &'static str {
-        let blocks = || blocks_reason(model).unwrap_or("the backend has no other one");
-        if self == Self::Schwarz { "this much fabric is faster with it" } else { blocks() }
-    }
-}
-
-/// Why a model was measured to be faster with blocks, if so.
-fn blocks_reason(model: &Model) -> Option<&'static str> {
-    let count = model.particle_count();
-    if !model.has_fabric() {
-        Some("iterations of others are too dear for springs")
-    } else if count < SCHWARZ_MIN {
-        Some("others are slower for so few particles")
-    } else if count < SCHWARZ_MIN_COLLIDERS && !model.colliders().is_empty() {
-        Some("others are slower for so few particles with colliders")
-    } else {
-        None
+        match self {
+            Self::Schwarz => "this much fabric is faster with it",
+            _ if model.has_fabric() => "others are slower for so few particles on this backend",
+            _ => "iterations of others are too dear for springs",
+        }
     }
 }
 

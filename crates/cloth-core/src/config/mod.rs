@@ -102,15 +102,14 @@ impl Default for SolverConfig {
 }
 
 impl SolverConfig {
-    /// The same with a preconditioner in place of [`Preconditioner::Auto`], for a backend that may have
-    /// [`Preconditioner::Schwarz`].
+    /// The same with a preconditioner in place of [`Preconditioner::Auto`], as [`Preconditioner::resolved`] has it.
     #[must_use]
-    pub fn resolved(&self, model: &Model, has_schwarz: bool) -> Self {
+    pub fn resolved(&self, model: &Model, schwarz_min: Option<usize>) -> Self {
         let mut resolved = self.clone();
         if let Integrator::Implicit(ImplicitSettings { linear, .. })
         | Integrator::Midpoint(MidpointSettings { linear, .. }) = &mut resolved.integrator
         {
-            linear.preconditioner = linear.preconditioner.resolved(model, has_schwarz);
+            linear.preconditioner = linear.preconditioner.resolved(model, schwarz_min);
         }
         resolved
     }
