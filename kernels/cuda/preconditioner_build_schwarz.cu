@@ -17,6 +17,8 @@ struct SchwarzBuild {
     ulong group_count;
 };
 
+static_assert(sizeof(SchwarzBuild) == 64, "`schwarz.rs` of the backend has another layout");
+
 struct Block3 {
     double entries[3][3];
 };

@@ -76,8 +76,8 @@ fn solvers_that_no_gpu_gains_from_are_unsupported_by_name() {
     let error = gpu().create_solver(model(5, None), &config).map(|_| ()).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "the wgpu backend does not support the preconditioner incomplete-cholesky (it has diagonal \
-         and block); choose another backend"
+        "the wgpu backend does not support the preconditioner incomplete-cholesky (it has diagonal, \
+         block and schwarz); choose another backend"
     );
 }
 

@@ -52,6 +52,31 @@ fn series(
     lines
 }
 
+/// Time to the first goal against particles, of all results that have it.
+///
+/// # Errors
+/// If it cannot be drawn.
+pub(super) fn picture(results: &[Results]) -> Result<Option<String>, Box<dyn Error>> {
+    let mut lines = Vec::new();
+    let of = (Sweep::Particles.name(), GOALS[0].0);
+    for results in results {
+        for mut line in series(results, of, &|record| record.solve) {
+            if line.name.ends_with("diagonal") {
+                continue;
+            }
+            let engine = results.engines.iter().find(|e| line.name.starts_with(&e.backend));
+            line.name += &engine.map_or_else(String::new, |engine| format!(": {}", engine.device));
+            lines.push(line);
+        }
+    }
+    let labels = Labels {
+        title: "An implicit system of stiff fabric, to a hundredth of the energy",
+        x: Sweep::Particles.name(),
+        y: "ms of a solve",
+    };
+    Ok(Some(plots::lines(&labels, &lines)?).filter(|picture| !picture.is_empty()))
+}
+
 /// One line for every solve.
 pub(super) fn csv(results: &Results) -> Result<String, Box<dyn Error>> {
     let mut writer = csv::Writer::from_writer(Vec::new());

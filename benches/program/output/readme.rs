@@ -7,7 +7,7 @@ use std::{
 };
 
 use super::{
-    page,
+    linear, page,
     plots::{self, Labels},
     read, tables,
 };
@@ -40,8 +40,17 @@ pub(crate) fn write(results: &[PathBuf], into: &Path, plot: &Path) -> Result<(),
         fs::create_dir_all(folder)?;
     }
     fs::write(plot, picture(&results)?).map_err(|error| format!("{}: {error}", plot.display()))?;
+    if let Some(picture) = linear::picture(&results)? {
+        let path = linear_plot(plot);
+        fs::write(&path, picture).map_err(|error| format!("{}: {error}", path.display()))?;
+    }
     fs::write(into, replaced).map_err(|error| format!("{}: {error}", into.display()))?;
     Ok(())
+}
+
+/// Where the plot of linear solvers goes: beside the other one.
+fn linear_plot(plot: &Path) -> PathBuf {
+    plot.with_file_name("linear.svg")
 }
 
 /// The text with what stands between the marks replaced.
@@ -115,6 +124,11 @@ fn section(results: &[Results], plot: &Path) -> String {
     ));
     lines.push(String::new());
     lines.push(format!("![Time of a frame against particles]({})", plot.display()));
+    if results.iter().any(|results| !results.linear.is_empty()) {
+        lines.push(String::new());
+        let plot = linear_plot(plot);
+        lines.push(format!("![Time of a linear solve against particles]({})", plot.display()));
+    }
     lines.join("\n")
 }
 

@@ -249,8 +249,8 @@ mod tests {
     fn kernels_are_given_as_many_bytes_as_they_take() {
         assert_eq!(size_of::<SolverData<f32>>(), 608 + 32 * 4);
         assert_eq!(size_of::<SolverData<f64>>(), 608 + 32 * 8);
-        assert_eq!(size_of::<LinearData<f32>>(), 416);
-        assert_eq!(size_of::<LinearData<f64>>(), 472);
+        assert_eq!(size_of::<LinearData<f32>>(), 424);
+        assert_eq!(size_of::<LinearData<f64>>(), 480);
         assert_eq!(size_of::<TrianglePairs<f32>>(), 7 * 4 + 9 * 4 + 8 * 8);
         assert_eq!(size_of::<TrianglePairs<f64>>(), 7 * 8 + 9 * 4 + 4 + 8 * 8);
     }

@@ -306,3 +306,16 @@ impl LevelMemory {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The CUDA sources assert the same.
+    #[test]
+    fn kernels_are_given_as_many_bytes_as_they_take() {
+        assert_eq!(size_of::<LevelData>(), 96);
+        assert_eq!(size_of::<SchwarzData>(), 72 + LEVELS_MAX * 96);
+        assert_eq!(size_of::<SchwarzBuild>(), 64);
+    }
+}

@@ -42,6 +42,8 @@ struct Schwarz {
     SchwarzLevel levels[LEVELS_MAX];
 };
 
+static_assert(sizeof(Schwarz) == 72 + LEVELS_MAX * 96, "`schwarz.rs` of the backend has another layout");
+
 // Where row k of a factor starts: row j has j / 16 + 1 chunks.
 __device__ __forceinline__ uint factor_row(uint k) {
     uint whole = k / CHUNK;
@@ -77,6 +79,7 @@ __device__ __forceinline__ Number factor_times(const float* rows, uint size, uin
     for (uint first = 0; first < size; first += FACTOR_ROWS * halves) {
         Number sums[FACTOR_ROWS] = {};
         uint chunks = (min(first + FACTOR_ROWS * halves, size) + CHUNK - 1) / CHUNK;
+#pragma unroll 2
         for (uint chunk = 0; chunk < chunks; chunk++) {
             Number x = scaled[chunk * CHUNK + lane];
 #pragma unroll

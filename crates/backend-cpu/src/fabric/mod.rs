@@ -5,8 +5,8 @@ mod element_blocks;
 mod stretch_limit;
 
 use cloth_core::{
-    Error, Incidence, InteractionKind, LinearMethod, LinearSettings, MatrixForm, Model,
-    NewtonStart, Preconditioner, Real, Result, SolverConfig,
+    Error, Incidence, InteractionKind, LinearSettings, MatrixForm, Model, NewtonStart,
+    Preconditioner, Real, Result, SolverConfig,
     fabric::membrane::{self, Law, MembraneTangent, RestState},
 };
 use rayon::prelude::*;
@@ -29,12 +29,7 @@ pub(crate) fn check(model: &Model, config: &SolverConfig) -> Result<()> {
     };
     match config.integrator.linear() {
         Some(linear) => {
-            let LinearSettings { method, preconditioner, matrix, .. } = linear;
-            if *method == LinearMethod::Direct {
-                return unsupported(format!(
-                    "the linear solver {method} (it has conjugate-gradient)"
-                ));
-            }
+            let LinearSettings { preconditioner, matrix, .. } = linear;
             if *preconditioner == Preconditioner::IncompleteCholesky {
                 return unsupported(format!("the preconditioner {preconditioner} (it has block)"));
             }

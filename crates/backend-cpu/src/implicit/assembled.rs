@@ -3,8 +3,12 @@
 use cloth_core::{LinearOutcome, Model, Neighbours, Real, Result};
 
 use super::{
-    block_matrix::BlockMatrix, direct::DirectSolver, filter::Filter,
-    incomplete_cholesky::IncompleteCholesky, matrix::Matrix, particle_filters::ParticleFilters,
+    block_matrix::BlockMatrix,
+    direct::{DirectSolver, FullBlock},
+    filter::Filter,
+    incomplete_cholesky::IncompleteCholesky,
+    matrix::Matrix,
+    particle_filters::ParticleFilters,
 };
 use crate::{memory::VectorField, springs::SpringColumns};
 
@@ -63,9 +67,10 @@ impl<T: Real> Assembled<T> {
         self.incomplete.apply(from, to, arch);
     }
 
+    /// With the blocks off the diagonal that triangles add, in fabric and in contact.
     pub(super) fn direct_solve(
         &mut self,
-        model: &Model,
+        (model, others): (&Model, &[FullBlock<T>]),
         filter: &Filter<'_, T>,
         right_side: &VectorField<T>,
         solution: &mut VectorField<T>,
@@ -75,6 +80,6 @@ impl<T: Real> Assembled<T> {
             let pairs = Neighbours::new(&model.interactions().in_matrix()).pairs().collect();
             DirectSolver::new(model.positions(), pairs)
         });
-        direct.solve(&self.blocks, &self.filters, right_side, solution)
+        direct.solve((&self.blocks, others), &self.filters, right_side, solution)
     }
 }

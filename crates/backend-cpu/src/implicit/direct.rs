@@ -13,6 +13,9 @@ use crate::{
     sparse_cholesky::{LowerPattern, Neighbourhood, SparseCholesky, nested_dissection},
 };
 
+/// A block off the diagonal that is not symmetric: row and column, the smaller one first, and its entries.
+pub(super) type FullBlock<T> = (u32, u32, [[T; 3]; 3]);
+
 /// The factorisation, analysed for one pattern and used as long as that fits.
 pub(crate) struct DirectSolver {
     positions: Vec<[f64; 3]>,
@@ -55,7 +58,7 @@ impl DirectSolver {
     /// `OutOfMemory`.
     pub(crate) fn solve<T: Real>(
         &mut self,
-        matrix: &BlockMatrix<T>,
+        (matrix, others): (&BlockMatrix<T>, &[FullBlock<T>]),
         filters: &ParticleFilters<T>,
         right_side: &VectorField<T>,
         solution: &mut VectorField<T>,
@@ -65,7 +68,7 @@ impl DirectSolver {
             (0..count).map(|i| field.get(i).map(T::to_f64)).collect::<Vec<[f64; 3]>>()
         };
         let (right_side, start) = (read(right_side), read(solution));
-        let residual = residual(matrix, filters, &right_side, &start);
+        let residual = residual((matrix, others), filters, &right_side, &start);
         let reference = norm(&residual);
         let broken =
             LinearOutcome { residual: f64::INFINITY, breakdown: true, ..LinearOutcome::default() };
@@ -75,9 +78,9 @@ impl DirectSolver {
         if reference == 0.0 {
             return Ok(LinearOutcome { converged: true, ..LinearOutcome::default() });
         }
-        self.analyse(matrix)?;
+        self.analyse(matrix, others)?;
         let Some(analysis) = &mut self.analysis else { return Ok(broken) };
-        fill(matrix, filters, analysis, &mut self.values);
+        fill((matrix, others), filters, analysis, &mut self.values);
         if analysis.factorisation.factorise(&self.values).is_err() {
             return Ok(broken);
         }
@@ -89,7 +92,8 @@ impl DirectSolver {
             .zip(self.change.chunks_exact(3))
             .map(|(start, change)| std::array::from_fn(|axis| start[axis] + change[axis]))
             .collect();
-        let left = norm(&self::residual(matrix, filters, &right_side, &answer)) / reference;
+        let left =
+            norm(&self::residual((matrix, others), filters, &right_side, &answer)) / reference;
         if !left.is_finite() {
             return Ok(broken);
         }
@@ -106,10 +110,13 @@ impl DirectSolver {
     }
 
     /// Analyses the pattern anew if there are contacts that it does not have.
-    fn analyse<T: Real>(&mut self, matrix: &BlockMatrix<T>) -> Result<()> {
+    fn analyse<T: Real>(&mut self, matrix: &BlockMatrix<T>, others: &[FullBlock<T>]) -> Result<()> {
+        let pairs = matrix.pairs().iter().map(|pair| pair.particles);
         let mut contacts: Vec<[u32; 2]> =
-            matrix.pairs().iter().map(|pair| pair.particles).collect();
+            pairs.chain(others.iter().map(|&(i, j, _)| [i, j])).collect();
         contacts.retain(|pair| self.springs.binary_search(pair).is_err());
+        contacts.sort_unstable();
+        contacts.dedup();
         let is_known =
             |known: &[[u32; 2]]| contacts.iter().all(|pair| known.binary_search(pair).is_ok());
         if self.analysis.as_ref().is_some_and(|analysis| is_known(&analysis.contacts)) {
@@ -131,7 +138,7 @@ impl DirectSolver {
 
 /// S A S + tr(D)/3 (I - S), in the order of the pattern.
 fn fill<T: Real>(
-    matrix: &BlockMatrix<T>,
+    (matrix, others): (&BlockMatrix<T>, &[FullBlock<T>]),
     filters: &ParticleFilters<T>,
     analysis: &Analysis,
     values: &mut Vec<f64>,
@@ -139,11 +146,10 @@ fn fill<T: Real>(
     let pattern = analysis.factorisation.pattern();
     values.clear();
     values.resize(pattern.rows.len(), 0.0);
-    let mut add = |i: usize, j: usize, block: Symmetric<T>| {
+    let mut add = |i: usize, j: usize, rows: [[T; 3]; 3]| {
         let after = analysis.neighbourhood.after(i);
         let Ok(place) = after.binary_search(&(j as u32)) else { return };
         // Entry (row of j, column of i) is that of row i and column j, transposed.
-        let rows = filters.block(i, j, block);
         for (column, entries) in rows.iter().enumerate() {
             let start = pattern.offsets[3 * i + column] + (3 - column) + 3 * place;
             for (value, entry) in values[start..start + 3].iter_mut().zip(entries) {
@@ -154,12 +160,16 @@ fn fill<T: Real>(
     for i in 0..matrix.count() {
         let (columns, blocks) = matrix.row(i);
         for (&j, &block) in columns.iter().zip(blocks) {
-            add(i, j as usize, block);
+            add(i, j as usize, filters.block(i, j as usize, block));
         }
     }
     for pair in matrix.pairs() {
         let [i, j] = pair.particles.map(|particle| particle as usize);
-        add(i, j, pair.block);
+        add(i, j, filters.block(i, j, pair.block));
+    }
+    for &(i, j, block) in others {
+        let [i, j] = [i as usize, j as usize];
+        add(i, j, filters.full(i, j, block));
     }
     for (i, block) in matrix.diagonal.iter().enumerate() {
         let mut block = block.map(T::to_f64);
@@ -183,7 +193,7 @@ fn fill<T: Real>(
 
 /// S (b - A y) in double precision.
 fn residual<T: Real>(
-    matrix: &BlockMatrix<T>,
+    (matrix, others): (&BlockMatrix<T>, &[FullBlock<T>]),
     filters: &ParticleFilters<T>,
     right_side: &[[f64; 3]],
     solution: &[[f64; 3]],
@@ -207,6 +217,16 @@ fn residual<T: Real>(
         let [i, j] = pair.particles.map(|particle| particle as usize);
         subtract(i, &pair.block, j);
         subtract(j, &pair.block, i);
+    }
+    for &(i, j, block) in others {
+        let [i, j] = [i as usize, j as usize];
+        for row in 0..3 {
+            for column in 0..3 {
+                let entry = block[row][column].to_f64();
+                residual[i][row] -= entry * solution[j][column];
+                residual[j][column] -= entry * solution[i][row];
+            }
+        }
     }
     for (particle, filter) in filters.iter() {
         let entry = &mut residual[*particle as usize];
@@ -299,7 +319,8 @@ mod tests {
                     solution.set(i, std::array::from_fn(|k| z[k] - free[k]));
                 }
                 let expected = expected(&matrix, &filters, &right_side, &solution);
-                let outcome = solver.solve(&matrix, &filters, &right_side, &mut solution).unwrap();
+                let outcome =
+                    solver.solve((&matrix, &[]), &filters, &right_side, &mut solution).unwrap();
                 assert!(!outcome.breakdown && outcome.converged, "{outcome:?}");
                 for (i, expected) in expected.iter().enumerate() {
                     assert!((solution.get(i / 3)[i % 3] - expected).abs() < 1e-11, "{count}: {i}");
@@ -317,7 +338,7 @@ mod tests {
         let right_side = numbers.field(50);
         let mut solution = VectorField::new(50, 0);
         let filters = ParticleFilters::new(50);
-        let outcome = solver.solve(&matrix, &filters, &right_side, &mut solution).unwrap();
+        let outcome = solver.solve((&matrix, &[]), &filters, &right_side, &mut solution).unwrap();
         assert!(outcome.converged && outcome.residual < 1e-12, "{outcome:?}");
         assert_eq!(outcome.iterations, 1);
     }
@@ -331,7 +352,7 @@ mod tests {
             let block = [0.0; 6];
             let pairs: Vec<_> = pairs.iter().map(|&particles| Pair { particles, block }).collect();
             matrix.set_pairs(&pairs);
-            solver.analyse(&matrix).unwrap();
+            solver.analyse(&matrix, &[]).unwrap();
             solver.analysis.as_ref().unwrap().contacts.clone()
         };
         assert!(contacts(&[]).is_empty());
@@ -352,7 +373,8 @@ mod tests {
             matrix.diagonal[1] = [bad, bad, bad, 0.0, 0.0, 0.0];
             let mut solver = DirectSolver::new(&positions(3), springs.clone());
             let mut solution = VectorField::new(3, 0);
-            let outcome = solver.solve(&matrix, &filters, &right_side, &mut solution).unwrap();
+            let outcome =
+                solver.solve((&matrix, &[]), &filters, &right_side, &mut solution).unwrap();
             assert!(outcome.breakdown && !outcome.converged, "{bad}: {outcome:?}");
             assert!((0..3).all(|i| solution.get(i) == [0.0; 3]), "{bad}");
         }
@@ -363,7 +385,7 @@ mod tests {
         let mut solver = DirectSolver::new(&positions(3), springs);
         let mut solution = numbers.field(3);
         let z: [_; 3] = std::array::from_fn(|i| solution.get(i));
-        let outcome = solver.solve(&matrix, &held, &right_side, &mut solution).unwrap();
+        let outcome = solver.solve((&matrix, &[]), &held, &right_side, &mut solution).unwrap();
         assert!(outcome.converged && outcome.iterations == 0, "{outcome:?}");
         assert!((0..3).all(|i| solution.get(i) == z[i]));
     }

@@ -5,6 +5,8 @@ use cloth_core::{MatrixBlock, Model, Real};
 use super::{
     contact_linearise::ContactFactors,
     contact_rows::ContactRows,
+    direct::FullBlock,
+    particle_filters::rows,
     spring_factors::{Factors, SpringFactors, across},
 };
 use crate::{
@@ -117,6 +119,23 @@ impl<T: Real> Matrix<T> {
             let u = std::array::from_fn(|axis| root[lane] * (other[axis] - own[axis]));
             visit(neighbour, u, across(along[lane], u));
         }
+    }
+
+    /// Blocks right of the diagonal that triangles add, in fabric and in contact; a column may come more than once.
+    pub(super) fn full_blocks(&self, count: usize) -> Vec<FullBlock<T>> {
+        let mut all = Vec::new();
+        for i in 0..count {
+            let mut put = |j: usize, block: [[T; 3]; 3]| {
+                if j > i {
+                    all.push((i as u32, j as u32, block));
+                }
+            };
+            if let Some(elements) = &self.elements {
+                elements.row(i, &mut put);
+            }
+            self.rows.row(i, |j, block| put(j, rows(&block)));
+        }
+        all
     }
 
     /// All blocks, by rows, columns ascending; a pair that a spring and contact join has one.

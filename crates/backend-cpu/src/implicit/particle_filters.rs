@@ -69,7 +69,12 @@ impl<T: Real> ParticleFilters<T> {
     /// S_i B S_j of a block off the diagonal, row by row.
     #[inline(always)]
     pub(super) fn block(&self, i: usize, j: usize, block: Symmetric<T>) -> [[T; 3]; 3] {
-        let mut full = rows(&block);
+        self.full(i, j, rows(&block))
+    }
+
+    /// The same of a block that is not symmetric.
+    #[inline(always)]
+    pub(super) fn full(&self, i: usize, j: usize, mut full: [[T; 3]; 3]) -> [[T; 3]; 3] {
         if let Some(filter) = self.get(i) {
             full = product(&rows(filter), &full);
         }

@@ -305,7 +305,8 @@ impl<T: Real> ImplicitSystem<T> {
         let mut solution = self.vectors.take(LinearVector::Solution);
         let filter = Filter { masses, constraints: &self.constraints };
         let right_side = self.vectors.get(LinearVector::RightSide);
-        let outcome = assembled.direct_solve(model, &filter, right_side, &mut solution);
+        let others = self.matrix.full_blocks(self.count);
+        let outcome = assembled.direct_solve((model, &others), &filter, right_side, &mut solution);
         self.vectors.put(LinearVector::Solution, solution);
         self.assembled = Some(assembled);
         outcome

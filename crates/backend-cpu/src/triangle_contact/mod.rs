@@ -7,9 +7,8 @@ mod pairs;
 mod tree;
 
 use cloth_core::{
-    ColliderImpulse, ContactStatistics, Error, ImplicitSettings, Integrator, LinearMethod,
-    LinearSettings, MatrixForm, Model, NewtonStart, Pinch, Preconditioner, Real, Result,
-    SolverConfig, State,
+    ColliderImpulse, ContactStatistics, Error, ImplicitSettings, Integrator, LinearSettings,
+    MatrixForm, Model, NewtonStart, Pinch, Preconditioner, Real, Result, SolverConfig, State,
     contact::{
         BodyImpulses, BodyMotion, Candidate, CertifiedWays, Certifier, ContactLaw, ContactMotion,
         ContactSet, ContactSlip, ContactSurface, Contacts, Ghost,
@@ -36,10 +35,7 @@ pub(crate) fn check(model: &Model, config: &SolverConfig) -> Result<()> {
         let feature = format!("contact of triangles with {what}");
         Err(Error::Unsupported { backend: "cpu", feature })
     };
-    let LinearSettings { method, preconditioner, matrix, .. } = linear;
-    if *method == LinearMethod::Direct {
-        return unsupported(format!("the linear solver {method} (it has conjugate-gradient)"));
-    }
+    let LinearSettings { preconditioner, matrix, .. } = linear;
     if *preconditioner == Preconditioner::IncompleteCholesky {
         return unsupported(format!("the preconditioner {preconditioner} (it has block)"));
     }

@@ -73,6 +73,35 @@ fn the_answer_is_that_of_blocks() {
     }
 }
 
+/// Sparse Cholesky factorisation is exact: of fabric, and of fabric that lies on a body.
+#[test]
+fn the_answer_is_that_of_a_factorisation() {
+    for model in [sheet(24, |_| fabric()), rig::lying(1.5e-3)] {
+        let [iterated, direct] = [false, true].map(|is_direct| {
+            let mut kernels = assembled(&model, model.positions(), Precision::F64, 2);
+            let mut random = numbers();
+            let right_side: Vec<[f64; 3]> =
+                model.masses().iter().map(|mass| [0.0; 3].map(|_| mass * random())).collect();
+            kernels.vector_write(LinearVector::RightSide, &right_side).unwrap();
+            if is_direct {
+                let outcome = kernels.direct_solve().unwrap();
+                assert!(outcome.converged && outcome.residual < 1e-10, "{outcome:?}");
+            } else {
+                let settings =
+                    LinearSettings { tolerance: 1e-12, ..settings(Preconditioner::Schwarz) };
+                solve(&mut *kernels, &settings);
+            }
+            let mut solution = Vec::new();
+            kernels.vector_read(LinearVector::Solution, &mut solution).unwrap();
+            solution
+        });
+        let largest = direct.as_flattened().iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        for (a, b) in iterated.as_flattened().iter().zip(direct.as_flattened()) {
+            assert!((a - b).abs() < 1e-8 * largest, "{a} {b}");
+        }
+    }
+}
+
 #[test]
 fn bits_do_not_depend_on_the_number_of_threads() {
     for precision in [Precision::F32, Precision::F64] {

@@ -89,7 +89,7 @@ impl Preconditioner {
     pub fn auto_reason(self, model: &Model) -> &'static str {
         match self {
             Self::Schwarz => "this much fabric is faster with it",
-            _ if model.has_fabric() => "others are slower for so few particles on this backend",
+            _ if model.has_fabric() => "others were slower on this backend for so many particles",
             _ => "iterations of others are too dear for springs",
         }
     }
