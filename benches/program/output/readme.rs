@@ -115,6 +115,7 @@ fn section(results: &[Results], plot: &Path) -> String {
     }
     let dates: Vec<_> = results
         .iter()
+        .filter(|r| !r.records.is_empty())
         .map(|r| format!("{} ({}, revision {})", r.date, r.machine.system, r.revision))
         .collect();
     lines.push(String::new());
@@ -127,6 +128,11 @@ fn section(results: &[Results], plot: &Path) -> String {
     if results.iter().any(|results| !results.linear.is_empty()) {
         lines.push(String::new());
         let plot = linear_plot(plot);
+        lines.push(
+            "By `cargo xtask bench --suite linear`, whose page has iterations, stiffness, time steps and layers in contact beside this:"
+                .into(),
+        );
+        lines.push(String::new());
         lines.push(format!("![Time of a linear solve against particles]({})", plot.display()));
     }
     lines.join("\n")

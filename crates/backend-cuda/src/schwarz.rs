@@ -157,8 +157,7 @@ impl<T: CudaReal> SchwarzMemory<T> {
         self.data.address()
     }
 
-    /// What the kernels that build it are given, with room for what they make. `pairs` of particles are coupled beside those that always
-    /// are; factors are built of all groups, or of those with other constraints.
+    /// What the kernels that build it are given, with room for what they make. `pairs` of groups are coupled beside those that always are; factors are built of all groups, or of those with other constraints.
     ///
     /// # Errors
     /// `OutOfMemory`.
@@ -169,8 +168,6 @@ impl<T: CudaReal> SchwarzMemory<T> {
         all: bool,
     ) -> Result<SchwarzBuild> {
         let groups = self.group_count();
-        let group_of = self.schwarz.group_of();
-        let pairs = pairs.map(|pair| pair.map(|particle| group_of[particle as usize]));
         let (starts, columns) = self.pattern.with(pairs);
         let outdated: Vec<u32> =
             self.schwarz.outdated(all).iter().map(|&outdated| u32::from(outdated)).collect();

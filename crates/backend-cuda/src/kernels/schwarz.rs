@@ -62,7 +62,7 @@ impl<T: CudaReal> CudaKernels<T> {
             }
         }
         self.stage("preconditioner_build", |kernels| {
-            let pairs = kernels.contact_pairs_of_particles()?;
+            let pairs = kernels.contact_pairs_of_groups(memory.schwarz.group_of())?;
             let queue = &kernels.memory.queue;
             let build = memory.build_data(queue, pairs.into_iter(), is_new)?;
             let groups = memory.group_count();
@@ -91,25 +91,37 @@ impl<T: CudaReal> CudaKernels<T> {
         memory.build_above(&self.memory.queue, |particle| packed(&filters, particle))
     }
 
-    /// Pairs of particles that contact couples.
-    fn contact_pairs_of_particles(&mut self) -> Result<Vec<[u32; 2]>> {
+    /// Pairs of groups that contact couples.
+    fn contact_pairs_of_groups(&self, group_of: &[u32]) -> Result<Vec<[u32; 2]>> {
         let mut pairs = Vec::new();
         let Some(linear) = &self.linear else { return Ok(pairs) };
+        let mut put = |i: u32, j: u32| {
+            let pair = [i, j].map(|particle| group_of[particle as usize]);
+            // Most are of the groups of the one before.
+            if pair[0] != pair[1] && pairs.last() != Some(&pair) {
+                pairs.push(pair);
+            }
+        };
         if let Some(triangles) = self.triangles.as_ref().filter(|_| linear.data.has_contacts != 0) {
             for contact in triangles.rows().contacts {
-                let weights = contact.weights;
-                let of = contact.particles.into_iter().zip(weights);
-                let of: Vec<u32> = of.filter(|(_, w)| *w != T::ZERO).map(|(i, _)| i).collect();
-                pairs.extend(of.iter().flat_map(|&i| of.iter().map(move |&j| [i, j])));
+                for (first, weight) in contact.weights.iter().enumerate() {
+                    for second in first + 1..4 {
+                        if *weight != T::ZERO && contact.weights[second] != T::ZERO {
+                            put(contact.particles[first], contact.particles[second]);
+                        }
+                    }
+                }
             }
         }
         if linear.data.has_pairs != 0 {
             let rows = pairs_copy(&self.memory, linear)?;
             for (i, ends) in rows.starts.windows(2).enumerate() {
                 let row = &rows.pairs[ends[0] as usize..ends[1] as usize];
-                pairs.extend(row.iter().map(|&(j, ..)| [i as u32, j]));
+                row.iter().for_each(|&(j, ..)| put(i as u32, j));
             }
         }
+        pairs.sort_unstable();
+        pairs.dedup();
         Ok(pairs)
     }
 

@@ -177,7 +177,7 @@ impl<T: Real> MatrixCopy<T> {
                 put(column, symmetric([on[0], on[1], on[2], -(x * y), -(x * z), -(y * z)]));
             }
             for (contact, weight) in self.contacts.of(row) {
-                contact.others(row, weight, |column, block| put(column, block));
+                contact.others(row, weight, &mut put);
             }
             if let Some(elements) = &self.elements {
                 elements.row(row, put);

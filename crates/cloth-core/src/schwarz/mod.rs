@@ -7,6 +7,8 @@
 //! particle at place s. Each group has the rows of its inverse factor ([`BlockFactors`]), each particle the three rows of its
 //! prolongation, six numbers each. Above, a node has six unknowns, and all matrices are blocks of 6 x 6.
 
+#![allow(clippy::needless_range_loop, reason = "indices are those of the formulas")]
+
 mod block_factors;
 mod coarse_level;
 mod copy;
