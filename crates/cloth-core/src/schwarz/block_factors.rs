@@ -239,25 +239,23 @@ fn cholesky(matrix: &mut [f64], size: usize, stride: usize) {
             }
         }
         for (i, to) in (end..size).zip(rest.chunks_exact_mut(stride)) {
-            eliminate(panel, stride, i, &mut to[i..size], |row| row * stride + i);
+            eliminate(
+                &mut to[i..size],
+                end - first,
+                #[inline(always)]
+                |k| (panel[k * stride + i], &panel[k * stride + i..]),
+            );
         }
     }
 }
 
-/// to -= the rows of a panel of [`STEP`] or fewer, each times its entry of column i; they start where `place` says.
+/// to -= the sum of `count` rows, at most [`STEP`], each times a number: `term` gives number and row of each.
 #[inline(always)]
-fn eliminate(
-    panel: &[f64],
-    stride: usize,
-    i: usize,
-    to: &mut [f64],
-    place: impl Fn(usize) -> usize,
-) {
+fn eliminate<'a>(to: &mut [f64], count: usize, term: impl Fn(usize) -> (f64, &'a [f64])) {
     let length = to.len();
-    let count = panel.len() / stride;
     if count == STEP {
-        let factors: [f64; STEP] = std::array::from_fn(|row| panel[row * stride + i]);
-        let rows: [&[f64]; STEP] = std::array::from_fn(|row| &panel[place(row)..][..length]);
+        let factors: [f64; STEP] = std::array::from_fn(|k| term(k).0);
+        let rows: [&[f64]; STEP] = std::array::from_fn(|k| &term(k).1[..length]);
         for j in 0..length {
             to[j] = to[j]
                 - factors[0] * rows[0][j]
@@ -266,9 +264,9 @@ fn eliminate(
                 - factors[3] * rows[3][j];
         }
     } else {
-        for row in 0..count {
-            let factor = panel[row * stride + i];
-            for (to, other) in to.iter_mut().zip(&panel[place(row)..][..length]) {
+        for k in 0..count {
+            let (factor, row) = term(k);
+            for (to, other) in to.iter_mut().zip(row) {
                 *to -= factor * other;
             }
         }
@@ -283,27 +281,12 @@ fn invert(matrix: &[f64], inverse: &mut [f64], size: usize, stride: usize) {
         let row = &mut rest[..stride];
         for first in (0..i).step_by(STEP) {
             let end = i.min(first + STEP);
-            let to = &mut row[..end];
-            if end == first + STEP {
-                let rows: [&[f64]; STEP] =
-                    std::array::from_fn(|k| &done[(first + k) * stride..][..end]);
-                let factors: [f64; STEP] =
-                    std::array::from_fn(|k| matrix[(first + k) * stride + i]);
-                for j in 0..end {
-                    to[j] = to[j]
-                        - factors[0] * rows[0][j]
-                        - factors[1] * rows[1][j]
-                        - factors[2] * rows[2][j]
-                        - factors[3] * rows[3][j];
-                }
-            } else {
-                for k in first..end {
-                    let factor = matrix[k * stride + i];
-                    for (to, other) in to.iter_mut().zip(&done[k * stride..][..end]) {
-                        *to -= factor * other;
-                    }
-                }
-            }
+            eliminate(
+                &mut row[..end],
+                end - first,
+                #[inline(always)]
+                |k| (matrix[(first + k) * stride + i], &done[(first + k) * stride..]),
+            );
         }
         let reciprocal = matrix[i * stride + i];
         row[..i].iter_mut().for_each(|entry| *entry *= reciprocal);
