@@ -230,6 +230,19 @@ fn a_check_counts_and_warns() {
 }
 
 #[test]
+fn a_check_warns_of_fabric_without_contact() {
+    let fabric = "[[cloth]]\nname = \"towel\"\npins = [0]\nmaterial = { preset = \"jersey\", thickness = 0.004 }\n\
+                  geometry.grid = { columns = 6, rows = 6, size = [0.3, 0.3] }\n";
+    let scene = format!("name = \"towel\"\n[simulation]\nframes = 2\n{fabric}");
+    let place = Place::with("towel.toml", &scene);
+    let text = place.succeeds(&["check", "towel.toml"]);
+    assert!(text.contains("warning: without contact cloth goes through itself"), "{text}");
+    place.write("towel.toml", format!("{scene}[contact]\ndistance = 0.004\n"));
+    let text = place.succeeds(&["check", "towel.toml"]);
+    assert!(!text.contains("warning"), "{text}");
+}
+
+#[test]
 fn options_without_use_are_refused_in_a_sentence() {
     let place = Place::with("tiny.toml", TINY);
     for command in ["run", "check"] {
