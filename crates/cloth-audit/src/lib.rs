@@ -115,9 +115,39 @@ impl RTreeObject for Leaf {
     }
 }
 
+/// An edge of a triangle that meets another triangle, with which it shares no particle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Crossing {
+    /// The surface of the edge.
+    pub edge_surface: usize,
+    /// Its particles there, ascending.
+    pub edge: [u32; 2],
+    /// The surface of the triangle.
+    pub surface: usize,
+    /// Its number there.
+    pub triangle: usize,
+}
+
 /// Counts the triangles of all surfaces that intersect, on all threads there are; the result does not depend on their number.
 #[must_use]
 pub fn intersections(surfaces: &[Surface<'_>]) -> Intersections {
+    let (mut found, looked) = all(surfaces);
+    found.within = looked.within;
+    found.between = looked.between;
+    found.bodies = looked.bodies;
+    found.crossings = looked.crossings.len() as u64;
+    found.first = looked.first;
+    found
+}
+
+/// The edges that meet triangles in all these pairs, each edge and triangle once, ascending.
+#[must_use]
+pub fn crossings(surfaces: &[Surface<'_>]) -> Vec<Crossing> {
+    all(surfaces).1.crossings
+}
+
+/// What cannot be looked at, and what is found among the rest.
+fn all(surfaces: &[Surface<'_>]) -> (Intersections, Looked) {
     let mut found = Intersections::default();
     let [cloths, bodies] = [false, true].map(|is_body| {
         let of_kind = surfaces.iter().enumerate().filter(|(_, s)| s.is_body == is_body);
@@ -146,14 +176,7 @@ pub fn intersections(surfaces: &[Surface<'_>]) -> Intersections {
     // An edge is of two triangles.
     looked.crossings.sort_unstable();
     looked.crossings.dedup();
-    Intersections {
-        within: looked.within,
-        between: looked.between,
-        bodies: looked.bodies,
-        crossings: looked.crossings.len() as u64,
-        first: looked.first,
-        ..found
-    }
+    (found, looked)
 }
 
 /// Triangles that a thread looks at, at least.
@@ -165,7 +188,7 @@ struct Looked {
     within: u64,
     between: u64,
     bodies: u64,
-    crossings: Vec<EdgeAndTriangle>,
+    crossings: Vec<Crossing>,
     first: Option<Intersection>,
 }
 
@@ -187,9 +210,6 @@ impl Looked {
     }
 }
 
-/// The particles of an edge, ascending, and a triangle by its surface and number.
-type EdgeAndTriangle = ([u64; 2], usize, usize);
-
 /// Whether two triangles intersect, with what is known of it noted.
 fn look(first: &Leaf, second: &Leaf, looked: &mut Looked) -> bool {
     let common = common(&first.corners, &second.corners);
@@ -198,7 +218,12 @@ fn look(first: &Leaf, second: &Leaf, looked: &mut Looked) -> bool {
         let other = if crossing.is_second { first } else { second };
         let mut edge = crossing.edge;
         edge.sort_unstable();
-        looked.crossings.push((edge, other.surface, other.triangle));
+        looked.crossings.push(Crossing {
+            edge_surface: (edge[0] >> 32) as usize,
+            edge: edge.map(|particle| particle as u32),
+            surface: other.surface,
+            triangle: other.triangle,
+        });
     }
     looked.first_set(Intersection {
         surfaces: [first.surface, second.surface],
