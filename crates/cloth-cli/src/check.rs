@@ -78,8 +78,7 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     if let Some(pair) = &found.first {
         writeln!(
             out,
-            "warning: cloth intersects at the start, first {}: contact keeps apart what is apart, it pulls nothing out; mend the meshes or move \
-             the cloth",
+            "warning: cloth intersects at the start, first {}: contact keeps apart what is apart; `contact.recover = true` pulls it apart before",
             audit.describe(pair)
         )?;
     }

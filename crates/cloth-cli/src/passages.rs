@@ -1,22 +1,13 @@
-//! What can go through cloth: all without contact, and what is too thin for contact of particles.
+//! What can go through cloth: what is too thin for contact of particles.
 
 use cloth::{ColliderShape, Model, SpringClass};
 
 /// The hole between four particles of a grid is this much wider than their distance.
 const HOLE: f64 = std::f64::consts::SQRT_2;
 
-/// A warning for fabric without contact, and for each collider, and for contact of cloth with cloth, that can slip through between the
-/// particles of some cloth.
+/// A warning for each collider, and for contact of cloth with cloth, that can slip through between the particles of some cloth.
 pub(crate) fn passages(model: &Model) -> Vec<String> {
     let mut warnings = Vec::new();
-    // Benchmarks of springs leave contact out on purpose.
-    if model.has_fabric() && model.self_contact().is_none() {
-        warnings.push(
-            "without contact cloth goes through itself, through other cloth and partly through colliders; add a table `[contact]` with \
-             the `distance` that it keeps, such as the thickness of the cloth"
-                .into(),
-        );
-    }
     let spacings = spacings(model);
     let widest = model.cloths().iter().zip(&spacings).max_by(|a, b| a.1.total_cmp(b.1));
     let Some((cloth, &spacing)) = widest else { return warnings };

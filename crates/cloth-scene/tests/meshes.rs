@@ -77,9 +77,9 @@ fn the_memory_of_a_mesh_is_estimated_from_its_vertices() {
         scene.cloths[0].model = Some(SceneModel::Springs);
         let compiled = scene.compile(&CompileOptions::default()).unwrap();
         scene.contact = Some(SceneContact {
-            distance: 0.5,
+            distance: Some(0.5),
             response: SceneContactResponse::Impulse { friction: 0.0, restitution: 0.0 },
-            pinch: Default::default(),
+            ..SceneContact::default()
         });
         scene.simulation.time_step = Some(1e-3);
         let estimate = scene.memory_estimate(&CompileOptions::default());
@@ -140,7 +140,7 @@ fn tetrahedron(size: f64) -> String {
 
 fn animated(animation: &str) -> String {
     format!(
-        "name = \"growing\"\n[[cloth]]\nname = \"patch\"\nmaterial.preset = \"denim\"\n\
+        "name = \"growing\"\ncontact.response = \"none\"\n[[cloth]]\nname = \"patch\"\nmaterial.preset = \"denim\"\n\
          [cloth.geometry.grid]\ncolumns = 5\nrows = 5\nspacing = 0.1\n\
          [[collider]]\nname = \"body\"\n[collider.shape.animation]\n{animation}"
     )

@@ -15,6 +15,7 @@ const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -
     f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
 const SCENE: &str = "name = \"solid\"
+contact.response = \"none\"
 [[cloth]]
 name = \"c\"
 material.preset = \"denim\"
@@ -105,7 +106,7 @@ fn a_solid_has_a_file_or_vertices() {
     ] {
         let (_folder, scene) = folder(&SCENE.replace(from, to));
         let message = scene.compile(&CompileOptions::default()).unwrap_err().to_string();
-        assert!(message.contains("line 8, column ") && message.contains(expected), "{message}");
+        assert!(message.contains("line 9, column ") && message.contains(expected), "{message}");
     }
 }
 

@@ -46,7 +46,8 @@ fn drape_of_springs() -> Scene {
     let mut scene = drape();
     scene.cloths[0].model = Some(SceneModel::Springs);
     let response = SceneContactResponse::Impulse { friction: 0.3, restitution: 0.0 };
-    scene.contact = Some(SceneContact { distance: 0.03, response, pinch: Default::default() });
+    scene.contact =
+        Some(SceneContact { distance: Some(0.03), response, ..SceneContact::default() });
     scene
 }
 

@@ -68,6 +68,54 @@ fn input_that_intersects_is_reported() {
     assert!(message.contains("first in frame 0: triangle 0 of `shirt`"), "{message}");
 }
 
+/// Cloth that crosses cloth, and a ball, at the start is pulled apart if the scene asks for it, and stays so; what is held cannot be.
+#[test]
+fn input_that_intersects_is_recovered() {
+    let scene = r#"
+simulation = { frames = 8, frames_per_second = 30 }
+contact = { recover = true }
+[[cloth]]
+name = "low"
+material.preset = "jersey"
+geometry.grid = { columns = 21, rows = 21, size = [0.4, 0.4], centre = [0, 0, 0.095] }
+[[cloth]]
+name = "high"
+material.preset = "denim"
+geometry.grid = { columns = 15, rows = 15, size = [0.2, 0.2], centre = [0.03, 0, 0.1], column_axis = [1, 0, 0.1], row_axis = [0, 1, 0] }
+[[collider]]
+name = "ball"
+shape.sphere.radius = 0.1
+friction = 0.3
+"#;
+    let place = Place::with("crossed.toml", scene);
+    let text = place.succeeds(&["check", "crossed.toml"]);
+    assert!(text.contains("note: cloth that intersected was pulled apart: "), "{text}");
+    assert!(
+        text.contains("0 with bodies, 0 crossing edges") && !text.contains("warning"),
+        "{text}"
+    );
+    let run = ["run", "crossed.toml", "--audit", "--format", "none"];
+    let text = place.succeeds(&run);
+    assert!(text.contains("audit: no triangles intersect in 8 frames"), "{text}");
+    place.write("crossed.toml", scene.replace("{ recover = true }", "{ recover = false }"));
+    let text = place.succeeds(&["check", "crossed.toml"]);
+    assert!(text.contains("`contact.recover = true` pulls it apart before"), "{text}");
+    let text = place.succeeds(&[&run[..], &["--overwrite"]].concat());
+    assert!(text.contains("warning: triangles intersect in 8 of 8 frames"), "{text}");
+    let held: Vec<String> = (0..441).map(|i| i.to_string()).collect();
+    let held = format!("[{}]", held.join(", "));
+    let all = scene.replace("name = \"low\"", &format!("name = \"low\"\npins = {held}"));
+    place.write("crossed.toml", all);
+    let text = place.succeeds(&["check", "crossed.toml"]);
+    assert!(text.contains("warning: cloth that intersects could not be pulled apart in"), "{text}");
+    place.write(
+        "crossed.toml",
+        scene.replace("true", "true, distance = 0.01, response.penalty.stiffness = 9"),
+    );
+    let message = place.fails(3, &["check", "crossed.toml"]);
+    assert!(message.contains("contact.recover") && message.contains("of triangles"), "{message}");
+}
+
 /// Two sheets that fall onto each other on a ball.
 const TOUCHING: &str = r#"name = "touching"
 [simulation]

@@ -229,17 +229,44 @@ fn a_check_counts_and_warns() {
     assert!(!place.path("out").exists());
 }
 
+/// Two sheets of fabric, the upper one falls onto the lower one, which hangs by its corners.
+const SHEETS: &str = r#"
+simulation = { frames = 60, frames_per_second = 120 }
+[[cloth]]
+name = "held"
+pins = ["corners"]
+material.preset = "jersey"
+geometry.grid = { columns = 9, rows = 9, size = [0.4, 0.4] }
+[[cloth]]
+name = "falling"
+material.preset = "denim"
+geometry.grid = { columns = 7, rows = 7, size = [0.2, 0.2], centre = [0.01, 0.02, 0.02] }
+"#;
+
 #[test]
-fn a_check_warns_of_fabric_without_contact() {
-    let fabric = "[[cloth]]\nname = \"towel\"\npins = [0]\nmaterial = { preset = \"jersey\", thickness = 0.004 }\n\
-                  geometry.grid = { columns = 6, rows = 6, size = [0.3, 0.3] }\n";
-    let scene = format!("name = \"towel\"\n[simulation]\nframes = 2\n{fabric}");
-    let place = Place::with("towel.toml", &scene);
-    let text = place.succeeds(&["check", "towel.toml"]);
-    assert!(text.contains("warning: without contact cloth goes through itself"), "{text}");
-    place.write("towel.toml", format!("{scene}[contact]\ndistance = 0.004\n"));
-    let text = place.succeeds(&["check", "towel.toml"]);
-    assert!(!text.contains("warning"), "{text}");
+fn fabric_touches_fabric_if_a_scene_says_nothing_else() {
+    let place = Place::with("sheets.toml", SHEETS);
+    let text = place.succeeds(&["check", "sheets.toml"]);
+    assert!(text.contains("contact of triangles at 4.00 mm with a friction of 0.3"), "{text}");
+    let run = |name: &str| place.succeeds(&["run", name, "--audit", "--format", "none"]);
+    let text = run("sheets.toml");
+    assert!(text.contains("audit: no triangles intersect"), "{text}");
+    place.write("through.toml", format!("contact.response = \"none\"\n{SHEETS}"));
+    let text = run("through.toml");
+    assert!(!text.contains("contact of triangles") && text.contains("triangles intersect"));
+    assert!(!text.contains("audit: no triangles intersect"), "{text}");
+    // What contact alone has needs contact, and contact of points its distance.
+    for (keys, message) in [
+        (
+            "distance = 0.01, response = \"none\"",
+            "the response is \"none\": take one of the two out",
+        ),
+        ("response.impulse = {}", "needs `distance`"),
+    ] {
+        place.write("wrong.toml", format!("contact = {{ {keys} }}\n{SHEETS}"));
+        let text = place.fails(3, &["check", "wrong.toml"]);
+        assert!(text.contains(message) && text.contains("line 1,"), "{text}");
+    }
 }
 
 #[test]

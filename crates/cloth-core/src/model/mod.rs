@@ -251,6 +251,18 @@ impl Model {
         self
     }
 
+    /// The same from other positions at the start \[m\]; rest shapes and seams stay. Particles that `positions` lacks, or has no finite place for, stay
+    /// where they are.
+    #[must_use]
+    pub fn with_positions(mut self, positions: &[[f64; 3]]) -> Self {
+        for (own, place) in self.positions.iter_mut().zip(positions) {
+            if place.iter().all(|x| x.is_finite()) {
+                *own = *place;
+            }
+        }
+        self
+    }
+
     /// The state at time zero.
     #[must_use]
     pub fn initial_state(&self) -> State {

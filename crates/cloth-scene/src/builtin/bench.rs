@@ -63,6 +63,7 @@ pub fn bench_scene(kind: BenchKind, particles_per_side: u32, contact: bool) -> S
         }),
         pattern: None,
         inflate: None,
+        layer: None,
         material: SceneMaterial {
             thickness: Some(CONTACT_DISTANCE),
             mass: Some(SceneMass::PerParticle(1e-4)),
@@ -87,9 +88,9 @@ pub fn bench_scene(kind: BenchKind, particles_per_side: u32, contact: bool) -> S
     }
     if contact {
         scene.contact = Some(SceneContact {
-            distance: CONTACT_DISTANCE,
+            distance: Some(CONTACT_DISTANCE),
             response: SceneContactResponse::Penalty { stiffness: 10.0, damping: 0.002 },
-            pinch: crate::ScenePinch::default(),
+            ..SceneContact::default()
         });
     }
     scene

@@ -60,7 +60,7 @@ impl Scene {
             ScenePrecision::F32 => 4,
             ScenePrecision::F64 => 8,
         };
-        let contact = if self.contact.is_some() { CONTACT_BYTES } else { 0 };
+        let contact = if self.contact_chosen().is_some() { CONTACT_BYTES } else { 0 };
         let particle = SOLVER_NUMBERS * number + OTHER_BYTES + contact;
         let mut estimate = MemoryEstimate::default();
         let (mut springs, mut fabric) = (0_u64, false);

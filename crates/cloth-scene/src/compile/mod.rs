@@ -19,6 +19,7 @@ mod options;
 mod panels;
 mod phase;
 mod pins;
+mod recover;
 mod rigid;
 mod seam;
 mod settings;
@@ -176,6 +177,9 @@ impl Scene {
             builder = builder.cloth(cloth);
             pin_sets.push(sets);
         }
+        if let Some(contact) = settings::contact(self, &cloths, &mut notes) {
+            builder = builder.self_contact(contact);
+        }
         let seams = seam::compile(self, &check, within)?;
         builder = seams.into_iter().fold(builder, ModelBuilder::seam);
         let mut plans = Plans::new(self);
@@ -206,7 +210,7 @@ impl Scene {
         }
         let sewn = colliders.iter().cloned().fold(builder.clone(), ModelBuilder::collider);
         let weld = sewn.weld().map_err(|error| model_error::place(self, error))?.map(Arc::new);
-        let model = build(builder, colliders)?;
+        let (model, recovered) = recover::recovered(self, build(builder, colliders)?);
         let of_cloth = |cloth: &ClothRange| {
             let name = cloth.name.clone();
             cloth
@@ -216,6 +220,19 @@ impl Scene {
                 .collect::<Vec<_>>()
         };
         let mut warnings: Vec<_> = model.cloths().iter().flat_map(of_cloth).collect();
+        match recovered {
+            Some(found) if found.after > 0 => warnings.push(format!(
+                "cloth that intersects could not be pulled apart in {} rounds: {} of {} crossing edges are left; give its cloths layers, or mend the meshes",
+                found.rounds, found.after, found.before
+            )),
+            Some(found) if found.before > 0 => notes.push(format!(
+                "cloth that intersected was pulled apart: {} crossing edges in {} rounds; particles moved by {:.1} mm at most",
+                found.before,
+                found.rounds,
+                1e3 * found.moved
+            )),
+            _ => {}
+        }
         let choice = SolverChoice::new(self, &model);
         let config = settings::solver_config(self, &choice)?;
         if matches!(config.integrator, Integrator::Midpoint(_)) && !model.colliders().is_empty() {

@@ -8,8 +8,8 @@ use cloth_core::{
 };
 
 use crate::{
-    Scene, SceneContactResponse, SceneDust, SceneError, SceneField, ScenePinch, ScenePrecision,
-    SceneSolver, SceneSpringClass, SceneView, SolverChoice,
+    CompiledCloth, Scene, SceneContact, SceneContactResponse, SceneDust, SceneError, SceneField,
+    ScenePinch, ScenePrecision, SceneSolver, SceneSpringClass, SceneView, SolverChoice,
 };
 
 use super::{Check, model_error, solver};
@@ -22,6 +22,7 @@ pub(super) fn simulation_check(scene: &Scene, check: &Check<'_>) -> Result<(), S
     }
     check.positive("simulation.frames_per_second", simulation.frames_per_second)?;
     solver::check(scene, check)?;
+    contact_check(scene, check)?;
     // All but the choice is there already.
     let choice = SolverChoice {
         solver: SceneSolver::Explicit,
@@ -94,7 +95,7 @@ fn procedural(
     Ok(Field::Procedural { program: Arc::new(program) })
 }
 
-/// Adds gravity, fields, air and contact.
+/// Adds gravity, fields and air.
 pub(super) fn surroundings(
     scene: &Scene,
     check: &Check<'_>,
@@ -123,24 +124,64 @@ pub(super) fn surroundings(
                 .map(|gust| Gust { amplitude: gust.amplitude, frequency: gust.frequency }),
         });
     }
-    if let Some(contact) = &scene.contact {
-        let is_of_triangles = matches!(contact.response, SceneContactResponse::Triangles { .. });
-        if contact.pinch != ScenePinch::Refuse && !is_of_triangles {
-            let problem = "is of contact of triangles: leave `response` out, or take this key out";
-            return Err(check.error("contact.pinch", problem));
-        }
-        let response = match contact.response {
-            SceneContactResponse::Impulse { restitution, friction } => {
-                ContactResponse::Impulse { restitution, friction }
-            }
-            SceneContactResponse::Penalty { stiffness, damping } => {
-                ContactResponse::Penalty { stiffness, damping }
-            }
-            SceneContactResponse::Triangles { friction } => ContactResponse::Triangles { friction },
-        };
-        builder = builder.self_contact(SelfContact { distance: contact.distance, response });
-    }
     Ok(builder)
+}
+
+/// What is wrong with the contact, before anything is built.
+fn contact_check(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
+    let Some(contact) = &scene.contact else { return Ok(()) };
+    let is_of_triangles = matches!(contact.response, SceneContactResponse::Triangles { .. });
+    let asked = [("pinch", contact.pinch != ScenePinch::Refuse), ("recover", contact.recover)];
+    if let Some((key, _)) = asked.into_iter().find(|(_, is_given)| *is_given && !is_of_triangles) {
+        let problem = "is of contact of triangles: leave `response` out, or take this key out";
+        return Err(check.error(&format!("contact.{key}"), problem));
+    }
+    if contact.response == SceneContactResponse::None && contact.distance.is_some() {
+        let problem = "is of contact, and the response is \"none\": take one of the two out";
+        return Err(check.error("contact.distance", problem));
+    }
+    if contact.distance.is_none()
+        && !is_of_triangles
+        && contact.response != SceneContactResponse::None
+    {
+        let problem =
+            "needs `distance`, the distance of two particles below which they touch \\[m\\]";
+        return Err(check.error("contact", problem));
+    }
+    Ok(())
+}
+
+/// Contact of cloths, and what is worth knowing of it if it was chosen.
+pub(super) fn contact(
+    scene: &Scene,
+    cloths: &[CompiledCloth],
+    notes: &mut Vec<String>,
+) -> Option<SelfContact> {
+    let contact = scene.contact_chosen()?;
+    let response = match contact.response {
+        SceneContactResponse::None => return None,
+        SceneContactResponse::Impulse { restitution, friction } => {
+            ContactResponse::Impulse { restitution, friction }
+        }
+        SceneContactResponse::Penalty { stiffness, damping } => {
+            ContactResponse::Penalty { stiffness, damping }
+        }
+        SceneContactResponse::Triangles { friction } => ContactResponse::Triangles { friction },
+    };
+    let spacing = cloths.iter().map(|cloth| cloth.spacing).fold(f64::INFINITY, f64::min);
+    let thickness = cloths.iter().map(|cloth| cloth.material.thickness()).fold(0.0, f64::max);
+    let distance =
+        contact.distance.unwrap_or_else(|| SceneContact::usual_distance(spacing, thickness));
+    let chosen = SelfContact { distance, response };
+    if contact.distance.is_none() {
+        notes.push(format!(
+            "contact of triangles at {:.2} mm with a friction of {}: `contact.distance` and `contact.response` change it, and \
+             `contact.response = \"none\"` leaves it out",
+            1e3 * distance,
+            chosen.friction(),
+        ));
+    }
+    Some(chosen)
 }
 
 pub(super) fn view_check(view: &SceneView, check: &Check<'_>) -> Result<(), SceneError> {

@@ -26,7 +26,7 @@ pub(super) fn bytes(cells: Option<u32>) -> u64 {
 
 /// Whether cloth knows meshes by their triangles.
 pub(super) fn of_triangles(scene: &Scene) -> bool {
-    let response = scene.contact.as_ref().map(|contact| contact.response);
+    let response = scene.contact_chosen().map(|contact| contact.response);
     matches!(response, Some(SceneContactResponse::Triangles { .. }))
 }
 

@@ -35,6 +35,10 @@ pub struct SceneCloth {
     /// Gas under pressure inside it, if it is closed or will be sewn up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inflate: Option<SceneInflation>,
+    /// Where it belongs if it intersects another cloth that has a layer, and `contact.recover` pulls them apart: the one of the higher layer in front
+    /// of the other one, where triangles are seen counterclockwise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub layer: Option<u32>,
     /// What it is made of.
     pub material: SceneMaterial,
 }

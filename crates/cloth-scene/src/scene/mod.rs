@@ -103,7 +103,8 @@ pub struct Scene {
     /// The air and its wind; without it there is no aerodynamic force.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wind: Option<SceneWind>,
-    /// Contact of cloths with themselves and each other; without it they pass through.
+    /// Contact of cloths with themselves and each other. Without it fabrics have contact of triangles, and springs pass through;
+    /// `contact.response = "none"` leaves it out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<SceneContact>,
     /// What happens to pins in the course of time.

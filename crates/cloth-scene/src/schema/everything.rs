@@ -7,9 +7,10 @@ use serde_json::Value;
 /// The texts.
 pub(super) const SCENES: [&str; 9] = [
     r##"name = "triangles"
-contact = { distance = 0.002, pinch = "ghost", response.triangles.friction = 0.3 }
+contact = { distance = 0.002, pinch = "ghost", recover = true, response.triangles.friction = 0.3 }
 [[cloth]]
 name = "a"
+layer = 1
 material.preset = "jersey"
 geometry.grid = { columns = 4, rows = 3, spacing = 0.1, centre = [0.0, 0.0, 1.0] }
 "##,
@@ -101,6 +102,7 @@ material.preset = "drape-001"
 geometry.mesh = { file = "panels.obj", translation = [0.0, 0.0, 9.0] }
 "##,
     r##"name = "sewn"
+contact.response = "none"
 start.from = "out/drape"
 [[phase]]
 name = "sew"

@@ -171,8 +171,10 @@ static CONTACT: Element = Element {
     tag: "contact",
     target: Table("contact"),
     attributes: &[
-        required("distance", "distance", Number),
+        same("distance", Number),
+        same("response", Word(&["none"])),
         same("pinch", Word(&["refuse", "ghost"])),
+        same("recover", Switch),
     ],
     children: &[&IMPULSE, &PENALTY, &CONTACT_TRIANGLES],
     ..EMPTY
@@ -356,6 +358,7 @@ static GROUP: Element = Element {
         same("colour", Text),
         same("pins", Words),
         same("model", Word(&["fabric", "springs"])),
+        same("layer", Count),
     ],
     children: &[&LINEAR_GROUP, &GRID, &MESH_FILE, &TRIANGLES, &NETWORK, &PATTERN, &FABRIC],
     needs: &[("geometry", "<grid>, <mesh>, <mesh_file> or <particles>"), ("material", "<fabric>")],

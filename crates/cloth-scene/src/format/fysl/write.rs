@@ -108,6 +108,8 @@ impl Writer {
             (Kind::Matrix, _) => None,
             (Kind::Word(words), "") if attribute.required => words.first().map(|&w| w.to_owned()),
             (_, "") => None,
+            // A choice that a word does not name is written as a child.
+            (Kind::Word(_), key) if table.get(key).is_some_and(Value::is_table) => None,
             (kind, key) => match take(table, key) {
                 Some(value) => Some(value::print(kind, &value).ok_or_else(|| unspeakable(key))?),
                 None => None,

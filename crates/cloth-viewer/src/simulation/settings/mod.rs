@@ -74,7 +74,10 @@ impl Settings {
                 .collect(),
             gravity: scene.gravity,
             air: scene.wind,
-            contact: scene.contact,
+            contact: scene.contact_chosen().map(|contact| SceneContact {
+                distance: compiled.model.self_contact().map(|contact| contact.distance),
+                ..contact
+            }),
             surfaces: surroundings::surfaces(scene),
             stage_times: false,
         }
@@ -116,7 +119,10 @@ impl Settings {
         }
         scene.gravity = self.gravity;
         scene.wind = self.air;
-        scene.contact = self.contact;
+        // What nobody changed may have been chosen, and stays so.
+        if self.contact != original.contact {
+            scene.contact = Some(self.contact.unwrap_or(SceneContact::NONE));
+        }
         surroundings::surfaces_apply(&self.surfaces, &mut scene);
         scene
     }

@@ -1,6 +1,6 @@
 //! What acts on the cloths from outside, and what they touch.
 
-use cloth::scene::{SceneContact, SceneContactResponse, SceneGust, ScenePinch, SceneWind};
+use cloth::scene::{SceneContact, SceneContactResponse, SceneGust, SceneWind};
 use eframe::egui::Ui;
 
 use super::{heading, tick};
@@ -12,16 +12,15 @@ use crate::{
     },
 };
 
-/// Part of the spacing of the particles for a contact that is switched on: it has to stay below it.
-const CONTACT_SHARE: f64 = 0.9;
-
 pub(super) fn show(ui: &mut Ui, settings: &mut Settings) {
     GRAVITY.row_vector(ui, ["gravity x", "gravity y", "gravity z"], &mut settings.gravity);
     ui.add_space(6.0);
     air(ui, &mut settings.air);
     ui.add_space(6.0);
     let spacing = settings.cloths.iter().map(|cloth| cloth.spacing).fold(f64::INFINITY, f64::min);
-    contact(ui, &mut settings.contact, spacing);
+    let thickness =
+        settings.cloths.iter().map(|cloth| cloth.material.thickness).fold(0.0, f64::max);
+    contact(ui, &mut settings.contact, SceneContact::usual_distance(spacing, thickness));
     if !settings.surfaces.is_empty() {
         heading(ui, "Friction of");
     }
@@ -56,20 +55,17 @@ fn air(ui: &mut Ui, air: &mut Option<SceneWind>) {
     }
 }
 
-fn contact(ui: &mut Ui, contact: &mut Option<SceneContact>, spacing: f64) {
+fn contact(ui: &mut Ui, contact: &mut Option<SceneContact>, usual_distance: f64) {
     let mut touches = contact.is_some();
     let tip = "Contact of cloths with themselves and each other";
     if tick(ui, "self-contact", tip, "contact", &mut touches) {
-        let distance = if spacing.is_finite() { CONTACT_SHARE * spacing } else { 0.01 };
-        *contact = touches.then_some(SceneContact {
-            distance,
-            response: SceneContactResponse::default(),
-            pinch: ScenePinch::default(),
-        });
+        *contact = touches.then(SceneContact::default);
     }
     let Some(contact) = contact else { return };
-    CONTACT_DISTANCE.row(ui, "contact distance", None, &mut contact.distance);
+    let distance = contact.distance.get_or_insert(usual_distance);
+    CONTACT_DISTANCE.row(ui, "contact distance", None, distance);
     match &mut contact.response {
+        SceneContactResponse::None => {}
         SceneContactResponse::Impulse { friction, .. }
         | SceneContactResponse::Triangles { friction } => {
             CONTACT_FRICTION.row(ui, "contact friction", None, friction);
