@@ -52,7 +52,9 @@ pub use kernels::{
     Kernels, LinearOutcome, LinearStart, LinearVector, MatrixBlock, NewtonStart, PinWrite,
     SemiImplicitKernels,
 };
-pub use mesh::{MeshStitch, PanelFabrics, TextureMap, TriangleMesh, VertexAttribute, VertexGroup};
+pub use mesh::{
+    MeshFold, MeshStitch, PanelFabrics, TextureMap, TriangleMesh, VertexAttribute, VertexGroup,
+};
 pub use model::{
     Aerodynamics, Air, BROKEN, BUCKLING_COEFFICIENTS, BendModel, BlockDependencies, BodySurface,
     Buckling, Cloth, ClothMaterial, ClothRange, Collider, ColliderShape, ColourRegion,

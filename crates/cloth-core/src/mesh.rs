@@ -23,6 +23,8 @@ pub struct TriangleMesh {
     pub grain: Vec<f64>,
     /// Triangles that are of another fabric than the cloth.
     pub panels: PanelFabrics,
+    /// Edges at which fabric is folded at rest.
+    pub folds: Vec<MeshFold>,
     /// Where the source is sewn.
     pub stitches: Vec<MeshStitch>,
     /// Faces of the source that had more than three corners and became several triangles.
@@ -55,6 +57,15 @@ pub struct TextureMap {
     pub coordinates: Vec<[f64; 2]>,
     /// For each triangle of the mesh, the index into `coordinates` of each corner.
     pub triangles: Vec<[u32; 3]>,
+}
+
+/// An edge at which fabric is folded at rest, such as a pleat.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshFold {
+    /// The ends of the edge, zero based. One that has not two triangles cannot be folded, and is left out.
+    pub edge: [u32; 2],
+    /// Angle between the normals of its two triangles \[rad\], positive where they rise on the side to which the normals point.
+    pub angle: f64,
 }
 
 /// A stitch of a mesh: a vertex that is sewn to a point on an edge.

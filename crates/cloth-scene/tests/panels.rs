@@ -4,7 +4,7 @@
 
 use std::{fs, path::Path};
 
-use cloth_core::TriangleMesh;
+use cloth_core::{FabricAudit, TriangleMesh};
 use cloth_scene::{CompileOptions, CompiledScene, Scene};
 use tempfile::TempDir;
 
@@ -116,6 +116,76 @@ fn pieces_lie_where_they_are_put_and_edges_are_sets() {
     }
     // Wrapping keeps lengths along the cylinder: chords are a little shorter.
     assert!((area(&scene) / 0.12 - 1.0).abs() < 1e-3);
+}
+
+/// A piece with a crease 131 mm from its left, which is no whole number of edges.
+const CREASED: &str = "<rect id=\"a\" x=\"0\" y=\"0\" width=\"300\" height=\"200\"/>\n\
+    <line data-piece=\"a\" data-line=\"crease\" x1=\"131\" y1=\"0\" x2=\"131\" y2=\"200\"/>";
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Folded by an angle, the sides of a piece are as far apart as in a triangle, and it is without strain: rest shape and start have the same folds.
+#[test]
+fn a_piece_is_folded_along_a_line() {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("p.svg"), svg(CREASED)).unwrap();
+    for (angle, mirror) in [(0.0_f64, false), (60.0, false), (-100.0, true), (150.0, true)] {
+        let fold = format!("folds = [{{ lines = [\"a:crease\"], angle = {angle} }}]\nmodel =");
+        let pieces = format!("{PIECE}\nfolded = true\nmirror = {mirror}");
+        let scene = text("p.svg", "", &pieces).replace("model =", &fold);
+        let scene = compile(folder.path(), &scene).unwrap();
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        assert!((area(&scene) / 0.06 - 1.0).abs() < 1e-9, "{angle}: {} m2", area(&scene));
+        let audit = FabricAudit::new(&scene.model, scene.model.positions()).unwrap();
+        let strain = (audit.stretches[1] - 1.0).max(1.0 - audit.stretches[0]);
+        assert!(audit.energy_bending < 1e-12 && strain < 1e-9, "{angle}: {audit:?}");
+        // The border has its corners in order, the lower left one first.
+        let x = scene.model.positions();
+        let ends = x.iter().filter(|x| (x[2] + 0.1).abs() < 1e-9).copied();
+        let ends: Vec<[f64; 3]> = ends.collect();
+        let width = ends.iter().flat_map(|a| ends.iter().map(|b| distance(*a, *b)));
+        let width = width.fold(0.0, f64::max);
+        let (a, b, inner) = (0.131_f64, 0.169, (180.0 - angle).to_radians());
+        let expected = (a * a + b * b - 2.0 * a * b * inner.cos()).sqrt().max(b);
+        assert!((width - expected).abs() < 1e-9, "{angle}: {width} m, not {expected} m");
+    }
+}
+
+#[test]
+fn lines_and_folds_that_make_no_sense_are_refused() {
+    let folder = TempDir::new().unwrap();
+    let refused = |shapes: &str, folds: &str| {
+        fs::write(folder.path().join("p.svg"), svg(shapes)).unwrap();
+        let folds = format!("folds = [{folds}]\nmodel =");
+        let scene = text("p.svg", "", PIECE).replace("model =", &folds);
+        compile(folder.path(), &scene).unwrap_err()
+    };
+    let crease = |angle: &str| format!("{{ lines = [\"a:crease\"], angle = {angle} }}");
+    for (from, to, words) in [
+        ("data-piece=\"a\"", "data-piece=\"b\"", "piece \"b\", which there is not"),
+        ("y1=\"0\"", "y1=\"-50\"", "line \"crease\" leaves its piece \"a\""),
+        ("x1=\"131\"", "x1=\"1e999\"", "line \"crease\""),
+        ("x1=\"131\"", "x1=\"bad\"", "which is no number"),
+    ] {
+        let error = refused(&CREASED.replace(from, to), &crease("90"));
+        assert!(error.contains(words), "{error}");
+    }
+    let unknown = refused(CREASED, &crease("90").replace("crease", "creas"));
+    assert!(unknown.contains("a:creas") && unknown.contains("a:crease"), "{unknown}");
+    let across = format!(
+        "{CREASED}\n<line data-piece=\"a\" id=\"across\" x1=\"0\" y1=\"90\" x2=\"300\" y2=\"111\"/>"
+    );
+    assert!(refused(&across, &crease("90")).contains("crosses another line"));
+    for (angle, words) in [("181", "give -180 to 180 degrees"), ("nan", "give a finite number")] {
+        assert!(refused(CREASED, &crease(angle)).contains(words));
+    }
+    let border = refused(CREASED, "{ lines = [\"a:0\"], angle = 10 }");
+    assert!(border.contains("has no edge between two triangles"), "{border}");
+    let springs = "name = \"t\"\n[[cloth]]\nmodel = \"springs\"\nfolds = [{ lines = [\"column-1\"], angle = 9 }]\n\
+        material.preset = \"denim\"\ngeometry.grid = { columns = 4, rows = 4, spacing = 0.1 }";
+    assert!(compile(folder.path(), springs).unwrap_err().contains("of fabric"));
 }
 
 #[test]

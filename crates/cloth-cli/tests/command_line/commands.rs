@@ -255,6 +255,9 @@ fn fabric_touches_fabric_if_a_scene_says_nothing_else() {
     let text = run("through.toml");
     assert!(!text.contains("contact of triangles") && text.contains("triangles intersect"));
     assert!(!text.contains("audit: no triangles intersect"), "{text}");
+    // The midpoint integrator has no such contact.
+    let text = place.succeeds(&["check", "sheets.toml", "--solver", "midpoint"]);
+    assert!(!text.contains("contact of triangles"), "{text}");
     // What contact alone has needs contact, and contact of points its distance.
     for (keys, message) in [
         (

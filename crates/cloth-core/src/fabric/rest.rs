@@ -125,6 +125,7 @@ impl RestShape {
         let mut shape = Self::new(mesh, &edges, &corners, bending, cloth)?;
         shape.scale_check(mesh);
         shape.warnings.extend(overlap);
+        shape.fold(mesh, cloth)?;
         Ok(shape)
     }
 
@@ -161,7 +162,26 @@ impl RestShape {
             let places = rest.vertices.map(|vertex| mesh.positions[vertex as usize]);
             rest.angle = hinge::fold(places).angle;
         }
+        shape.fold(mesh, cloth)?;
         Ok(shape)
+    }
+
+    /// Gives the hinges their rest angles that a mesh says are folded.
+    fn fold(&mut self, mesh: &TriangleMesh, cloth: &str) -> Result<(), FabricError> {
+        for (number, fold) in mesh.folds.iter().enumerate() {
+            let name = || format!("angle of fold {number} of cloth {cloth:?}");
+            crate::error::finite_all(name, &[fold.angle])?;
+        }
+        let ends = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
+        let mut folds: Vec<_> = mesh.folds.iter().map(|f| (ends(f.edge), f.angle)).collect();
+        folds.sort_by_key(|(edge, _)| *edge);
+        for hinge in &mut self.hinges {
+            let [a, b, ..] = hinge.vertices;
+            if let Ok(found) = folds.binary_search_by_key(&ends([a, b]), |(edge, _)| *edge) {
+                hinge.angle = folds[found].1;
+            }
+        }
+        Ok(())
     }
 
     fn new(

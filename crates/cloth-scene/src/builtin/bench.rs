@@ -64,6 +64,7 @@ pub fn bench_scene(kind: BenchKind, particles_per_side: u32, contact: bool) -> S
         pattern: None,
         inflate: None,
         layer: None,
+        folds: Vec::new(),
         material: SceneMaterial {
             thickness: Some(CONTACT_DISTANCE),
             mass: Some(SceneMass::PerParticle(1e-4)),

@@ -7,8 +7,8 @@ use cloth_core::{Cloth, ClothMaterial, Geometry, TriangleMesh};
 use crate::{Scene, SceneCloth, SceneError, SceneGeometry, SceneModel};
 
 use super::{
-    Check, CompileOptions, CompiledCloth, attachment, fabric, grid, material, mesh, model_error,
-    network, panels,
+    Check, CompileOptions, CompiledCloth, attachment, fabric, fold, grid, material, mesh,
+    model_error, network, panels,
     pins::{MeshSets, NAMED_MAX, PinSets},
     seam::{self, Sewn},
 };
@@ -54,8 +54,12 @@ pub(super) fn compile(
             (Geometry::Mesh(mesh), PinSets::Mesh(vertices, MeshSets::default()))
         }
         SceneGeometry::Panels(described) => {
-            let mesh =
-                panels::compile(check, &format!("{key}.geometry.panels"), described, options)?;
+            let mesh = panels::compile(
+                check,
+                &format!("{key}.geometry.panels"),
+                (described, &cloth.folds),
+                options,
+            )?;
             let vertices = u32::try_from(mesh.positions.len()).unwrap_or(u32::MAX);
             (Geometry::Mesh(mesh), PinSets::Mesh(vertices, MeshSets::default()))
         }
@@ -100,6 +104,7 @@ pub(super) fn compile(
     };
     let material: ClothMaterial = match &mut geometry {
         Geometry::Mesh(mesh) if is_fabric => {
+            mesh.folds = fold::compile(check, &key, cloth, (mesh, &sets))?;
             fabric::compile(check, &key, cloth, options, mesh, notes)?.into()
         }
         other => {

@@ -89,6 +89,7 @@ pub(super) fn fabric_alone(
         ("material.stretch_limit", material.stretch_limit.is_some()),
         ("geometry.grid.meshing", meshing),
         ("pattern", cloth.pattern.is_some()),
+        ("folds", !cloth.folds.is_empty()),
     ];
     match keys.into_iter().find(|(_, is_given)| *is_given) {
         Some((name, _)) => {

@@ -7,6 +7,7 @@ mod choice;
 mod cloth;
 mod collider;
 mod fabric;
+mod fold;
 mod grid;
 mod material;
 mod memory;

@@ -2,22 +2,22 @@
 
 use std::path::Path;
 
-use cloth_core::{TextureMap, TriangleMesh};
+use cloth_core::{MeshFold, TextureMap, TriangleMesh};
 use glam::DVec3;
 
 use crate::{
-    SceneError, ScenePanels, ScenePiece,
+    SceneError, SceneFold, ScenePanels, ScenePiece,
     error::SceneUnknown,
-    panels::{Outline, outlines_read, piece_mesh},
+    panels::{Outline, folded, outlines_read, piece_mesh},
 };
 
-use super::{Check, CompileOptions, collider::rotation_check, mesh::resolve};
+use super::{Check, CompileOptions, collider::rotation_check, fold, mesh::resolve};
 
 /// The mesh of all pieces at `key`; its pattern is in metres, and its warp has the angles that the pieces say.
 pub(super) fn compile(
     check: &Check<'_>,
     key: &str,
-    panels: &ScenePanels,
+    (panels, folds): (&ScenePanels, &[SceneFold]),
     options: &CompileOptions,
 ) -> Result<TriangleMesh, SceneError> {
     check.positive(&format!("{key}.edge"), panels.edge)?;
@@ -53,7 +53,8 @@ pub(super) fn compile(
         let outline = Outline { name, ..outline.clone() };
         let mesh = piece_mesh(outline, panels.edge)
             .map_err(|problem| check.error(&format!("{key}.outline"), &problem))?;
-        let placed = place(check, &key, piece, mesh, &mut right)?;
+        let folds = if piece.folded { fold::of_mesh(folds, &mesh) } else { vec![] };
+        let placed = place(check, &key, piece, (mesh, &folds), &mut right)?;
         append(&mut whole, placed);
     }
     Ok(whole)
@@ -77,7 +78,7 @@ fn place(
     check: &Check<'_>,
     key: &str,
     piece: &ScenePiece,
-    mut mesh: TriangleMesh,
+    (mut mesh, folds): (TriangleMesh, &[MeshFold]),
     right: &mut f64,
 ) -> Result<TriangleMesh, SceneError> {
     check.finite(&format!("{key}.warp"), &[piece.warp])?;
@@ -89,38 +90,54 @@ fn place(
         rotation_check(check, &format!("{key}.rotation"), rotation)?;
     }
     let rotation = piece.rotation.map(|rotation| rotation.quaternion());
-    let (mut low, mut high) = ([f64::MAX; 2], [f64::MIN; 2]);
-    for position in &mesh.positions {
-        for axis in 0..2 {
-            low[axis] = low[axis].min(position[axis]);
-            high[axis] = high[axis].max(position[axis]);
-        }
-    }
     let side = if piece.mirror { -1.0 } else { 1.0 };
-    let width = high[0] - low[0];
+    let width = centred(&mut mesh.positions, side);
     let texture = mesh.texture.get_or_insert_default();
-    for (position, uv) in mesh.positions.iter_mut().zip(&mut texture.coordinates) {
-        let x = side * (position[0] - 0.5 * (low[0] + high[0]));
-        let y = position[1] - 0.5 * (low[1] + high[1]);
-        *uv = [*right + 0.5 * width + x, y];
+    for (position, uv) in mesh.positions.iter().zip(&mut texture.coordinates) {
+        *uv = [*right + 0.5 * width + position[0], position[1]];
+    }
+    if piece.mirror {
+        mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        texture.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    }
+    if !folds.is_empty() {
+        mesh.positions = folded(&mesh, folds);
+        centred(&mut mesh.positions, 1.0);
+    }
+    for position in &mut mesh.positions {
+        let [x, y, front] = *position;
         let upright = match piece.radius {
             Some(radius) => {
                 let (sine, cosine) = (x / radius).sin_cos();
-                DVec3::new(radius * sine, radius * (1.0 - cosine), y)
+                let outer = radius + front;
+                DVec3::new(outer * sine, radius - outer * cosine, y)
             }
-            None => DVec3::new(x, 0.0, y),
+            None => DVec3::new(x, -front, y),
         };
         let turned = rotation.map_or(upright, |rotation| rotation * upright);
         *position = (turned + DVec3::from(piece.translation)).into();
     }
     *right += 1.05 * width;
-    if piece.mirror {
-        mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
-        texture.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
-    }
     let warp = if piece.mirror { 180.0 - piece.warp } else { piece.warp };
     mesh.grain = vec![warp.to_radians(); mesh.triangles.len()];
     Ok(mesh)
+}
+
+/// Puts the middle of the box around `positions` in x and y, and that of their depth, at the origin, and mirrors them for -1. Returns the width.
+fn centred(positions: &mut [[f64; 3]], side: f64) -> f64 {
+    let (mut low, mut high) = ([f64::MAX; 3], [f64::MIN; 3]);
+    for position in &*positions {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(position[axis]);
+            high[axis] = high[axis].max(position[axis]);
+        }
+    }
+    let middle: [f64; 3] = std::array::from_fn(|axis| 0.5 * (low[axis] + high[axis]));
+    for position in positions {
+        *position = std::array::from_fn(|axis| position[axis] - middle[axis]);
+        position[0] *= side;
+    }
+    high[0] - low[0]
 }
 
 fn append(whole: &mut TriangleMesh, piece: TriangleMesh) {

@@ -136,7 +136,14 @@ impl Polyline {
                 edges.extend(edge(a, b, bulge));
             }
         }
-        Outline { name, line: self.line, edges, names: Vec::new(), is_closed: self.is_closed }
+        Outline {
+            name,
+            line: self.line,
+            edges,
+            names: Vec::new(),
+            is_closed: self.is_closed,
+            lines: Vec::new(),
+        }
     }
 }
 

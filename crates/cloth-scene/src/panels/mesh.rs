@@ -9,6 +9,9 @@ use super::Outline;
 /// How far from the outline points in a regular order may be, in target lengths of edges.
 const BORDER: f64 = 0.65;
 
+/// How far from the outline a line may end that ends on it, in target lengths of edges.
+const LINE_END: f64 = 0.3;
+
 /// Double area over the sum of squared sides of a triangle that is wide enough; 0.577 if its sides are equal.
 const WIDE: f64 = 0.25;
 
@@ -23,7 +26,10 @@ const POINTS_MAX: f64 = 1e5;
 pub(crate) fn piece_mesh(outline: Outline, edge: f64) -> Result<TriangleMesh, String> {
     let outline = outline.turned();
     let name = outline.name.clone();
-    let border = outline.points(edge);
+    let mut border = outline.points(edge);
+    let lines: Vec<Vec<Point>> = outline.lines.iter().map(|line| line.points(edge)).collect();
+    let mut taken = Vec::new();
+    lines.iter().for_each(|line| line_end(&mut border, line, edge, &mut taken));
     let [low, high] = outline.bounds();
     let [width, height] = [high.x - low.x, high.y - low.y];
     if width * height / (edge * edge) > POINTS_MAX || border.len() as f64 > POINTS_MAX {
@@ -39,6 +45,27 @@ pub(crate) fn piece_mesh(outline: Outline, edge: f64) -> Result<TriangleMesh, St
     let count = border.len();
     let polygon: Vec<Point> = border.iter().map(|(point, _)| *point).collect();
     let mut points = polygon.clone();
+    // The points of each line by their numbers; its ends are points of the outline if they are near it.
+    let mut along: Vec<Vec<usize>> = Vec::with_capacity(lines.len());
+    for (line, drawn) in lines.iter().zip(&outline.lines) {
+        let mut own = Vec::with_capacity(line.len());
+        for &point in line {
+            let (nearest, gap) = nearest(&polygon, point);
+            if gap < LINE_END * edge {
+                own.push(nearest);
+            } else if is_inside(&polygon, point) {
+                own.push(points.len());
+                points.push(point);
+            } else {
+                return Err(format!(
+                    "line {:?} leaves its piece {name:?} near ({:.4}, {:.4}) m: end it on the outline",
+                    drawn.name, point.x, point.y
+                ));
+            }
+        }
+        own.dedup();
+        along.push(own);
+    }
     let rise = edge * 0.75_f64.sqrt();
     for row in 0..=(height / rise) as usize {
         let shift = if row % 2 == 1 { 0.5 * edge } else { 0.0 };
@@ -47,7 +74,11 @@ pub(crate) fn piece_mesh(outline: Outline, edge: f64) -> Result<TriangleMesh, St
                 low.x + shift + edge * (column as f64 + 0.25),
                 low.y + rise * (row as f64 + 0.5),
             );
-            if is_inside(&polygon, point) && distance(&polygon, point) > BORDER * edge {
+            let is_free = |line: &Vec<Point>| distance(line, point) > BORDER * edge;
+            if is_inside(&polygon, point)
+                && distance_around(&polygon, point) > BORDER * edge
+                && lines.iter().all(is_free)
+            {
                 points.push(point);
             }
         }
@@ -69,6 +100,18 @@ pub(crate) fn piece_mesh(outline: Outline, edge: f64) -> Result<TriangleMesh, St
             ));
         }
         triangulation.add_constraint(a, b);
+    }
+    for (own, line) in along.iter().zip(&outline.lines) {
+        for pair in own.windows(2) {
+            let (a, b) = (handles[pair[0]], handles[pair[1]]);
+            if !triangulation.can_add_constraint(a, b) {
+                return Err(format!(
+                    "line {:?} of piece {name:?} crosses another line or comes too near to it for edges of {edge} m: move it, or use shorter ones",
+                    line.name
+                ));
+            }
+            triangulation.add_constraint(a, b);
+        }
     }
     let mut number = vec![0_u32; points.len()];
     for (i, handle) in handles.iter().enumerate() {
@@ -109,6 +152,18 @@ pub(crate) fn piece_mesh(outline: Outline, edge: f64) -> Result<TriangleMesh, St
         }
         vertices.sort_unstable();
         groups.push(VertexGroup { name: outline.edge_name(edge), vertices });
+    }
+    for (own, line) in along.iter().zip(&outline.lines) {
+        let vertices = own.iter().map(|&i| i as u32);
+        let line = format!("{name}:{}", line.name);
+        match groups.iter_mut().find(|group| group.name == line) {
+            Some(group) => group.vertices.extend(vertices),
+            None => groups.push(VertexGroup { name: line, vertices: vertices.collect() }),
+        }
+    }
+    for group in &mut groups {
+        group.vertices.sort_unstable();
+        group.vertices.dedup();
     }
     let coordinates: Vec<[f64; 2]> = points.iter().map(|point| [point.x, point.y]).collect();
     Ok(TriangleMesh {
@@ -169,11 +224,59 @@ fn is_inside(polygon: &[Point], point: Point) -> bool {
     })
 }
 
-fn distance(polygon: &[Point], point: Point) -> f64 {
-    let next = polygon.iter().cycle().skip(1);
-    polygon.iter().zip(next).fold(f64::INFINITY, |least, (&a, &b)| {
-        let (along, to) = (b - a, point - a);
-        let part = (to.dot(along) / along.hypot2()).clamp(0.0, 1.0);
-        least.min((to - part * along).hypot())
+/// How far a point is from a closed line.
+fn distance_around(polygon: &[Point], point: Point) -> f64 {
+    match (polygon.first(), polygon.last()) {
+        (Some(&first), Some(&last)) => {
+            distance(polygon, point).min(distance(&[last, first], point))
+        }
+        _ => f64::INFINITY,
+    }
+}
+
+/// How far it is from an open one.
+fn distance(line: &[Point], point: Point) -> f64 {
+    line.windows(2).fold(f64::INFINITY, |least, pair| {
+        let part = share(pair[0], pair[1], point);
+        least.min(pair[0].lerp(pair[1], part).distance(point))
     })
+}
+
+/// Where on a side a point is nearest to it, from 0 to 1.
+fn share(a: Point, b: Point, point: Point) -> f64 {
+    let along = b - a;
+    ((point - a).dot(along) / along.hypot2()).clamp(0.0, 1.0)
+}
+
+/// The nearest of some points, and how far it is.
+fn nearest(points: &[Point], point: Point) -> (usize, f64) {
+    let far = points.iter().map(|own| own.distance(point)).enumerate();
+    far.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::INFINITY))
+}
+
+/// Gives the outline points where a line ends on it; `taken` are those of lines before.
+fn line_end(border: &mut Vec<(Point, usize)>, line: &[Point], edge: f64, taken: &mut Vec<Point>) {
+    for &end in [line.first(), line.last()].into_iter().flatten() {
+        let points: Vec<Point> = border.iter().map(|(point, _)| *point).collect();
+        let count = points.len();
+        let on_side = |i: usize| {
+            let (a, b) = (points[i], points[(i + 1) % count]);
+            (i, a.lerp(b, share(a, b, end)))
+        };
+        let sides = (0..count).map(on_side);
+        let far = |(_, place): &(usize, Point)| place.distance(end);
+        let Some((side, place)) = sides.min_by(|a, b| far(a).total_cmp(&far(b))) else { return };
+        if place.distance(end) >= LINE_END * edge {
+            continue;
+        }
+        let (near, gap) = nearest(&points, end);
+        let is_corner = border[near].1 != border[(near + count - 1) % count].1;
+        if gap >= LINE_END * edge {
+            border.insert(side + 1, (place, border[side].1));
+        } else if !is_corner && !taken.contains(&points[near]) {
+            // One that is near enough goes there.
+            border[near].0 = place;
+        }
+        taken.push(place);
+    }
 }

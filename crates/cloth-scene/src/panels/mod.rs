@@ -1,12 +1,14 @@
 //! Pieces of a flat pattern: from outlines in SVG and DXF files to triangles.
 
 mod dxf;
+mod folded;
 mod mesh;
 mod outline;
 mod svg;
 
 use std::path::Path;
 
+pub(crate) use folded::folded;
 pub(crate) use mesh::piece_mesh;
 pub(crate) use outline::Outline;
 

@@ -27,6 +27,39 @@ pub(crate) struct Outline {
     pub names: Vec<String>,
     /// Whether the file closes it.
     pub is_closed: bool,
+    /// Lines in it along which triangles have edges.
+    pub lines: Vec<InnerLine>,
+}
+
+/// A line in a piece.
+#[derive(Clone, Debug)]
+pub(crate) struct InnerLine {
+    /// Its name.
+    pub name: String,
+    /// Its parts \[m\], each from the end of the one before.
+    pub parts: Vec<PathSeg>,
+}
+
+impl InnerLine {
+    /// Points along it, about `spacing` \[m\] apart, with both ends and all corners.
+    pub(crate) fn points(&self, spacing: f64) -> Vec<Point> {
+        let mut points: Vec<Point> =
+            self.parts.iter().flat_map(|part| spaced(part, spacing, ACCURACY * spacing)).collect();
+        points.extend(self.parts.last().map(ParamCurve::end));
+        points
+    }
+}
+
+/// Points along a part, about `spacing` apart, from its start on and without its end.
+fn spaced(part: &PathSeg, spacing: f64, accuracy: f64) -> Vec<Point> {
+    let length = part.arclen(accuracy);
+    // An outline of at most so many is meshed.
+    let count = (length / spacing).round().clamp(1.0, 1e6) as usize;
+    let place = |i: usize| match i {
+        0 => 0.0,
+        _ => part.inv_arclen(length * i as f64 / count as f64, accuracy),
+    };
+    (0..count).map(|i| part.eval(place(i))).collect()
 }
 
 impl Outline {
@@ -107,6 +140,20 @@ impl Outline {
         if self.area().abs() <= CLOSED * self.size().powi(2) {
             return Err(format!("piece {name:?} has no area: give it an outline around cloth"));
         }
+        for line in &self.lines {
+            let name = &line.name;
+            let numbers =
+                line.parts.iter().flat_map(|part| [part.start(), part.eval(0.5), part.end()]);
+            if let Some(point) = numbers.into_iter().find(|point| !point.is_finite()) {
+                return Err(format!("line {name:?} has a point at {point}: give finite numbers"));
+            }
+            if line.parts.is_empty() || line.parts.len() > EDGES_MAX {
+                return Err(format!(
+                    "line {name:?} has {} parts: a line has 1 to {EDGES_MAX}",
+                    line.parts.len()
+                ));
+            }
+        }
         Ok(())
     }
 
@@ -116,14 +163,7 @@ impl Outline {
         let accuracy = ACCURACY * self.size();
         let mut points = Vec::new();
         for (number, edge) in self.edges.iter().enumerate() {
-            let length = edge.arclen(accuracy);
-            // An outline of at most so many is meshed.
-            let count = (length / spacing).round().clamp(1.0, 1e6) as usize;
-            points.extend((0..count).map(|i| {
-                let along = length * i as f64 / count as f64;
-                let place = if i == 0 { 0.0 } else { edge.inv_arclen(along, accuracy) };
-                (edge.eval(place), number)
-            }));
+            points.extend(spaced(edge, spacing, accuracy).into_iter().map(|point| (point, number)));
         }
         points
     }

@@ -2,7 +2,7 @@
 
 use kurbo::{Affine, BezPath, PathEl, PathSeg};
 
-use super::{Outline, PatternProblem};
+use super::{Outline, PatternProblem, outline::InnerLine};
 
 /// Metres of the units of lengths.
 const UNITS: [(&str, f64); 6] = [
@@ -14,7 +14,7 @@ const UNITS: [(&str, f64); 6] = [
     ("px", 0.0254 / 96.0),
 ];
 
-/// Attributes: `id` names a piece, `data-edges` its edges in order.
+/// Attributes: `id` names a piece, `data-edges` its edges in order; with `data-piece` it names a line in that piece, as `data-line` does, which lines can share.
 pub(super) fn read(
     file: &str,
     text: &str,
@@ -36,11 +36,15 @@ pub(super) fn read(
         })?,
     };
     let to_metres = Affine::scale_non_uniform(unit, -unit);
-    let mut outlines = Vec::new();
+    let mut outlines: Vec<Outline> = Vec::new();
+    let mut lines = Vec::new();
     for node in root.descendants().filter(roxmltree::Node::is_element) {
-        let Some(name) = node.attribute("id") else { continue };
+        let piece = node.attribute("data-piece");
+        let called = piece.and_then(|_| node.attribute("data-line"));
+        let Some(name) = called.or_else(|| node.attribute("id")) else { continue };
         let line = document.text_pos_at(node.range().start).row as usize;
-        let bad = |problem: String| syntax(line, format!("piece {name:?} {problem}"));
+        let what = if piece.is_some() { "line" } else { "piece" };
+        let bad = |problem: String| syntax(line, format!("{what} {name:?} {problem}"));
         let Some(path) = path_of(&node).map_err(bad)? else { continue };
         if node.ancestors().any(|node| node.attribute("transform").is_some()) {
             let problem =
@@ -56,6 +60,13 @@ pub(super) fn read(
         }
         let is_closed = matches!(path.elements().last(), Some(PathEl::ClosePath));
         let segments = (to_metres * path).segments().collect::<Vec<PathSeg>>();
+        if let Some(piece) = piece {
+            if is_closed {
+                return Err(bad("is a line in a piece, and closed: leave it open".into()));
+            }
+            lines.push((line, piece, InnerLine { name: name.to_owned(), parts: segments }));
+            continue;
+        }
         let names = node.attribute("data-edges").unwrap_or_default();
         outlines.push(Outline {
             name: name.to_owned(),
@@ -63,7 +74,18 @@ pub(super) fn read(
             edges: segments,
             names: names.split_whitespace().map(str::to_owned).collect(),
             is_closed,
+            lines: Vec::new(),
         });
+    }
+    for (line, piece, inner) in lines {
+        let Some(outline) = outlines.iter_mut().find(|outline| outline.name == piece) else {
+            let problem = format!(
+                "line {:?} is in the piece {piece:?}, which there is not: give `data-piece` the `id` of one",
+                inner.name
+            );
+            return Err(syntax(line, problem));
+        };
+        outline.lines.push(inner);
     }
     Ok(outlines)
 }
@@ -90,6 +112,10 @@ fn path_of(node: &roxmltree::Node<'_, '_>) -> Result<Option<BezPath>, String> {
         "path" => node.attribute("d").unwrap_or_default().to_owned(),
         "polygon" => format!("M{}Z", node.attribute("points").unwrap_or_default()),
         "polyline" => format!("M{}", node.attribute("points").unwrap_or_default()),
+        "line" => {
+            let [x, y, to_x, to_y] = [number("x1")?, number("y1")?, number("x2")?, number("y2")?];
+            format!("M{x},{y}L{to_x},{to_y}")
+        }
         "rect" => {
             let [x, y] = [number("x")?, number("y")?];
             let [width, height] = [number("width")?, number("height")?];

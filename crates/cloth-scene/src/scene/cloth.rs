@@ -39,8 +39,25 @@ pub struct SceneCloth {
     /// of the other one, where triangles are seen counterclockwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub layer: Option<u32>,
+    /// Where it is folded at rest, such as pleats, of fabric.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub folds: Vec<SceneFold>,
     /// What it is made of.
     pub material: SceneMaterial,
+}
+
+/// Lines along which fabric is folded at rest: it bends as if it had been pressed there.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct SceneFold {
+    /// Sets of particles, as pins have them: edges of triangles with both ends in one of them are folded. Of a grid `column-7`, of panels a line that
+    /// their file draws in a piece, `front:pleat`.
+    pub lines: Vec<String>,
+    /// Angle by which it is folded \[degrees\]: 0 is flat, 180 back onto itself; positive with the side inwards where triangles are seen
+    /// counterclockwise, negative with the other one.
+    #[cfg_attr(test, schemars(range(min = -180.0, max = 180.0)))]
+    pub angle: f64,
 }
 
 /// Gas under pressure inside a cloth, which is where its triangles do not face. Backends cpu and reference have it.

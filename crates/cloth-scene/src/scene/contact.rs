@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Scene, SceneGeometry, SceneModel};
+use super::{Scene, SceneGeometry, SceneModel, SceneSolver};
 
 /// Contact of all cloths with themselves and each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -59,9 +59,12 @@ impl Scene {
         let has_fabric =
             || self.cloths.iter().any(|cloth| cloth.model_chosen(solver) == SceneModel::Fabric);
         let is_network = |geometry: &SceneGeometry| matches!(geometry, SceneGeometry::Network(_));
-        // A network has no triangles that could touch.
-        let touches =
-            || has_fabric() && !self.cloths.iter().any(|cloth| is_network(&cloth.geometry));
+        // A network has no triangles that could touch, and the midpoint integrator has no contact of triangles.
+        let touches = || {
+            solver != Some(SceneSolver::Midpoint)
+                && has_fabric()
+                && !self.cloths.iter().any(|cloth| is_network(&cloth.geometry))
+        };
         match self.contact {
             Some(contact) => (contact.response != SceneContactResponse::None).then_some(contact),
             None => touches().then(SceneContact::default),

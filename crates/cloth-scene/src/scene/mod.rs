@@ -28,7 +28,9 @@ use serde::{Deserialize, Serialize};
 
 pub use attachment::SceneAttachment;
 pub use bounds::SceneBounds;
-pub use cloth::{SceneCloth, SceneGeometry, SceneGrid, SceneInflation, SceneMesh, SceneStencil};
+pub use cloth::{
+    SceneCloth, SceneFold, SceneGeometry, SceneGrid, SceneInflation, SceneMesh, SceneStencil,
+};
 pub use collider::{SceneAnimation, SceneCollider, SceneKeyframe, SceneShape};
 pub use colour::SceneColour;
 pub use contact::{SceneContact, SceneContactResponse, ScenePinch};
@@ -103,7 +105,7 @@ pub struct Scene {
     /// The air and its wind; without it there is no aerodynamic force.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wind: Option<SceneWind>,
-    /// Contact of cloths with themselves and each other. Without it fabrics have contact of triangles, and springs pass through;
+    /// Contact of cloths with themselves and each other. Without it fabrics have contact of triangles, but for the midpoint integrator, and springs pass through;
     /// `contact.response = "none"` leaves it out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<SceneContact>,

@@ -9,6 +9,9 @@ use super::SceneRotation;
 ///
 /// In an SVG file a piece is a path, polygon or rectangle with an `id`, and `data-edges` has the names of its edges in order. In a DXF file it is a closed
 /// polyline, called as its layer.
+///
+/// An SVG file can draw lines in a piece, along which its triangles have edges, for `folds`: open paths, polylines and lines with `data-piece`, the `id` of the
+/// piece, and with an `id`, or with `data-line`, which several can share. They are sets called as `front:pleat`.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -42,6 +45,9 @@ pub struct ScenePiece {
     /// Angle of its warp in the drawing \[degrees\], counter-clockwise from the right; 90 if not given.
     #[serde(default = "upright")]
     pub warp: f64,
+    /// Whether it is folded at the start along the lines of the `folds` of its cloth, which have to cross it from border to border; it is flat if not given.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub folded: bool,
     /// Radius of the upright cylinder that it is wrapped on \[m\], whose axis is behind it; it stays flat if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]

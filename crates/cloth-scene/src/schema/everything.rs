@@ -11,6 +11,7 @@ contact = { distance = 0.002, pinch = "ghost", recover = true, response.triangle
 [[cloth]]
 name = "a"
 layer = 1
+folds = [{ lines = ["column-1"], angle = 45.5 }]
 material.preset = "jersey"
 geometry.grid = { columns = 4, rows = 3, spacing = 0.1, centre = [0.0, 0.0, 1.0] }
 "##,
@@ -114,7 +115,7 @@ bending = 20.5
 name = "shirt"
 material.preset = "drape-001"
 inflate = { pressure = 10.5, rise = [0.5, 1.5] }
-geometry.panels = { file = "pieces.svg", edge = 0.25, unit = 0.5, pieces = [{ outline = "a" }, { outline = "a", name = "b", mirror = true, warp = 45.5, radius = 0.75, rotation = { axis = [0.0, 0.0, 1.0], degrees = 30.0 }, translation = [0.0, 0.0, 5.0] }] }
+geometry.panels = { file = "pieces.svg", edge = 0.25, unit = 0.5, pieces = [{ outline = "a" }, { outline = "a", name = "b", mirror = true, folded = true, warp = 45.5, radius = 0.75, rotation = { axis = [0.0, 0.0, 1.0], degrees = 30.0 }, translation = [0.0, 0.0, 5.0] }] }
 [[cloth]]
 name = "panels"
 pattern.from = "uv"
