@@ -153,6 +153,84 @@ fn a_piece_is_folded_along_a_line() {
     }
 }
 
+const PAINTED: &str = r#"
+name = "painted"
+[[cloth]]
+name = "sheet"
+material = { preset = "cotton-broad", maps = [MAPS] }
+geometry.mesh.file = "sheet.ply"
+[[collider]]
+name = "floor"
+shape.plane = {}
+translation = [0, 0, -0.01]
+[[attachment]]
+name = "goal"
+vertices = ["all"]
+to = "floor"
+stiffness = 8
+damping = 2
+weights = "goal"
+reach = 1
+"#;
+
+/// A square of two triangles; each vertex has a goal.
+const SHEET: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty float goal\n\
+    element face 2\nproperty list uchar int vertex_indices\nend_header\n0 0 0 0\n1 0 0 0.5\n0 1 0 1\n1 1 0 1\n3 0 1 2\n3 1 3 2\n";
+
+/// Triangles have the mean of what is painted on their corners, holds what is painted on theirs.
+#[test]
+fn fabrics_and_goals_are_painted() {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("sheet.ply"), SHEET).unwrap();
+    let bend = "{ by = \"goal\", of = \"bend\", range = [1, 5] }";
+    let mass = "{ by = \"all\", of = \"mass\", range = [9, 3] }";
+    let compiled = |maps: &str| {
+        let scene = PAINTED.replace("MAPS", maps);
+        compile(folder.path(), &scene).unwrap()
+    };
+    let plain = compiled("");
+    let scene = compiled(&format!("{bend}, {mass}"));
+    let rigidity = |scene: &CompiledScene, t: usize| {
+        let elements = scene.model.elements();
+        let of = elements.triangles()[t].fabric as usize;
+        (elements.fabrics()[of].bending.warp, elements.fabrics()[of].area_density)
+    };
+    // Means of 0.5 and 0.8333, the second one to the nearest step of 1/64.
+    for (t, mean) in [(0, 0.5), (1, 53.0 / 64.0)] {
+        let ((was, light), (is, heavy)) = (rigidity(&plain, t), rigidity(&scene, t));
+        assert!((is / was - (1.0 + 4.0 * mean)).abs() < 1e-12, "{t}: {}", is / was);
+        assert!((heavy / light - 3.0).abs() < 1e-12);
+    }
+    let of = |scene: &CompiledScene| scene.model.masses().iter().sum::<f64>();
+    assert!((of(&scene) / of(&plain) - 3.0).abs() < 1e-12);
+    let control = plain.timeline.control(0);
+    let springs: Vec<_> = control
+        .forces
+        .iter()
+        .flatten()
+        .map(|force| (force.particle, force.spring.unwrap()))
+        .map(|(particle, spring)| (particle, spring.stiffness, spring.damping))
+        .collect();
+    assert_eq!(springs, [(1, 4.0, 1.0), (2, 8.0, 2.0), (3, 8.0, 2.0)], "the first one is free");
+    for (maps, goal, words) in [
+        (bend.replace("\"goal\"", "\"gaol\""), "\"goal\"", "attribute or set `gaol`"),
+        (bend.replace("[1, 5]", "[1, 0]"), "\"goal\"", "maps[0].range` is 0: a factor"),
+        (String::new(), "\"gaol\"", "attribute `gaol`"),
+    ] {
+        let scene = PAINTED
+            .replace("MAPS", &maps)
+            .replace("weights = \"goal\"", &format!("weights = {goal}"));
+        let error = compile(folder.path(), &scene).unwrap_err();
+        assert!(error.contains(words), "{error}");
+    }
+    let hard = PAINTED.replace("MAPS", "").replace("stiffness = 8\ndamping = 2\n", "");
+    assert!(compile(folder.path(), &hard).unwrap_err().contains("give both, or remove it"));
+    let springs =
+        PAINTED.replace("MAPS", bend).replace("preset = \"cotton-broad\"", "preset = \"denim\"");
+    let springs = springs.replace("name = \"sheet\"\n", "name = \"sheet\"\nmodel = \"springs\"\n");
+    assert!(compile(folder.path(), &springs).unwrap_err().contains("is of fabric"));
+}
+
 #[test]
 fn lines_and_folds_that_make_no_sense_are_refused() {
     let folder = TempDir::new().unwrap();

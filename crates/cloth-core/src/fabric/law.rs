@@ -220,30 +220,60 @@ const LOCKING_SLOPE: f64 = 0.25;
 /// E12 of threads that have turned towards each other by 40 degrees: sin(40 deg) / 2.
 const USUAL_SHEAR_MAX: f64 = 0.32;
 
+/// Factors of the properties of a fabric.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FabricScale {
+    /// Of the mass per area.
+    pub density: f64,
+    /// Of the stiffness against stretching and shearing, and of the friction in shear.
+    pub stretch: f64,
+    /// Of the bending rigidity, and of the friction in bending.
+    pub bend: f64,
+    /// Of the times of damping.
+    pub damping: f64,
+}
+
+impl FabricScale {
+    /// What changes nothing.
+    pub const ONE: Self = Self { density: 1.0, stretch: 1.0, bend: 1.0, damping: 1.0 };
+}
+
 impl Fabric {
     /// So many layers that lie on each other and are stretched and bent together, but slide: mass, thickness, stiffness, rigidity and friction are
     /// as many times as large.
     #[must_use]
     pub fn layers(&self, count: u32) -> Self {
         let n = f64::from(count);
+        let all = FabricScale { density: n, stretch: n, bend: n, damping: 1.0 };
+        Self { thickness: n * self.thickness, ..self.scaled(&all) }
+    }
+
+    /// The same with more or less of some of its properties.
+    #[must_use]
+    pub fn scaled(&self, scale: &FabricScale) -> Self {
+        let FabricScale { density, stretch, bend, damping } = *scale;
         let curve = |curve: TensileCurve| TensileCurve {
-            linear: n * curve.linear,
-            cubic: n * curve.cubic,
+            linear: stretch * curve.linear,
+            cubic: stretch * curve.cubic,
             ..curve
         };
         let BendingRigidity { warp, weft, bias } = self.bending;
         Self {
-            area_density: n * self.area_density,
-            thickness: n * self.thickness,
+            area_density: density * self.area_density,
             warp: curve(self.warp),
             weft: curve(self.weft),
-            coupling: n * self.coupling,
-            shear: n * self.shear,
-            bending: BendingRigidity { warp: n * warp, weft: n * weft, bias: bias.map(|b| n * b) },
-            friction: InternalFriction {
-                shear: n * self.friction.shear,
-                bending: n * self.friction.bending,
+            coupling: stretch * self.coupling,
+            shear: stretch * self.shear,
+            bending: BendingRigidity {
+                warp: bend * warp,
+                weft: bend * weft,
+                bias: bias.map(|bias| bend * bias),
             },
+            friction: InternalFriction {
+                shear: stretch * self.friction.shear,
+                bending: bend * self.friction.bending,
+            },
+            damping: self.damping.map(|time| damping * time),
             ..*self
         }
     }

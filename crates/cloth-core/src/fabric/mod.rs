@@ -24,7 +24,8 @@ pub use curvature::{CurvatureStiffness, FOLDS, HingeGeometry};
 pub use error::FabricError;
 pub use friction::InternalFriction;
 pub use law::{
-    BendingRigidity, COUPLING_SHARE, Fabric, Locking, PlateRigidity, TensileCurve, USUAL_DAMPING,
+    BendingRigidity, COUPLING_SHARE, Fabric, FabricScale, Locking, PlateRigidity, TensileCurve,
+    USUAL_DAMPING,
 };
 pub use rest::{RestHinge, RestShape, RestTriangle};
 pub use rest_warning::RestWarning;

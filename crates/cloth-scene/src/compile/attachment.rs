@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use crate::{
     Scene, SceneAttachment, SceneError,
     error::SceneUnknown,
-    timeline::{AttachmentTrack, Hold},
+    timeline::{AttachmentTrack, Held, Hold},
 };
 
 use super::{
@@ -131,13 +131,20 @@ pub(super) fn compile(
             );
             return Err(check.error(&format!("{key}.vertices"), &problem));
         }
-        let places: Vec<(u32, [f64; 3])> =
-            particles.iter().map(|&i| (i, own.positions[i as usize])).collect();
+        let weights = hook.weights(&pin_sets[cloth], own.positions.len())?;
+        let places: Vec<Place> = particles
+            .iter()
+            .map(|&vertex| Place {
+                vertex,
+                at: own.positions[vertex as usize],
+                weight: weights[vertex as usize],
+            })
+            .filter(|place| place.weight > 0.0)
+            .collect();
         let to = &attachment.to;
         if let Some(number) = scene.colliders.iter().position(|collider| collider.name == *to) {
             let first = surfaces.first(cloth);
-            let places: Vec<_> = places.iter().map(|&(i, at)| (first + i, i, at)).collect();
-            tracks.push(hook.to_collider(number as u32, &colliders[number], &places)?);
+            tracks.push(hook.to_collider((number as u32, &colliders[number]), first, &places)?);
         } else if let Some(other) = number_of(to) {
             seams.push(hook.to_cloth([name, to], &surfaces.list[other], &places)?);
         } else {
@@ -148,6 +155,16 @@ pub(super) fn compile(
         }
     }
     Ok((seams, tracks))
+}
+
+/// A vertex that is held.
+struct Place {
+    /// Its number in its cloth.
+    vertex: u32,
+    /// Where it is at the start \[m\].
+    at: [f64; 3],
+    /// By which its stiffness is multiplied.
+    weight: f64,
 }
 
 /// One attachment.
@@ -176,6 +193,25 @@ impl Hook<'_> {
             .map_or(Ok(()), |release| check.not_negative(&format!("{key}.release"), release))
     }
 
+    /// The weight of each vertex of its cloth.
+    fn weights(&self, sets: &PinSets, count: usize) -> Result<Vec<f64>, SceneError> {
+        let Self { check, key, attachment } = self;
+        let Some(name) = &attachment.weights else { return Ok(vec![1.0; count]) };
+        let key = format!("{key}.weights");
+        if attachment.stiffness.is_none() {
+            let problem =
+                "belongs to a hold with `stiffness`, which is not given: give both, or remove it";
+            return Err(check.error(&key, problem));
+        }
+        let values = sets.values(check, &key, name)?;
+        let of = |i: usize| f64::from(values.get(i).copied().unwrap_or_default());
+        if let Some(i) = (0..count).find(|&i| !of(i).is_finite() || of(i) < 0.0) {
+            let problem = format!("is {} at vertex {i}: a weight is 0 or more", of(i));
+            return Err(check.error(&key, &problem));
+        }
+        Ok((0..count).map(of).collect())
+    }
+
     /// An error if a vertex is farther away than it may be.
     fn reach_check(&self, vertex: u32, distance: f64) -> Result<(), SceneError> {
         let SceneAttachment { to, reach, .. } = self.attachment;
@@ -195,12 +231,12 @@ impl Hook<'_> {
         ClosestPoints::new(&self.attachment.to, mesh).map_err(of)
     }
 
-    /// Particles, each with its number in its cloth and its place \[m\], on a collider.
+    /// Vertices of the cloth whose particles begin at `first`, on a collider.
     fn to_collider(
         &self,
-        number: u32,
-        collider: &Collider,
-        places: &[(u32, u32, [f64; 3])],
+        (number, collider): (u32, &Collider),
+        first: u32,
+        places: &[Place],
     ) -> Result<AttachmentTrack, SceneError> {
         let Collider { shape, pose, .. } = collider;
         let rotation = DQuat::from_array(pose.rotation).inverse();
@@ -216,7 +252,7 @@ impl Hook<'_> {
         });
         let surface = mesh.as_ref().map(|mesh| self.closest(mesh)).transpose()?;
         let mut holds = Vec::with_capacity(places.len());
-        for &(particle, vertex, at) in places {
+        for &Place { vertex, at, weight } in places {
             let at = local(at);
             let hold = match (&mesh, &surface) {
                 (Some(mesh), Some(surface)) => {
@@ -233,7 +269,7 @@ impl Hook<'_> {
                     Hold::Local(at)
                 }
             };
-            holds.push((particle, hold));
+            holds.push(Held { particle: first + vertex, hold, weight });
         }
         let SceneAttachment { stiffness, damping, release, .. } = self.attachment;
         Ok(AttachmentTrack {
@@ -251,7 +287,7 @@ impl Hook<'_> {
         &self,
         [name, other]: [&str; 2],
         mesh: &TriangleMesh,
-        places: &[(u32, [f64; 3])],
+        places: &[Place],
     ) -> Result<Seam, SceneError> {
         let Self { check, key, attachment } = self;
         let Some(stiffness) = attachment.stiffness else {
@@ -277,7 +313,7 @@ impl Hook<'_> {
         }
         let surface = self.closest(mesh)?;
         let (mut stitches, mut ties) = (Vec::new(), Vec::new());
-        for &(vertex, at) in places {
+        for &Place { vertex, at, weight: goal } in places {
             let ClosestPoint { face, weights, distance } = surface.of(at);
             self.reach_check(vertex, distance)?;
             for (corner, weight) in mesh.triangles[face as usize].into_iter().zip(weights) {
@@ -285,7 +321,7 @@ impl Hook<'_> {
                     let to = DVec3::from(mesh.positions[corner as usize]);
                     stitches.push([vertex, corner]);
                     let length = DVec3::from(at).distance(to).max(LENGTH_MIN);
-                    ties.push(SeamTie { length, share: weight });
+                    ties.push(SeamTie { length, share: goal * weight });
                 }
             }
         }

@@ -7,7 +7,7 @@ use cloth_core::{Cloth, ClothMaterial, Geometry, TriangleMesh};
 use crate::{Scene, SceneCloth, SceneError, SceneGeometry, SceneModel};
 
 use super::{
-    Check, CompileOptions, CompiledCloth, attachment, fabric, fold, grid, material, mesh,
+    Check, CompileOptions, CompiledCloth, attachment, fabric, fold, grid, map, material, mesh,
     model_error, network, panels,
     pins::{MeshSets, NAMED_MAX, PinSets},
     seam::{self, Sewn},
@@ -105,7 +105,12 @@ pub(super) fn compile(
     let material: ClothMaterial = match &mut geometry {
         Geometry::Mesh(mesh) if is_fabric => {
             mesh.folds = fold::compile(check, &key, cloth, (mesh, &sets))?;
-            fabric::compile(check, &key, cloth, options, mesh, notes)?.into()
+            let material = fabric::compile(check, &key, cloth, options, mesh, notes)?;
+            let maps = &cloth.material.maps;
+            if !maps.is_empty() {
+                mesh.panels = map::compile(check, &key, (maps, &material.fabric), (mesh, &sets))?;
+            }
+            material.into()
         }
         other => {
             let key = format!("{key}.material");

@@ -9,6 +9,7 @@ mod collider;
 mod fabric;
 mod fold;
 mod grid;
+mod map;
 mod material;
 mod memory;
 mod memory_solver;

@@ -89,6 +89,24 @@ impl PinSets {
         })
     }
 
+    /// The attribute of each vertex of a mesh called `name`.
+    pub(super) fn values(
+        &self,
+        check: &Check<'_>,
+        key: &str,
+        name: &str,
+    ) -> Result<&[f32], SceneError> {
+        let known: &[VertexAttribute] = match self {
+            Self::Grid(..) => &[],
+            Self::Mesh(_, sets) => &sets.attributes,
+        };
+        let found = known.iter().find(|attribute| attribute.name == name);
+        found.map(|attribute| &attribute.values[..]).ok_or_else(|| {
+            let known = known.iter().map(|attribute| attribute.name.clone()).collect();
+            SceneUnknown::error(check.place(key), "attribute", name, known)
+        })
+    }
+
     /// The particles that have a large attribute: at least one, as a bound that none reaches is a slip.
     fn attribute(
         &self,

@@ -30,6 +30,10 @@ pub struct SceneAttachment {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(range(min = 0.0)))]
     pub damping: Option<f64>,
+    /// Attribute of the vertices of the mesh by which the stiffness of each hold is multiplied, as goals are painted from 0, free, to 1; 1 for all if not
+    /// given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weights: Option<String>,
     /// How far from the closest point a vertex may be at the start \[m\]: one that is farther is a slip. 0.01 if not given.
     #[serde(default = "reach_default")]
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]

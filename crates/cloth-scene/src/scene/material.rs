@@ -45,6 +45,39 @@ pub struct SceneMaterial {
     /// Coefficients of the force of the air.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub aerodynamics: Option<SceneAerodynamics>,
+    /// Where fabric is stiffer, heavier or more damped than elsewhere.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub maps: Vec<SceneMap>,
+}
+
+/// A property of fabric that is not the same everywhere.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct SceneMap {
+    /// Attribute of the vertices of the mesh, painted from 0 to 1, as `pins` have them; or a set of particles, which is 1 in it and 0 elsewhere. A triangle
+    /// has the mean of its corners.
+    pub by: String,
+    /// The property.
+    pub of: SceneMapOf,
+    /// Factors of the property where the map is 0, and where it is 1.
+    #[cfg_attr(test, schemars(inner(range(min = 1e-6))))]
+    pub range: [f64; 2],
+}
+
+/// A property that a map changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub enum SceneMapOf {
+    /// Stiffness against stretching and shearing.
+    Stretch,
+    /// Bending rigidity.
+    Bend,
+    /// Mass per area.
+    Mass,
+    /// Damping of stretching and bending.
+    Damping,
 }
 
 impl SceneMaterial {

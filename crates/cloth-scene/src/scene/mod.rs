@@ -39,7 +39,9 @@ pub use event::{SceneAction, SceneEvent};
 pub use fabric::{
     SceneFabricDamping, SceneMeshing, SceneModel, ScenePanel, ScenePattern, ScenePatternSource,
 };
-pub use material::{SceneAerodynamics, SceneBend, SceneMass, SceneMaterial, SceneSpring};
+pub use material::{
+    SceneAerodynamics, SceneBend, SceneMap, SceneMapOf, SceneMass, SceneMaterial, SceneSpring,
+};
 pub use network::{SceneJoint, SceneNetwork, ScenePrototype};
 pub use origin::SceneOrigin;
 pub use panels::{ScenePanels, ScenePiece};

@@ -14,12 +14,23 @@ pub(crate) struct AttachmentTrack {
     pub(crate) pose: Pose,
     /// Its shape.
     pub(crate) shape: ColliderShape,
-    /// The particles, in the composite model, and where they are held.
-    pub(crate) holds: Vec<(u32, Hold)>,
+    /// The particles.
+    pub(crate) holds: Vec<Held>,
     /// Stiffness \[N/m\] and damping \[N s/m\] of each, or none if they are held by force.
     pub(crate) spring: Option<[f64; 2]>,
     /// When they are let go \[s\].
     pub(crate) release: Option<f64>,
+}
+
+/// A particle that is held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Held {
+    /// Its number in the composite model.
+    pub(crate) particle: u32,
+    /// Where it is held.
+    pub(crate) hold: Hold,
+    /// By which its spring is multiplied.
+    pub(crate) weight: f64,
 }
 
 /// A place that a collider carries along.
@@ -79,18 +90,22 @@ impl AttachmentTrack {
     }
 
     /// Where all particles are held at `time` \[s\].
-    fn places(&self, tracks: &[ColliderTrack], time: f64) -> impl Iterator<Item = (u32, [f64; 3])> {
+    fn places(
+        &self,
+        tracks: &[ColliderTrack],
+        time: f64,
+    ) -> impl Iterator<Item = (&Held, [f64; 3])> {
         let track = tracks.iter().find(|track| track.collider == self.collider);
         let pose = track.map_or(self.pose, |track| track.pose(time));
         let rotation = DQuat::from_array(pose.rotation);
-        let is_of_faces = self.holds.iter().any(|(_, hold)| matches!(hold, Hold::Face { .. }));
+        let is_of_faces = self.holds.iter().any(|held| matches!(held.hold, Hold::Face { .. }));
         let positions = match is_of_faces {
             true => self.shape.body_positions(self.shape.sets_at(time)).into_owned(),
             false => Vec::new(),
         };
-        self.holds.iter().map(move |(particle, hold)| {
-            let place = rotation * hold.place(&positions) + DVec3::from(pose.translation);
-            (*particle, place.into())
+        self.holds.iter().map(move |held| {
+            let place = rotation * held.hold.place(&positions) + DVec3::from(pose.translation);
+            (held, place.into())
         })
     }
 
@@ -108,10 +123,11 @@ impl AttachmentTrack {
         let moved = places
             .into_iter()
             .flatten()
-            .map(|(particle, place)| PinControl { particle, action: PinAction::MoveTo(place) });
+            .map(|(held, place)| (held.particle, PinAction::MoveTo(place)))
+            .map(|(particle, action)| PinControl { particle, action });
         let released = ends.then_some(&self.holds).into_iter().flatten();
         let released =
-            released.map(|&(particle, _)| PinControl { particle, action: PinAction::Release });
+            released.map(|held| PinControl { particle: held.particle, action: PinAction::Release });
         moved.chain(released)
     }
 
@@ -124,13 +140,13 @@ impl AttachmentTrack {
         let spring = self.spring.filter(|_| !self.is_over(span));
         spring.into_iter().flat_map(move |[stiffness, damping]| {
             let middle = 0.5 * (span.start + span.end);
-            self.places(tracks, middle).map(move |(particle, place)| ForceControl {
-                particle,
+            self.places(tracks, middle).map(move |(held, place)| ForceControl {
+                particle: held.particle,
                 force: [0.0; 3],
                 spring: Some(AnchorSpring {
                     anchor: Anchor::At(place),
-                    stiffness,
-                    damping,
+                    stiffness: held.weight * stiffness,
+                    damping: held.weight * damping,
                     reach: f64::INFINITY,
                 }),
             })

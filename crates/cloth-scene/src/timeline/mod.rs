@@ -6,7 +6,7 @@ mod pin_track;
 
 use cloth_core::{ColliderControl, Control, PinControl};
 
-pub(crate) use attachment_track::{AttachmentTrack, Hold};
+pub(crate) use attachment_track::{AttachmentTrack, Held, Hold};
 pub(crate) use collider_track::{ColliderKey, ColliderTrack};
 pub(crate) use pin_track::{PinMove, PinTrack};
 
