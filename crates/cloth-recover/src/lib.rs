@@ -71,17 +71,41 @@ pub struct Recovered {
     pub moved: f64,
 }
 
+/// How cloth is pushed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Effort {
+    /// Little is taken along, and short contours are left by short ways.
+    Gentle,
+    /// Much is taken along, in long ways.
+    Strong,
+    /// As gentle, and edges need not keep their lengths, which may be what is in the way.
+    Loose,
+}
+
+impl Effort {
+    /// One after the other.
+    const fn of(turn: u32) -> Self {
+        match turn % 3 {
+            0 => Self::Gentle,
+            1 => Self::Strong,
+            _ => Self::Loose,
+        }
+    }
+}
+
 /// Rounds at most. A round takes some 10 ms for 10,000 triangles.
 pub const ROUNDS_MAX: u32 = 1000;
 
 /// Rounds in which nothing becomes better, after which it is given up.
-const PATIENCE: u32 = 150;
+const PATIENCE: u32 = 200;
 
-/// Of so many rounds in which nothing becomes better the last ones leave the shape alone, which may be what is in the way.
-const STUCK: u32 = 30;
-const LOOSE: u32 = 5;
+/// Share of the distance of contact that is made as a gap: more would push tight clothes into bodies.
+const GAP: f64 = 0.4;
 
-/// Moves particles at `positions` \[m\] until no edge goes through a triangle, with a gap of about half of `distance` \[m\] between them, or
+/// After so many such rounds it goes on with more or less effort, from the best one if things are much worse now.
+const STUCK: u32 = 25;
+
+/// Moves particles at `positions` \[m\] until no edge goes through a triangle, with a gap of some part of `distance` \[m\] between them, or
 /// until [`ROUNDS_MAX`] or no progress. What could not be parted stays as in the best round.
 pub fn recover(
     positions: &mut [[f64; 3]],
@@ -117,12 +141,26 @@ pub fn recover(
             break;
         }
         found.rounds += 1;
-        let pushes = push::Pushes { surfaces: &surfaces, cloth, gap: 0.5 * distance };
+        let effort = Effort::of(since_best / STUCK);
+        if let Some((least, best)) = &best
+            && since_best.is_multiple_of(STUCK)
+            && crossed.len() > least + least / 2
+        {
+            at.clone_from(best);
+            continue;
+        }
+        let pushes = push::Pushes {
+            surfaces: &surfaces,
+            cloth,
+            gap: GAP * distance,
+            edge: shape.mean_edge(),
+            effort,
+        };
         let ways = pushes.ways(&at, &crossed, &mut memory);
         for (x, way) in at.iter_mut().zip(&ways) {
             *x += *way;
         }
-        if since_best % STUCK < STUCK - LOOSE {
+        if effort != Effort::Loose {
             shape.restore(&mut at);
         }
     }

@@ -4,7 +4,7 @@ use cloth_audit::Crossing;
 use glam::DVec3;
 
 use crate::{
-    Cloth,
+    Cloth, Effort,
     contours::{Link, contours},
     mesh::Surfaces,
     place::Place,
@@ -14,8 +14,12 @@ use crate::{
 /// How often ways are spread to the particles around.
 const SPREADS: usize = 12;
 
-/// Share of the mean way of its neighbours that a particle takes which nothing pushes.
-const FOLLOWS: f64 = 0.97;
+/// By how much of the length of an edge the way of a particle that nothing pushes is shorter than the mean of those of its neighbours: what is
+/// pushed a little takes little along.
+const SLACK: f64 = 0.04;
+
+/// The same where more is taken along.
+const SLACK_STRONG: f64 = 0.01;
 
 /// Where particles are pushed.
 pub(crate) struct Pushes<'a> {
@@ -23,6 +27,10 @@ pub(crate) struct Pushes<'a> {
     pub(crate) cloth: &'a Cloth<'a>,
     /// The gap that is made \[m\].
     pub(crate) gap: f64,
+    /// Mean length of the edges of the cloth at the start \[m\].
+    pub(crate) edge: f64,
+    /// How it is pushed.
+    pub(crate) effort: Effort,
 }
 
 /// Particles with shares that add up to 1.
@@ -110,7 +118,16 @@ impl Pushes<'_> {
         if length == 0.0 {
             return;
         }
-        let amount = 0.5 * longest * length / (1.0 + length * length).sqrt();
+        // A short contour is left by a short way.
+        let points = || places.iter().flatten().map(|place| place.point);
+        let low = points().fold(DVec3::INFINITY, DVec3::min);
+        let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let short = match self.effort {
+            Effort::Strong => f64::INFINITY,
+            Effort::Gentle | Effort::Loose => 0.5 * low.distance(high) + self.gap,
+        };
+        let most = (0.5 * longest).min(short);
+        let amount = most * length / (1.0 + length * length).sqrt();
         for (place, sign) in places.iter().zip(signs) {
             let Some(place) = place else { continue };
             self.add(sums, (&place.edge, &place.triangle), sign / length * whole, amount);
@@ -145,6 +162,10 @@ impl Pushes<'_> {
             .into_iter()
             .map(|(sum, count)| if count > 0.0 { sum / count } else { DVec3::ZERO })
             .collect();
+        let slack = match self.effort {
+            Effort::Strong => SLACK_STRONG,
+            Effort::Gentle | Effort::Loose => SLACK,
+        };
         for _ in 0..SPREADS {
             let (known, was) = (is_pushed.clone(), ways.clone());
             for particle in 0..ways.len() {
@@ -158,7 +179,10 @@ impl Pushes<'_> {
                     count += 1.0;
                 }
                 if count > 0.0 {
-                    ways[particle] = FOLLOWS / count * sum;
+                    let mean = sum / count;
+                    let length = mean.length();
+                    let shorter = (length - slack * self.edge).max(0.0);
+                    ways[particle] = if length > 0.0 { shorter / length * mean } else { mean };
                     is_pushed[particle] = true;
                 }
             }

@@ -13,6 +13,8 @@ const FREE: f64 = 0.01;
 pub(crate) struct Shape<'a> {
     /// Particles that keep their distance \[m\]: the ends of edges, and the corners across them.
     pairs: Vec<([u32; 2], f64)>,
+    /// How many of them are edges: the first ones.
+    edges: usize,
     is_held: &'a [bool],
 }
 
@@ -22,10 +24,18 @@ impl<'a> Shape<'a> {
         let length = |[a, b]: [u32; 2]| at[a as usize].distance(at[b as usize]);
         let edges = mesh.edges.iter().map(|edge| edge.ends);
         let across = mesh.edges.iter().filter_map(|edge| mesh.across(edge));
-        let pairs = edges.chain(across).map(|ends| (ends, length(ends)));
         // Places that are no numbers ask for nothing.
-        let pairs = pairs.filter(|(_, length)| length.is_finite()).collect();
-        Self { pairs, is_held }
+        let finite = |ends: [u32; 2]| Some((ends, length(ends))).filter(|(_, l)| l.is_finite());
+        let mut pairs: Vec<_> = edges.filter_map(finite).collect();
+        let edges = pairs.len();
+        pairs.extend(across.filter_map(finite));
+        Self { pairs, edges, is_held }
+    }
+
+    /// Mean length of its edges \[m\].
+    pub(crate) fn mean_edge(&self) -> f64 {
+        let lengths = self.pairs[..self.edges].iter().map(|(_, length)| length);
+        lengths.sum::<f64>() / self.edges.max(1) as f64
     }
 
     /// Moves particles towards it, all at once in each sweep, by the mean of what is asked of each.
