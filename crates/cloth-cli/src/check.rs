@@ -75,12 +75,8 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     let start = scene.model.initial_state();
     let found = audit.at(&start.positions, &start.colliders, 0.0);
     writeln!(out, "intersecting {}", counts_text(&found))?;
-    if let Some(pair) = &found.first {
-        writeln!(
-            out,
-            "warning: cloth intersects at the start, first {}: contact keeps apart what is apart; `contact.recover = true` pulls it apart before",
-            audit.describe(pair)
-        )?;
+    if let Some(warning) = intersecting_text(&audit, &found) {
+        writeln!(out, "warning: {warning}")?;
     }
     for note in &scene.notes {
         writeln!(out, "note: {note}")?;
@@ -182,6 +178,27 @@ fn damping_text(scene: &CompiledScene, cloth: usize) -> String {
         return format!("{}: no springs", range.name);
     }
     format!("{}: {} N s/m", range.name, parts.join(", "))
+}
+
+/// Triangles up to which a run looks for intersections at its start: more take longer than a frame.
+const LOOKED_MAX: usize = 300_000;
+
+/// A warning for cloth that contact of triangles would keep apart, and that intersects at the start.
+pub(crate) fn intersecting_warning(scene: &CompiledScene) -> Option<String> {
+    let model = &scene.model;
+    if !model.has_triangle_contact() || model.triangles().len() > LOOKED_MAX {
+        return None;
+    }
+    let audit = SceneAudit::new(model);
+    let start = model.initial_state();
+    intersecting_text(&audit, &audit.at(&start.positions, &start.colliders, 0.0))
+}
+
+fn intersecting_text(audit: &SceneAudit, found: &cloth::audit::Intersections) -> Option<String> {
+    let pair = audit.describe(found.first.as_ref()?);
+    Some(format!(
+        "cloth intersects at the start, first {pair}: contact keeps apart what is apart; `contact.recover = true` pulls it apart before"
+    ))
 }
 
 /// What a scene is allowed to be but is hardly meant to be.

@@ -19,7 +19,7 @@ use cloth::{io::PictureStyle, scene::CompiledScene};
 
 use crate::{
     arguments::{Extra, RunArguments},
-    check::stability_warning,
+    check::{intersecting_warning, stability_warning},
     failure::{Failure, WriteError},
     foreign::hushed,
     passages::passages,
@@ -54,6 +54,12 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     scene.notes.iter().for_each(say::note);
     scene.warnings.iter().for_each(say::warning);
     if let Some(warning) = stability_warning(&scene) {
+        say::warning(warning);
+    }
+    if !arguments.resume
+        && scene.start.is_none()
+        && let Some(warning) = intersecting_warning(&scene)
+    {
         say::warning(warning);
     }
     let topology = topology(&scene);
