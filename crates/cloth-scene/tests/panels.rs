@@ -213,7 +213,11 @@ fn fabrics_and_goals_are_painted() {
         .collect();
     assert_eq!(springs, [(1, 4.0, 1.0), (2, 8.0, 2.0), (3, 8.0, 2.0)], "the first one is free");
     for (maps, goal, words) in [
-        (bend.replace("\"goal\"", "\"gaol\""), "\"goal\"", "attribute or set `gaol`"),
+        (
+            bend.replace("\"goal\"", "\"gaol\""),
+            "\"goal\"",
+            "set of particles `gaol`; did you mean `goal`",
+        ),
         (bend.replace("[1, 5]", "[1, 0]"), "\"goal\"", "maps[0].range` is 0: a factor"),
         (String::new(), "\"gaol\"", "attribute `gaol`"),
     ] {

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use cloth_core::{MeshFold, TriangleMesh};
 
-use crate::{SceneCloth, SceneError, SceneFold, ScenePin, error::SceneUnknown};
+use crate::{SceneCloth, SceneError, SceneFold};
 
 use super::{Check, pins::PinSets};
 
@@ -26,17 +26,7 @@ pub(super) fn compile(
         }
         for line in &fold.lines {
             let key = format!("{key}.lines");
-            let set = match (sets, mesh.group(line)) {
-                (PinSets::Grid(..), _) => {
-                    sets.resolve(check, &key, &ScenePin::Name(line.clone()))?
-                }
-                (PinSets::Mesh(..), Some(group)) => group.vertices.clone(),
-                (PinSets::Mesh(..), None) => {
-                    let known = mesh.groups.iter().map(|group| group.name.clone()).collect();
-                    let place = check.place(&key);
-                    return Err(SceneUnknown::error(place, "set of particles", line, known));
-                }
-            };
+            let set = sets.of_mesh((check, &key), mesh, line, std::iter::empty())?;
             let before = folds.len();
             folds.extend(within(mesh, &set, fold.angle.to_radians()));
             if folds.len() == before {

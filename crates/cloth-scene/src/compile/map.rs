@@ -7,7 +7,7 @@ use cloth_core::{
     fabric::{Fabric, FabricScale},
 };
 
-use crate::{SceneError, SceneMap, SceneMapOf, ScenePin, error::SceneUnknown};
+use crate::{SceneError, SceneMap, SceneMapOf};
 
 use super::{Check, pins::PinSets};
 
@@ -20,7 +20,7 @@ const FACTOR_MIN: f64 = 1e-6;
 /// Most fabrics of a cloth.
 const FABRICS_MAX: usize = 1 << 16;
 
-/// The value of each vertex, from 0 to 1, and those of maps to come.
+/// The value of each vertex, from 0 to 1.
 fn values(
     check: &Check<'_>,
     key: &str,
@@ -33,17 +33,8 @@ fn values(
         let found = (0..count).map(|i| f64::from(of(i)));
         return Ok(found.map(|value| if value > 0.0 { value.min(1.0) } else { 0.0 }).collect());
     }
-    let set = match (sets, mesh.group(name)) {
-        (PinSets::Grid(..), _) => sets.resolve(check, key, &ScenePin::Name(name.to_owned()))?,
-        (PinSets::Mesh(..), Some(group)) => group.vertices.clone(),
-        (PinSets::Mesh(..), None) if name == "all" => return Ok(vec![1.0; count]),
-        (PinSets::Mesh(..), None) => {
-            let attributes = mesh.attributes.iter().map(|attribute| attribute.name.clone());
-            let known = attributes.chain(mesh.groups.iter().map(|group| group.name.clone()));
-            let place = check.place(key);
-            return Err(SceneUnknown::error(place, "attribute or set", name, known.collect()));
-        }
-    };
+    let attributes = mesh.attributes.iter().map(|attribute| attribute.name.clone());
+    let set = sets.of_mesh((check, key), mesh, name, attributes)?;
     let mut found = vec![0.0; count];
     for vertex in set {
         if let Some(value) = found.get_mut(vertex as usize) {

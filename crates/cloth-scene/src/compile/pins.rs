@@ -89,6 +89,26 @@ impl PinSets {
         })
     }
 
+    /// The particles of the set called `name` while the groups of a mesh are still with it. `more` are names that would do as well.
+    pub(super) fn of_mesh(
+        &self,
+        (check, key): (&Check<'_>, &str),
+        mesh: &TriangleMesh,
+        name: &str,
+        more: impl Iterator<Item = String>,
+    ) -> Result<Vec<u32>, SceneError> {
+        match (self, mesh.group(name)) {
+            (Self::Grid(..), _) => self.resolve(check, key, &ScenePin::Name(name.to_owned())),
+            (Self::Mesh(..), Some(group)) => Ok(group.vertices.clone()),
+            (Self::Mesh(vertices, _), None) if name == "all" => Ok((0..*vertices).collect()),
+            (Self::Mesh(..), None) => {
+                let groups = mesh.groups.iter().map(|group| group.name.clone());
+                let known = std::iter::once("all".to_owned()).chain(groups).chain(more).collect();
+                Err(SceneUnknown::error(check.place(key), "set of particles", name, known))
+            }
+        }
+    }
+
     /// The attribute of each vertex of a mesh called `name`.
     pub(super) fn values(
         &self,
