@@ -98,12 +98,6 @@ impl SceneAudit {
     fn body(&self, body: usize, poses: &[Pose], time: f64) -> Option<Body<'_>> {
         let collider = &self.model.colliders()[body];
         let pose = poses.get(body).unwrap_or(&collider.pose);
-        let rotation = pose.rotation_rows();
-        let place = |at: &[f64; 3]| -> [f64; 3] {
-            std::array::from_fn(|k| {
-                pose.translation[k] + (0..3).map(|j| rotation[k][j] * at[j]).sum::<f64>()
-            })
-        };
         let (positions, triangles): (Vec<_>, Cow<'_, [_]>) = match &collider.shape {
             ColliderShape::Grid(grid) => {
                 (grid.positions_at(time), (&grid.surface.triangles[..]).into())
@@ -124,7 +118,7 @@ impl SceneAudit {
             }
             ColliderShape::Plane => return None,
         };
-        Some((positions.iter().map(place).collect(), triangles))
+        Some((positions.iter().map(|&at| pose.point(at)).collect(), triangles))
     }
 
     /// Name of a surface.

@@ -93,6 +93,13 @@ impl Pose {
         DMat3::from_quat(DQuat::from_array(self.rotation)).transpose().to_cols_array_2d()
     }
 
+    /// Where a point of the local frame is in the world \[m\].
+    #[must_use]
+    pub fn point(&self, local: [f64; 3]) -> [f64; 3] {
+        let turned = DMat3::from_quat(DQuat::from_array(self.rotation)) * DVec3::from(local);
+        (turned + DVec3::from(self.translation)).into()
+    }
+
     /// The pose on the way from `self` to `other` at `fraction` (0 to 1): translation in a straight
     /// line, rotation at constant angular velocity along the shorter arc.
     #[must_use]
@@ -195,6 +202,9 @@ mod tests {
         for (found, wanted) in z.iter().zip([1.0 / 3.0, 2.0 / 3.0, -2.0 / 3.0]) {
             assert!((found - wanted).abs() < 1e-12);
         }
+        let lifted = Pose { translation: [1.0, 1.0, 1.0], ..pose };
+        let [x, y, z] = lifted.point([0.0, 0.0, 3.0]);
+        assert!((x - 2.0).hypot(y - 3.0).hypot(z + 1.0) < 1e-12, "{x} {y} {z}");
     }
 
     #[test]

@@ -7,7 +7,9 @@ use crate::Scene;
 
 /// The model from where its cloths do not intersect, as far as that can be done, and what was done.
 pub(super) fn recovered(scene: &Scene, model: Model) -> (Model, Option<Recovered>) {
-    let asked = scene.contact_chosen().is_some_and(|contact| contact.recover);
+    // Another run is where it starts from, if it names one.
+    let asked =
+        scene.start.is_none() && scene.contact_chosen().is_some_and(|contact| contact.recover);
     let Some(&contact) = model.self_contact().filter(|_| asked && model.has_triangle_contact())
     else {
         return (model, None);
@@ -59,13 +61,9 @@ fn follow(model: &Model, positions: &mut [[f64; 3]]) {
 /// The faces of a collider where it is at the start; none of a plane.
 fn body(collider: &Collider) -> Option<Body> {
     let triangles = collider.shape.body_triangles()?.into_owned();
-    let rotation = collider.pose.rotation_rows();
-    let place = |at: &[f64; 3]| -> [f64; 3] {
-        std::array::from_fn(|k| {
-            let turned: f64 = (0..3).map(|j| rotation[k][j] * at[j]).sum();
-            collider.pose.translation[k] + turned
-        })
-    };
     let positions = collider.shape.body_positions(GridSets::default());
-    Some(Body { positions: positions.iter().map(place).collect(), triangles })
+    Some(Body {
+        positions: positions.iter().map(|&at| collider.pose.point(at)).collect(),
+        triangles,
+    })
 }
