@@ -8,12 +8,13 @@ use std::{process::Command, time::Instant};
 
 use cloth::{
     Backend, ImplicitSettings, Integrator, LinearMethod, Preconditioner, Result, StepReport,
-    cuda::{CudaBackend, CudaOptions, ladder::Ladder},
+    cuda::{CudaBackend, CudaOptions},
     scene::BenchKind,
 };
 use cloth_benches::{
-    FRAMES_MEASURED, HangWorkload, LADDER_SIDES, RunningWorkload, STATE_BYTES, Workload,
-    field_cost, ladder_heading, ladder_line, ladder_row, median,
+    FRAMES_MEASURED, HangWorkload, RunningWorkload, STATE_BYTES, Workload, field_cost,
+    ladder::{LADDER_SIDES, Ladder, ladder_heading, ladder_line, ladder_row},
+    median,
 };
 
 /// Bytes that a device of this kind copies in a second, read and written: the floor is made of it.

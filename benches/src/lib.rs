@@ -5,7 +5,7 @@ mod chosen;
 mod copy_rate;
 mod field;
 mod hang;
-mod ladder;
+pub mod ladder;
 mod reference;
 mod sheet;
 mod statistics;
@@ -16,9 +16,6 @@ pub use chosen::{ChosenBackend, chosen_backends};
 pub use copy_rate::{copy_rate_cpu, copy_rate_cuda, copy_rate_wgpu};
 pub use field::{FieldCost, field_cost};
 pub use hang::{HANG_STEP, HangWorkload};
-pub use ladder::{
-    LADDER_PUBLISHED, LADDER_SIDES, LadderRow, LadderTime, ladder_heading, ladder_line, ladder_row,
-};
 pub use reference::{
     ReferenceRow, reference_build, reference_chosen, reference_run, reference_source,
     reference_state,

@@ -5,7 +5,7 @@
 //! alone is in `cuda/patch`. An option of a module
 //! is the macro `CLOTH_<OPTION>`; every module also has `f64` (double precision) and `fast`.
 
-use std::fmt;
+use std::{collections::BTreeSet, fmt};
 
 /// A CUDA file that is a module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,22 +14,16 @@ pub struct CudaModule {
     pub name: &'static str,
     /// The options it knows beside those of all.
     pub options: &'static [&'static str],
-    /// Options of all modules of its kind.
-    common: &'static [&'static str],
-    /// What comes before it, by name.
-    parts: &'static [(&'static str, &'static str)],
     source: &'static str,
 }
 
 macro_rules! modules {
     ($($name:literal $(in $folder:literal)? $options:expr,)*) => {
-        /// All modules that compute stages.
+        /// All modules.
         pub const CUDA_MODULES: &[CudaModule] = &[
             $(CudaModule {
                 name: $name,
                 options: &$options,
-                common: &COMMON,
-                parts: SHARED,
                 source: include_str!(concat!("../cuda/", $($folder, "/",)? $name, ".cu")),
             },)*
         ];
@@ -106,31 +100,7 @@ shared! {
     "shared": "constraint",
 }
 
-macro_rules! ladder {
-    ($($name:literal)*) => {
-        /// The modules of the historical ladder: an explicit step with self-contact, done as it was done before.
-        pub const CUDA_LADDER_MODULES: &[CudaModule] = &[
-            $(CudaModule {
-                name: concat!("ladder_", $name),
-                options: &[],
-                common: &[],
-                parts: LADDER_SHARED,
-                source: include_str!(concat!("../cuda/ladder/", $name, ".cu")),
-            },)*
-        ];
-    };
-}
-
-ladder! { "naive" "constants" "math" "bins" }
-
-/// The parts of the modules of the ladder.
-const LADDER_SHARED: &[(&str, &str)] = &[
-    ("ptx", include_str!("../cuda/shared/ptx.cuh")),
-    ("real", include_str!("../cuda/shared/real.cuh")),
-    ("ladder", include_str!("../cuda/ladder/ladder.cuh")),
-];
-
-/// Options of every module that computes a stage.
+/// Options of every module.
 const COMMON: [&str; 2] = ["f64", "fast"];
 
 /// An option that a module does not know.
@@ -152,7 +122,7 @@ impl CudaModule {
     /// The module called `name`.
     #[must_use]
     pub fn find(name: &str) -> Option<&'static Self> {
-        CUDA_MODULES.iter().chain(CUDA_LADDER_MODULES).find(|module| module.name == name)
+        CUDA_MODULES.iter().find(|module| module.name == name)
     }
 
     /// The text of its file alone, without the parts that come before it.
@@ -181,12 +151,12 @@ impl CudaModule {
     ) -> Result<String, CudaOptionError> {
         let mut text = String::new();
         for option in options {
-            if !(self.common.contains(&option) || self.options.contains(&option)) {
+            if !(COMMON.contains(&option) || self.options.contains(&option)) {
                 return Err(CudaOptionError { module: self.name, option: option.to_owned() });
             }
             text += &format!("#define CLOTH_{}\n", option.to_uppercase());
         }
-        for (name, part) in self.parts {
+        for (name, part) in SHARED {
             let given = parts.iter().find(|(given, _)| given == name);
             text += given.map_or(*part, |(_, given)| *given);
         }
@@ -200,7 +170,7 @@ impl CudaModule {
     /// and springs of any kind, so that few of them are built.
     #[must_use]
     pub fn option_sets(&self) -> Vec<Vec<&'static str>> {
-        let all: Vec<&str> = self.common.iter().chain(self.options).copied().collect();
+        let all: Vec<&str> = COMMON.iter().chain(self.options).copied().collect();
         let chosen = |set: u32| {
             let chosen = all.iter().enumerate().filter(|(k, _)| set >> k & 1 == 1);
             chosen.map(|(_, option)| *option).collect()
@@ -220,6 +190,28 @@ impl CudaModule {
                     && !(has("impulses") || has("limits") || has("fabric")))
         };
         (0..1_u32 << all.len()).map(chosen).filter(is_used).collect()
+    }
+
+    /// A few of these sets: every two options are in them on and off in each way in which they ever are together.
+    #[must_use]
+    pub fn option_pairs(&self) -> Vec<Vec<&'static str>> {
+        let all: Vec<&str> = COMMON.iter().chain(self.options).copied().collect();
+        let pairs = |set: &Vec<&'static str>| -> BTreeSet<[(&'static str, bool); 2]> {
+            let state = |k: usize| (all[k], set.contains(&all[k]));
+            (0..all.len()).flat_map(|a| (0..a).map(move |b| [state(a), state(b)])).collect()
+        };
+        let mut sets = self.option_sets();
+        let mut open: BTreeSet<_> = sets.iter().flat_map(&pairs).collect();
+        let mut few = Vec::new();
+        while !open.is_empty() {
+            // The one with most that is new; the first of several.
+            let new = |set| pairs(set).intersection(&open).count();
+            let Some(best) = (0..sets.len()).rev().max_by_key(|&k| new(&sets[k])) else { break };
+            let set = sets.swap_remove(best);
+            open = &open - &pairs(&set);
+            few.push(set);
+        }
+        few
     }
 }
 
@@ -241,8 +233,6 @@ pub fn cuda_compiler_options(architecture: &str, fast: bool) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeSet;
-
     use super::*;
 
     fn folder(name: &str, extension: &str) -> BTreeSet<String> {
@@ -259,8 +249,6 @@ mod tests {
         assert_eq!(&folder("cuda", "cu") | &folder("cuda/patch", "cu"), listed);
         let listed: BTreeSet<_> = SHARED.iter().map(|(name, _)| (*name).to_owned()).collect();
         assert_eq!(&folder("cuda/shared", "cuh") | &folder("cuda/patch", "cuh"), listed);
-        let listed = CUDA_LADDER_MODULES.iter().map(|module| module.name.replace("ladder_", ""));
-        assert_eq!(folder("cuda/ladder", "cu"), listed.collect());
     }
 
     #[test]
@@ -275,5 +263,21 @@ mod tests {
         assert_eq!(stages.option_sets().len(), 3 * (4 * 2 * 2 * 2 + 6));
         let solver = CudaModule::find("conjugate_gradient").unwrap();
         assert_eq!(solver.option_sets().len(), 3 * 3 + 2);
+    }
+
+    /// Two options that are wrong together are found by few sets.
+    #[test]
+    fn few_sets_have_all_pairs_of_options() {
+        let stages = CudaModule::find("explicit_substep_stages").unwrap();
+        let [few, all] = [stages.option_pairs(), stages.option_sets()];
+        assert!(few.len() < all.len() / 5, "{} of {}", few.len(), all.len());
+        let both =
+            |sets: &[Vec<&str>], a, b| sets.iter().any(|set| set.contains(&a) && set.contains(&b));
+        for (k, a) in stages.options.iter().enumerate() {
+            for b in &stages.options[..k] {
+                assert_eq!(both(&few, a, b), both(&all, a, b), "{a} {b}");
+            }
+            assert!(few.iter().any(|set| !set.contains(a)), "{a}");
+        }
     }
 }

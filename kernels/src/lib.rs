@@ -8,9 +8,7 @@
 mod cuda;
 mod wgsl;
 
-pub use cuda::{
-    CUDA_LADDER_MODULES, CUDA_MODULES, CudaModule, CudaOptionError, cuda_compiler_options,
-};
+pub use cuda::{CUDA_MODULES, CudaModule, CudaOptionError, cuda_compiler_options};
 pub use wgsl::{
     ComposeError, WGSL_MODULES, WgslBinding, WgslBindingKind, WgslModule, wgsl_bindings,
 };

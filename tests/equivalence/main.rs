@@ -1,7 +1,6 @@
 //! Every backend computes what NUMERICS.md says, stage by stage and as a whole.
 
 mod cuda_bits;
-mod cuda_ladder;
 mod cuda_sanitized;
 mod implicit_stages;
 mod invariants;

@@ -62,7 +62,7 @@ for backend in $backends; do
             --out "logs/drape-$backend-$solver"
     done
 done
-for name in equivalence validation bad_input; do row $name "./$name"; done
+for name in equivalence validation bad_input ladder; do row $name "./$name"; done
 if [ -z "$reason" ]; then row gpu ./gpu; else left_out gpu "$reason"; fi
 if [ "$1" != --quick ]; then
     row cuda-bench ./cuda-bench
@@ -115,6 +115,10 @@ fn gather() -> Result<PathBuf, String> {
     let mut tests = vec!["test", "--profile", "dist", "--no-run", "--package", "cloth-tests"];
     tests.extend(TESTS.iter().flat_map(|name| ["--test", name]));
     copy(&folder, &tests, |name| name.to_owned())?;
+    // What needs the kernels of the ladder is a test of the benchmarks.
+    let ladder =
+        ["test", "--profile", "dist", "--no-run", "--package", "cloth-benches", "--test", "ladder"];
+    copy(&folder, &ladder, |name| name.to_owned())?;
     let mut benches = vec!["bench", "--profile", "dist", "--no-run", "--package", "cloth-benches"];
     benches.extend(BENCHES.iter().flat_map(|name| ["--bench", name]));
     // A test has the name of a benchmark.

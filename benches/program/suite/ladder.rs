@@ -1,7 +1,7 @@
 //! The table of 2025: a CUDA cloth made faster rung by rung, as speed-up over one thread of the processor.
 
-use cloth::cuda::{CudaOptions, ladder::Ladder};
-use cloth_benches::{LADDER_PUBLISHED, LADDER_SIDES, LadderRow, ladder_row};
+use cloth::cuda::CudaOptions;
+use cloth_benches::ladder::{LADDER_PUBLISHED, LADDER_SIDES, Ladder, LadderRow, ladder_row};
 
 use super::group;
 use crate::record::{Quality, Record, Statistics, Verdict};

@@ -13,6 +13,7 @@ use std::{
 };
 
 use cloth_core::{Error, FieldProgram, Precision, Result};
+use cloth_kernels::CudaModule;
 use cudarc::nvrtc::{result as nvrtc, sys};
 use siphasher::sip128::{Hasher128, SipHasher13};
 
@@ -103,20 +104,34 @@ const EXPRESSION: &str = "let r = length(vec3(x.x, x.y, 0)); \
     clamp(normalize(x), -1, 0.5) * noise(4 * x) - mix(vec3(sin(t), cos(r), exp(-dot(v, v))), v, dt) \
     + min(x, v) * log(2 + r) ^ 1.5 + max(v, 0.1) * sqrt(abs(x.z)))";
 
-/// Compiles every kernel with every set of its options for an architecture, such as `sm_90`, as a check: needs
-/// NVRTC, but no GPU. Returns how many modules that were.
+/// Which sets of the options of kernels are compiled as a check.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KernelSets {
+    /// Every set that is used.
+    All,
+    /// Few sets, which have every pair of options.
+    Pairs,
+    /// Each module once for each precision.
+    Plain,
+}
+
+/// Compiles every kernel for an architecture, such as `sm_90`, as a check: needs NVRTC, but no GPU. Returns how many modules that were.
 ///
 /// # Errors
 /// [`Error::KernelCompile`] for the first that fails; [`Error::NoDevice`] if the compiler is missing.
-pub fn kernels_compile(architecture: &str) -> Result<usize> {
+pub fn kernels_compile(architecture: &str, sets: KernelSets) -> Result<usize> {
     let program = FieldProgram::compile(EXPRESSION)
         .map_err(|error| fail("procedural_forces", error.to_string()))?;
     let part = |precision| procedural::part_of(&[&program, &program], precision);
     let [single, double] = [part(Precision::F32), part(Precision::F64)];
+    let of_module = |module: &CudaModule| match sets {
+        KernelSets::All => module.option_sets(),
+        KernelSets::Pairs => module.option_pairs(),
+        KernelSets::Plain => module.option_sets().into_iter().filter(|set| set.len() < 2).collect(),
+    };
     let mut work: Vec<(_, _, Option<&str>)> = cloth_kernels::CUDA_MODULES
         .iter()
-        .chain(cloth_kernels::CUDA_LADDER_MODULES)
-        .flat_map(|module| module.option_sets().into_iter().map(move |set| (module, set, None)))
+        .flat_map(|module| of_module(module).into_iter().map(move |set| (module, set, None)))
         .collect();
     // With procedural fields every option of the frame kernel need not be tried again.
     for module in cloth_kernels::CUDA_MODULES {

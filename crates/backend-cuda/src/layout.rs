@@ -3,6 +3,11 @@
 use bytemuck::{Pod, Zeroable};
 use cloth_core::Real;
 
+/// Particles of a block of sums, as on the CPU.
+pub(crate) const BLOCK: usize = 512;
+/// Particles of a group: a warp.
+pub(crate) const GROUP: usize = 32;
+
 /// A precision of the device.
 pub(crate) trait CudaReal: Real + Pod {
     /// Whether it is the double one.
@@ -228,7 +233,6 @@ plain!(SubstepData GridData ColliderData PinData ControlForceData);
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{linear::LinearData, triangle_contact::TrianglePairs};
 
     #[test]
     fn nothing_that_is_copied_has_padding() {
@@ -249,9 +253,5 @@ mod tests {
     fn kernels_are_given_as_many_bytes_as_they_take() {
         assert_eq!(size_of::<SolverData<f32>>(), 608 + 32 * 4);
         assert_eq!(size_of::<SolverData<f64>>(), 608 + 32 * 8);
-        assert_eq!(size_of::<LinearData<f32>>(), 424);
-        assert_eq!(size_of::<LinearData<f64>>(), 480);
-        assert_eq!(size_of::<TrianglePairs<f32>>(), 7 * 4 + 9 * 4 + 8 * 8);
-        assert_eq!(size_of::<TrianglePairs<f64>>(), 7 * 8 + 9 * 4 + 4 + 8 * 8);
     }
 }

@@ -12,13 +12,12 @@
 
 mod chain;
 mod compile;
-mod contact;
 mod device;
 mod fault;
 mod forms;
-mod frame_prepare;
+mod frame;
+mod kernel_cache;
 mod kernels;
-pub mod ladder;
 mod layout;
 mod linear;
 mod measure;
@@ -44,7 +43,7 @@ use cloth_core::{
     Result, Solver, SolverConfig, stepper::SteppedSolver,
 };
 
-pub use compile::kernels_compile;
+pub use compile::{KernelSets, kernels_compile};
 
 use device::Device;
 use fault::BACKEND;
@@ -172,10 +171,10 @@ impl Backend for CudaBackend {
         let patches = self.options.patches;
         let sizes = match config.precision {
             Precision::F32 => {
-                frame_prepare::sizes(model, &SpringTables::<f32>::new(model, patches), device)
+                frame::sizes(model, &SpringTables::<f32>::new(model, patches), device)
             }
             Precision::F64 => {
-                frame_prepare::sizes(model, &SpringTables::<f64>::new(model, patches), device)
+                frame::sizes(model, &SpringTables::<f64>::new(model, patches), device)
             }
         };
         vec![FrameForm::choice(ModelFeatures::new(model, config).set(), &sizes)]

@@ -2,8 +2,8 @@
 
 use cloth_core::Measures;
 
-use crate::memory::FIGURES;
-
+/// Figures of a block, as `measure.cu` writes them.
+pub(crate) const FIGURES: usize = 16;
 /// Figures of a block of triangles of fabric, as `measure.cu` writes them.
 pub(crate) const FABRIC_FIGURES: usize = 4;
 

@@ -10,11 +10,12 @@ use crate::{
     fault::BACKEND,
     layout::CudaReal,
     queue::{Buffer, Queue},
-    solver_form::TEAMS,
 };
 
 /// Levels above the particles at most.
 const LEVELS_MAX: usize = 8;
+/// Teams of a block that each work on a block of unknowns, as in `shared/schwarz.cuh`.
+pub(crate) const TEAMS: usize = 4;
 
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[repr(C)]

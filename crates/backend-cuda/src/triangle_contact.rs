@@ -190,4 +190,10 @@ mod tests {
         assert_eq!(size_of::<ContactData<f32>>(), 16 + 16 * 4);
         assert_eq!(size_of::<ContactData<f64>>(), 16 + 16 * 8);
     }
+    /// The CUDA sources assert the same.
+    #[test]
+    fn kernels_are_given_as_many_bytes_as_they_take() {
+        assert_eq!(size_of::<TrianglePairs<f32>>(), 7 * 4 + 9 * 4 + 8 * 8);
+        assert_eq!(size_of::<TrianglePairs<f64>>(), 7 * 8 + 9 * 4 + 4 + 8 * 8);
+    }
 }

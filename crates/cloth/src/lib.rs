@@ -79,7 +79,7 @@ pub use checkpoint::{CHECKPOINT_VERSION, Checkpoint, CheckpointError};
 /// Exact counts of triangles that intersect.
 #[cfg(feature = "scene")]
 pub use cloth_audit as audit;
-/// NVIDIA backend: its options, and the historical ladder.
+/// NVIDIA backend, and its options.
 #[cfg(feature = "cuda")]
 pub use cloth_backend_cuda as cuda;
 /// The plain loops that all backends are held against.

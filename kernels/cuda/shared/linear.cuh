@@ -129,7 +129,7 @@ struct Linear {
     real stencil[12];
 };
 
-static_assert(sizeof(Linear) == (sizeof(real) > 4 ? 480 : 424), "`linear.rs` of the backend has another layout");
+static_assert(sizeof(Linear) == (sizeof(real) > 4 ? 480 : 424), "`linear/data.rs` of the backend has another layout");
 
 #define SOLUTION 0
 #define RIGHT_SIDE 1

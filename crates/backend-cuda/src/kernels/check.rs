@@ -2,7 +2,7 @@
 
 use cloth_core::{Integrator, Result, SolverConfig};
 
-use super::{implicit, semi_implicit};
+use super::{linear, semi_implicit};
 
 /// Whether settings make sense, and ask for what this backend has: to be known before any memory is taken.
 ///
@@ -12,10 +12,10 @@ pub(super) fn check_config(config: &SolverConfig) -> Result<()> {
     config.validate()?;
     match &config.integrator {
         Integrator::Explicit => Ok(()),
-        Integrator::Implicit(settings) => implicit::check_settings(&settings.linear),
-        Integrator::Midpoint(settings) => implicit::check_settings(&settings.linear),
+        Integrator::Implicit(settings) => linear::check_settings(&settings.linear),
+        Integrator::Midpoint(settings) => linear::check_settings(&settings.linear),
         Integrator::SemiImplicit(settings) => semi_implicit::check_solve(settings.solve),
-        other => implicit::unsupported(format!("the integrator {other:?}")),
+        other => linear::unsupported(format!("the integrator {other:?}")),
     }
 }
 

@@ -6,7 +6,7 @@ use super::CudaKernels;
 use crate::{
     forms::FrameForm,
     layout::{CudaReal, Status},
-    queue::{Launch, argument},
+    queue::{Launch, THREADS, argument},
 };
 
 /// What the counts of contacts on the device are of.
@@ -24,8 +24,16 @@ impl<T: CudaReal> CudaKernels<T> {
     /// Lets the device find the pairs in contact, and build the list of groups before if it does not hold.
     pub(super) fn contacts_start(&mut self, tick: u32) -> Result<()> {
         self.counts = Counts::OfList;
-        let launch = self.memory.contacts_launch()?;
+        let launch = self.contacts_launch()?;
         self.start(("contact_candidates", "contact_candidates"), launch, &[argument(&tick)])
+    }
+
+    /// The launch of the kernel that finds contacts alone: as many warps as there are groups, if they fit.
+    fn contacts_launch(&mut self) -> Result<Launch> {
+        let kernel = self.cache.kernel("contact_candidates", "contact_candidates")?;
+        let resident = self.memory.queue.device.resident_blocks(kernel, THREADS, 0)?;
+        let blocks = resident.min(self.memory.data.group_count.div_ceil(THREADS / 32));
+        Ok(Launch { blocks, threads: THREADS, shared: 0, cooperative: true })
     }
 
     /// Finds the pairs in contact at the present positions.
@@ -36,7 +44,7 @@ impl<T: CudaReal> CudaKernels<T> {
         loop {
             self.tick += 1;
             self.contacts_start(self.tick)?;
-            let status = self.memory.status_read()?;
+            let status = self.memory.status.read(&self.memory.queue)?;
             self.status_book(&status);
             if !status.overflowed() {
                 return Ok(());
@@ -51,7 +59,7 @@ impl<T: CudaReal> CudaKernels<T> {
         contact.grow(&self.memory.queue, status)?;
         let distance = self.model.self_contact().map_or(0.0, |contact| contact.distance);
         contact.describe(&mut self.memory.data, distance, self.config.time_step);
-        self.memory.status_reset()
+        self.memory.status.reset(&self.memory.queue)
     }
 
     /// Books what the device did with the list.
@@ -73,7 +81,7 @@ impl<T: CudaReal> CudaKernels<T> {
 
     /// Sets the counts back for a frame that comes next, where they are not yet.
     pub(super) fn frame_counts_begin(&mut self) -> Result<()> {
-        let form = self.memory.frame_form;
+        let form = self.frame.form;
         // Blocks meet where stages follow the pass, and where there is contact.
         if self.memory.contact.is_none() && form != FrameForm::Stages {
             return Ok(());
@@ -109,11 +117,11 @@ impl<T: CudaReal> CudaKernels<T> {
         if self.memory.contact.is_none() {
             return Ok(ContactStatistics::default());
         }
-        let status = self.memory.status_read()?;
+        let status = self.memory.status.read(&self.memory.queue)?;
         self.status_book(&status);
         if self.counts == Counts::OfFrame {
             // Now, so that the frame that comes next need not wait for it.
-            self.counts_clear(self.memory.frame_form.counts_candidates(), true)?;
+            self.counts_clear(self.frame.form.counts_candidates(), true)?;
             self.counts = Counts::Clear;
         } else {
             self.counts_clear(false, true)?;
@@ -128,7 +136,7 @@ impl<T: CudaReal> CudaKernels<T> {
         let (mut counts, mut candidates, mut position) = (Vec::new(), Vec::new(), Vec::new());
         let queue = &self.memory.queue;
         contact.read(queue, &mut counts, &mut candidates)?;
-        self.memory.position[self.memory.present()].read(queue, &mut position)?;
+        self.memory.state.position[self.memory.present()].read(queue, &mut position)?;
         let distance = self.memory.data.contact_distance;
         let limit = distance * distance;
         let touches = |i: usize, j: usize| {

@@ -53,13 +53,13 @@ impl<T: CudaReal> CudaKernels<T> {
         }
         let data: Vec<ControlForceData<T>> = forces.iter().map(data).collect();
         let memory = &mut self.memory;
-        memory.control_forces.write_growing(&memory.queue, &data)?;
+        memory.inputs.control_forces.write_growing(&memory.queue, &data)?;
         self.control_forces_start("control_forces_anchors", None)
     }
 
     fn control_forces_start(&mut self, name: &'static str, kick: Option<&Kick<T>>) -> Result<()> {
         let count = self.control_forces.count;
-        let address = self.memory.control_forces.address();
+        let address = self.memory.inputs.control_forces.address();
         let mut arguments = vec![argument(&address), argument(&count)];
         if let Some(Kick { step, length, offset: [x, y, z] }) = kick {
             arguments.extend([argument(length), argument(x), argument(y), argument(z)]);

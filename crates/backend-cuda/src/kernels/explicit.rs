@@ -10,6 +10,7 @@ use crate::{
     chain::{Chain, Link},
     forms::FrameForm,
     layout::{ColliderData, CudaReal, SubstepData},
+    memory::Memory,
     queue::{Buffer, Launch, argument},
 };
 
@@ -117,12 +118,12 @@ impl<T: CudaReal> CudaKernels<T> {
         if plan.collider_count == 0 {
             return Ok(());
         }
-        let data: Vec<ColliderData<T>> = self
+        let colliders: Vec<ColliderData<T>> = self
             .model
             .colliders()
             .iter()
             .cycle()
-            .zip(self.memory.grids.iter().cycle())
+            .zip(self.memory.tables.grids.iter().cycle())
             .zip(&plan.colliders)
             .enumerate()
             .map(|(at, ((shape, &grid), state))| {
@@ -133,9 +134,8 @@ impl<T: CudaReal> CudaKernels<T> {
             })
             .collect();
         self.frames.collider_sets = plan.colliders.len() / plan.collider_count;
-        self.memory.colliders.write_growing(&self.memory.queue, &data)?;
-        self.memory.data.colliders = self.memory.colliders.address();
-        Ok(())
+        let Memory { queue, data, inputs, .. } = &mut self.memory;
+        inputs.colliders_write(queue, &colliders, data)
     }
 
     /// Collects a substep.
@@ -159,7 +159,7 @@ impl<T: CudaReal> CudaKernels<T> {
                 None => {
                     self.saved_prepare()?;
                     self.frames.keeps_first =
-                        self.memory.frame_form.keeps_first() && substeps[0].kick.is_none();
+                        self.frame.form.keeps_first() && substeps[0].kick.is_none();
                     if !self.frames.keeps_first {
                         self.state_save()?;
                     }
@@ -176,7 +176,7 @@ impl<T: CudaReal> CudaKernels<T> {
     pub(crate) fn settle(&mut self) -> Result<()> {
         self.frame_start()?;
         while let Some(mut open) = self.frames.open.take() {
-            let status = self.memory.status_read()?;
+            let status = self.memory.status.read(&self.memory.queue)?;
             self.status_book(&status);
             if !status.overflowed() {
                 break;
@@ -207,11 +207,9 @@ impl<T: CudaReal> CudaKernels<T> {
 
     /// Keeps the state at the start of a frame.
     fn state_save(&mut self) -> Result<()> {
-        let queue = &self.memory.queue;
-        let present = self.memory.data.present as usize;
-        if let Some([position, velocity]) = &mut self.frames.saved {
-            position.copy_from(queue, &self.memory.position[present])?;
-            velocity.copy_from(queue, &self.memory.velocity[present])?;
+        let (queue, present) = (&self.memory.queue, self.memory.present());
+        if let Some(saved) = &mut self.frames.saved {
+            self.memory.state.save(queue, present, saved)?;
         }
         if let Some(memory) = &mut self.memory.impulses {
             memory.of_frame.copy_from(queue, &memory.impulses)?;
@@ -221,10 +219,8 @@ impl<T: CudaReal> CudaKernels<T> {
 
     fn state_saved_restore(&mut self, present: u32) -> Result<()> {
         self.memory.data.present = present;
-        if let Some([position, velocity]) = &self.frames.saved {
-            let queue = &self.memory.queue;
-            self.memory.position[present as usize].copy_from(queue, position)?;
-            self.memory.velocity[present as usize].copy_from(queue, velocity)?;
+        if let Some(saved) = &self.frames.saved {
+            self.memory.state.saved_restore(&self.memory.queue, present as usize, saved)?;
         }
         if let Some(memory) = &mut self.memory.impulses {
             memory.impulses.copy_from(&self.memory.queue, &memory.of_frame)?;
@@ -235,9 +231,8 @@ impl<T: CudaReal> CudaKernels<T> {
     /// All substeps, in one launch if nothing comes between them.
     fn substeps_run(&mut self, substeps: &[QueuedSubstep<T>]) -> Result<()> {
         let data: Vec<SubstepData<T>> = substeps.iter().map(|substep| substep.data).collect();
-        self.memory.substeps.write_growing(&self.memory.queue, &data)?;
-        self.memory.data.substeps = self.memory.substeps.address();
-        let most = self.memory.substeps_max;
+        self.substeps_write(&data)?;
+        let most = self.frame.substeps_max;
         // Each run begins with a kick, or with the first substep.
         let mut next = self.memory.data.substeps;
         let runs = substeps.chunk_by(|_, next| next.kick.is_none());
@@ -261,23 +256,24 @@ impl<T: CudaReal> CudaKernels<T> {
             self.memory.data.position[2] = position.address();
             self.memory.data.velocity[2] = velocity.address();
         }
-        if self.memory.frame_form == FrameForm::Stages && self.model.has_passable_colliders() {
-            self.start_prepare()?;
+        if self.frame.form == FrameForm::Stages && self.model.has_passable_colliders() {
+            let Memory { queue, data, state, .. } = &mut self.memory;
+            state.start_prepare(queue, data)?;
         }
         self.frame_submit(count)?;
         self.memory.data.start_position = 0;
         self.memory.data.epoch += u64::from(count);
-        self.memory.data.present ^= (count * self.memory.motions) & 1;
+        self.memory.data.present ^= (count * self.frame.motions) & 1;
         if let (true, Some(saved)) = (keeps, &mut self.frames.saved) {
-            self.memory.motion_exchange(first, saved);
+            self.memory.state.exchange(first, saved, &mut self.memory.data);
         }
         Ok(())
     }
 
     /// Submits the kernel of so many substeps and the events around it.
     fn frame_submit(&mut self, count: u32) -> Result<()> {
-        let (module, launch) = (self.memory.frame_form.module(), self.memory.frame);
-        let kernel = self.memory.kernel(module, "explicit_frame")?;
+        let (module, launch) = (self.frame.form.module(), self.frame.launch);
+        let kernel = self.cache.kernel(module, "explicit_frame")?;
         let span = self.timing.span(&self.memory.queue, "explicit_substep")?;
         let data = self.memory.data;
         let mut arguments = [argument(&data), argument(&count)];
@@ -290,29 +286,16 @@ impl<T: CudaReal> CudaKernels<T> {
         unsafe { self.frames.chain.submit(&self.memory.queue, &mut links) }
     }
 
-    /// Makes room for where particles are at the start of a substep, for colliders.
-    fn start_prepare(&mut self) -> Result<()> {
-        let (queue, n) = (&self.memory.queue, self.model.particle_count());
-        let start = match self.memory.start.take() {
-            Some(start) => start,
-            None => Buffer::zeros(queue, n)?,
-        };
-        self.memory.data.start_position = start.address();
-        self.memory.start = Some(start);
-        Ok(())
-    }
-
     /// Notes where particles are, for colliders.
     pub(super) fn start_copy(&mut self) -> Result<()> {
-        let present = self.memory.data.present as usize;
-        self.start_prepare()?;
-        let (queue, from) = (&self.memory.queue, &self.memory.position[present]);
-        self.memory.start.as_mut().map_or(Ok(()), |start| start.copy_from(queue, from))
+        let Memory { queue, data, state, .. } = &mut self.memory;
+        state.start_copy(queue, data)
     }
 
     /// Shortens the springs of a colour.
     pub(super) fn colour_limit(&mut self, length: f64, step: u64, colour: usize) -> Result<()> {
-        let [first, end] = [self.memory.colours[colour], self.memory.colours[colour + 1]];
+        let colours = &self.memory.tables.colours;
+        let [first, end] = [colours[colour], colours[colour + 1]];
         let (count, length) = (end - first, T::from_f64(length));
         let arguments = [argument(&first), argument(&count), argument(&length), argument(&step)];
         self.start(("strain_limit", "strain_limit"), Launch::over(count as usize), &arguments)

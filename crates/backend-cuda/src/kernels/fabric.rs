@@ -4,9 +4,8 @@ use cloth_core::{NewtonStart, Result, stepper::Substep};
 
 use super::CudaKernels;
 use crate::{
-    layout::CudaReal,
+    layout::{BLOCK, CudaReal},
     measure::{FABRIC_FIGURES, FabricSums},
-    memory::BLOCK,
     queue::{Buffer, Launch, argument},
 };
 

@@ -1,177 +1,31 @@
 //! The stages of the implicit integrator.
 
-use std::ffi::c_void;
-
 use cloth_core::{
-    ConstraintStatistics, ContactResponse, Error, ImplicitKernels, LinearOutcome, LinearSettings,
-    LinearStart, LinearStop, LinearVector, MatrixBlock, MatrixForm, NewtonStart, Preconditioner,
-    Result,
+    ConstraintStatistics, ContactResponse, ImplicitKernels, LinearOutcome, LinearSettings,
+    LinearStart, LinearVector, MatrixBlock, MatrixForm, NewtonStart, Preconditioner, Result,
     stepper::{
         Substep,
         linear::{block_sum, restarts},
     },
 };
 
-use super::{CudaKernels, SCHWARZ_MIN, matrix_copy::symmetric};
-use crate::{
-    fault::BACKEND,
-    layout::{CudaReal, Real4},
-    linear::{LinearMemory, Outcome},
-    memory::BLOCK,
-    queue::{Buffer, Launch, argument},
-    solver_form::SolverForm,
+use super::{
+    CudaKernels, SCHWARZ_MIN,
+    linear::{check_matrix, check_preconditioner, unsupported},
+    matrix_copy::symmetric,
 };
-
-pub(super) fn unsupported<R>(feature: impl Into<String>) -> Result<R> {
-    Err(Error::Unsupported { backend: BACKEND, feature: feature.into() })
-}
-
-impl<T: CudaReal> CudaKernels<T> {
-    /// The memory of the linear system, taken when it is first needed.
-    pub(super) fn linear(&mut self) -> Result<&mut LinearMemory<T>> {
-        if self.linear.is_none() {
-            self.linear = Some(Box::new(LinearMemory::new(&self.memory, &self.model)?));
-        }
-        match &mut self.linear {
-            Some(linear) => Ok(linear),
-            None => unreachable!("it was just made"),
-        }
-    }
-
-    /// Starts a kernel of the linear system.
-    pub(super) fn linear_start(
-        &mut self,
-        name: (&'static str, &'static str),
-        launch: Launch,
-        more: &[*mut c_void],
-    ) -> Result<()> {
-        let data = self.linear()?.data;
-        let mut arguments = vec![argument(&data)];
-        arguments.extend_from_slice(more);
-        self.start(name, launch, &arguments)
-    }
-
-    /// A stage that is one kernel over all particles.
-    pub(super) fn linear_stage(
-        &mut self,
-        (module, name): (&'static str, &'static str),
-        more: &[*mut c_void],
-    ) -> Result<()> {
-        self.settle()?;
-        let launch = Launch::over(self.count());
-        self.stage(name, |kernels| kernels.linear_start((module, name), launch, more))
-    }
-
-    /// Positions and velocities of the last `state_keep`.
-    fn kept_prepare(&mut self) -> Result<()> {
-        if self.memory.kept.is_none() {
-            let (queue, n) = (&self.memory.queue, self.model.particle_count());
-            let kept = [Buffer::zeros(queue, n)?, Buffer::zeros(queue, n)?];
-            self.memory.data.kept_position = kept[0].address();
-            self.memory.data.kept_velocity = kept[1].address();
-            self.memory.kept = Some(kept);
-        }
-        Ok(())
-    }
-
-    /// A whole solve in one launch.
-    fn solve(
-        &mut self,
-        name: &'static str,
-        settings: &LinearSettings,
-        start: LinearStart,
-    ) -> Result<(LinearOutcome, Outcome)> {
-        self.settle()?;
-        self.linear()?;
-        let Some(linear) = &mut self.linear else { unreachable!("it was just made") };
-        let by_energy = settings.stop == LinearStop::Energy;
-        let launch = SolverForm::choose(name, &mut self.memory, linear, by_energy)?;
-        self.memory.solver_barrier_prepare(launch.blocks)?;
-        let from_solution = u32::from(start == LinearStart::Solution);
-        let energy = u32::from(by_energy);
-        let arguments = [
-            argument(&settings.tolerance),
-            argument(&settings.iterations_max),
-            argument(&from_solution),
-            argument(&energy),
-        ];
-        self.stage(name, |kernels| {
-            kernels.linear_start((kernels.memory.solver.module(), name), launch, &arguments)
-        })?;
-        let outcome = self.outcome()?;
-        // Those of the next solve are larger than the last one of this.
-        let stamp = &mut self.linear()?.data.stamp;
-        *stamp = stamp.wrapping_add(outcome.iterations).wrapping_add(2);
-        let done = LinearOutcome {
-            iterations: outcome.iterations,
-            residual: outcome.residual,
-            energy: (by_energy && !outcome.energy.is_nan()).then_some(outcome.energy),
-            converged: outcome.converged != 0,
-            breakdown: outcome.breakdown != 0,
-            restarted: false,
-        };
-        Ok((done, outcome))
-    }
-
-    fn outcome(&mut self) -> Result<Outcome> {
-        let mut read = Vec::new();
-        self.linear()?;
-        if let Some(linear) = &self.linear {
-            linear.outcome.read(&self.memory.queue, &mut read)?;
-        }
-        Ok(read[0])
-    }
-
-    fn length_set(&mut self, substep: &Substep) -> Result<()> {
-        self.linear()?.data.length = T::from_f64(substep.length);
-        Ok(())
-    }
-
-    /// The matrix times a vector, whatever the form.
-    fn row_apply(&mut self, from: LinearVector, to: LinearVector) -> Result<()> {
-        let (from, to) = (from as u32, to as u32);
-        self.linear_stage(("matrix_apply", "matrix_apply"), &[argument(&from), argument(&to)])
-    }
-}
-
-fn check_matrix(form: MatrixForm) -> Result<()> {
-    match form {
-        MatrixForm::MatrixFree => Ok(()),
-        other => unsupported(format!("the matrix form {other}")),
-    }
-}
-
-fn check_preconditioner(preconditioner: Preconditioner) -> Result<bool> {
-    match preconditioner {
-        Preconditioner::Diagonal => Ok(false),
-        Preconditioner::Block | Preconditioner::Schwarz => Ok(true),
-        other => unsupported(format!("the preconditioner {other}")),
-    }
-}
-
-/// Whether the settings ask for something that this backend has.
-///
-/// # Errors
-/// `Unsupported` with what it has not.
-pub(super) fn check_settings(settings: &LinearSettings) -> Result<()> {
-    use cloth_core::LinearMethod::{ConjugateGradient, Jacobi};
-    match settings.method {
-        ConjugateGradient => check_preconditioner(settings.preconditioner).map(drop)?,
-        Jacobi => {}
-        other => return unsupported(format!("the linear solver {other}")),
-    }
-    check_matrix(settings.matrix)
-}
+use crate::{
+    layout::{BLOCK, CudaReal, Real4},
+    linear::Outcome,
+    memory::Memory,
+    queue::{Launch, argument},
+};
 
 impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
     fn state_keep(&mut self) -> Result<()> {
         self.settle()?;
-        self.kept_prepare()?;
-        let present = self.memory.present();
-        if let Some([position, velocity]) = &mut self.memory.kept {
-            position.copy_from(&self.memory.queue, &self.memory.position[present])?;
-            velocity.copy_from(&self.memory.queue, &self.memory.velocity[present])?;
-        }
+        let Memory { queue, data, state, .. } = &mut self.memory;
+        state.keep(queue, data)?;
         if let Some(memory) = &mut self.memory.impulses {
             memory.kept.copy_from(&self.memory.queue, &memory.impulses)?;
         }
@@ -183,7 +37,8 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
 
     fn state_restore(&mut self) -> Result<()> {
         self.settle()?;
-        self.kept_prepare()?;
+        let Memory { queue, data, state, .. } = &mut self.memory;
+        state.kept_prepare(queue, data)?;
         if let Some(memory) = &mut self.memory.impulses {
             memory.impulses.copy_from(&self.memory.queue, &memory.kept)?;
         }
@@ -196,23 +51,14 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
 
     fn velocity_keep(&mut self) -> Result<()> {
         self.settle()?;
-        let (present, queue) = (self.memory.present(), &self.memory.queue);
-        if self.memory.iterate.is_none() {
-            self.memory.iterate = Some(Buffer::zeros(queue, self.model.particle_count())?);
-        }
-        match &mut self.memory.iterate {
-            Some(kept) => kept.copy_from(queue, &self.memory.velocity[present]),
-            None => Ok(()),
-        }
+        let present = self.memory.present();
+        self.memory.state.velocity_keep(&self.memory.queue, present)
     }
 
     fn velocity_restore(&mut self) -> Result<()> {
         self.settle()?;
         let present = self.memory.present();
-        match &self.memory.iterate {
-            Some(kept) => self.memory.velocity[present].copy_from(&self.memory.queue, kept),
-            None => Ok(()),
-        }
+        self.memory.state.velocity_restore(&self.memory.queue, present)
     }
 
     fn spring_linearise(&mut self, substep: &Substep) -> Result<()> {
@@ -245,7 +91,7 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
         };
         self.settle()?;
         self.length_set(substep)?;
-        let rows = self.memory.springs.headers.iter().map(|header| header[1] & 0xff_ffff);
+        let rows = self.memory.tables.springs.headers.iter().map(|header| header[1] & 0xff_ffff);
         let joined = rows.max().unwrap_or(0);
         let capacity = (self.memory.data.candidate_capacity + joined) as usize;
         self.linear()?;
@@ -267,7 +113,7 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
             return Ok(());
         }
         self.settle()?;
-        if self.memory.kept.is_none() {
+        if !self.memory.state.has_kept() {
             self.state_keep()?;
         }
         self.length_set(substep)?;
@@ -419,7 +265,8 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
     }
 
     fn position_from_kept(&mut self, length: f64) -> Result<()> {
-        self.kept_prepare()?;
+        let Memory { queue, data, state, .. } = &mut self.memory;
+        state.kept_prepare(queue, data)?;
         self.position_move(length, 1)
     }
 
@@ -486,17 +333,5 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
     fn jacobi(&mut self, settings: &LinearSettings, start: LinearStart) -> Result<LinearOutcome> {
         check_matrix(settings.matrix)?;
         Ok(self.solve("jacobi", settings, start)?.0)
-    }
-}
-
-impl<T: CudaReal> CudaKernels<T> {
-    fn position_move(&mut self, length: f64, from_kept: u32) -> Result<()> {
-        self.settle()?;
-        let length = T::from_f64(length);
-        let launch = Launch::over(self.count());
-        self.stage("position_advance", |kernels| {
-            let arguments = [argument(&length), argument(&from_kept)];
-            kernels.start(("implicit_motion", "position_advance"), launch, &arguments)
-        })
     }
 }

@@ -4,41 +4,12 @@ use cloth_core::{ColliderImpulse, Result};
 
 use super::CudaKernels;
 use crate::{
-    layout::CudaReal,
-    memory::BLOCK,
-    queue::{Buffer, Launch, argument},
+    layout::{BLOCK, CudaReal},
+    memory::ImpulseMemory,
+    queue::{Launch, argument},
 };
 
-/// Components of an impulse and its moment.
-const COMPONENTS: usize = 6;
-
-/// Memory for what each collider did to each particle.
-pub(crate) struct ImpulseMemory {
-    /// Component q of collider c is number 6 c + q, each for all particles.
-    pub(crate) impulses: Buffer<f64>,
-    /// The same at the start of a frame that may have to be done again.
-    pub(crate) of_frame: Buffer<f64>,
-    /// And at the last `state_keep`.
-    pub(crate) kept: Buffer<f64>,
-    /// Sums over blocks of particles.
-    sums: Buffer<f64>,
-}
-
-impl ImpulseMemory {
-    pub(crate) fn new(
-        queue: &crate::queue::Queue,
-        particles: usize,
-        colliders: usize,
-    ) -> Result<Self> {
-        let components = COMPONENTS * colliders;
-        Ok(Self {
-            impulses: Buffer::zeros(queue, components * particles)?,
-            of_frame: Buffer::zeros(queue, components * particles)?,
-            kept: Buffer::zeros(queue, components * particles)?,
-            sums: Buffer::zeros(queue, components * particles.div_ceil(BLOCK))?,
-        })
-    }
-}
+const COMPONENTS: usize = ImpulseMemory::COMPONENTS;
 
 impl<T: CudaReal> CudaKernels<T> {
     /// The sums since the last call.

@@ -32,8 +32,8 @@ impl<T: CudaReal> CudaKernels<T> {
         let (memory, queue) = (&self.memory, &self.memory.queue);
         let present = memory.present();
         let (mut positions, mut velocities) = (Vec::new(), Vec::new());
-        memory.position[present].read(queue, &mut positions)?;
-        memory.velocity[present].read(queue, &mut velocities)?;
+        memory.state.position[present].read(queue, &mut positions)?;
+        memory.state.velocity[present].read(queue, &mut velocities)?;
         let (mut on, mut off) = (Vec::new(), Vec::new());
         linear.base[0].read(queue, &mut on)?;
         if linear.data.is_full != 0 {
@@ -60,7 +60,7 @@ impl<T: CudaReal> CudaKernels<T> {
         let Some(linear) = &self.linear else { return Ok(Vec::new()) };
         let (memory, queue) = (&self.memory, &self.memory.queue);
         let mut positions = Vec::new();
-        memory.position[memory.present()].read(queue, &mut positions)?;
+        memory.state.position[memory.present()].read(queue, &mut positions)?;
         let (mut counts, mut on, mut off) = (Vec::new(), Vec::new(), Vec::new());
         if linear.data.has_constraints != 0 {
             linear.touch_counts.read(queue, &mut counts)?;
@@ -79,7 +79,7 @@ impl<T: CudaReal> CudaKernels<T> {
 }
 
 fn springs_copy<T: CudaReal>(memory: &Memory<T>, linear: &LinearMemory<T>) -> Result<PairRows<T>> {
-    let tables = &memory.springs;
+    let tables = &memory.tables.springs;
     if tables.entries.is_empty() {
         return Ok(PairRows::default());
     }

@@ -2,12 +2,12 @@
 
 use cloth_core::{LinearOutcome, LinearVector, Preconditioner, Result, schwarz::FREE};
 
-use super::{CudaKernels, implicit::unsupported, matrix_copy::pairs_copy};
+use super::{CudaKernels, linear::unsupported, matrix_copy::pairs_copy};
 use crate::{
     layout::CudaReal,
+    linear,
     queue::{Launch, argument},
     schwarz::SchwarzMemory,
-    solver_form::SolverForm,
 };
 
 const MODULE: &str = "preconditioner_build_schwarz";
@@ -76,7 +76,7 @@ impl<T: CudaReal> CudaKernels<T> {
             start("schwarz_modes", modes)?;
             start("schwarz_coarse", Launch::over(WARP * groups))?;
             let name = "schwarz_factors";
-            let kernel = kernels.memory.kernel(MODULE, name)?;
+            let kernel = kernels.cache.kernel(MODULE, name)?;
             // It is told how much memory its blocks may have.
             kernels.memory.queue.device.resident_blocks(kernel, FACTOR_THREADS, FACTOR_MEMORY)?;
             let factors = Launch {
@@ -130,11 +130,11 @@ impl<T: CudaReal> CudaKernels<T> {
         self.settle()?;
         let name = "preconditioner_apply_schwarz";
         let Some(linear) = &mut self.linear else { return unsupported("a matrix out of nothing") };
-        let launch = SolverForm::choose(name, &mut self.memory, linear, false)?;
-        self.memory.solver_barrier_prepare(launch.blocks)?;
+        let launch = linear::choose(name, &self.memory, &mut self.cache, linear, false)?;
+        self.memory.status.solver_barrier_prepare(&self.memory.queue, launch.blocks)?;
         let (from, to) = (from as u32, to as u32);
         self.stage("preconditioner_apply", |kernels| {
-            let module = kernels.memory.solver.module();
+            let module = kernels.cache.solver.module();
             kernels.linear_start((module, name), launch, &[argument(&from), argument(&to)])
         })
     }

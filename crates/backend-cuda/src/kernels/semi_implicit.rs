@@ -8,7 +8,7 @@ use cloth_core::{
     stepper::Substep,
 };
 
-use super::{CudaKernels, implicit};
+use super::{CudaKernels, linear};
 use crate::{
     layout::CudaReal,
     queue::{Buffer, Launch, Queue, argument},
@@ -44,7 +44,7 @@ fn settings<T: CudaReal>() -> LinearSettings {
 pub(super) fn check_solve(solve: SemiImplicitSolve) -> Result<()> {
     match solve {
         SemiImplicitSolve::Factorisation => Ok(()),
-        other => implicit::unsupported(format!(
+        other => linear::unsupported(format!(
             "the {other} of the semi-implicit integrator (it iterates)"
         )),
     }

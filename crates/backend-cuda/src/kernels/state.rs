@@ -5,6 +5,7 @@ use cloth_core::{PinWrite, Result, State};
 use super::CudaKernels;
 use crate::{
     layout::{CudaReal, PinData, Real4},
+    memory::Memory,
     queue::{Launch, argument},
 };
 
@@ -32,26 +33,25 @@ impl<T: CudaReal> CudaKernels<T> {
             .map(|(v, &mass)| [v[0], v[1], v[2], mass].map(T::from_f64))
             .collect();
         let present = self.memory.present();
-        self.memory.position[present].write(&self.memory.queue, 0, &position)?;
-        self.memory.velocity[present].write(&self.memory.queue, 0, &velocity)?;
+        self.memory.state.write(&self.memory.queue, present, &position, &velocity)?;
         self.semi_implicit.held_set(&state.held);
         if let Some(triangles) = &mut self.triangles {
             triangles.state_given(&self.model, state);
         }
-        self.memory.status_reset()
+        self.memory.status.reset(&self.memory.queue)
     }
 
     pub(super) fn state_download(&mut self, out: &mut State) -> Result<()> {
         self.settle()?;
         let present = self.memory.present();
         let mut read = Vec::new();
-        self.memory.position[present].read(&self.memory.queue, &mut read)?;
+        self.memory.state.position[present].read(&self.memory.queue, &mut read)?;
         let vector = |&[x, y, z, _]: &Real4<T>| [x, y, z].map(T::to_f64);
         out.positions.clear();
         out.positions.extend(read.iter().map(vector));
         out.held.clear();
         out.held.extend(read.iter().map(|entry| u8::from(entry[3] == T::ZERO)));
-        self.memory.velocity[present].read(&self.memory.queue, &mut read)?;
+        self.memory.state.velocity[present].read(&self.memory.queue, &mut read)?;
         out.velocities.clear();
         out.velocities.extend(read.iter().map(vector));
         match &self.triangles {
@@ -65,7 +65,7 @@ impl<T: CudaReal> CudaKernels<T> {
     /// The vectors in the memory of the forces.
     pub(super) fn vectors_download(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
         let mut read = Vec::new();
-        self.memory.force.read(&self.memory.queue, &mut read)?;
+        self.memory.state.force.read(&self.memory.queue, &mut read)?;
         out.clear();
         out.extend(read.iter().map(|&[x, y, z, _]| [x, y, z].map(T::to_f64)));
         Ok(())
@@ -87,24 +87,25 @@ impl<T: CudaReal> CudaKernels<T> {
                 velocity: pin.velocity.unwrap_or_default().map(T::from_f64),
             })
             .collect();
-        self.memory.pins.write_growing(&self.memory.queue, &data)?;
-        let (address, count) = (self.memory.pins.address(), data.len() as u32);
+        self.memory.inputs.pins.write_growing(&self.memory.queue, &data)?;
+        let (address, count) = (self.memory.inputs.pins.address(), data.len() as u32);
         let arguments = [argument(&address), argument(&count)];
         self.start(("pins_write", "pins_write"), Launch::over(1), &arguments)
     }
 
     /// Normals of all particles. They are computed into the other motion, which holds nothing.
     pub(super) fn normals_download(&mut self, out: &mut Vec<[f64; 3]>) -> Result<()> {
-        self.memory.triangles_prepare(&self.model)?;
+        let Memory { queue, data, tables, .. } = &mut self.memory;
+        tables.triangles_prepare(queue, &self.model, data)?;
         let other = 1 - self.memory.present();
-        let address = self.memory.position[other].address();
+        let address = self.memory.state.position[other].address();
         let launch = Launch::over(self.count());
         self.stage("vertex_normals", |kernels| {
             let name = ("vertex_normals", "vertex_normals");
             kernels.start(name, launch, &[argument(&address)])
         })?;
         let mut read = Vec::new();
-        self.memory.position[other].read(&self.memory.queue, &mut read)?;
+        self.memory.state.position[other].read(&self.memory.queue, &mut read)?;
         out.clear();
         out.extend(read.iter().map(|&[x, y, z, _]| [x, y, z].map(T::to_f64)));
         Ok(())

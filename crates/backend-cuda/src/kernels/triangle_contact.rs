@@ -1,32 +1,23 @@
-//! Contact of triangles: what [`DeviceContact`] asks of the device.
+//! Contact of triangles: the stages, and [`DeviceContact`], which decides.
 
-use std::{ffi::c_void, sync::Arc};
+use std::sync::Arc;
 
 use cloth_core::{
-    ColliderImpulse, Error, Model, NewtonStart, Result, State,
+    ColliderImpulse, Model, NewtonStart, Result, State,
     contact::{
-        Candidate, ContactEquation, ContactLaw, ContactSet, Contacts, Ghost,
-        device::{
-            DeviceContact, GROUP, PAIR_WORDS, PairAnswer, PairDevice, PairLook, PairTask, WaysFrom,
-            pairs_of,
-        },
+        Candidate, ContactLaw, ContactSet, Contacts, Ghost,
+        device::{DeviceContact, pairs_of},
     },
     schwarz::ContactRows,
     stepper::{FramePlan, Substep},
 };
 
-use super::CudaKernels;
+use super::{CudaKernels, pair_device::Working};
 use crate::{
-    fault::BACKEND,
-    layout::{CudaReal, Real4},
-    queue::{Buffer, Launch, argument},
+    layout::CudaReal,
+    queue::{Launch, argument},
     triangle_contact::TriangleMemory,
 };
-
-/// Threads of a block that finds how far particles have moved, as in `contact_pairs.cu`.
-const MOVED_THREADS: u32 = 128;
-/// Threads of the block that makes the tree.
-const TREE_THREADS: u32 = 1024;
 
 /// Contact of triangles, and its memory.
 pub(super) struct Triangles<T> {
@@ -73,12 +64,6 @@ impl<T: CudaReal> Triangles<T> {
     pub(super) fn statistics(&mut self) -> cloth_core::ContactStatistics {
         self.contact.statistics_take()
     }
-}
-
-/// The device while contact of triangles works on it.
-struct Working<'a, T> {
-    kernels: &'a mut CudaKernels<T>,
-    memory: &'a mut TriangleMemory<T>,
 }
 
 impl<T: CudaReal> CudaKernels<T> {
@@ -174,12 +159,8 @@ impl<T: CudaReal> CudaKernels<T> {
         let Some(triangles) = &mut self.triangles else { return Ok(()) };
         triangles.contact.iterate_keep();
         self.settle()?;
-        let (present, memory) = (self.memory.present(), &mut self.memory);
-        let proven = match memory.proven.take() {
-            Some(proven) => proven,
-            None => Buffer::zeros(&memory.queue, self.model.particle_count())?,
-        };
-        memory.proven.insert(proven).copy_from(&memory.queue, &memory.position[present])
+        let present = self.memory.present();
+        self.memory.state.proven_keep(&self.memory.queue, present)
     }
 
     /// All contacts as last computed.
@@ -227,176 +208,6 @@ impl<T: CudaReal> CudaKernels<T> {
     /// Makes sure that it is known where the substep has started.
     fn start_ensure(&mut self) -> Result<()> {
         self.settle()?;
-        if self.memory.start.is_none() { self.start_copy() } else { Ok(()) }
-    }
-}
-
-impl<T: CudaReal> Working<'_, T> {
-    /// Starts a kernel of contact of triangles.
-    fn start(
-        &mut self,
-        stage: &'static str,
-        name: (&'static str, &'static str),
-        launch: Launch,
-        task: &PairTask<T>,
-    ) -> Result<()> {
-        let data = self.memory.data(*task);
-        let arguments: [*mut c_void; 1] = [argument(&data)];
-        self.kernels.stage(stage, |kernels| kernels.start(name, launch, &arguments))
-    }
-
-    fn pairs_start(
-        &mut self,
-        kernel: &'static str,
-        launch: Launch,
-        task: &PairTask<T>,
-    ) -> Result<()> {
-        self.start("contact_pairs", ("contact_pairs", kernel), launch, task)
-    }
-
-    fn count_clear(&mut self, which: usize) -> Result<()> {
-        self.memory.counts.write(&self.kernels.memory.queue, which, &[0])
-    }
-
-    fn counts(&self) -> Result<[u32; 2]> {
-        let mut counts = Vec::new();
-        self.memory.counts.read(&self.kernels.memory.queue, &mut counts)?;
-        Ok([counts[0], counts[1]])
-    }
-
-    /// Puts the ways in place.
-    fn ways_put(&mut self, from: WaysFrom, task: &PairTask<T>) -> Result<()> {
-        let launch = Launch::over(self.kernels.count());
-        match from {
-            WaysFrom::Device => Ok(()),
-            WaysFrom::Velocities => self.pairs_start("contact_pairs_ahead", launch, task),
-            WaysFrom::Substep | WaysFrom::Iterate => {
-                let memory = &self.kernels.memory;
-                let start = match from {
-                    WaysFrom::Iterate => &memory.proven,
-                    _ => &memory.start,
-                };
-                let Some(start) = start else {
-                    let feature = "contact_certify without the start of the substep".into();
-                    return Err(Error::Unsupported { backend: BACKEND, feature });
-                };
-                // Whoever looks at colliders may have taken it away.
-                let before = self.kernels.memory.data.start_position;
-                self.kernels.memory.data.start_position = start.address();
-                let done = self.pairs_start("contact_pairs_substep", launch, task);
-                self.kernels.memory.data.start_position = before;
-                done
-            }
-        }
-    }
-}
-
-impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
-    fn list_create(&mut self, task: &PairTask<T>) -> Result<()> {
-        self.memory.list_create(&self.kernels.memory.queue, task.pair_capacity)
-    }
-
-    fn results_create(&mut self, task: &PairTask<T>) -> Result<()> {
-        self.memory.found_create(&self.kernels.memory.queue, task.found_capacity)
-    }
-
-    fn ways_write(&mut self, first: usize, ways: &[[T; 4]]) -> Result<()> {
-        self.memory.ways.write(&self.kernels.memory.queue, first, ways)
-    }
-
-    fn nodes_write(&mut self, start: &[Real4<T>], end: &[Real4<T>]) -> Result<()> {
-        let (queue, particles) = (&self.kernels.memory.queue, self.kernels.count());
-        self.memory.ways.write(queue, particles, start)?;
-        self.memory.ways.write(queue, 2 * particles + start.len(), end)
-    }
-
-    fn look(
-        &mut self,
-        task: &PairTask<T>,
-        ways: WaysFrom,
-        look: PairLook,
-        _: usize,
-        out: &mut PairAnswer<T>,
-    ) -> Result<()> {
-        self.count_clear(0)?;
-        self.ways_put(ways, task)?;
-        let blocks = 2 * task.moved_blocks;
-        let moved = Launch { blocks, threads: MOVED_THREADS, shared: 0, cooperative: false };
-        self.pairs_start("contact_pairs_moved", moved, task)?;
-        let kernel = match look {
-            PairLook::Moved => None,
-            PairLook::Near => Some("contact_geometry"),
-            PairLook::Unproven => Some("contact_certify"),
-        };
-        if let Some(kernel) = kernel {
-            let launch = Launch::over(task.pair_count as usize);
-            self.start(kernel, (kernel, kernel), launch, task)?;
-        }
-        let queue = &self.kernels.memory.queue;
-        self.memory.moved.read(queue, &mut out.moved)?;
-        out.found = self.counts()?[0];
-        let count = out.found.min(task.found_capacity) as usize;
-        let mut pairs = Vec::new();
-        self.memory.found.read_first(queue, count, &mut pairs)?;
-        out.pairs.clear();
-        out.pairs.extend_from_slice(pairs.as_flattened());
-        debug_assert_eq!(out.pairs.len(), PAIR_WORDS * count);
-        Ok(())
-    }
-
-    fn references_take(&mut self, _: &PairTask<T>) -> Result<()> {
-        let TriangleMemory { ways, references, .. } = &mut *self.memory;
-        references.copy_from(&self.kernels.memory.queue, ways)
-    }
-
-    fn references_drift(&mut self, task: &PairTask<T>) -> Result<()> {
-        let launch = Launch::over(task.node_count as usize);
-        self.pairs_start("contact_pairs_reference", launch, task)
-    }
-
-    fn boxes_fit(&mut self, task: &PairTask<T>) -> Result<()> {
-        let groups = Launch::over(task.group_count as usize);
-        self.pairs_start("contact_pairs_boxes", groups, task)?;
-        let tree = Launch { blocks: 1, threads: TREE_THREADS, shared: 0, cooperative: false };
-        self.pairs_start("contact_pairs_tree", tree, task)
-    }
-
-    fn list_fill(&mut self, task: &PairTask<T>) -> Result<u32> {
-        self.count_clear(1)?;
-        let launch = Launch::over(GROUP * GROUP * task.own_group_count as usize);
-        self.pairs_start("contact_pairs_list", launch, task)?;
-        Ok(self.counts()?[1])
-    }
-
-    fn ends_read(&mut self, position: &mut Vec<[T; 4]>, start: &mut Vec<[T; 4]>) -> Result<()> {
-        let memory = &self.kernels.memory;
-        memory.position[memory.present()].read(&memory.queue, position)?;
-        memory.start.as_ref().map_or(Ok(()), |from| from.read(&memory.queue, start))
-    }
-
-    fn iterate_read(&mut self, iterate: &mut Vec<[T; 4]>) -> Result<()> {
-        let memory = &self.kernels.memory;
-        memory.proven.as_ref().map_or(Ok(()), |from| from.read(&memory.queue, iterate))
-    }
-
-    fn velocities_read(&mut self, velocity: &mut Vec<[T; 4]>) -> Result<()> {
-        let memory = &self.kernels.memory;
-        memory.velocity[memory.present()].read(&memory.queue, velocity)
-    }
-
-    fn motion_write(&mut self, position: &[Real4<T>], velocity: &[Real4<T>]) -> Result<()> {
-        let memory = &mut self.kernels.memory;
-        let present = memory.present();
-        memory.position[present].write(&memory.queue, 0, position)?;
-        memory.velocity[present].write(&memory.queue, 0, velocity)
-    }
-
-    fn contacts_write(
-        &mut self,
-        set: &ContactSet<T>,
-        equations: &[ContactEquation<T>],
-        _: NewtonStart,
-    ) -> Result<()> {
-        self.memory.contacts_write(&self.kernels.memory.queue, set, equations)
+        if self.memory.state.start.is_none() { self.start_copy() } else { Ok(()) }
     }
 }

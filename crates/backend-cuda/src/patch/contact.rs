@@ -1,6 +1,6 @@
 //! Sizes of the form for one patch of few tiles that is in contact with itself.
 
-use crate::{contact::GROUP, layout::Real4};
+use crate::layout::{GROUP, Real4};
 
 /// Groups of a tile, particles that a block has in shared memory, those that are compared, pairs, and partners that there is room for, as
 /// in `patch/area.cuh` and `patch/area_view.cuh`.

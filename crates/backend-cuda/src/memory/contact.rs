@@ -9,13 +9,11 @@
 use cloth_core::{ContactResponse, Error, Model, NONE, Result, SelfContact};
 
 use crate::{
-    layout::{CudaReal, Real4, SolverData, Status},
+    layout::{CudaReal, GROUP, Real4, SolverData, Status},
     patch::Patch,
     queue::{Buffer, Queue},
 };
 
-/// Particles of a group: a warp.
-pub(crate) const GROUP: usize = 32;
 /// Partners of each particle, and groups near each group, at first.
 const CAPACITY: [u32; 2] = [24, 64];
 /// What is added to the region of a group on all sides, in units of the contact distance.

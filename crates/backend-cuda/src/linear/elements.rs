@@ -4,9 +4,9 @@ use cloth_core::{
     Model, Neighbours, Result, SlicedRows, fabric::bending::PATCH, schwarz::ElementRows,
 };
 
+use super::data::LinearData;
 use crate::{
     layout::{CudaReal, Real4},
-    linear::LinearData,
     queue::{Buffer, Queue},
 };
 

@@ -1,21 +1,27 @@
-//! Memory of the linear system of an implicit step, as `shared/linear.cuh` lays it out.
+//! Memory of the linear system of an implicit step.
+
+mod data;
+mod elements;
+mod launch;
 
 use std::collections::HashMap;
 
 use cloth_core::{LinearVector, Model, Preconditioner, Result};
 
-use bytemuck::{Pod, Zeroable};
-
 use crate::{
-    layout::{CudaReal, Real4},
-    memory::{BLOCK, Memory},
+    layout::{BLOCK, CudaReal, Real4},
+    memory::Memory,
     patch::Patch,
     queue::{Buffer, Launch},
     schwarz::SchwarzMemory,
     solver_form::{SolveNeeds, SolverForm},
-    tables::ElementMemory,
     triangle_contact::ContactTable,
 };
+
+use data::LinearData;
+pub(crate) use data::Outcome;
+use elements::ElementMemory;
+pub(crate) use launch::choose;
 
 /// Particles of the smallest unit of sums.
 const SUM_UNIT: usize = BLOCK / 4;
@@ -25,66 +31,6 @@ const SUMS: usize = 3;
 const TOUCH: usize = 11;
 /// Contacts with colliders that count for a particle.
 const TOUCHES_MAX: usize = 4;
-
-/// What a solver of linear systems did.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-pub(crate) struct Outcome {
-    pub(crate) residual: f64,
-    /// Not a number where there is no estimate.
-    pub(crate) energy: f64,
-    pub(crate) iterations: u32,
-    pub(crate) converged: u32,
-    pub(crate) breakdown: u32,
-    pub(crate) changed: u32,
-    pub(crate) constrained: u32,
-    pub(crate) indefinite: u32,
-}
-
-/// The second argument of every kernel of the linear system.
-#[derive(Clone, Copy, Debug)]
-#[repr(C)]
-pub(crate) struct LinearData<T> {
-    pub(crate) roots: u64,
-    pub(crate) along: u64,
-    pub(crate) origin: u64,
-    pub(crate) links: u64,
-    pub(crate) base: [u64; 2],
-    pub(crate) diagonal: [u64; 2],
-    pub(crate) inverse: [u64; 2],
-    pub(crate) vectors: [u64; 7],
-    pub(crate) constraints: u64,
-    pub(crate) touch_counts: u64,
-    pub(crate) filter: [u64; 2],
-    pub(crate) target: u64,
-    pub(crate) pair_partners: u64,
-    pub(crate) pair_factors: u64,
-    pub(crate) pair_counts: u64,
-    pub(crate) outcome: u64,
-    pub(crate) partials: u64,
-    pub(crate) exchange: [u64; 2],
-    pub(crate) sums: [u64; 2],
-    pub(crate) membrane_tangents: u64,
-    pub(crate) bending_tangents: u64,
-    pub(crate) element_sums: u64,
-    pub(crate) element_slices: u64,
-    pub(crate) element_columns: u64,
-    pub(crate) element_blocks: u64,
-    pub(crate) contacts: ContactTable,
-    pub(crate) schwarz: u64,
-    pub(crate) slot_count: u32,
-    pub(crate) is_full: u32,
-    pub(crate) has_constraints: u32,
-    pub(crate) has_pairs: u32,
-    pub(crate) has_blocks: u32,
-    pub(crate) reach: u32,
-    pub(crate) stamp: u32,
-    pub(crate) has_elements: u32,
-    pub(crate) has_contacts: u32,
-    pub(crate) length: T,
-    pub(crate) pair_share: T,
-    pub(crate) stencil: [T; 12],
-}
 
 /// Device memory of the system.
 pub(crate) struct LinearMemory<T> {
@@ -140,7 +86,7 @@ impl<T: CudaReal> LinearMemory<T> {
     pub(crate) fn new(memory: &Memory<T>, model: &Model) -> Result<Self> {
         let queue = &memory.queue;
         let n = model.particle_count();
-        let tables = &memory.springs;
+        let tables = &memory.tables.springs;
         let places = tables.slot_count as usize * n + tables.own_count as usize;
         let links: Vec<[u32; 2]> = tables
             .entries

@@ -3,11 +3,8 @@
 
 use std::sync::Arc;
 
-use cloth_backend_cuda::{
-    CudaOptions,
-    ladder::{self, FRAME, Ladder, Rung, single_thread},
-};
-use cloth_core::{Backend, Error, Frame, Precision, State};
+use cloth::{Backend, Error, Frame, Precision, SolverConfig, State, cuda::CudaOptions};
+use cloth_benches::ladder::{FRAME, Ladder, Rung, SUBSTEPS, config, model, single_thread};
 use harness::{
     Verdict,
     backends::{cpu, cuda},
@@ -23,7 +20,7 @@ const FRAMES: usize = 2;
 
 /// The patch folded over itself, so that springs and contacts have something to do; it meets the sphere as well.
 fn folded(side: u32) -> State {
-    let model = ladder::model(side).unwrap_or_else(|error| panic!("{error}"));
+    let model = model(side).unwrap_or_else(|error| panic!("{error}"));
     let mut state = model.initial_state();
     let mut random = Random::new(u64::from(side));
     fold(&mut state, 0.5 * f64::from(side - 1) * 0.02, 0.01);
@@ -40,19 +37,19 @@ fn folded(side: u32) -> State {
 /// What a backend of the product makes of it.
 fn solved(backend: &dyn Backend, precision: Precision, side: u32) -> State {
     let run = || {
-        let config = cloth_core::SolverConfig { precision, ..ladder::config() };
-        let mut solver = backend.create_solver(Arc::new(ladder::model(side)?), &config)?;
+        let config = SolverConfig { precision, ..config() };
+        let mut solver = backend.create_solver(Arc::new(model(side)?), &config)?;
         solver.upload(&folded(side))?;
         for _ in 0..FRAMES {
             solver.advance(Frame { duration: FRAME })?;
             let report = solver.synchronize()?;
-            assert_eq!(report.substeps as usize, ladder::SUBSTEPS);
+            assert_eq!(report.substeps as usize, SUBSTEPS);
         }
         let mut state = State::default();
         solver.download(&mut state)?;
         Ok(state)
     };
-    run().unwrap_or_else(|error: cloth_core::Error| panic!("{error}"))
+    run().unwrap_or_else(|error: Error| panic!("{error}"))
 }
 
 /// Largest difference of positions [m].

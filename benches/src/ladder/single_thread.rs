@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use cloth_core::{Result, State};
+use cloth::{Result, State};
 
 use super::{
     FRAME, LadderRun, model,
@@ -107,7 +107,7 @@ fn advance(c: &Constants, particles: &[Particle], i: usize) -> Particle {
 /// Some frames of a patch of `side` x `side` particles on one thread of the processor.
 ///
 /// # Errors
-/// [`Error::Invalid`](cloth_core::Error) if the side is below two or the state is not of this patch;
+/// [`Error::Invalid`](cloth::Error) if the side is below two or the state is not of this patch;
 /// `LimitExceeded` above [`SIDE_MAX`](super::SIDE_MAX).
 pub fn single_thread(side: u32, state: &State, frames: usize) -> Result<LadderRun> {
     state.validate(&model(side)?)?;

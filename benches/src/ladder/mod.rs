@@ -7,18 +7,28 @@
 //!
 //! Nothing of the product uses this module; only [`Rung::Ours`] is the product itself.
 
+mod compile;
 mod device;
 mod single_thread;
+mod stepper;
+mod table;
 mod workload;
 
 use std::sync::Arc;
 
-use cloth_core::{Backend, Error, Frame, Result, State};
+use cloth::{
+    Backend, Error, Frame, Result, State,
+    cuda::{CudaBackend, CudaOptions},
+};
 
+pub use compile::kernels_compile;
 pub use single_thread::single_thread;
+pub use table::{
+    LADDER_PUBLISHED, LADDER_SIDES, LadderRow, LadderTime, ladder_heading, ladder_line, ladder_row,
+};
 pub use workload::{FRAME, SIDE_MAX, SUBSTEPS, config, model};
 
-use crate::{CudaBackend, CudaOptions};
+use device::Device;
 
 /// A way to do the step on a GPU, from the plainest to the product.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -36,7 +46,7 @@ pub enum Rung {
     Bins,
     /// Each bin filled from the 27 bins around it of the substep before.
     Neighbours,
-    /// The solver of this backend.
+    /// The backend `cuda`.
     Ours,
 }
 
@@ -79,15 +89,19 @@ pub struct LadderRun {
 /// A GPU to run rungs on.
 pub struct Ladder {
     backend: CudaBackend,
+    /// For the rungs below it.
+    device: Device,
 }
 
 impl Ladder {
     /// On the GPU that the options name; their other settings hold for [`Rung::Ours`] alone.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] without a driver or GPU.
+    /// [`Error::NoDevice`] without a driver, GPU or compiler, and what the device reports.
     pub fn new(options: CudaOptions) -> Result<Self> {
-        Ok(Self { backend: CudaBackend::new(options)? })
+        // First the backend, which says what is missing: the package `cudarc` panics without a driver.
+        let backend = CudaBackend::new(options)?;
+        Ok(Self { backend, device: Device::open(options.device)? })
     }
 
     /// Some frames of a patch of `side` x `side` particles from its initial state.
@@ -114,7 +128,7 @@ impl Ladder {
         let model = Arc::new(model(side)?);
         state.validate(&model)?;
         if rung != Rung::Ours {
-            return device::run(&self.backend.device, rung, side, state, frames);
+            return stepper::run(&self.device, rung, side, state, frames);
         }
         let mut solver = self.backend.create_solver(model, &config())?;
         solver.upload(state)?;

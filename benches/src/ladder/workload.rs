@@ -1,11 +1,11 @@
 //! What all rungs compute, as a model of the product and as constants of the kernels.
 
-use bytemuck::{Pod, Zeroable};
-use cloth_core::{
-    Cloth, Collider, ColliderShape, ContactResponse, Field, Geometry, GridPatch, Mass,
+use cloth::{
+    BendModel, Cloth, Collider, ColliderShape, ContactResponse, Field, Geometry, GridPatch, Mass,
     MaterialPreset, Model, ModelBuilder, Pose, Result, SelfContact, SolverConfig,
     SpringCoefficients,
 };
+use cudarc::driver::DeviceRepr;
 
 /// Length of a frame \[s\].
 pub const FRAME: f64 = 1.0 / 30.0;
@@ -68,7 +68,7 @@ fn sphere(side: u32) -> (f64, [f64; 3]) {
 /// self-contact.
 ///
 /// # Errors
-/// [`Error::Invalid`](cloth_core::Error) for a side of less than two particles; `LimitExceeded` above
+/// [`Error::Invalid`](cloth::Error) for a side of less than two particles; `LimitExceeded` above
 /// [`SIDE_MAX`].
 pub fn model(side: u32) -> Result<Model> {
     super::side_check(side)?;
@@ -79,7 +79,7 @@ pub fn model(side: u32) -> Result<Model> {
     material.stretch = stretch;
     material.shear = stretch;
     material.bend = bend;
-    material.bend_model = cloth_core::BendModel::default();
+    material.bend_model = BendModel::default();
     material.thickness = CONTACT_DISTANCE;
     let patch = GridPatch { origin: [0.0; 3], ..GridPatch::horizontal(side, SPACING, 0.0) };
     let cloth = Cloth {
@@ -116,7 +116,7 @@ pub fn config() -> SolverConfig {
 }
 
 /// A particle, as `ladder.cuh` lays it out.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub(super) struct Particle {
     pub(super) position: [f32; 3],
@@ -124,6 +124,10 @@ pub(super) struct Particle {
     pub(super) velocity: [f32; 3],
     pub(super) inverse_mass: f32,
 }
+
+#[expect(unsafe_code, reason = "the trait of what is sent to a device is unsafe")]
+// SAFETY: numbers of 32 bits alone, of which all bits are values, in the layout of the kernels.
+unsafe impl DeviceRepr for Particle {}
 
 /// A spring of every particle.
 #[derive(Clone, Copy, Debug)]
@@ -158,10 +162,9 @@ pub(super) struct Constants {
     pub(super) neighbours: [Neighbour; NEIGHBOURS],
 }
 
-// SAFETY: 32-bit numbers alone, so that there is no padding; zero is a value of all of them.
-unsafe impl Zeroable for Constants {}
-// SAFETY: as above.
-unsafe impl Pod for Constants {}
+#[expect(unsafe_code, reason = "the trait of what is sent to a device is unsafe")]
+// SAFETY: as those of a particle.
+unsafe impl DeviceRepr for Constants {}
 
 impl Constants {
     /// Of a patch; bins have room for `bin_capacity` particles.

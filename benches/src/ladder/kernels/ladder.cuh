@@ -1,42 +1,60 @@
 // What the rungs of the ladder share: the physics of one explicit substep with self-contact (NUMERICS sections 2, 3, 4, 7 and
 // 8, penalty), one thread for each particle. A rung changes how constants and states are stored, and how contacts are found.
 
+typedef unsigned int uint;
+
+// Shortest length that is divided by [m], and the square below which a pair has no normal [m^2].
+#define LENGTH_MIN 1e-18f
+#define LENGTH_SQUARED_MIN 1e-14f
+
+struct vec3 {
+    float x, y, z;
+};
+
+__device__ __forceinline__ vec3 operator+(const vec3& a, const vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+__device__ __forceinline__ vec3 operator-(const vec3& a, const vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+__device__ __forceinline__ vec3 operator*(float s, const vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
+__device__ __forceinline__ vec3 operator*(const vec3& a, float s) { return s * a; }
+__device__ __forceinline__ float dot(const vec3& a, const vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+// The second number if the first is NaN.
+__device__ __forceinline__ float maximum(float a, float b) { return a > b ? a : b; }
+
 // Array of structs.
 struct Particle {
     vec3 position;
-    real mass;
+    float mass;
     vec3 velocity;
-    real inverse_mass;
+    float inverse_mass;
 };
 
 // A spring of every particle, as columns and rows to its other end.
 struct Neighbour {
     int across, up;
-    real rest_length;
-    real stiffness;
+    float rest_length;
+    float stiffness;
 };
 
 #define NEIGHBOURS 12
 
-// As `ladder/workload.rs` of the backend lays it out.
+// As `workload.rs` lays it out.
 struct Constants {
     uint side;
     uint count;
-    real length;
-    real damping;
-    real gravity;
-    real drag_rate;
-    real contact_distance;
-    real contact_stiffness;
-    real contact_damping;
-    real sphere_radius;
+    float length;
+    float damping;
+    float gravity;
+    float drag_rate;
+    float contact_distance;
+    float contact_stiffness;
+    float contact_damping;
+    float sphere_radius;
     vec3 sphere_centre;
-    real sphere_friction;
+    float sphere_friction;
     // Bins along x and y, a power of two, over the cloth again and again; layers along z; entries of a bin.
     uint bins_across;
     uint bin_layers;
     uint bin_capacity;
-    real bins_per_metre;
+    float bins_per_metre;
     Neighbour neighbours[NEIGHBOURS];
 };
 
@@ -45,12 +63,12 @@ template <bool MATH>
 __device__ __forceinline__ vec3 spring_force(const Constants& c, const Neighbour& neighbour, const Particle& own, const Particle& other) {
     vec3 d = other.position - own.position;
     vec3 rate = other.velocity - own.velocity;
-    real length = root(dot(d, d));
-    real divisor = maximum(length, LENGTH_MIN);
-    real stretch = length - neighbour.rest_length;
+    float length = sqrtf(dot(d, d));
+    float divisor = maximum(length, LENGTH_MIN);
+    float stretch = length - neighbour.rest_length;
     if (MATH) {
-        real inverse = (real)1 / divisor;
-        real tension = neighbour.stiffness * stretch + c.damping * (dot(rate, d) * inverse);
+        float inverse = 1.0f / divisor;
+        float tension = neighbour.stiffness * stretch + c.damping * (dot(rate, d) * inverse);
         return (tension * inverse) * d;
     }
     vec3 n = {d.x / divisor, d.y / divisor, d.z / divisor};
@@ -61,35 +79,35 @@ __device__ __forceinline__ vec3 spring_force(const Constants& c, const Neighbour
 template <bool MATH>
 __device__ __forceinline__ void contact_add(const Constants& c, const Particle& own, const Particle& other, vec3& sum) {
     vec3 d = own.position - other.position;
-    real squared = dot(d, d);
+    float squared = dot(d, d);
     if (MATH) {
         if (!(squared < c.contact_distance * c.contact_distance && squared > LENGTH_SQUARED_MIN)) return;
     }
-    real length = root(squared);
+    float length = sqrtf(squared);
     vec3 n;
     if (MATH) {
-        n = d * ((real)1 / length);
+        n = d * (1.0f / length);
     } else {
-        if (!(length < c.contact_distance && length > root(LENGTH_SQUARED_MIN))) return;
+        if (!(length < c.contact_distance && length > sqrtf(LENGTH_SQUARED_MIN))) return;
         n = {d.x / length, d.y / length, d.z / length};
     }
-    real scale = c.contact_stiffness * (c.contact_distance - length) - c.contact_damping * dot(own.velocity - other.velocity, n);
+    float scale = c.contact_stiffness * (c.contact_distance - length) - c.contact_damping * dot(own.velocity - other.velocity, n);
     sum = sum + scale * n;
 }
 
 // Contact with the sphere.
 __device__ __forceinline__ void collide(const Constants& c, Particle& particle) {
     vec3 d = particle.position - c.sphere_centre;
-    real length = root(dot(d, d));
-    real depth = (real)0.5 * c.contact_distance - (length - c.sphere_radius);
+    float length = sqrtf(dot(d, d));
+    float depth = 0.5f * c.contact_distance - (length - c.sphere_radius);
     if (!(depth > 0)) return;
-    vec3 n = ((real)1 / maximum(length, LENGTH_MIN)) * d;
+    vec3 n = (1.0f / maximum(length, LENGTH_MIN)) * d;
     particle.position = particle.position + depth * n;
-    real approach = dot(particle.velocity, n);
+    float approach = dot(particle.velocity, n);
     if (!(approach < 0)) return;
     vec3 along = particle.velocity - approach * n;
-    real speed = maximum(root(dot(along, along)), LENGTH_MIN);
-    particle.velocity = maximum((real)1 - c.sphere_friction * absolute(approach) / speed, (real)0) * along;
+    float speed = maximum(sqrtf(dot(along, along)), LENGTH_MIN);
+    particle.velocity = maximum(1.0f - c.sphere_friction * fabsf(approach) / speed, 0.0f) * along;
 }
 
 // One substep of particle i. `search(visit)` calls `visit` with every particle that may be in contact with it.
@@ -147,7 +165,7 @@ struct Bins {
     uint* overflow;
 };
 
-__device__ __forceinline__ uint bin_along(const Constants& c, real x, uint bins) {
+__device__ __forceinline__ uint bin_along(const Constants& c, float x, uint bins) {
     return (uint)(int)floor(x * c.bins_per_metre) & (bins - 1);
 }
 

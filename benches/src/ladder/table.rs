@@ -1,10 +1,8 @@
 //! The table of the historical ladder: speed-up of each rung over one thread of the processor.
 
-use cloth::{
-    Result, State,
-    cuda::ladder::{self, Ladder, Rung, single_thread},
-};
+use cloth::{Result, State};
 
+use super::{Ladder, Rung, model, single_thread};
 use crate::quartiles;
 
 /// Sides of the patches of the table.
@@ -67,7 +65,7 @@ fn deviation(a: &State, b: &State) -> f64 {
 /// # Errors
 /// What the device reports.
 pub fn ladder_row(ladder: Option<&Ladder>, side: u32) -> Result<LadderRow> {
-    let start = ladder::model(side)?.initial_state();
+    let start = model(side)?.initial_state();
     let mut reference = single_thread(side, &start, 1)?;
     let [_, single_thread, _] = if side <= SINGLE_FRAMES.0 {
         quartiles(&mut single_thread(side, &start, SINGLE_FRAMES.1)?.frame_seconds)
