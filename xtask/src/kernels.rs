@@ -8,13 +8,17 @@ use crate::{
     packages,
 };
 
-/// Compiles every CUDA kernel with NVIDIA's run-time compiler, which needs no GPU, through `program`, an example of the backend. The
-/// WGSL kernels are checked by a test of the package that holds them.
+/// The examples that compile CUDA kernels: those of the backend, and those of the ladder among the benchmarks.
+pub(crate) const EXAMPLES: [&str; 2] = ["kernels", "ladder_kernels"];
+
+/// Compiles CUDA kernels with NVIDIA's run-time compiler, which needs no GPU, through `program`, one of [`EXAMPLES`]. The
+/// WGSL kernels are checked by a test of the package that holds them. With every set of options if it is to be `all`.
 ///
 /// # Errors
 /// Why it failed.
-pub(crate) fn check(program: &Path) -> Result<(), String> {
+pub(crate) fn check(program: &Path, all: bool) -> Result<(), String> {
     let mut check = Command::new(program);
+    check.args(all.then_some("--all"));
     if cfg!(target_os = "linux") && std::env::var_os("CLOTH_NVRTC").is_none_or(|v| v != "system") {
         let folder = nvrtc()?;
         let mut path = folder.into_os_string();
@@ -67,10 +71,10 @@ fn pip_ensure() -> Result<(), String> {
 /// Checks those in WGSL and those in CUDA, each by what its package has for that.
 fn all() -> Result<(), String> {
     command::run(&mut cargo(&["test", "--quiet", "--package", "cloth-kernels"]))?;
-    let arguments = ["build", "--package", "cloth-backend-cuda", "--example", "kernels"];
-    let built = artifacts::build(&arguments)?;
-    let program = built.first().ok_or("the example kernels was not built")?;
-    check(&program.path)
+    let mut arguments =
+        vec!["build", "--package", "cloth-backend-cuda", "--package", "cloth-benches"];
+    arguments.extend(EXAMPLES.iter().flat_map(|name| ["--example", name]));
+    artifacts::build(&arguments)?.iter().try_for_each(|program| check(&program.path, true))
 }
 
 /// The Debian packages of pip.

@@ -10,6 +10,7 @@ mod fuzz;
 mod kernels;
 mod package;
 mod packages;
+mod passed;
 mod programs;
 #[cfg(test)]
 mod recipe;

@@ -9,7 +9,7 @@ use std::{
     time::Instant,
 };
 
-use crate::{artifacts::Artifact, command::cargo};
+use crate::{artifacts::Artifact, command::cargo, passed::Passed};
 
 /// What a test prints at the start of a line that says what it left out, and why.
 const NOT_RUN: &str = "not run here: ";
@@ -75,15 +75,30 @@ struct Outcome {
 
 /// Runs all test programs, as many at a time as there are processors but at most two: a program uses several
 /// threads by itself, and waits at times. Their tests are added to `counts`. What runs beside them is waited for by `beside`, before
-/// those that must be alone; its outcome comes second.
+/// those that must be alone; its outcome comes second. Those that `passed` before, with nothing changed since, are not run again.
 ///
 /// # Errors
 /// The names of those that failed.
 pub(crate) fn run<T>(
     mut programs: Vec<Artifact>,
     counts: &mut Counts,
+    passed: &Passed,
     beside: impl FnOnce() -> T,
 ) -> (Result<(), String>, T) {
+    let before = programs.len();
+    programs.retain(|program| match passed.text(program) {
+        Some(text) => {
+            counts.add(Counts::of(&text));
+            false
+        }
+        None => true,
+    });
+    if programs.len() < before {
+        println!(
+            "{} programs passed before, and nothing has changed since",
+            before - programs.len()
+        );
+    }
     // Unit tests are short: they fill what is left at the end.
     programs.sort_by_key(|program| program.kind != "test");
     let alone = programs.extract_if(.., |program| ALONE.contains(&program.name.as_str()));
@@ -96,14 +111,14 @@ pub(crate) fn run<T>(
         for _ in 0..side_by_side {
             scope.spawn(|| {
                 while let Some(program) = next() {
-                    let outcome = run_one(&program);
+                    let outcome = run_one(&program, passed);
                     outcomes.lock().unwrap_or_else(PoisonError::into_inner).push(outcome);
                 }
             });
         }
     });
     let beside = beside();
-    let alone: Vec<_> = alone.iter().map(run_one).collect();
+    let alone: Vec<_> = alone.iter().map(|program| run_one(program, passed)).collect();
     let mut failed = Vec::new();
     for outcome in
         outcomes.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter().chain(alone)
@@ -137,7 +152,7 @@ pub(crate) fn documented(counts: &mut Counts) -> Result<(), String> {
 }
 
 /// Runs one as cargo would, in the folder of its package, and prints a line; all of its output if it failed.
-fn run_one(program: &Artifact) -> Outcome {
+fn run_one(program: &Artifact, passed: &Passed) -> Outcome {
     let package = program.package.file_name().unwrap_or_default().to_string_lossy();
     let name = format!("{package}/{} ({})", program.name, program.kind);
     let mut command = Command::new(&program.path);
@@ -157,6 +172,7 @@ fn run_one(program: &Artifact) -> Outcome {
     let counts = Counts::of(&text);
     if success {
         println!("{name}: {} passed, {time:.1} s", counts.passed);
+        passed.note(program, &text);
     } else {
         println!("{text}\n{name}: FAILED, {time:.1} s");
     }
@@ -192,7 +208,8 @@ mod tests {
             package: std::env::temp_dir(),
         };
         let programs = ["true", "false", "no-such-program"].map(program).to_vec();
-        let (outcome, beside) = run(programs, &mut Counts::default(), || "waited for");
+        let passed = Passed::default();
+        let (outcome, beside) = run(programs, &mut Counts::default(), &passed, || "waited for");
         assert_eq!(beside, "waited for");
         let reason = outcome.unwrap_err();
         assert!(reason.contains("/false (test)"), "{reason}");

@@ -9,7 +9,9 @@ use crate::{
     command::{self, cargo},
     compiler,
     fuzz::Beside,
-    kernels, package, programs,
+    kernels, package,
+    passed::Passed,
+    programs,
     programs::Counts,
     screen,
     summary::{StepOutcome, Summary},
@@ -29,7 +31,7 @@ const STEPS: [Step; 13] = [
     ("features", |_| features()),
     ("documentation", |_| documentation()),
     ("build", Built::build),
-    ("kernels", |built| kernels::check(&built.program("example", "kernels")?.path)),
+    ("kernels", Built::kernels),
     ("tests", Built::tests),
     ("fuzzing", Built::fuzzed),
     ("smoke run", |built| smoke_run(built.program("bin", "cloth")?)),
@@ -46,6 +48,9 @@ pub(crate) struct TestArguments {
     /// How long inputs that nobody would write are tried beside the tests, in seconds.
     #[arg(long, default_value_t = 300)]
     fuzz_seconds: u64,
+    /// Run what passed before, too, though nothing has changed since.
+    #[arg(long)]
+    again: bool,
     /// One test alone, in its long form.
     only: Option<LongTest>,
     /// Pairs of features that `certificate` judges in each precision.
@@ -65,6 +70,8 @@ enum LongTest {
 struct Built {
     programs: Vec<Artifact>,
     counts: Counts,
+    passed: Passed,
+    again: bool,
     fuzz_seconds: u64,
     /// The outcome of fuzzing, once the tests are done beside which it runs.
     fuzzed: Option<Result<(), String>>,
@@ -76,7 +83,8 @@ pub(crate) fn run(arguments: &TestArguments) -> bool {
         return certificate(arguments.pairs);
     }
     let mut summary = Summary::default();
-    let mut built = Built { fuzz_seconds: arguments.fuzz_seconds, ..Built::default() };
+    let TestArguments { fuzz_seconds, again, .. } = *arguments;
+    let mut built = Built { fuzz_seconds, again, ..Built::default() };
     for (name, step) in STEPS {
         println!("== {name}");
         let start = Instant::now();
@@ -124,6 +132,7 @@ impl Built {
     fn build(&mut self) -> Result<(), String> {
         self.programs =
             artifacts::build(&["test", "--workspace", "--features", FEATURES, "--no-run"])?;
+        self.passed = Passed::open(&self.programs, self.again);
         Ok(())
     }
 
@@ -135,20 +144,39 @@ impl Built {
         self.programs.iter().find(is_it).ok_or_else(|| format!("the {kind} {name} was not built"))
     }
 
+    /// Compiles all CUDA kernels.
+    fn kernels(&mut self) -> Result<(), String> {
+        for name in kernels::EXAMPLES {
+            let program = self.program("example", name)?;
+            if self.passed.text(program).is_some() {
+                println!("{name}: passed before, and nothing has changed since");
+                continue;
+            }
+            kernels::check(&program.path, false)?;
+            self.passed.note(program, "");
+        }
+        Ok(())
+    }
+
     /// Unit tests, the test package, and the examples in the documentation.
     fn tests(&mut self) -> Result<(), String> {
         let tests = self.programs.iter().filter(|program| program.is_test).cloned().collect();
-        let fuzz = self.program("bin", "cloth-fuzz");
-        let fuzz = fuzz.and_then(|program| Beside::start(&program.path, self.fuzz_seconds));
-        let (ran, fuzzed) =
-            programs::run(tests, &mut self.counts, || fuzz.and_then(Beside::finish));
+        let fuzz = self.program("bin", "cloth-fuzz").cloned();
+        let is_old = fuzz.as_ref().is_ok_and(|program| self.passed.text(program).is_some());
+        let seconds = if is_old { 0 } else { self.fuzz_seconds };
+        let beside = fuzz.as_ref().map_err(Clone::clone);
+        let beside = beside.and_then(|program| Beside::start(&program.path, seconds));
+        let (ran, fuzzed) = programs::run(tests, &mut self.counts, &self.passed, || {
+            beside.and_then(Beside::finish)
+        });
+        if let (Ok(program), Ok(())) = (&fuzz, &fuzzed) {
+            self.passed.note(program, "");
+        }
         self.fuzzed = Some(fuzzed);
         let documented = programs::documented(&mut self.counts);
         ran.and(documented)
     }
-}
 
-impl Built {
     /// What became of the fuzzing beside the tests.
     fn fuzzed(&mut self) -> Result<(), String> {
         self.fuzzed.take().unwrap_or_else(|| Err("the tests were not run".into()))

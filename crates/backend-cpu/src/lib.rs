@@ -6,6 +6,10 @@
 //! Arithmetic is the same, operation for operation, at every width and on any number of threads, so
 //! that results are the same bits.
 
+#![cfg_attr(
+    test,
+    allow(dead_code, reason = "unit tests are compiled without what puts the parts together")
+)]
 #![allow(
     clippy::needless_range_loop,
     reason = "loops over lanes and axes index several arrays at once, the form that vectorises"
@@ -19,6 +23,10 @@ mod contact;
 mod control_forces;
 mod distance_grid;
 mod elasticity;
+// Unit tests are of single parts. Without this module the whole engine is not compiled a second time for them, for each precision
+// and instruction set.
+#[cfg(not(test))]
+mod engine;
 mod explicit_substep;
 mod fabric;
 mod field_forces;
@@ -46,19 +54,15 @@ pub mod how_it_works {
 
 use std::{num::NonZeroUsize, sync::Arc};
 
-use cloth_core::{
-    Backend, BackendInfo, Error, Kernels, Model, Precision, Result, Solver, SolverConfig,
-    stepper::SteppedSolver,
-};
+use cloth_core::{BackendInfo, Error, Precision, Result, SolverConfig};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-
-use kernels::CpuKernels;
 
 /// The CPU, through a pool of threads.
 #[derive(Clone)]
 pub struct CpuBackend {
     info: BackendInfo,
     pool: Arc<ThreadPool>,
+    arch: pulp::Arch,
 }
 
 impl CpuBackend {
@@ -68,14 +72,22 @@ impl CpuBackend {
     /// [`Error::LimitExceeded`] for more than 1024 threads, [`Error::NoDevice`] if they cannot be
     /// started.
     pub fn new(threads: Option<NonZeroUsize>) -> Result<Self> {
-        let pool = thread_pool(threads)?;
+        let (pool, arch) = (thread_pool(threads)?, pulp::Arch::new());
         let info = BackendInfo {
             name: "cpu",
             device: format!("{} threads", pool.current_num_threads()),
             precisions: vec![Precision::F32, Precision::F64],
-            details: vec![("instructions", instructions().to_owned())],
+            details: vec![("instructions", instructions(arch).to_owned())],
         };
-        Ok(Self { info, pool: Arc::new(pool) })
+        Ok(Self { info, pool: Arc::new(pool), arch })
+    }
+
+    /// The same without wider vector units than those of the target that the program was built for: slower, with the same bits.
+    #[must_use]
+    pub fn with_narrow_vectors(mut self) -> Self {
+        self.arch = pulp::Arch::Scalar;
+        self.info.details = vec![("instructions", instructions(self.arch).to_owned())];
+        self
     }
 
     /// The pool for a solver: that of the backend unless the settings ask for another size.
@@ -89,9 +101,9 @@ impl CpuBackend {
     }
 }
 
-/// The instruction set that the kernels run with, chosen by what the processor has.
-fn instructions() -> &'static str {
-    match pulp::Arch::new() {
+/// The instruction set that the kernels run with.
+fn instructions(arch: pulp::Arch) -> &'static str {
+    match arch {
         #[cfg(target_arch = "x86_64")]
         pulp::Arch::V4(_) => "AVX-512",
         #[cfg(target_arch = "x86_64")]
@@ -116,40 +128,6 @@ fn thread_pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool> {
         .thread_name(|index| format!("cloth-cpu-{index}"))
         .build()
         .map_err(|error| Error::NoDevice { backend: "cpu", reason: error.to_string() })
-}
-
-impl Backend for CpuBackend {
-    fn info(&self) -> &BackendInfo {
-        &self.info
-    }
-
-    fn share(&self) -> Option<Box<dyn Backend>> {
-        Some(Box::new(self.clone()))
-    }
-
-    fn create_solver(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Solver>> {
-        fabric::check(&model, config)?;
-        triangle_contact::check(&model, config)?;
-        let pool = self.pool_for(config)?;
-        Ok(match config.precision {
-            Precision::F32 => {
-                Box::new(SteppedSolver::new(CpuKernels::<f32>::new(model, config, pool)?)?)
-            }
-            Precision::F64 => {
-                Box::new(SteppedSolver::new(CpuKernels::<f64>::new(model, config, pool)?)?)
-            }
-        })
-    }
-
-    fn create_kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Kernels>> {
-        fabric::check(&model, config)?;
-        triangle_contact::check(&model, config)?;
-        let pool = self.pool_for(config)?;
-        Ok(match config.precision {
-            Precision::F32 => Box::new(CpuKernels::<f32>::new(model, config, pool)?),
-            Precision::F64 => Box::new(CpuKernels::<f64>::new(model, config, pool)?),
-        })
-    }
 }
 
 #[cfg(test)]

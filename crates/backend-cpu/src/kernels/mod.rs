@@ -89,6 +89,7 @@ impl<T: Real> CpuKernels<T> {
         model: Arc<Model>,
         config: &SolverConfig,
         pool: Arc<ThreadPool>,
+        arch: pulp::Arch,
     ) -> Result<Self> {
         config.validate()?;
         let count = model.particle_count();
@@ -130,7 +131,7 @@ impl<T: Real> CpuKernels<T> {
             springs,
             config: config.resolved(&model, Some(SCHWARZ_MIN)),
             pool,
-            arch: pulp::Arch::new(),
+            arch,
             model,
         };
         let state = kernels.model.initial_state();
@@ -245,6 +246,3 @@ impl<T: Real> CpuKernels<T> {
         std::mem::swap(&mut self.present, &mut self.next);
     }
 }
-
-#[cfg(test)]
-mod tests;

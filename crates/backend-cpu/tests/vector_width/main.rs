@@ -1,9 +1,15 @@
-use cloth_core::{
-    Air, BendModel, Cloth, Collider, ColliderShape, Frame, Geometry, GridPatch, MaterialPreset,
-    ModelBuilder, Pose, SelfContact, Solver, State, stepper::SteppedSolver,
-};
+//! The bits are the same whatever the vector units of the processor.
 
-use super::*;
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
+use std::{num::NonZeroUsize, sync::Arc};
+
+use cloth_backend_cpu::CpuBackend;
+use cloth_core::{
+    Air, Backend, BendModel, Cloth, Collider, ColliderShape, ContactResponse, Frame, Geometry,
+    GridPatch, MaterialPreset, Model, ModelBuilder, Pose, Precision, SelfContact, SolverConfig,
+    State,
+};
 
 /// A patch with springs that buckle, which falls folded onto a ball, in wind, with contact.
 fn model(response: ContactResponse) -> Arc<Model> {
@@ -37,12 +43,9 @@ fn model(response: ContactResponse) -> Arc<Model> {
     Arc::new(builder.build().unwrap())
 }
 
-fn run<T: Real>(model: &Arc<Model>, arch: pulp::Arch) -> State {
-    let config = SolverConfig { time_step: 2e-4, ..SolverConfig::default() };
-    let pool = Arc::new(rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap());
-    let mut kernels = CpuKernels::<T>::new(Arc::clone(model), &config, pool).unwrap();
-    kernels.arch = arch;
-    let mut solver = SteppedSolver::new(kernels).unwrap();
+fn run(model: &Arc<Model>, backend: &CpuBackend, precision: Precision) -> State {
+    let config = SolverConfig { time_step: 2e-4, precision, ..SolverConfig::default() };
+    let mut solver = backend.create_solver(Arc::clone(model), &config).unwrap();
     for _ in 0..10 {
         solver.advance(Frame { duration: 0.01 }).unwrap();
         let report = solver.synchronize().unwrap();
@@ -55,12 +58,20 @@ fn run<T: Real>(model: &Arc<Model>, arch: pulp::Arch) -> State {
 
 #[test]
 fn the_width_of_the_vector_units_does_not_change_the_bits() {
+    let wide = CpuBackend::new(NonZeroUsize::new(2)).unwrap();
+    let narrow = wide.clone().with_narrow_vectors();
+    if narrow.info().details == wide.info().details {
+        println!(
+            "not run here: width of vectors: this processor has no wider ones than its target"
+        );
+        return;
+    }
     let penalty = ContactResponse::Penalty { stiffness: 10.0, damping: 1e-3 };
     let impulse = ContactResponse::Impulse { restitution: 0.1, friction: 0.2 };
     for response in [penalty, impulse] {
         let model = model(response);
-        let arch = pulp::Arch::new();
-        assert_eq!(run::<f32>(&model, arch), run::<f32>(&model, pulp::Arch::Scalar));
-        assert_eq!(run::<f64>(&model, arch), run::<f64>(&model, pulp::Arch::Scalar));
+        for precision in [Precision::F32, Precision::F64] {
+            assert_eq!(run(&model, &wide, precision), run(&model, &narrow, precision));
+        }
     }
 }
