@@ -21,13 +21,13 @@ impl Backend for CpuBackend {
     fn create_solver(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Solver>> {
         fabric::check(&model, config)?;
         triangle_contact::check(&model, config)?;
-        let pool = self.pool_for(config)?;
+        let team = self.team_for(config)?;
         Ok(match config.precision {
             Precision::F32 => Box::new(SteppedSolver::new(CpuKernels::<f32>::new(
-                model, config, pool, self.arch,
+                model, config, team, self.arch,
             )?)?),
             Precision::F64 => Box::new(SteppedSolver::new(CpuKernels::<f64>::new(
-                model, config, pool, self.arch,
+                model, config, team, self.arch,
             )?)?),
         })
     }
@@ -35,10 +35,10 @@ impl Backend for CpuBackend {
     fn create_kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<Box<dyn Kernels>> {
         fabric::check(&model, config)?;
         triangle_contact::check(&model, config)?;
-        let pool = self.pool_for(config)?;
+        let team = self.team_for(config)?;
         Ok(match config.precision {
-            Precision::F32 => Box::new(CpuKernels::<f32>::new(model, config, pool, self.arch)?),
-            Precision::F64 => Box::new(CpuKernels::<f64>::new(model, config, pool, self.arch)?),
+            Precision::F32 => Box::new(CpuKernels::<f32>::new(model, config, team, self.arch)?),
+            Precision::F64 => Box::new(CpuKernels::<f64>::new(model, config, team, self.arch)?),
         })
     }
 }

@@ -42,6 +42,7 @@ mod sparse_cholesky;
 mod spring_forces;
 mod springs;
 mod strain_limit;
+mod team;
 mod triangle_contact;
 mod triangles;
 mod vector;
@@ -55,13 +56,15 @@ pub mod how_it_works {
 use std::{num::NonZeroUsize, sync::Arc};
 
 use cloth_core::{BackendInfo, Error, Precision, Result, SolverConfig};
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPoolBuilder;
+
+use team::Team;
 
 /// The CPU, through a pool of threads.
 #[derive(Clone)]
 pub struct CpuBackend {
     info: BackendInfo,
-    pool: Arc<ThreadPool>,
+    team: Arc<Team>,
     arch: pulp::Arch,
 }
 
@@ -72,14 +75,14 @@ impl CpuBackend {
     /// [`Error::LimitExceeded`] for more than 1024 threads, [`Error::NoDevice`] if they cannot be
     /// started.
     pub fn new(threads: Option<NonZeroUsize>) -> Result<Self> {
-        let (pool, arch) = (thread_pool(threads)?, pulp::Arch::new());
+        let (team, arch) = (team(threads)?, pulp::Arch::new());
         let info = BackendInfo {
             name: "cpu",
-            device: format!("{} threads", pool.current_num_threads()),
+            device: format!("{} threads", team.threads()),
             precisions: vec![Precision::F32, Precision::F64],
             details: vec![("instructions", instructions(arch).to_owned())],
         };
-        Ok(Self { info, pool: Arc::new(pool), arch })
+        Ok(Self { info, team: Arc::new(team), arch })
     }
 
     /// The same without wider vector units than those of the target that the program was built for: slower, with the same bits.
@@ -90,13 +93,13 @@ impl CpuBackend {
         self
     }
 
-    /// The pool for a solver: that of the backend unless the settings ask for another size.
-    fn pool_for(&self, config: &SolverConfig) -> Result<Arc<ThreadPool>> {
+    /// The threads for a solver: those of the backend unless the settings ask for another number.
+    fn team_for(&self, config: &SolverConfig) -> Result<Arc<Team>> {
         match config.threads {
-            Some(threads) if threads.get() != self.pool.current_num_threads() => {
-                Ok(Arc::new(thread_pool(Some(threads))?))
+            Some(threads) if threads.get() != self.team.threads() => {
+                Ok(Arc::new(team(Some(threads))?))
             }
-            _ => Ok(Arc::clone(&self.pool)),
+            _ => Ok(Arc::clone(&self.team)),
         }
     }
 }
@@ -115,7 +118,7 @@ fn instructions(arch: pulp::Arch) -> &'static str {
 /// Threads that a pool may have: far more than any machine, far fewer than it takes to exhaust one.
 const THREADS_MAX: usize = 1024;
 
-fn thread_pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool> {
+fn team(threads: Option<NonZeroUsize>) -> Result<Team> {
     if let Some(threads) = threads.filter(|threads| threads.get() > THREADS_MAX) {
         return Err(Error::LimitExceeded {
             limit: "threads of the cpu backend",
@@ -127,6 +130,7 @@ fn thread_pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool> {
         .num_threads(threads.map_or(0, NonZeroUsize::get))
         .thread_name(|index| format!("cloth-cpu-{index}"))
         .build()
+        .map(Team::new)
         .map_err(|error| Error::NoDevice { backend: "cpu", reason: error.to_string() })
 }
 

@@ -575,7 +575,7 @@ impl<T: Real> Kernels for CpuKernels<T> {
     }
 
     fn batch<R: Send>(&mut self, work: impl FnOnce(&mut Self) -> R + Send) -> R {
-        let pool = Arc::clone(&self.pool);
-        pool.install(|| work(self))
+        let team = Arc::clone(&self.team);
+        team.install_awake(|| work(self))
     }
 }

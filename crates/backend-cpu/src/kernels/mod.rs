@@ -13,7 +13,7 @@ use cloth_core::{
     ContactResponse, FieldProgram, Kernels, Model, Real, Result, SelfContact, SolverConfig,
     StageTime,
 };
-use rayon::{ThreadPool, prelude::*};
+use rayon::prelude::*;
 
 use crate::{
     aerodynamic_forces::Aerodynamics,
@@ -32,6 +32,7 @@ use crate::{
     procedural_forces::{self},
     springs::SpringColumns,
     strain_limit::StrainLimiter,
+    team::Team,
     triangle_contact::TriangleContact,
     triangles::TriangleRows,
 };
@@ -43,7 +44,7 @@ const SCHWARZ_MIN: usize = 40_000;
 pub(crate) struct CpuKernels<T> {
     model: Arc<Model>,
     config: SolverConfig,
-    pool: Arc<ThreadPool>,
+    team: Arc<Team>,
     arch: pulp::Arch,
     springs: SpringColumns<T>,
     control_forces: ControlForces<T>,
@@ -88,7 +89,7 @@ impl<T: Real> CpuKernels<T> {
     pub(crate) fn new(
         model: Arc<Model>,
         config: &SolverConfig,
-        pool: Arc<ThreadPool>,
+        team: Arc<Team>,
         arch: pulp::Arch,
     ) -> Result<Self> {
         config.validate()?;
@@ -130,7 +131,7 @@ impl<T: Real> CpuKernels<T> {
             stage_times: Vec::new(),
             springs,
             config: config.resolved(&model, Some(SCHWARZ_MIN)),
-            pool,
+            team,
             arch,
             model,
         };
@@ -154,15 +155,15 @@ impl<T: Real> CpuKernels<T> {
         &self.colliders[set * count..((set + 1) * count).min(self.colliders.len())]
     }
 
-    /// Runs `work` in the thread pool and books its time.
+    /// Runs `work` in the pool of threads and books its time.
     fn stage<R: Send>(
         &mut self,
         stage: &'static str,
         work: impl FnOnce(&mut Self) -> R + Send,
     ) -> R {
         let start = Instant::now();
-        let pool = Arc::clone(&self.pool);
-        let result = pool.install(|| work(self));
+        let team = Arc::clone(&self.team);
+        let result = team.install(|| work(self));
         self.book(stage, start.elapsed());
         result
     }
