@@ -161,7 +161,8 @@ pub(crate) struct RunArguments {
     /// Draw pictures through the GPU where there is one, in the look of `cloth view`.
     #[arg(long)]
     pub(crate) render: bool,
-    /// Print the report of each frame to stdout as a line of JSON, and nothing else.
+    /// Print the report of each frame to stdout as a line of JSON, and nothing else. Then `wgpu` takes the time of every stage, too, which costs it
+    /// some speed.
     #[arg(long)]
     pub(crate) json: bool,
     /// Count triangles that intersect in every frame, exactly, into report and summary.

@@ -250,7 +250,7 @@ fn scene_and_backend(
     let options = BackendOptions {
         threads: arguments.threads,
         adapter: arguments.adapter.clone(),
-        ..BackendOptions::default()
+        stage_times: arguments.json,
     };
     if arguments.backend != AUTO {
         // A wrong name is told before a large scene is compiled.

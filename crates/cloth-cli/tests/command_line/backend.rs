@@ -35,6 +35,21 @@ fn the_gpu_gives_the_frames_that_the_cpu_gives() {
     }
 }
 
+/// Who asks for reports gets the time that each stage took, on the GPU, too.
+#[test]
+#[cfg_attr(not(feature = "wgpu"), ignore = "needs the feature wgpu")]
+fn reports_have_the_times_of_stages() {
+    let place = Place::with("tiny.toml", TINY);
+    for backend in ["cpu", "wgpu"] {
+        let run = ["run", "tiny.toml", "--format", "none", "--json", "--backend", backend];
+        let lines = place.succeeds(&[&run[..], &["--out", backend]].concat());
+        let last: serde_json::Value = serde_json::from_str(lines.lines().last().unwrap()).unwrap();
+        let times = last["stage_times"].as_object().unwrap();
+        let total: f64 = times.values().map(|time| time.as_f64().unwrap()).sum();
+        assert!(times.contains_key("explicit_substep") && total > 0.0, "{backend}: {times:?}");
+    }
+}
+
 #[test]
 #[cfg_attr(not(feature = "wgpu"), ignore = "needs the feature wgpu")]
 fn an_automatic_choice_says_what_it_took_and_why() {
