@@ -9,7 +9,7 @@ extern "C" __global__ void __launch_bounds__(512) collider_impulses(const __grid
     uint i = block * BLOCK + threadIdx.x;
     double own = 0;
     if (i < s.count) {
-        double* place = s.impulses + (size_t)(6 * collider + component) * s.count + i;
+        double* place = s.collider_impulses + (size_t)(6 * collider + component) * s.count + i;
         own = *place;
         *place = 0;
     }

@@ -1,5 +1,5 @@
 // NUMERICS section 5: the constraints that colliders put on velocities.
-//!include model substep status motion collider symmetric constraint constraint_change solve impulses_none
+//!include model substep status motion collider symmetric constraint constraint_change solve feedback_none
 //!if grids
 //!include distance_grid
 //!end

@@ -2,7 +2,7 @@
 // summed starts again from zero. Workgroup number c b + k is for block k of b and collider c.
 //!include model measure_sum
 
-@group(0) @binding(55) var<storage, read_write> impulses: array<vec4f>;
+@group(0) @binding(55) var<storage, read_write> collider_impulses: array<vec4f>;
 // Impulse, what it lost to rounding, moment, what that lost.
 @group(0) @binding(56) var<storage, read_write> impulse_partials: array<vec4f>;
 
@@ -17,7 +17,7 @@ fn main(
     let number = workgroup.x + workgroup.y * groups.x;
     let collider = number / model.measure_blocks;
     let block = number % model.measure_blocks;
-    let count = arrayLength(&impulses) / (2u * model.particle_count);
+    let count = arrayLength(&collider_impulses) / (2u * model.particle_count);
     let zero = Sum(vec4f(0.0), vec4f(0.0));
     var linear = zero;
     var angular = zero;
@@ -25,10 +25,10 @@ fn main(
         let particle = (block * PARTICLES_PER_THREAD + k) * MEASURE_THREADS + thread;
         if particle < model.particle_count && collider < count {
             let at = 2u * (collider * model.particle_count + particle);
-            linear = sum_add(linear, Sum(impulses[at], vec4f(0.0)));
-            angular = sum_add(angular, Sum(impulses[at + 1u], vec4f(0.0)));
-            impulses[at] = vec4f(0.0);
-            impulses[at + 1u] = vec4f(0.0);
+            linear = sum_add(linear, Sum(collider_impulses[at], vec4f(0.0)));
+            angular = sum_add(angular, Sum(collider_impulses[at + 1u], vec4f(0.0)));
+            collider_impulses[at] = vec4f(0.0);
+            collider_impulses[at + 1u] = vec4f(0.0);
         }
     }
     linear = tree_sum(thread, linear);

@@ -12,11 +12,11 @@
 //!if not start
 //!include position_start_none
 //!end
-//!if impulses
-//!include impulses
+//!if feedback
+//!include feedback
 //!end
-//!if not impulses
-//!include impulses_none
+//!if not feedback
+//!include feedback_none
 //!end
 
 @compute @workgroup_size(WORKGROUP)

@@ -1,6 +1,6 @@
 // NUMERICS section 5: what constraints, and the friction of contacts that slide, did to the cloth. The image is A y,
 // unless the system is that of an iterate, whose y is zero.
-//!include model status call motion vectors symmetric constraint constraint_change impulses
+//!include model status call motion vectors symmetric constraint constraint_change feedback
 
 // The part of an impulse that is the contact's own, which added the directions from number `first` up to `end`.
 fn share_of(touch: Touch, span: ptr<function, Span>, first: u32, end: u32, impulse: vec3f) -> vec3f {

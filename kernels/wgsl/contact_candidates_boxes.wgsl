@@ -1,7 +1,7 @@
-// NUMERICS section 8, first pass: the box around each group, and whether it stays in its region. With `wide` also what
-// `explicit_substep_wide` finds particles by.
+// NUMERICS section 8, first pass: the box around each group, and whether it stays in its region. With `crews` also what
+// `explicit_substep_crews` finds particles by.
 //!include model substep status motion group contact_turn group_box group_boxes_out group_rows group_region group_check
-//!if wide
+//!if crews
 //!include group_positions_out
 //!end
 
@@ -23,7 +23,7 @@ fn main(
     // Threads without a particle do what the first one does.
     let particle = select(member, group_members[group * GROUP], member == NONE);
     let position = position_in[particle].xyz;
-//!if wide
+//!if crews
     position_keep(group, lane, member, position);
 //!end
     group_check(group, lane, position, velocity_in[particle].xyz, substep.contact_tick);

@@ -1,5 +1,5 @@
 // The composite stage: all forces, integration and, where nothing comes between, colliders, in one
-// pass over the particles. `explicit_substep_wide.wgsl` is the same for small models with contact.
+// pass over the particles. `explicit_substep_crews.wgsl` is the same for small models with contact.
 //!include model substep status motion motion_out finite field spring spring_batch integrate collider procedural
 //!if grids
 //!include distance_grid
@@ -7,11 +7,11 @@
 //!if not grids
 //!include distance_grid_none
 //!end
-//!if impulses
-//!include impulses
+//!if feedback
+//!include feedback
 //!end
-//!if not impulses
-//!include impulses_none
+//!if not feedback
+//!include feedback_none
 //!end
 //!if buckling
 //!include spring_buckling

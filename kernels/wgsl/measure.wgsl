@@ -1,5 +1,5 @@
 // NUMERICS section 10: figures of a state, over blocks of particles.
-//!include model substep motion finite spring collider measure_sum impulses_none
+//!include model substep motion finite spring collider measure_sum feedback_none
 //!if grids
 //!include distance_grid
 //!end

@@ -171,7 +171,7 @@ pub(crate) struct SolverData<T> {
     pub(crate) limit_rows: u64,
     pub(crate) limit_springs: u64,
     pub(crate) partials: u64,
-    pub(crate) impulses: u64,
+    pub(crate) collider_impulses: u64,
     pub(crate) packets: u64,
     pub(crate) fabric_laws: u64,
     pub(crate) membranes: u64,

@@ -73,7 +73,9 @@ impl<'a> Plan<'a> {
         }
         if model.collider_impulses() {
             let colliders = model.colliders().len() as u64;
-            for name in ["impulses", "impulses_kept", "impulses_of_frame"] {
+            for name in
+                ["collider_impulses", "collider_impulses_kept", "collider_impulses_of_frame"]
+            {
                 plan.zeroed(name, impulses_size(model));
             }
             plan.zeroed("impulse_partials", IMPULSE_SIZE * blocks * colliders);
@@ -172,7 +174,7 @@ impl Buffers {
                 let size = 2 * VECTOR_SIZE * u64::from(sizes.groups);
                 let boxes = buffers.allocate(context, "boxes of groups", size, None)?;
                 buffers.boxes.push(boxes);
-                let places = if sizes.is_wide() { u64::from(GROUP * sizes.groups) } else { 0 };
+                let places = if sizes.has_crews() { u64::from(GROUP * sizes.groups) } else { 0 };
                 let size = VECTOR_SIZE * places;
                 let positions = buffers.allocate(context, "particles of groups", size, None)?;
                 buffers.group_positions.push(positions);
@@ -294,7 +296,11 @@ fn limit_name(buffer: &'static str) -> &'static str {
         "triangle_rows" | "triangles" | "fabric_elements" | "fabric_rows" | "fabric_vectors" => {
             "bytes of a buffer of triangles on this device"
         }
-        "colliders" | "distance_grids" | "impulses" | "impulses_kept" | "impulses_of_frame"
+        "colliders"
+        | "distance_grids"
+        | "collider_impulses"
+        | "collider_impulses_kept"
+        | "collider_impulses_of_frame"
         | "impulse_partials" => "bytes of a buffer of colliders on this device",
         "vectors" | "matrix_base" | "matrix_diagonal" | "inverse" | "factors" | "link_entries"
         | "constraints" | "fabric_tangents" | "element_sums" | "element_entries"

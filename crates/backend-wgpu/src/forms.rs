@@ -4,8 +4,8 @@ use cloth_core::{Feature, FeatureSet, FormChoice, Integrator, Model, ModelFeatur
 
 use crate::{contact::policy::GROUPS_WIDE, dispatch::GROUP};
 
-/// `explicit_substep_wide.wgsl`: four threads for each particle of a model of few groups that is in contact with itself.
-pub(crate) const SUBSTEP_WIDE: FeatureSet = FeatureSet::of(&[
+/// `explicit_substep_crews.wgsl`: four threads for each particle of a model of few groups that is in contact with itself.
+pub(crate) const SUBSTEP_CREWS: FeatureSet = FeatureSet::of(&[
     Feature::Springs,
     Feature::Buckling,
     Feature::Air,
@@ -50,7 +50,7 @@ pub(crate) fn choices(model: &Model, config: &SolverConfig) -> Vec<FormChoice> {
     };
     match config.integrator {
         Integrator::Explicit => {
-            let objection = beyond(SUBSTEP_WIDE).or_else(|| {
+            let objection = beyond(SUBSTEP_CREWS).or_else(|| {
                 if !features.has(Feature::PenaltyContact) {
                     Some(format!("no {}", Feature::PenaltyContact.name()))
                 } else if groups > GROUPS_WIDE as usize {
@@ -81,7 +81,7 @@ mod tests {
     fn the_page_has_the_table() {
         let page = include_str!("../BACKEND.md");
         for (phase, form, takes) in [
-            ("explicit_substep", EXPLICIT_FORM, SUBSTEP_WIDE),
+            ("explicit_substep", EXPLICIT_FORM, SUBSTEP_CREWS),
             ("implicit_substep", IMPLICIT_FORM, IMPLICIT_STEP),
         ] {
             let names = takes.iter().map(Feature::name).collect::<Vec<_>>().join(", ");
@@ -101,8 +101,8 @@ mod tests {
         let contact = SelfContact { distance: 0.01, response };
         let touching = ModelBuilder::new().cloth(cloth).self_contact(contact).build().unwrap();
         let config = SolverConfig::default();
-        assert!(takes(SUBSTEP_WIDE, &model, &config));
-        assert!(!takes(SUBSTEP_WIDE, &touching, &config));
+        assert!(takes(SUBSTEP_CREWS, &model, &config));
+        assert!(!takes(SUBSTEP_CREWS, &touching, &config));
         let choice = &choices(&touching, &config)[0];
         assert_eq!(choice.form, "general");
         assert_eq!(choice.ruled_out[0].1, Feature::ImpulseContact.name());

@@ -244,7 +244,7 @@ __device__ __forceinline__ void collide(const Collider& c, real offset, const ve
 __device__ __forceinline__ void impulse_sum(const Solver& s, uint collider, uint particle, double px, double py, double pz, const vec3& at) {
     double x = at.x, y = at.y, z = at.z;
     double added[6] = {px, py, pz, y * pz - z * py, z * px - x * pz, x * py - y * px};
-    double* place = s.impulses + (size_t)(6 * collider) * s.count + particle;
+    double* place = s.collider_impulses + (size_t)(6 * collider) * s.count + particle;
     for (uint q = 0; q < 6; q++) place[(size_t)q * s.count] += added[q];
 }
 
@@ -260,12 +260,12 @@ __device__ __noinline__ void impulse_add(const Solver& s, uint collider, uint pa
 // Contact with all colliders, one after the other, of a particle that was at `start` at the start of a substep of so many
 // seconds. `colliders` is best known to be in shared or in global memory: loads by an address that may
 // be either take longer.
-template <bool IMPULSES>
+template <bool FEEDBACK>
 __device__ __forceinline__ void collide_all(const Solver& s, const Collider* colliders, uint particle, real offset, real inverse_mass, const vec3& start, real length, Moved& moved) {
     for (uint k = 0; k < s.collider_count; k++) {
         vec3 before = moved.velocity;
         collide(colliders[k], offset, start, length, moved);
-        if (IMPULSES && s.impulses != nullptr) {
+        if (FEEDBACK && s.collider_impulses != nullptr) {
             bool changed = before.x != moved.velocity.x || before.y != moved.velocity.y || before.z != moved.velocity.z;
             if (changed) impulse_add(s, k, particle, inverse_mass, before, moved);
         }

@@ -168,7 +168,7 @@ struct Solver {
     double* partials;
     // Number 6 c + q of component q of what collider c did to each particle, impulse and moment; null if nobody
     // asks.
-    double* impulses;
+    double* collider_impulses;
     // Of a small patch, two each for two substeps in turn and every particle: position or velocity, and the substep that
     // it is of.
     uint4* packets;

@@ -119,7 +119,7 @@ impl<T: Real> CpuKernels<T> {
             aerodynamics: Aerodynamics::new(&model),
             fabric: Fabric::new(&model)?,
             contact: Contact::new(&model),
-            triangles: TriangleContact::new(&model, config.pinch),
+            triangles: TriangleContact::new(&model, config.pinch, arch),
             strain_limiter: StrainLimiter::new(&model, config.strain_limit.as_ref()),
             stretch_limiter: StretchLimiter::new(&model, config.strain_limit.as_ref()),
             colliders: Vec::new(),

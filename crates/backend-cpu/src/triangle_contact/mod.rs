@@ -1,9 +1,10 @@
 //! NUMERICS §15: contact between triangles, forces and proof.
 //!
 //! [`tree`] has boxes around groups of triangles, [`pairs`] the list of pairs of features that may touch or meet, with the proof that
-//! it is complete. What a contact is and does, and how ways are certified, is in `cloth_core::contact`.
+//! it is complete, [`proofs`] the certificate of many of them at once. What a contact is and does, and how ways are certified, is in `cloth_core::contact`.
 
 mod pairs;
+mod proofs;
 mod tree;
 
 use cloth_core::{
@@ -64,6 +65,7 @@ pub(crate) struct TriangleContact<T> {
     first: Vec<[T; 3]>,
     newton: NewtonStart,
     statistics: ContactStatistics,
+    arch: pulp::Arch,
 }
 
 /// Where a substep starts, and the iterate that a certificate goes on from, if there is one.
@@ -74,7 +76,7 @@ const TASK: usize = 512;
 
 impl<T: Real> TriangleContact<T> {
     /// That of a model, if its triangles touch.
-    pub(crate) fn new(model: &Model, pinch: Pinch) -> Option<Self> {
+    pub(crate) fn new(model: &Model, pinch: Pinch, arch: pulp::Arch) -> Option<Self> {
         let contact = *model.self_contact().filter(|contact| contact.is_of_triangles())?;
         let surface = ContactSurface::new(model, &contact);
         let (count, nodes) = (model.particle_count(), surface.node_count());
@@ -93,6 +95,7 @@ impl<T: Real> TriangleContact<T> {
             newton: NewtonStart::StepStart,
             statistics: ContactStatistics::default(),
             surface,
+            arch,
         })
     }
 
@@ -205,12 +208,12 @@ impl<T: Real> TriangleContact<T> {
         (index, length): (usize, T),
         is_end: bool,
     ) -> Result<u64> {
-        let Self { surface, trees, list, position, other, first, certifier, .. } = self;
+        let Self { surface, trees, list, position, other, first, certifier, arch, .. } = self;
         let (bodies, impulses) = (&mut self.bodies, &mut self.impulses);
         bodies.substep_begin(model, index);
         read(proven.unwrap_or(start), bodies.way_start(proven.is_some()), other);
         read(&motion.position, bodies.end(), position);
-        let mut search = ListSearch { surface, trees, list };
+        let mut search = ListSearch { surface, trees, list, arch: *arch };
         let particles = start.count();
         let is_held = |i: u32| i as usize >= particles || masses.is_held(i as usize);
         if is_end && proven.is_some() {

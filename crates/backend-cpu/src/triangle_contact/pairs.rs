@@ -8,7 +8,10 @@ use cloth_core::{
 };
 use rayon::prelude::*;
 
-use super::tree::{Bounds, GROUP, Padded, Tree, padded};
+use super::{
+    proofs::ProofTask,
+    tree::{Bounds, GROUP, Padded, Tree, padded},
+};
 
 /// Groups whose pairs are one run.
 const RUN: usize = 8;
@@ -30,17 +33,17 @@ pub(super) struct PairList<T> {
     references: [Vec<[T; 3]>; 2],
     /// The box around both places of each vertex.
     vertices: Vec<Bounds<T>>,
-    /// Positions of the present search, or of the start and the end of its ways.
-    padded: [Vec<Padded<T>>; 2],
+    /// Positions of the present search.
+    padded: Vec<Padded<T>>,
     reach: T,
     pub(super) rebuilds: u32,
 }
 
 /// Pairs of a vertex and a triangle, then pairs of edges: apart, so that loops over them do not branch.
 #[derive(Clone, Debug, Default)]
-struct Run {
-    vertex_triangle: Vec<UnprovenPair>,
-    edge_edge: Vec<UnprovenPair>,
+pub(super) struct Run {
+    pub(super) vertex_triangle: Vec<UnprovenPair>,
+    pub(super) edge_edge: Vec<UnprovenPair>,
 }
 
 impl Run {
@@ -96,7 +99,7 @@ impl<T: Real> PairList<T> {
             runs: Vec::new(),
             references: [Vec::new(), Vec::new()],
             vertices: Vec::new(),
-            padded: [Vec::new(), Vec::new()],
+            padded: Vec::new(),
             reach: T::from_f64((1.0 + SKIN) * distance),
             rebuilds: 0,
         }
@@ -186,9 +189,8 @@ impl<T: Real> PairList<T> {
         x: &[[T; 3]],
     ) -> Vec<ContactStencil<T>> {
         let distance = T::from_f64(surface.reach());
-        let [places, _] = &mut self.padded;
-        pad(x, places);
-        let places = &**places;
+        pad(x, &mut self.padded);
+        let places = &*self.padded;
         let found = self.runs.par_iter().flat_map_iter(|run| {
             let near = move |[a, b]: [Bounds<T>; 2]| !a.is_apart(&b, distance);
             let close = run.filter(
@@ -312,23 +314,12 @@ fn pad<T: Real>(places: &[[T; 3]], out: &mut Vec<Padded<T>>) {
     out.extend(places.iter().map(|&place| padded(place)));
 }
 
-/// Whether an axis of space proves that two features, in these boxes at the start and at the end, do not meet: as `is_proven` has it.
-#[inline(always)]
-fn along_axes<T: Real>([[a, b], [c, d]]: [[Bounds<T>; 2]; 2], delta: T) -> bool {
-    let mut proven = [false; 4];
-    for axis in 0..4 {
-        let above = (a.low[axis] > b.high[axis]) & (c.low[axis] - d.high[axis] > delta);
-        let below = (b.low[axis] > a.high[axis]) & (d.low[axis] - c.high[axis] > delta);
-        proven[axis] = above | below;
-    }
-    proven[0] | proven[1] | proven[2] | proven[3]
-}
-
 /// The list as a search that builds it when it does not hold.
 pub(super) struct ListSearch<'a, T> {
     pub(super) surface: &'a ContactSurface,
     pub(super) trees: &'a mut [Tree<T>; 2],
     pub(super) list: &'a mut PairList<T>,
+    pub(super) arch: pulp::Arch,
 }
 
 impl<T: Real> PairSearch<T> for ListSearch<'_, T> {
@@ -338,34 +329,17 @@ impl<T: Real> PairSearch<T> for ListSearch<'_, T> {
         marked: Option<&[bool]>,
         out: &mut Vec<UnprovenPair>,
     ) -> Result<()> {
-        let Ways { start, end, delta, is_new } = *ways;
+        let Ways { start, end, delta, .. } = *ways;
         let distance = delta + delta;
         if !(self.list.holds(start, distance) && self.list.holds(end, distance)) {
             // Marked particles lag behind the others, which the next rounds will make worse: then boxes are around whole ways.
             let is_common = marked.is_none();
             self.list.build((self.surface, self.trees), [start, end], is_common)?;
         }
-        let PairList { runs, padded: [from, to], .. } = &mut *self.list;
-        pad(start, from);
-        pad(end, to);
-        let (from, to) = (&**from, &**to);
-        let found = runs.par_iter().flat_map_iter(|run| {
-            let is_marked = move |pair: &UnprovenPair, marked: &[bool]| {
-                let [a, b, c, d] = pair.particles;
-                let [a, b] = [marked[a as usize], marked[b as usize]];
-                a | b | marked[c as usize] | marked[d as usize]
-            };
-            let is_left = move |pair: &UnprovenPair, axes: [[Bounds<T>; 2]; 2]| {
-                // Most pairs are proven by an axis of space.
-                !along_axes(axes, delta)
-                    && marked.is_none_or(|marked| is_marked(pair, marked))
-                    && pair.is_unproven(start, end, (delta, is_new))
-            };
-            run.filter(
-                move |pair| is_left(pair, [vertex_triangle(pair, from), vertex_triangle(pair, to)]),
-                move |pair| is_left(pair, [edge_edge(pair, from), edge_edge(pair, to)]),
-            )
-        });
+        let runs = &self.list.runs;
+        let (ways, arch) = (*ways, self.arch);
+        let found =
+            runs.par_iter().flat_map_iter(|run| arch.dispatch(ProofTask { run, ways, marked }));
         out.par_extend(found);
         Ok(())
     }

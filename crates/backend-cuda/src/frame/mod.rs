@@ -41,7 +41,7 @@ pub(crate) struct FrameModel<'a, T> {
     pub(crate) springs: &'a SpringTables<T>,
     pub(crate) strain: &'a StrainTables<T>,
     /// Whether it sums what colliders do.
-    pub(crate) has_impulses: bool,
+    pub(crate) has_feedback: bool,
 }
 
 impl<T: CudaReal> FrameModel<'_, T> {
@@ -52,7 +52,7 @@ impl<T: CudaReal> FrameModel<'_, T> {
         if points.is_some_and(|contact| !contact.excludes_neighbours()) {
             options.push("penalty");
         }
-        if self.model.air().is_some() || self.springs.can_buckle || self.has_impulses {
+        if self.model.air().is_some() || self.springs.can_buckle || self.has_feedback {
             options.push("extras");
         }
         options

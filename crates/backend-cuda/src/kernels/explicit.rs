@@ -211,7 +211,7 @@ impl<T: CudaReal> CudaKernels<T> {
         if let Some(saved) = &mut self.frames.saved {
             self.memory.state.save(queue, present, saved)?;
         }
-        if let Some(memory) = &mut self.memory.impulses {
+        if let Some(memory) = &mut self.memory.feedback {
             memory.of_frame.copy_from(queue, &memory.impulses)?;
         }
         Ok(())
@@ -222,7 +222,7 @@ impl<T: CudaReal> CudaKernels<T> {
         if let Some(saved) = &self.frames.saved {
             self.memory.state.saved_restore(&self.memory.queue, present as usize, saved)?;
         }
-        if let Some(memory) = &mut self.memory.impulses {
+        if let Some(memory) = &mut self.memory.feedback {
             memory.impulses.copy_from(&self.memory.queue, &memory.of_frame)?;
         }
         Ok(())

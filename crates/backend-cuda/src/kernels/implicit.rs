@@ -26,7 +26,7 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
         self.settle()?;
         let Memory { queue, data, state, .. } = &mut self.memory;
         state.keep(queue, data)?;
-        if let Some(memory) = &mut self.memory.impulses {
+        if let Some(memory) = &mut self.memory.feedback {
             memory.kept.copy_from(&self.memory.queue, &memory.impulses)?;
         }
         if let Some(triangles) = &mut self.triangles {
@@ -39,7 +39,7 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
         self.settle()?;
         let Memory { queue, data, state, .. } = &mut self.memory;
         state.kept_prepare(queue, data)?;
-        if let Some(memory) = &mut self.memory.impulses {
+        if let Some(memory) = &mut self.memory.feedback {
             memory.impulses.copy_from(&self.memory.queue, &memory.kept)?;
         }
         if let Some(triangles) = &mut self.triangles {
@@ -163,7 +163,7 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
     }
 
     fn constraint_impulses(&mut self, start: NewtonStart) -> Result<()> {
-        if self.memory.impulses.is_none() {
+        if self.memory.feedback.is_none() {
             return Ok(());
         }
         let is_iterate = u32::from(start == NewtonStart::Iterate);

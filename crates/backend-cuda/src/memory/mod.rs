@@ -1,7 +1,7 @@
 //! All memory of one solver on the device: its motion, the tables of the model, what a frame is given, and what is found.
 
 mod contact;
-mod impulses;
+mod feedback;
 mod inputs;
 mod state;
 mod status;
@@ -21,7 +21,7 @@ use crate::{
 };
 
 use contact::ContactMemory;
-pub(crate) use impulses::ImpulseMemory;
+pub(crate) use feedback::FeedbackMemory;
 use inputs::InputMemory;
 use state::StateMemory;
 use status::StatusMemory;
@@ -38,7 +38,7 @@ pub(crate) struct Memory<T> {
     pub(crate) status: StatusMemory,
     /// Sums over blocks of particles.
     pub(crate) partials: Buffer<f64>,
-    pub(crate) impulses: Option<ImpulseMemory>,
+    pub(crate) feedback: Option<FeedbackMemory>,
     pub(crate) contact: Option<ContactMemory<T>>,
 }
 
@@ -72,9 +72,9 @@ impl<T: CudaReal> Memory<T> {
         data.acceleration = model.uniform_acceleration().map(T::from_f64);
         data.drag_rate = model.drag_rate().map(T::from_f64);
         let mut tables = TableMemory::new(&queue, model, springs, strain, &mut data)?;
-        let impulses = if model.collider_impulses() && !model.colliders().is_empty() {
-            let memory = ImpulseMemory::new(&queue, n, model.colliders().len())?;
-            data.impulses = memory.impulses.address();
+        let feedback = if model.collider_impulses() && !model.colliders().is_empty() {
+            let memory = FeedbackMemory::new(&queue, n, model.colliders().len())?;
+            data.collider_impulses = memory.impulses.address();
             Some(memory)
         } else {
             None
@@ -83,7 +83,7 @@ impl<T: CudaReal> Memory<T> {
         if model.air().is_some() {
             tables.triangles_prepare(&queue, model, &mut data)?;
         }
-        Ok(Self { queue, data, state, tables, inputs, status, partials, impulses, contact: None })
+        Ok(Self { queue, data, state, tables, inputs, status, partials, feedback, contact: None })
     }
 
     /// Takes the memory for contact of points, if there is any; a patch has its tiles divided into groups.

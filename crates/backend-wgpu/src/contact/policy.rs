@@ -27,7 +27,7 @@ impl ContactSizes {
     }
 
     /// Whether the model has so few groups that their number does not matter.
-    pub(crate) const fn is_wide(&self) -> bool {
+    pub(crate) const fn has_crews(&self) -> bool {
         self.groups <= GROUPS_WIDE
     }
 }
@@ -60,7 +60,7 @@ struct Span {
 }
 
 const SPAN: Span = Span { horizon: 20.0, interval_max: 8 };
-const SPAN_WIDE: Span = Span { horizon: 48.0, interval_max: 32 };
+const SPAN_CREWS: Span = Span { horizon: 48.0, interval_max: 32 };
 
 /// Good frames after which a longer interval is tried: so many at first, twice as many after each trial
 /// that failed, up to the largest number; the first number again after that many good frames.
@@ -110,13 +110,13 @@ impl ContactPolicy {
         }
     }
 
-    /// As [`ContactSizes::is_wide`].
-    pub(crate) const fn is_wide(&self) -> bool {
-        self.sizes.is_wide()
+    /// As [`ContactSizes::has_crews`].
+    pub(crate) const fn has_crews(&self) -> bool {
+        self.sizes.has_crews()
     }
 
     const fn span(&self) -> Span {
-        if self.is_wide() { SPAN_WIDE } else { SPAN }
+        if self.has_crews() { SPAN_CREWS } else { SPAN }
     }
 
     /// The constants of `shared/group.wgsl`.
@@ -248,7 +248,7 @@ mod tests {
         // 1024 groups of 32, and 1036.
         for (side, horizon, interval_max) in [(181, 48e-3, 32), (182, 20e-3, 8)] {
             let mut policy = policy_of(side);
-            assert_eq!(policy.is_wide(), side == 181);
+            assert_eq!(policy.has_crews(), side == 181);
             assert!((policy.constants().horizon - horizon).abs() < 1e-8);
             (0..100).for_each(|_| policy.frame_was_good());
             assert_eq!(policy.interval, interval_max);
@@ -271,7 +271,7 @@ mod tests {
         policy.list_was_broken(2);
         let second = frames_until(&mut policy, 4);
         assert!(first < second, "{first:?} {second:?}");
-        assert!(frames_until(&mut policy, SPAN_WIDE.interval_max).is_some());
+        assert!(frames_until(&mut policy, SPAN_CREWS.interval_max).is_some());
     }
 
     #[test]

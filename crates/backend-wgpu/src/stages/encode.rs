@@ -27,7 +27,7 @@ impl Stages {
         if self.open.is_none() && (self.is_batch || command.has_contact()) {
             let frames = vec![self.frame_open()];
             self.open = Some(OpenFrames { start: self.present, frames, question: None });
-            self.impulses_copy(["impulses", "impulses_of_frame"])?;
+            self.impulses_copy(["collider_impulses", "collider_impulses_of_frame"])?;
         }
         self.encode(&command)?;
         let has_contact = command.has_contact();

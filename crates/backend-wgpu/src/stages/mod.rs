@@ -5,7 +5,7 @@ mod contact;
 mod control_forces;
 mod encode;
 mod fabric;
-mod impulses;
+mod feedback;
 mod linear;
 mod motion;
 mod results;
@@ -71,7 +71,7 @@ pub(crate) struct Stages {
     /// Whether one kernel does the composite stage; false on a device that cannot bind enough buffers.
     is_fused: bool,
     /// Whether the model has nothing that the form of the fused substep for few groups does not take.
-    takes_wide: bool,
+    takes_crews: bool,
     /// Whether two kernels do all of an implicit substep but its iterations.
     is_step_fused: bool,
     has_force: bool,
@@ -182,7 +182,8 @@ impl Stages {
         let sizes = contact.as_ref().map(|policy| policy.sizes);
         let repeats = contact.is_some() || solve_policy.is_some();
         // Where a frame is short the device would stand still while the host learns how the last ones went.
-        let is_short = sizes.as_ref().is_some_and(ContactSizes::is_wide) && solve_policy.is_none();
+        let is_short =
+            sizes.as_ref().is_some_and(ContactSizes::has_crews) && solve_policy.is_none();
         let motions = match (repeats, is_short && !model.collider_impulses()) {
             (_, true) => MOTIONS_MAX,
             (true, false) => 3,
@@ -204,7 +205,7 @@ impl Stages {
             held: vec![false; model.particle_count()],
             control_forces: control_forces::InEffect::default(),
             is_fused: true,
-            takes_wide: forms::takes(forms::SUBSTEP_WIDE, &model, config),
+            takes_crews: forms::takes(forms::SUBSTEP_CREWS, &model, config),
             is_step_fused: false,
             has_force: false,
             has_start: false,
@@ -316,20 +317,20 @@ impl Stages {
         let buckling = springs::may_buckle(&self.model).then_some("buckling");
         let is_grid = |collider: &Collider| matches!(collider.shape, ColliderShape::Grid(_));
         let grids = self.model.colliders().iter().any(is_grid).then_some("grids");
-        let impulses = self.model.collider_impulses().then_some("impulses");
+        let feedback = self.model.collider_impulses().then_some("feedback");
         let fabric = self.model.has_fabric().then_some("fabric");
         match name {
-            "explicit_substep" | "explicit_substep_wide" => {
+            "explicit_substep" | "explicit_substep_crews" => {
                 let air = self.model.air().is_some().then_some("air");
                 let is_general = name == "explicit_substep";
                 let general = [is_penalty.then_some("penalty"), fabric];
                 let general = general.into_iter().flatten().filter(|_| is_general);
                 let forces = air.into_iter().chain(buckling).chain(general);
-                forces.chain(grids).chain(impulses).collect()
+                forces.chain(grids).chain(feedback).collect()
             }
             "collider_response" => {
                 let start = self.model.has_passable_colliders().then_some("start");
-                grids.into_iter().chain(impulses).chain(start).collect()
+                grids.into_iter().chain(feedback).chain(start).collect()
             }
             "collider_constraints" => grids.into_iter().collect(),
             "semi_implicit_factorise"
@@ -365,7 +366,7 @@ impl Stages {
             "measure" => {
                 buckling.into_iter().chain(contact.map(|_| "contact")).chain(grids).collect()
             }
-            "contact_candidates_boxes" => self.is_wide().then_some("wide").into_iter().collect(),
+            "contact_candidates_boxes" => self.has_crews().then_some("crews").into_iter().collect(),
             "contact_candidates_list" => {
                 let excludes = contact.is_some_and(cloth_core::SelfContact::excludes_neighbours);
                 excludes.then_some("exclusions").into_iter().collect()
@@ -384,14 +385,14 @@ impl Stages {
 
     /// The form of the fused substep for this model.
     fn substep_kernel(&self) -> &'static str {
-        if self.is_wide() { "explicit_substep_wide" } else { "explicit_substep" }
+        if self.has_crews() { "explicit_substep_crews" } else { "explicit_substep" }
     }
 
     /// Whether the fused substep is in the form for few groups.
-    fn is_wide(&self) -> bool {
+    fn has_crews(&self) -> bool {
         self.is_penalty()
-            && self.takes_wide
-            && self.contact.as_ref().is_some_and(ContactPolicy::is_wide)
+            && self.takes_crews
+            && self.contact.as_ref().is_some_and(ContactPolicy::has_crews)
     }
 
     fn kernel(&mut self, name: &'static str) -> Result<Arc<Kernel>> {
@@ -399,7 +400,7 @@ impl Stages {
             return Ok(Arc::clone(kernel));
         }
         let has_procedural =
-            ["explicit_substep", "explicit_substep_wide", "procedural_forces"].contains(&name);
+            ["explicit_substep", "explicit_substep_crews", "procedural_forces"].contains(&name);
         let procedural = self.procedural.as_ref().filter(|_| has_procedural);
         let kernel = self.context.kernel(name, &self.options(name), procedural)?;
         self.kernels.insert(name, Arc::clone(&kernel));

@@ -250,7 +250,7 @@ impl Stages {
         if let Some(triangles) = &mut self.triangles {
             triangles.keep();
         }
-        self.impulses_copy(["impulses", "impulses_kept"])?;
+        self.impulses_copy(["collider_impulses", "collider_impulses_kept"])?;
         self.kept_copy(true)
     }
 
@@ -289,7 +289,7 @@ impl Stages {
         if let Some(triangles) = &mut self.triangles {
             triangles.restore();
         }
-        self.impulses_copy(["impulses_kept", "impulses"])?;
+        self.impulses_copy(["collider_impulses_kept", "collider_impulses"])?;
         self.kept_copy(false)
     }
 

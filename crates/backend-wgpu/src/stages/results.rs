@@ -200,7 +200,7 @@ impl Stages {
             self.constrained_reset()?;
         }
         self.rebuilds_reported = 0;
-        self.impulses_copy(["impulses_of_frame", "impulses"])?;
+        self.impulses_copy(["collider_impulses_of_frame", "collider_impulses"])?;
         self.contact_constants_write()?;
         let was_batch = std::mem::replace(&mut self.is_batch, true);
         let outcome = frames.iter().try_for_each(|frame| self.frame_encode(frame));

@@ -72,6 +72,20 @@ pub fn certify_with_margin<T: Real>(
     proves(unit(at_end[0])) || proves(unit(at_start[1])) || proves(unit(at_end[1]))
 }
 
+/// Whether the first axis that [`certify`] tries is a proof, as it is for most pairs: without a branch, so that loops over pairs become
+/// vector code.
+#[inline(always)]
+#[must_use]
+pub fn certify_at_start<T: Real>(
+    start: &[[T; 3]; 4],
+    end: &[[T; 3]; 4],
+    split: Split,
+    delta: T,
+) -> bool {
+    let axis = closest_axis(start, split);
+    is_apart(start, axis, split, T::ZERO) & is_apart(end, axis, split, delta)
+}
+
 /// Whether `axis` proves the features to be apart at `points`: n . (a_i - b_j) exceeds `delta` \[m\] and what rounding can do for
 /// all cross pairs. No component of the axis may exceed 2; `delta` is a length if the axis has length 1.
 #[inline(always)]

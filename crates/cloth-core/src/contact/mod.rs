@@ -19,7 +19,9 @@ mod truncation;
 pub use bodies::{BodyMotion, ContactBody};
 pub use body_impulses::BodyImpulses;
 pub use carrier::Carrier;
-pub use certificate::{MARGIN, Split, certify, certify_with_margin, closest_axis, is_apart};
+pub use certificate::{
+    MARGIN, Split, certify, certify_at_start, certify_with_margin, closest_axis, is_apart,
+};
 pub use certifier::{CertifiedWays, Certifier, PairSearch, UnprovenPair, Ways};
 pub use ghosts::{Ghost, GhostAnchor, GhostGuide};
 pub(crate) use law::EXPLICIT_EIGENVALUE;

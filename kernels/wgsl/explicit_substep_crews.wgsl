@@ -10,11 +10,11 @@
 //!if not grids
 //!include distance_grid_none
 //!end
-//!if impulses
-//!include impulses
+//!if feedback
+//!include feedback
 //!end
-//!if not impulses
-//!include impulses_none
+//!if not feedback
+//!include feedback_none
 //!end
 //!if buckling
 //!include spring_buckling
@@ -28,9 +28,9 @@
 //!if not air
 //!include air_add_none
 //!end
-//!include particle_advance contact_pair contact_counts contact_penalty group crews contact_turn_wide group_box group_boxes
+//!include particle_advance contact_pair contact_counts contact_penalty group crews contact_turn_crews group_box group_boxes
 //!include group_boxes_out group_positions group_positions_out group_rows group_region group_check contact_spill
-//!include contact_search_wide contact_force_wide
+//!include contact_search_crews contact_force_crews
 
 // For each particle the sum over its springs so far.
 var<workgroup> spring_sums: array<vec3f, GROUP>;

@@ -5,11 +5,11 @@ use cloth_core::{ColliderImpulse, Result};
 use super::CudaKernels;
 use crate::{
     layout::{BLOCK, CudaReal},
-    memory::ImpulseMemory,
+    memory::FeedbackMemory,
     queue::{Launch, argument},
 };
 
-const COMPONENTS: usize = ImpulseMemory::COMPONENTS;
+const COMPONENTS: usize = FeedbackMemory::COMPONENTS;
 
 impl<T: CudaReal> CudaKernels<T> {
     /// The sums since the last call.
@@ -20,7 +20,7 @@ impl<T: CudaReal> CudaKernels<T> {
         if let Some(triangles) = &mut self.triangles {
             triangles.impulses_take(out);
         }
-        let Some(memory) = &self.memory.impulses else { return Ok(()) };
+        let Some(memory) = &self.memory.feedback else { return Ok(()) };
         let (sums, count) = (memory.sums.address(), memory.sums.len());
         let blocks = self.count().div_ceil(BLOCK);
         let launch =
@@ -30,7 +30,7 @@ impl<T: CudaReal> CudaKernels<T> {
             kernels.start(name, launch, &[argument(&(blocks as u32)), argument(&sums)])
         })?;
         let mut read = Vec::new();
-        if let Some(memory) = &self.memory.impulses {
+        if let Some(memory) = &self.memory.feedback {
             memory.sums.read(&self.memory.queue, &mut read)?;
         }
         for (sum, blocks) in out.iter_mut().zip(read.chunks(COMPONENTS * blocks)) {

@@ -8,7 +8,7 @@ use crate::{
 };
 
 /// Memory for what each collider did to each particle.
-pub(crate) struct ImpulseMemory {
+pub(crate) struct FeedbackMemory {
     /// Component q of collider c is number 6 c + q, each for all particles.
     pub(crate) impulses: Buffer<f64>,
     /// The same at the start of a frame that may have to be done again.
@@ -19,7 +19,7 @@ pub(crate) struct ImpulseMemory {
     pub(crate) sums: Buffer<f64>,
 }
 
-impl ImpulseMemory {
+impl FeedbackMemory {
     /// Components of an impulse and its moment.
     pub(crate) const COMPONENTS: usize = 6;
 
