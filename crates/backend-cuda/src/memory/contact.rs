@@ -6,7 +6,7 @@
 //! is room for: then the frame is done again from its start, with more room. As results depend on the pairs
 //! in contact alone, a frame done again is the frame that should have been.
 
-use cloth_core::{ContactResponse, Error, Model, NONE, Result, SelfContact};
+use cloth_core::{ContactResponse, Error, Model, Result, SelfContact};
 
 use crate::{
     layout::{CudaReal, GROUP, Real4, SolverData, Status},
@@ -96,7 +96,7 @@ impl<T: CudaReal> ContactMemory<T> {
             tile_marks: Buffer::zeros(queue, tiles)?,
             tile_list: Buffer::zeros(queue, tiles)?,
             tile_rough: Buffer::zeros(queue, tiles)?,
-            group_side: group_side(model, &members),
+            group_side: model.group_side(&members, GROUP),
             group_members: Buffer::of(queue, &members)?,
             groups,
             capacity: CAPACITY,
@@ -195,21 +195,4 @@ impl<T: CudaReal> ContactMemory<T> {
         self.candidate_counts.read(queue, counts)?;
         self.candidates.read(queue, candidates)
     }
-}
-
-/// The longest side of the boxes around groups at rest, on average \[m\].
-fn group_side(model: &Model, members: &[u32]) -> f64 {
-    let sides = members.chunks(GROUP).map(|group| {
-        let mut low = [f64::INFINITY; 3];
-        let mut high = [f64::NEG_INFINITY; 3];
-        for &particle in group.iter().filter(|&&particle| particle != NONE) {
-            let x = model.positions()[particle as usize];
-            for axis in 0..3 {
-                low[axis] = low[axis].min(x[axis]);
-                high[axis] = high[axis].max(x[axis]);
-            }
-        }
-        (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max)
-    });
-    sides.sum::<f64>() / (members.len() / GROUP).max(1) as f64
 }

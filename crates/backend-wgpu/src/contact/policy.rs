@@ -1,6 +1,6 @@
 //! How long and how often: the sizes behind the list of groups.
 
-use cloth_core::{Error, Model, NONE, Result, SelfContact};
+use cloth_core::{Error, Model, Result, SelfContact};
 
 use crate::{
     dispatch::GROUP,
@@ -101,7 +101,7 @@ impl ContactPolicy {
         Self {
             distance: contact.distance,
             time_step,
-            group_side: group_side(model, members),
+            group_side: model.group_side(members, GROUP as usize),
             sizes,
             interval: 4,
             good_frames: 0,
@@ -189,23 +189,6 @@ impl ContactPolicy {
         self.changed = true;
         Ok(())
     }
-}
-
-/// The longest side of the boxes around groups at rest, on average \[m\].
-fn group_side(model: &Model, members: &[u32]) -> f64 {
-    let sides = members.chunks(GROUP as usize).map(|group| {
-        let mut low = [f64::INFINITY; 3];
-        let mut high = [f64::NEG_INFINITY; 3];
-        for &particle in group.iter().filter(|&&particle| particle != NONE) {
-            let x = model.positions()[particle as usize];
-            for axis in 0..3 {
-                low[axis] = low[axis].min(x[axis]);
-                high[axis] = high[axis].max(x[axis]);
-            }
-        }
-        (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max)
-    });
-    sides.sum::<f64>() / (members.len() / GROUP as usize).max(1) as f64
 }
 
 #[cfg(test)]

@@ -4,6 +4,24 @@ use super::Model;
 use crate::NONE;
 
 impl Model {
+    /// The longest side of the boxes around groups of `size` particles at rest, on average \[m\].
+    #[must_use]
+    pub fn group_side(&self, members: &[u32], size: usize) -> f64 {
+        let sides = members.chunks(size).map(|group| {
+            let mut low = [f64::INFINITY; 3];
+            let mut high = [f64::NEG_INFINITY; 3];
+            for &particle in group.iter().filter(|&&particle| particle != NONE) {
+                let x = self.positions()[particle as usize];
+                for axis in 0..3 {
+                    low[axis] = low[axis].min(x[axis]);
+                    high[axis] = high[axis].max(x[axis]);
+                }
+            }
+            (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max)
+        });
+        sides.sum::<f64>() / (members.len() / size).max(1) as f64
+    }
+
     /// The particles of all cloths in groups of `size`: those of each cloth sorted by recursive bisection across the
     /// longest side of their rest positions, each cloth filled up to whole groups with [`NONE`].
     ///
