@@ -1,12 +1,13 @@
 // NUMERICS section 5, `conjugate_gradient` and `jacobi`: a whole solve in one cooperative launch, in one of two forms. In general,
-// particles are handed out to blocks in steps, with two meetings of all blocks in each iteration, and with `schwarz` those of that preconditioner. With `resident`, for models of
+// particles are handed out to blocks in steps, with two meetings of all blocks in each iteration, and with `schwarz` those of that preconditioner. With `teams`, for models that
+// do not fill the device with a thread for each particle, several threads work out a row together. With `resident`, for models of
 // which a multiprocessor has a few hundred particles, all that a particle needs stays in registers from one iteration to the
 // next, and blocks do not meet at all (`shared/resident.cuh`).
 
 #if defined(CLOTH_RESIDENT)
 #define THREADS RESIDENT_THREADS
 #define SOLVER_BLOCKS 1
-#elif defined(CLOTH_F64) || defined(CLOTH_MANY_REGISTERS) || defined(CLOTH_SCHWARZ)
+#elif defined(CLOTH_F64) || defined(CLOTH_TEAMS) || defined(CLOTH_SCHWARZ)
 #define THREADS 512
 #define SOLVER_BLOCKS 1
 #else
@@ -17,6 +18,8 @@
 #ifdef CLOTH_SCHWARZ
 // What is left beside the memory of teams.
 typedef SumMemory<THREADS, 2> Sums;
+#elif defined(CLOTH_TEAMS)
+typedef SumMemory<THREADS / ROW_TEAM, 2, ROW_TEAM> Sums;
 #else
 typedef SumMemory<THREADS> Sums;
 #endif
@@ -112,13 +115,10 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) jacobi(cons
 // From one iteration to the next, y is kept in the last numbers of p, q and r, which would be read and written for nothing. Puts it
 // where it belongs.
 __device__ __forceinline__ void solution_unpack(const Solver& s, const Linear& l) {
-    Pass::Work work = Pass::work_of(s.count);
-    for (uint k = 0; k < work.count; k++) {
-        uint i = work.particle(k);
-        if (i >= s.count) continue;
+    Pass::for_own(s.count, [&](uint i) {
         vec3 y = {l.vectors[DIRECTION][i].w, l.vectors[DIRECTION_IMAGE][i].w, l.vectors[RESIDUAL][i].w};
         l.vectors[SOLUTION][i] = with_w(y, 0);
-    }
+    });
 }
 
 extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_gradient(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution, uint by_energy) {
@@ -145,10 +145,9 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_g
             finish(l, iteration, residual / solve.reference, end.converged, end.breakdown, indefinite, energy.relative);
             return;
         }
-        Pass::for_particles(s, memory, 1, l.partials, l.partials, [&](uint i) {
+        Pass::for_rows(s, l, memory, l.vectors[PRECONDITIONED], 1, l.partials, l.partials, [&](uint i, const real4& origin, const vec3& row) {
             vec3 c = xyz(l.vectors[PRECONDITIONED][i]);
-            real4 origin = l.origin[i];
-            vec3 image = filtered(l, i, origin.w > 0, matrix_row(s, l, l.vectors[PRECONDITIONED], i, origin));
+            vec3 image = filtered(l, i, origin.w > 0, row);
             l.vectors[IMAGE][i] = with_w(image, 0);
             return Products{dot(c, image), 0};
         });
@@ -196,7 +195,6 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) jacobi(cons
     __shared__ Sums memory;
     Solve solve = Pass::begin(s, l, memory, from_solution);
     if (!solve.iterates) return;
-    Pass::Work work = Pass::work_of(s.count);
     Damping damping = {1, 0};
     double norm = solve.gamma, residual = solve.residual;
     for (uint iteration = 0;; iteration++) {
@@ -206,13 +204,10 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) jacobi(cons
             return;
         }
         real w = (real)damping.omega;
-        for (uint k = work.count; k > 0; k--) {
-            uint i = work.particle(k - 1);
-            if (i < s.count) {
-                vec3 y = w * xyz(l.vectors[PRECONDITIONED][i]) + xyz(l.vectors[SOLUTION][i]);
-                l.vectors[SOLUTION][i] = with_w(y, 0);
-            }
-        }
+        Pass::for_own(s.count, [&](uint i) {
+            vec3 y = w * xyz(l.vectors[PRECONDITIONED][i]) + xyz(l.vectors[SOLUTION][i]);
+            l.vectors[SOLUTION][i] = with_w(y, 0);
+        });
         grid_barrier(&s.status->barrier[1]);
         double before = norm;
         Pass::residual_of(s, l, memory, l.vectors[SOLUTION], residual, norm);

@@ -37,7 +37,7 @@ modules! {
     "collider_constraints" [],
     "collider_impulses" [],
     "collider_response" [],
-    "conjugate_gradient" ["many_registers", "resident", "schwarz"],
+    "conjugate_gradient" ["teams", "resident", "schwarz"],
     "conjugate_gradient_patch" in "patch" [],
     "constraint_filter" [],
     "constraint_impulses" [],
@@ -95,7 +95,7 @@ shared! {
     "substep" "frame",
     "patch": "stencil" "packet" "tile" "flat" "pairs" "strip" "tile_list" "around" "area" "area_expected" "sketch" "area_view" "area_search"
     "far_search" "area_sum" "area_sum_few" "area_sum_many",
-    "shared": "certificate" "triangles" "contact_rows" "linear" "fabric_matrix" "sum" "schwarz" "solve" "resident",
+    "shared": "certificate" "triangles" "team" "contact_rows" "linear" "fabric_matrix" "sum" "schwarz" "solve" "resident",
     "patch": "neighbours24",
     "shared": "constraint",
 }
@@ -179,8 +179,8 @@ impl CudaModule {
             let has = |option| set.contains(&option);
             let single = has("fast") || has("resident") || has("stencil");
             !(has("f64") && single
-                || has("resident") && (has("many_registers") || has("schwarz"))
-                || has("schwarz") && has("many_registers")
+                || has("resident") && (has("teams") || has("schwarz"))
+                || has("schwarz") && has("teams")
                 || has("grid") && !has("table")
                 || has("stencil") && !has("grid")
                 || has("packed") && has("table")

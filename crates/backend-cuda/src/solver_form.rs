@@ -2,13 +2,16 @@
 
 use crate::layout::BLOCK;
 
+/// Threads that work out a row together, as in `shared/team.cuh`.
+const ROW_TEAM: usize = 4;
+
 /// A form of the kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SolverForm {
     /// For every model.
     General,
-    /// The same with as many registers as there are.
-    ManyRegisters,
+    /// The same with several threads for each row, where there are far fewer particles than the device has threads.
+    Teams,
     /// For large patches of 24 neighbours, tile by tile.
     Patch,
     /// Every particle in the registers of a thread of its own for the whole solve.
@@ -32,7 +35,7 @@ impl SolverForm {
     /// The module of the kernel.
     pub(crate) const fn module(self) -> &'static str {
         match self {
-            Self::General | Self::ManyRegisters | Self::Resident | Self::Schwarz => {
+            Self::General | Self::Teams | Self::Resident | Self::Schwarz => {
                 "conjugate_gradient"
             }
             Self::Patch => "conjugate_gradient_patch",
@@ -43,7 +46,7 @@ impl SolverForm {
     pub(crate) const fn option(self) -> Option<&'static str> {
         match self {
             Self::General | Self::Patch => None,
-            Self::ManyRegisters => Some("many_registers"),
+            Self::Teams => Some("teams"),
             Self::Resident => Some("resident"),
             Self::Schwarz => Some("schwarz"),
         }
@@ -52,8 +55,16 @@ impl SolverForm {
     /// Threads of a block.
     pub(crate) const fn threads(self) -> usize {
         match self {
-            Self::General | Self::ManyRegisters | Self::Schwarz => BLOCK,
+            Self::General | Self::Teams | Self::Schwarz => BLOCK,
             Self::Patch | Self::Resident => BLOCK / 2,
+        }
+    }
+
+    /// Particles that a block takes in a step.
+    pub(crate) const fn step(self) -> usize {
+        match self {
+            Self::Teams => self.threads() / ROW_TEAM,
+            _ => self.threads(),
         }
     }
 }

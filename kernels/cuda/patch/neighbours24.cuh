@@ -151,7 +151,7 @@ template <uint THREADS, uint WIDTH, uint OWN> struct PatchTile {
             if (!exists(s, k)) continue;
             uint i = particle(s, k);
             real4 own = vector[place + k * ACROSS];
-            if (l.has_pairs) pairs_add(s, l, i, xyz(own), value, sums[k]);
+            if (l.has_pairs) pairs_add<1>(s, l, i, xyz(own), value, sums[k]);
             visit(i, origin[place + k * ACROSS].w > 0, own, sums[k]);
         }
     }

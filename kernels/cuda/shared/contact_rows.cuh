@@ -37,11 +37,13 @@ __device__ __forceinline__ vec3 contact_times(const TriangleContact& contact, co
 __device__ __forceinline__ bool contacts_any(const ContactTable& table, uint i) { return table.offsets[i] != table.offsets[i + 1]; }
 
 // The row of a particle times a vector.
-__device__ __forceinline__ vec3 contacts_row(const ContactTable& table, const real4* vectors, uint i) {
+template <uint MEMBERS = 1> __device__ __forceinline__ vec3 contacts_row(const ContactTable& table, const real4* vectors, uint i) {
     vec3 sum = {0, 0, 0};
-    for (uint k = table.offsets[i], end = table.offsets[i + 1]; k < end; k++) {
-        const TriangleContact& contact = table.contacts[table.places[k] / 4];
-        sum = sum + contact.weights[table.places[k] % 4] * contact_times(contact, vectors);
-    }
+    terms_add<MEMBERS>(sum, table.offsets[i], table.offsets[i + 1], [&](uint k, vec3& term) {
+        uint place = table.places[k];
+        const TriangleContact& contact = table.contacts[place / 4];
+        term = contact.weights[place % 4] * contact_times(contact, vectors);
+        return true;
+    });
     return sum;
 }

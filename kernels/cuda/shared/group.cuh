@@ -4,6 +4,7 @@
 // what other groups look at: one load for both, side by side.
 
 #define GROUP 32
+#define WARP 32
 #define ALL_LANES 0xffffffffu
 #define NONE 0xffffffffu
 

@@ -198,37 +198,37 @@ __device__ __forceinline__ vec3 base_apply(const vec3& on, const vec3& off, bool
     return sum;
 }
 
-// Adds what a spring gives to a row, from the difference of the vectors of its ends.
-__device__ __forceinline__ void spring_add(vec3& sum, const SpringBlock& spring, const vec3& d) {
+// What a spring gives to a row, from the difference of the vectors of its ends.
+__device__ __forceinline__ vec3 spring_term(const SpringBlock& spring, const vec3& d) {
     const vec3& u = spring.u;
     real along = u.x * d.x + u.y * d.y + u.z * d.z;
-    sum.x += spring.g * d.x + u.x * along;
-    sum.y += spring.g * d.y + u.y * along;
-    sum.z += spring.g * d.z + u.z * along;
+    return {spring.g * d.x + u.x * along, spring.g * d.y + u.y * along, spring.g * d.z + u.z * along};
 }
 
-template <bool SHARED>
+__device__ __forceinline__ void spring_add(vec3& sum, const SpringBlock& spring, const vec3& d) { sum = sum + spring_term(spring, d); }
+
+template <bool SHARED, uint MEMBERS>
 __device__ __forceinline__ void springs_add(const Solver& s, const Linear& l, const real4* p, uint i, const vec3& origin, const vec3& own, vec3& sum) {
     SpringRow row = spring_row(s, i);
-#pragma unroll 4
-    for (uint k = 0; k < row.count; k++) {
+    terms_add<MEMBERS>(sum, 0, row.count, [&](uint k, vec3& term) {
         uint at = row.first + (k << row.shift);
         uint2 link = l.links[at];
         uint j = i + link.x;
         vec3 difference = xyz(l.origin[j]) - origin;
-        spring_add(sum, spring_block<SHARED>(l, at, factor_place(s, l, link.y, i, j), difference), own - xyz(p[j]));
-    }
+        term = spring_term(spring_block<SHARED>(l, at, factor_place(s, l, link.y, i, j), difference), own - xyz(p[j]));
+        return true;
+    });
 }
 
 // Adds what the pairs in contact give to row i, for a vector whose entries `value` gives.
-template <typename Value>
+template <uint MEMBERS, typename Value>
 __device__ __forceinline__ void pairs_add(const Solver& s, const Linear& l, uint i, const vec3& own, Value value, vec3& sum) {
-    uint count = l.pair_counts[i];
-    for (uint k = 0; k < count; k++) {
+    terms_add<MEMBERS>(sum, 0, l.pair_counts[i], [&](uint k, vec3& term) {
         vec3 u = xyz(l.pair_factors[(size_t)k * s.count + i]);
         real along = dot(u, own - xyz(value(l.pair_partners[(size_t)k * s.count + i])));
-        sum = sum + u * along;
-    }
+        term = u * along;
+        return true;
+    });
 }
 
 #define SLICE 32
@@ -237,34 +237,37 @@ __device__ __forceinline__ void pairs_add(const Solver& s, const Linear& l, uint
 __device__ __forceinline__ size_t element_place(uint entry, uint i) { return (size_t)entry * 9 * SLICE + i % SLICE; }
 
 // Row i of the blocks off the diagonal times a vector.
-__device__ __forceinline__ vec3 element_row(const Linear& l, const real4* p, uint i) {
+template <uint MEMBERS> __device__ __forceinline__ vec3 element_row(const Linear& l, const real4* p, uint i) {
     vec3 sum = {0, 0, 0};
-    uint end = l.element_slices[i / SLICE + 1];
-    for (uint entry = l.element_slices[i / SLICE]; entry < end; entry++) {
+    terms_add<MEMBERS>(sum, l.element_slices[i / SLICE], l.element_slices[i / SLICE + 1], [&](uint entry, vec3& term) {
         uint j = l.element_columns[entry * SLICE + i % SLICE];
-        if (j == NONE) break;
+        if (j == NONE) return false;
         const real* block = l.element_blocks + element_place(entry, i);
         vec3 x = xyz(p[j]);
-        sum.x += block[0] * x.x + block[SLICE] * x.y + block[2 * SLICE] * x.z;
-        sum.y += block[3 * SLICE] * x.x + block[4 * SLICE] * x.y + block[5 * SLICE] * x.z;
-        sum.z += block[6 * SLICE] * x.x + block[7 * SLICE] * x.y + block[8 * SLICE] * x.z;
-    }
+        term.x = block[0] * x.x + block[SLICE] * x.y + block[2 * SLICE] * x.z;
+        term.y = block[3 * SLICE] * x.x + block[4 * SLICE] * x.y + block[5 * SLICE] * x.z;
+        term.z = block[6 * SLICE] * x.x + block[7 * SLICE] * x.y + block[8 * SLICE] * x.z;
+        return true;
+    });
     return sum;
 }
 
-// Row i of A times a vector, for a particle with this origin.
-__device__ __forceinline__ vec3 matrix_row(const Solver& s, const Linear& l, const real4* p, uint i, const real4& origin) {
+// Row i of A times a vector, for a particle with this origin. With several MEMBERS, all lanes of a warp call it, those of a team for one row.
+template <uint MEMBERS = 1> __device__ __forceinline__ vec3 matrix_row(const Solver& s, const Linear& l, const real4* p, uint i, const real4& origin) {
     vec3 own = xyz(p[i]), off = {0, 0, 0};
     if (l.is_full) off = xyz(l.base[1][i]);
     vec3 sum = base_apply(xyz(l.base[0][i]), off, l.is_full, own);
     if (l.along != nullptr) {
-        springs_add<true>(s, l, p, i, xyz(origin), own, sum);
+        springs_add<true, MEMBERS>(s, l, p, i, xyz(origin), own, sum);
     } else {
-        springs_add<false>(s, l, p, i, xyz(origin), own, sum);
+        springs_add<false, MEMBERS>(s, l, p, i, xyz(origin), own, sum);
     }
-    if (l.has_pairs) pairs_add(s, l, i, own, [&](uint j) { return p[j]; }, sum);
-    if (l.has_contacts && contacts_any(l.contacts, i)) sum = sum + contacts_row(l.contacts, p, i);
-    if (l.has_elements) sum = sum + element_row(l, p, i);
+    if (l.has_pairs) pairs_add<MEMBERS>(s, l, i, own, [&](uint j) { return p[j]; }, sum);
+    if (l.has_contacts) {
+        vec3 touching = contacts_row<MEMBERS>(l.contacts, p, i);
+        if (contacts_any(l.contacts, i)) sum = sum + touching;
+    }
+    if (l.has_elements) sum = sum + element_row<MEMBERS>(l, p, i);
     return sum;
 }
 

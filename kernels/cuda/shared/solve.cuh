@@ -130,9 +130,12 @@ struct Damping {
     }
 };
 
-// Passes over all particles by blocks with `Memory` for sums: particles are handed out in steps.
+// Passes over all particles by blocks with `Memory` for sums: particles are handed out in steps, each to a team of threads, which work
+// out its row together; its first thread does all else.
 template <typename Memory> struct Passes {
-    static constexpr uint THREADS = Memory::STEP;
+    static constexpr uint STEP = Memory::STEP;
+    static constexpr uint MEMBERS = Memory::MEMBERS;
+    static constexpr uint THREADS = Memory::THREADS;
 
     // The steps of a block.
     struct Work {
@@ -141,28 +144,60 @@ template <typename Memory> struct Passes {
         uint count;
 
         __device__ __forceinline__ uint step(uint k) const { return first + k * stride; }
-        __device__ __forceinline__ uint particle(uint k) const { return step(k) * THREADS + threadIdx.x; }
+        __device__ __forceinline__ uint particle(uint k) const { return step(k) * STEP + threadIdx.x / MEMBERS; }
     };
 
+    static __device__ __forceinline__ bool is_first() { return threadIdx.x % MEMBERS == 0; }
+
+    // Calls `visit` for each particle of this thread.
+    template <typename Visit> static __device__ __forceinline__ void for_own(uint count, Visit visit) {
+        Work work = work_of(count);
+        for (uint k = 0; k < work.count; k++) {
+            uint i = work.particle(k);
+            if (i < count && is_first()) visit(i);
+        }
+    }
+
     static __device__ __forceinline__ Work work_of(uint count) {
-        uint steps = (count + THREADS - 1) / THREADS;
+        uint steps = (count + STEP - 1) / STEP;
         return {blockIdx.x, gridDim.x, (steps - blockIdx.x + gridDim.x - 1) / gridDim.x};
     }
 
     // Sums that are published, those of particles beyond the last included.
-    static __device__ __forceinline__ uint units_of(uint count) { return (count + THREADS - 1) / THREADS * Memory::UNITS; }
+    static __device__ __forceinline__ uint units_of(uint count) { return (count + STEP - 1) / STEP * Memory::UNITS; }
 
-    // Calls `visit` for each particle of this block, its steps in descending order: the pass before it has ended with those that
-    // are still in the cache. Its products are summed.
+    // Calls `visit` for each particle of this block; its products are summed.
     template <typename Visit>
     static __device__ __forceinline__ void for_particles(const Solver& s, Memory& memory, uint count, double* first, double* second, Visit visit) {
+        for_teams(s, memory, count, first, second, [&](uint i) {
+            if (i < s.count && is_first()) return visit(i);
+            return Products{0, 0};
+        });
+    }
+
+    // The same with its origin and its row of A times a vector.
+    template <typename Visit>
+    static __device__ __forceinline__ void for_rows(const Solver& s, const Linear& l, Memory& memory, const real4* vector, uint count, double* first, double* second, Visit visit) {
+        for_teams(s, memory, count, first, second, [&](uint i) {
+            // All lanes of a warp have to be there.
+            uint j = MEMBERS > 1 ? min(i, s.count - 1) : i;
+            if (MEMBERS == 1 && i >= s.count) return Products{0, 0};
+            real4 origin = l.origin[j];
+            vec3 row = matrix_row<MEMBERS>(s, l, vector, j, origin);
+            if (i < s.count && is_first()) return visit(i, origin, row);
+            return Products{0, 0};
+        });
+    }
+
+    // Calls `work` for each step of this block, these in descending order: the pass before it has ended with those that are still in the
+    // cache. Its products are summed.
+    template <typename Visit>
+    static __device__ __forceinline__ void for_teams(const Solver& s, Memory& memory, uint count, double* first, double* second, Visit visit) {
         Work work = work_of(s.count);
         for (uint end = work.count; end > 0;) {
             uint turns = min(end, Memory::TURNS);
             for (uint turn = 0; turn < turns; turn++) {
-                uint i = work.particle(end - 1 - turn);
-                Products products = {0, 0};
-                if (i < s.count) products = visit(i);
+                Products products = visit(work.particle(end - 1 - turn));
                 for (uint which = 0; which < count; which++) memory.put(turn, which, which == 0 ? products.a : products.b);
             }
             __syncthreads();
@@ -237,10 +272,7 @@ template <typename Memory> struct Passes {
         if (y == nullptr) {
             for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) { return visit(i, l.origin[i], vec3{0, 0, 0}); });
         } else {
-            for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) {
-                real4 origin = l.origin[i];
-                return visit(i, origin, matrix_row(s, l, y, i, origin));
-            });
+            for_rows(s, l, memory, y, 2, sums[0], sums[1], visit);
         }
         residual_sums(s, l, memory, sums, residual, gamma);
     }
@@ -264,7 +296,6 @@ template <typename Memory> struct Passes {
     // Puts the solution where the iteration starts, and its residual with it.
     static __device__ __forceinline__ Solve begin(const Solver& s, const Linear& l, Memory& memory, uint from_solution, bool measures = false) {
         uint units = units_of(s.count);
-        Work work = work_of(s.count);
         bool is_constrained = false;
         if (l.has_constraints) {
             for_particles(s, memory, 1, l.partials, l.partials, [&](uint i) {
@@ -283,10 +314,7 @@ template <typename Memory> struct Passes {
         solve.residual = solve.reference;
         solve.iterates = true;
         if (solve.reference == 0 || !from_solution) {
-            for (uint k = 0; k < work.count; k++) {
-                uint i = work.particle(k);
-                if (i < s.count) l.vectors[SOLUTION][i] = l.has_constraints ? l.vectors[DIRECTION][i] : real4{0, 0, 0, 0};
-            }
+            for_own(s.count, [&](uint i) { l.vectors[SOLUTION][i] = l.has_constraints ? l.vectors[DIRECTION][i] : real4{0, 0, 0, 0}; });
         }
         if (solve.reference == 0) {
             finish(l, 0, 0, true, false);
@@ -294,10 +322,7 @@ template <typename Memory> struct Passes {
             return solve;
         }
         if (from_solution) {
-            for (uint k = 0; k < work.count; k++) {
-                uint i = work.particle(k);
-                if (i < s.count) l.vectors[SOLUTION][i] = with_w(projected(s, l, i, xyz(l.vectors[SOLUTION][i])), 0);
-            }
+            for_own(s.count, [&](uint i) { l.vectors[SOLUTION][i] = with_w(projected(s, l, i, xyz(l.vectors[SOLUTION][i])), 0); });
             grid_barrier(&s.status->barrier[1]);
             if (measures) solve.closer += step_times_residual(s, l, memory);
             residual_of(s, l, memory, l.vectors[SOLUTION], solve.residual, solve.gamma);

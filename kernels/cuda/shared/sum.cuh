@@ -5,8 +5,6 @@
 #define SUM_PART 128
 #define SUM_LANES 16
 #define SUMS_MAX 3
-#define WARP 32
-#define ALL_LANES 0xffffffffu
 // Trees of 32 blocks that are worked on at once.
 #define SUM_GROUPS 128
 
@@ -24,22 +22,30 @@ __device__ __forceinline__ double sum_of_warp(double value) {
     return value;
 }
 
-// Memory for the sums of a block of THREADS threads, which takes THREADS particles in a step and TURNS steps between two meetings
+// Memory for the sums of a block that takes STEP particles in a step, MEMBERS threads for each, and TURNS steps between two meetings
 // of its threads. What is published as one number is the sum of a unit: a block of 512 particles, or what a step has of one.
-template <uint THREADS, uint TURNS_MAX = THREADS < SUM_BLOCK ? 2 : 8> struct SumMemory {
-    static constexpr uint STEP = THREADS;
+template <uint STEP_SIZE, uint TURNS_MAX = STEP_SIZE < SUM_BLOCK ? 2 : 8, uint MEMBER_COUNT = 1> struct SumMemory {
+    static constexpr uint STEP = STEP_SIZE;
     static constexpr uint TURNS = TURNS_MAX;
-    static constexpr uint UNIT = THREADS < SUM_BLOCK ? THREADS : SUM_BLOCK;
-    static constexpr uint UNITS = THREADS / UNIT;
+    static constexpr uint MEMBERS = MEMBER_COUNT;
+    static constexpr uint THREADS = STEP * MEMBERS;
+    static constexpr uint UNIT = STEP < SUM_BLOCK ? STEP : SUM_BLOCK;
+    static constexpr uint UNITS = STEP / UNIT;
     // Units of a block of 512.
     static constexpr uint SHARE = SUM_BLOCK / UNIT;
 
-    real pairs[TURNS][2][THREADS / WARP][SUM_LANES];
+    // What each particle has, or each two whose numbers differ by 16.
+    real pairs[TURNS][2][STEP / WARP][MEMBERS > 1 ? WARP : SUM_LANES];
     double groups[2][SUM_GROUPS];
     double total[SUMS_MAX];
 
-    // Puts what this thread has of sum `which` in place; `__syncthreads` comes after it.
+    // Puts what this thread, or the first one of this team, has of sum `which` in place; `__syncthreads` comes after it.
     __device__ __forceinline__ void put(uint turn, uint which, real product) {
+        if constexpr (MEMBERS > 1) {
+            uint place = threadIdx.x / MEMBERS;
+            if (threadIdx.x % MEMBERS == 0) pairs[turn][which][place / WARP][place % WARP] = product;
+            return;
+        }
         real pair = product + __shfl_xor_sync(ALL_LANES, product, SUM_LANES);
         if (threadIdx.x % WARP < SUM_LANES) pairs[turn][which][threadIdx.x / WARP][threadIdx.x % WARP] = pair;
     }
@@ -48,7 +54,12 @@ template <uint THREADS, uint TURNS_MAX = THREADS < SUM_BLOCK ? 2 : 8> struct Sum
     __device__ __forceinline__ double part(uint turn, uint which, uint part) const {
         real sum = 0;
         for (uint k = 0; k < SUM_PART / WARP; k++) {
-            sum += pairs[turn][which][part * (SUM_PART / WARP) + k][threadIdx.x % SUM_LANES];
+            const real* pair = pairs[turn][which][part * (SUM_PART / WARP) + k] + threadIdx.x % SUM_LANES;
+            if constexpr (MEMBERS > 1) {
+                sum += pair[0] + pair[SUM_LANES];
+            } else {
+                sum += pair[0];
+            }
         }
         return sum_of_lanes((double)sum);
     }

@@ -23,8 +23,8 @@ const RESIDENT_PLACES: usize = 1 << 16;
 const PATCH_ENTRIES: usize = 2 * 36 * 20;
 /// Bytes of shared memory of a team, as in `shared/schwarz.cuh`.
 const TEAM_MEMORY: usize = 4 * 5376 + 2 * 8 * 96;
-/// Particles up to which the general form gains from many registers, and not from many threads.
-const REGISTERS_PARTICLES_MAX: usize = 1 << 17;
+/// Particles up to which rows are worked out by several threads each.
+const TEAMS_PARTICLES_MAX: usize = 1 << 17;
 
 /// The launch of kernel `name` in a form, if the model, the precision and the device are such that the present system
 /// can be solved in it.
@@ -59,7 +59,7 @@ fn launch<T: CudaReal>(
             || linear.elements.is_some()
             || linear.data.has_contacts != 0
             || !linear.is_patch()
-            || n < REGISTERS_PARTICLES_MAX)
+            || n < TEAMS_PARTICLES_MAX)
     {
         return Ok(None);
     }
@@ -67,7 +67,7 @@ fn launch<T: CudaReal>(
     let kernel = cache.kernel(form.module(), name)?;
     let device = &memory.queue.device;
     let shared = match form {
-        SolverForm::General | SolverForm::ManyRegisters => 0,
+        SolverForm::General | SolverForm::Teams => 0,
         SolverForm::Schwarz => TEAMS * (TEAM_MEMORY + 96 * size_of::<T>()),
         SolverForm::Patch => PATCH_ENTRIES * size_of::<Real4<T>>(),
         SolverForm::Resident => places * size_of::<Real4<T>>(),
@@ -77,7 +77,7 @@ fn launch<T: CudaReal>(
     }
     let threads = form.threads() as u32;
     let resident = device.resident_blocks(kernel, threads, shared)?;
-    let mut wanted = (n as u32).div_ceil(threads);
+    let mut wanted = n.div_ceil(form.step()) as u32;
     if form == SolverForm::Schwarz {
         wanted = wanted.max(linear.schwarz.as_ref().map_or(1, |all| all.blocks_wanted()));
     }
@@ -104,8 +104,8 @@ pub(crate) fn choose<T: CudaReal>(
         cache.solver = form;
         return Ok(launch);
     }
-    let general = if (memory.data.count as usize) < REGISTERS_PARTICLES_MAX {
-        SolverForm::ManyRegisters
+    let general = if (memory.data.count as usize) < TEAMS_PARTICLES_MAX {
+        SolverForm::Teams
     } else {
         SolverForm::General
     };
