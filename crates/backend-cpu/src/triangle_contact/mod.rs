@@ -53,6 +53,7 @@ pub(crate) struct TriangleContact<T> {
     /// Those of cloths and of bodies.
     trees: [Tree<T>; 2],
     list: PairList<T>,
+    marked_list: PairList<T>,
     set: ContactSet<T>,
     certifier: Certifier<T>,
     bodies: BodyMotion<T>,
@@ -83,6 +84,7 @@ impl<T: Real> TriangleContact<T> {
         Some(Self {
             trees: [Tree::of_cloths(&surface), Tree::of_bodies(&surface)],
             list: PairList::new(surface.reach()),
+            marked_list: PairList::new(surface.reach()),
             set: ContactSet::with_nodes(count, nodes),
             certifier: Certifier::with_nodes(count, nodes)
                 .with_ghosts(pinch == Pinch::Ghost)
@@ -118,7 +120,7 @@ impl<T: Real> TriangleContact<T> {
                 *other = std::array::from_fn(|k| x[k] + length * other[k]);
             }
             let sets = [&*self.position, &*self.other];
-            self.list.build((&self.surface, &mut self.trees), sets, true)?;
+            self.list.build((&self.surface, &mut self.trees), sets, None)?;
         }
         Ok(())
     }
@@ -208,12 +210,13 @@ impl<T: Real> TriangleContact<T> {
         (index, length): (usize, T),
         is_end: bool,
     ) -> Result<u64> {
-        let Self { surface, trees, list, position, other, first, certifier, arch, .. } = self;
+        let Self { surface, trees, list, marked_list, .. } = self;
+        let Self { position, other, first, certifier, arch, .. } = self;
         let (bodies, impulses) = (&mut self.bodies, &mut self.impulses);
         bodies.substep_begin(model, index);
         read(proven.unwrap_or(start), bodies.way_start(proven.is_some()), other);
         read(&motion.position, bodies.end(), position);
-        let mut search = ListSearch { surface, trees, list, arch: *arch };
+        let mut search = ListSearch { surface, trees, list, marked_list, arch: *arch };
         let particles = start.count();
         let is_held = |i: u32| i as usize >= particles || masses.is_held(i as usize);
         if is_end && proven.is_some() {

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::{
     proofs::ProofTask,
-    tree::{Bounds, GROUP, Padded, Tree, padded},
+    tree::{Bounds, Ends, GROUP, Padded, Tree, ends, padded},
 };
 
 /// Groups whose pairs are one run.
@@ -25,14 +25,14 @@ const SKIN: f64 = 1.0;
 /// What rounding may do to the proof, relative to the reach of the list.
 const ROUNDING: f64 = 1e-3;
 
-/// All pairs of features whose boxes, around both sets of positions, are closer than `reach`.
+/// All pairs of features, less those whose boxes are `reach` or more apart along the same axis at two sets of positions.
 #[derive(Debug)]
 pub(super) struct PairList<T> {
     runs: Vec<Run>,
     /// The sets of positions \[m\]; none before the first.
     references: [Vec<[T; 3]>; 2],
-    /// The box around both places of each vertex.
-    vertices: Vec<Bounds<T>>,
+    /// Both places of each vertex.
+    vertices: Vec<Ends<T>>,
     /// Positions of the present search.
     padded: Vec<Padded<T>>,
     reach: T,
@@ -77,7 +77,7 @@ impl Run {
 
 /// Boxes around both features of a pair of a vertex and a triangle. No array is mapped here and in the tests: that is a call of its own.
 #[inline(always)]
-fn vertex_triangle<T: Real>(pair: &UnprovenPair, places: &[Padded<T>]) -> [Bounds<T>; 2] {
+fn vertex_triangle<T: Real>(pair: &UnprovenPair, places: &[Padded<T>]) -> [Bounds<T, 4>; 2] {
     let [a, b, c, d] = pair.particles;
     let [a, b] = [places[a as usize], places[b as usize]];
     let [c, d] = [places[c as usize], places[d as usize]];
@@ -86,7 +86,7 @@ fn vertex_triangle<T: Real>(pair: &UnprovenPair, places: &[Padded<T>]) -> [Bound
 
 /// And of a pair of edges.
 #[inline(always)]
-fn edge_edge<T: Real>(pair: &UnprovenPair, places: &[Padded<T>]) -> [Bounds<T>; 2] {
+fn edge_edge<T: Real>(pair: &UnprovenPair, places: &[Padded<T>]) -> [Bounds<T, 4>; 2] {
     let [a, b, c, d] = pair.particles;
     let [a, b] = [places[a as usize], places[b as usize]];
     let [c, d] = [places[c as usize], places[d as usize]];
@@ -111,9 +111,8 @@ impl<T: Real> PairList<T> {
 
     /// Whether no pair is missing whose features are `distance` or less apart at these positions along all axes.
     ///
-    /// A pair that is missing was `reach` apart along an axis at both sets of positions, and between these. Say that since one of
-    /// these all particles have moved by c, and each by at most e along each axis beside that: it is reach - 2 e apart. So
-    /// is it if each is e away from the box around its two places.
+    /// A pair that is missing was `reach` apart along an axis at both sets of positions. Say that since one of these all particles have moved by
+    /// c, and each by at most e along each axis beside that: it is reach - 2 e apart.
     pub(super) fn holds(&self, positions: &[[T; 3]], distance: T) -> bool {
         if self.references[0].len() != positions.len() {
             return false;
@@ -123,47 +122,50 @@ impl<T: Real> PairList<T> {
         let moved = positions.par_iter().zip(first).zip(second).with_min_len(4096);
         let moved = moved.fold(Moved::new, |moved, ((x, a), b)| moved.with(x, a, b));
         let moved = moved.reduce(Moved::new, Moved::join);
-        moved.wide(0) <= room || moved.wide(1) <= room || moved.outside + moved.outside <= room
+        moved.wide(0) <= room || moved.wide(1) <= room
     }
 
-    /// Builds the list for two sets of positions and all between them, the second one less a common motion if `is_common`.
+    /// Builds the list for two sets of positions, and all that are the same share of the way from one to the other. With marks, pairs of
+    /// triangles without a marked particle are left out: such a list holds for nothing else.
     pub(super) fn build(
         &mut self,
         (surface, [tree, bodies]): (&ContactSurface, &mut [Tree<T>; 2]),
         [from, to]: [&[[T; 3]]; 2],
-        is_common: bool,
+        marked: Option<&[bool]>,
     ) -> Result<()> {
-        let common = if is_common { common_motion(from, to) } else { [T::ZERO; 3] };
-        let [first, second] = &mut self.references;
-        first.clear();
-        first.extend_from_slice(from);
-        second.clear();
-        second.extend(to.iter().map(|x| {
-            let moved: [T; 3] = std::array::from_fn(|k| x[k] - common[k]);
-            moved
-        }));
+        for (reference, set) in self.references.iter_mut().zip([from, to]) {
+            reference.clear();
+            reference.extend_from_slice(set);
+        }
         self.vertices.clear();
-        let both = first.iter().zip(&*second);
-        self.vertices.extend(both.map(|(&a, &b)| Bounds::around([padded(a), padded(b)])));
+        self.vertices.extend(from.iter().zip(to).map(|(&a, &b)| ends(a, b)));
         let (vertices, reach) = (&*self.vertices, self.reach);
         tree.refit(surface, vertices);
         bodies.refit(surface, vertices);
         let (tree, bodies) = (&*tree, &*bodies);
+        let marks =
+            marked.map(|marked| [tree.marks(surface, marked), bodies.marks(surface, marked)]);
         let total = AtomicU64::new(0);
         self.runs.resize_with(tree.groups().div_ceil(RUN), Run::default);
         self.runs.par_iter_mut().enumerate().for_each(|(number, run)| {
             run.clear();
             for group in number * RUN..((number + 1) * RUN).min(tree.groups()) {
+                let of = |of_bodies: bool, group: usize| {
+                    marks.as_ref().map_or(u8::MAX, |marks| marks[usize::from(of_bodies)][group])
+                };
+                let own = of(false, group);
                 tree.near(group, reach, |other| {
-                    if total.load(Ordering::Relaxed) <= PAIRS_MAX {
+                    let marks = [own, of(false, other)];
+                    if marks != [0; 2] && total.load(Ordering::Relaxed) <= PAIRS_MAX {
                         let groups = [(tree, group), (tree, other)];
-                        between(surface, groups, (vertices, reach), run);
+                        between(surface, groups, marks, (vertices, reach), run);
                     }
                 });
                 bodies.near_bounds(tree.bounds(group), reach, |other| {
-                    if total.load(Ordering::Relaxed) <= PAIRS_MAX {
+                    let marks = [own, of(true, other)];
+                    if marks != [0; 2] && total.load(Ordering::Relaxed) <= PAIRS_MAX {
                         let groups = [(tree, group), (bodies, other)];
-                        between(surface, groups, (vertices, reach), run);
+                        between(surface, groups, marks, (vertices, reach), run);
                     }
                 });
             }
@@ -192,7 +194,7 @@ impl<T: Real> PairList<T> {
         pad(x, &mut self.padded);
         let places = &*self.padded;
         let found = self.runs.par_iter().flat_map_iter(|run| {
-            let near = move |[a, b]: [Bounds<T>; 2]| !a.is_apart(&b, distance);
+            let near = move |[a, b]: [Bounds<T, 4>; 2]| !a.is_apart(&b, distance);
             let close = run.filter(
                 move |pair| near(vertex_triangle(pair, places)),
                 move |pair| near(edge_edge(pair, places)),
@@ -212,13 +214,12 @@ impl<T: Real> PairList<T> {
 struct Moved<T> {
     low: [[T; 3]; 2],
     high: [[T; 3]; 2],
-    outside: T,
 }
 
 impl<T: Real> Moved<T> {
     fn new() -> Self {
         let (low, high) = ([[T::INFINITY; 3]; 2], [[-T::INFINITY; 3]; 2]);
-        Self { low, high, outside: T::ZERO }
+        Self { low, high }
     }
 
     #[inline(always)]
@@ -229,9 +230,6 @@ impl<T: Real> Moved<T> {
                 self.low[set][axis] = self.low[set][axis].minimum(way);
                 self.high[set][axis] = self.high[set][axis].maximum(way);
             }
-            let below = a[axis].minimum(b[axis]) - x[axis];
-            let above = x[axis] - a[axis].maximum(b[axis]);
-            self.outside = self.outside.maximum(below).maximum(above);
         }
         self
     }
@@ -243,7 +241,6 @@ impl<T: Real> Moved<T> {
                 self.high[set][axis] = self.high[set][axis].maximum(other.high[set][axis]);
             }
         }
-        self.outside = self.outside.maximum(other.outside);
         self
     }
 
@@ -254,21 +251,13 @@ impl<T: Real> Moved<T> {
     }
 }
 
-/// The centre of the box around all ways.
-fn common_motion<T: Real>(from: &[[T; 3]], to: &[[T; 3]]) -> [T; 3] {
-    let mut moved = Moved::new();
-    for (to, from) in to.iter().zip(from) {
-        moved = moved.with(to, from, from);
-    }
-    std::array::from_fn(|k| T::from_f64(0.5) * (moved.low[0][k] + moved.high[0][k]))
-}
-
-/// The pairs of features of two groups that are closer than `reach`.
+/// The pairs of features of two groups that are closer than `reach`, of triangles one of which is marked, a bit for each in a group.
 #[inline(always)]
 fn between<T: Real>(
     surface: &ContactSurface,
     [(tree, group), (other_tree, other)]: [(&Tree<T>, usize); 2],
-    (vertices, reach): (&[Bounds<T>], T),
+    [marks, other_marks]: [u8; 2],
+    (vertices, reach): (&[Ends<T>], T),
     out: &mut Run,
 ) {
     let (own, own_bounds) = tree.group(group);
@@ -289,18 +278,19 @@ fn between<T: Real>(
         let skipped = if is_one { k + 1 } else { 0 };
         for (l, other) in other_bounds.iter().enumerate().skip(skipped) {
             near[count] = (k as u8, l as u8);
-            count += usize::from(is_near[l] && !bounds.is_apart(other, reach));
+            let is_asked = (marks >> k | other_marks >> l) & 1 == 1;
+            count += usize::from(is_asked && is_near[l] && !bounds.is_apart(other, reach));
         }
     }
     for &(k, l) in &near[..count] {
         let (a, b) = (own[k as usize], others[l as usize]);
         surface.candidates_between(a, b, |candidate, particles| {
             let [p, q, r, s] = particles;
-            let (p, q) = (&vertices[p as usize], &vertices[q as usize]);
-            let (r, s) = (&vertices[r as usize], &vertices[s as usize]);
+            let (p, q) = (vertices[p as usize], vertices[q as usize]);
+            let (r, s) = (vertices[r as usize], vertices[s as usize]);
             let [first, second] = match candidate.split() {
-                Split::VertexTriangle => [*p, q.join(r).join(s)],
-                Split::EdgeEdge => [p.join(q), r.join(s)],
+                Split::VertexTriangle => [Bounds::around([p]), Bounds::around([q, r, s])],
+                Split::EdgeEdge => [Bounds::around([p, q]), Bounds::around([r, s])],
             };
             if !first.is_apart(&second, reach) {
                 out.push(UnprovenPair { candidate, particles });
@@ -319,6 +309,8 @@ pub(super) struct ListSearch<'a, T> {
     pub(super) surface: &'a ContactSurface,
     pub(super) trees: &'a mut [Tree<T>; 2],
     pub(super) list: &'a mut PairList<T>,
+    /// A list of the pairs of marked particles alone.
+    pub(super) marked_list: &'a mut PairList<T>,
     pub(super) arch: pulp::Arch,
 }
 
@@ -331,12 +323,15 @@ impl<T: Real> PairSearch<T> for ListSearch<'_, T> {
     ) -> Result<()> {
         let Ways { start, end, delta, .. } = *ways;
         let distance = delta + delta;
-        if !(self.list.holds(start, distance) && self.list.holds(end, distance)) {
-            // Marked particles lag behind the others, which the next rounds will make worse: then boxes are around whole ways.
-            let is_common = marked.is_none();
-            self.list.build((self.surface, self.trees), [start, end], is_common)?;
+        let mut list = &mut *self.list;
+        if !(list.holds(start, distance) && list.holds(end, distance)) {
+            if marked.is_some() {
+                // The next round will have other marks.
+                list = &mut *self.marked_list;
+            }
+            list.build((self.surface, self.trees), [start, end], marked)?;
         }
-        let runs = &self.list.runs;
+        let runs = &list.runs;
         let (ways, arch) = (*ways, self.arch);
         let found =
             runs.par_iter().flat_map_iter(|run| arch.dispatch(ProofTask { run, ways, marked }));
@@ -417,7 +412,7 @@ mod tests {
             };
             let from = shaken(size, &start);
             let to = shaken(0.5 * size, &from);
-            list.build((&surface, &mut trees), [&from, &to], false).unwrap();
+            list.build((&surface, &mut trees), [&from, &to], None).unwrap();
             let mut found: Vec<_> = list.pairs().map(|pair| pair.candidate).collect();
             found.sort_unstable();
             let reach = list.reach;

@@ -1,4 +1,5 @@
-//! `contact_groups`: triangles in groups that lie close together at the start, and boxes around them in a binary tree.
+//! `contact_groups`: triangles in groups that lie close together at the start, and boxes around them in a binary tree, at the start and at the
+//! end of their ways.
 
 use cloth_core::{Real, contact::ContactSurface};
 use rayon::prelude::*;
@@ -14,20 +15,28 @@ pub(super) fn padded<T: Real>([x, y, z]: [T; 3]) -> Padded<T> {
     [x, y, z, T::ZERO]
 }
 
-/// A box with sides along the axes.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Bounds<T> {
-    pub(super) low: Padded<T>,
-    pub(super) high: Padded<T>,
+/// Two points of a way, [`Padded`] and side by side.
+pub(super) type Ends<T> = [T; 8];
+
+#[inline(always)]
+pub(super) fn ends<T: Real>([x, y, z]: [T; 3], [u, v, w]: [T; 3]) -> Ends<T> {
+    [x, y, z, T::ZERO, u, v, w, T::ZERO]
 }
 
-impl<T: Real> Bounds<T> {
-    /// No box: it is apart from all.
-    const EMPTY: Self = Self { low: [T::INFINITY; 4], high: [T::MAX; 4] };
+/// A box with sides along the axes, or one for each end of some ways.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds<T, const SIDES: usize> {
+    pub(super) low: [T; SIDES],
+    pub(super) high: [T; SIDES],
+}
 
-    /// Around some points.
+impl<T: Real, const SIDES: usize> Bounds<T, SIDES> {
+    /// No box: it is apart from all.
+    const EMPTY: Self = Self { low: [T::INFINITY; SIDES], high: [T::MAX; SIDES] };
+
+    /// Around some points, or ends of ways.
     #[inline(always)]
-    pub(super) fn around<const N: usize>(points: [Padded<T>; N]) -> Self {
+    pub(super) fn around<const N: usize>(points: [[T; SIDES]; N]) -> Self {
         let mut bounds = Self { low: points[0], high: points[0] };
         for point in &points[1..] {
             bounds = bounds.join(&Self { low: *point, high: *point });
@@ -38,22 +47,29 @@ impl<T: Real> Bounds<T> {
     /// Around two boxes, none of them empty.
     #[inline(always)]
     pub(super) fn join(mut self, other: &Self) -> Self {
-        for axis in 0..4 {
-            self.low[axis] = self.low[axis].minimum(other.low[axis]);
-            self.high[axis] = self.high[axis].maximum(other.high[axis]);
+        for side in 0..SIDES {
+            self.low[side] = self.low[side].minimum(other.low[side]);
+            self.high[side] = self.high[side].maximum(other.high[side]);
         }
         self
     }
 
     #[inline(always)]
     fn with(self, other: &Self) -> Self {
-        match (self.low[0] == T::INFINITY, other.low[0] == T::INFINITY) {
+        match (self.is_empty(), other.is_empty()) {
             (true, _) => *other,
             (_, true) => self,
             _ => self.join(other),
         }
     }
 
+    #[inline(always)]
+    fn is_empty(&self) -> bool {
+        self.low[0] == T::INFINITY
+    }
+}
+
+impl<T: Real> Bounds<T, 4> {
     /// Whether along some axis it is `reach`, which is not zero, or more away from another.
     #[inline(always)]
     pub(super) fn is_apart(&self, other: &Self, reach: T) -> bool {
@@ -66,15 +82,33 @@ impl<T: Real> Bounds<T> {
     }
 }
 
-/// Groups of triangles, and the boxes around all that these do between two sets of positions.
+impl<T: Real> Bounds<T, 8> {
+    /// Whether along some axis, on the same side of it at both ends of their ways, it is `reach`, which is not zero, or more away from another: then
+    /// it is so all the way, however far both go together.
+    #[inline(always)]
+    pub(super) fn is_apart(&self, other: &Self, reach: T) -> bool {
+        let (mut above, mut below) = ([false; 8], [false; 8]);
+        for side in 0..8 {
+            above[side] = self.low[side] - other.high[side] >= reach;
+            below[side] = other.low[side] - self.high[side] >= reach;
+        }
+        let mut apart = [false; 4];
+        for axis in 0..4 {
+            apart[axis] = (above[axis] & above[4 + axis]) | (below[axis] & below[4 + axis]);
+        }
+        apart[0] | apart[1] | apart[2] | apart[3]
+    }
+}
+
+/// Groups of triangles, and the boxes around them at both ends of their ways.
 #[derive(Debug)]
 pub(super) struct Tree<T> {
     /// Triangles, group by group.
     order: Vec<u32>,
     /// Around each triangle, in that order.
-    triangles: Vec<Bounds<T>>,
+    triangles: Vec<Bounds<T, 8>>,
     /// A heap: children of node k are 2 k and 2 k + 1, and groups are its last nodes.
-    nodes: Vec<Bounds<T>>,
+    nodes: Vec<Bounds<T, 8>>,
 }
 
 impl<T: Real> Tree<T> {
@@ -104,14 +138,14 @@ impl<T: Real> Tree<T> {
 
     /// The triangles of a group, with the boxes around them.
     #[inline(always)]
-    pub(super) fn group(&self, group: usize) -> (&[u32], &[Bounds<T>]) {
+    pub(super) fn group(&self, group: usize) -> (&[u32], &[Bounds<T, 8>]) {
         let start = (group * GROUP).min(self.order.len());
         let end = (start + GROUP).min(self.order.len());
         (&self.order[start..end], &self.triangles[start..end])
     }
 
-    /// Puts boxes around triangles, whose vertices have these.
-    pub(super) fn refit(&mut self, surface: &ContactSurface, vertices: &[Bounds<T>]) {
+    /// Puts boxes around triangles, whose vertices have these ways.
+    pub(super) fn refit(&mut self, surface: &ContactSurface, vertices: &[Ends<T>]) {
         let Self { order, triangles, nodes } = self;
         let groups = nodes.len() / 2;
         let (inner, leaves) = nodes.split_at_mut(groups);
@@ -123,13 +157,15 @@ impl<T: Real> Tree<T> {
                 *node = Bounds::EMPTY;
                 for (bounds, &triangle) in triangles.iter_mut().zip(order) {
                     let corners = surface.triangles()[triangle as usize];
-                    let [a, b, c] = corners.map(|i| &vertices[i as usize]);
-                    *bounds = a.join(b).join(c);
+                    let [a, b, c] = corners;
+                    let [a, b, c] =
+                        [vertices[a as usize], vertices[b as usize], vertices[c as usize]];
+                    *bounds = Bounds::around([a, b, c]);
                     *node = node.with(bounds);
                 }
             });
         for k in (1..groups).rev() {
-            let child = |k: usize, inner: &[Bounds<T>]| {
+            let child = |k: usize, inner: &[Bounds<T, 8>]| {
                 if k < groups { inner[k] } else { leaves[k - groups] }
             };
             let [left, right] = [child(2 * k, inner), child(2 * k + 1, inner)];
@@ -137,17 +173,29 @@ impl<T: Real> Tree<T> {
         }
     }
 
+    /// For each group the triangles that have a marked particle, a bit for each.
+    pub(super) fn marks(&self, surface: &ContactSurface, marked: &[bool]) -> Vec<u8> {
+        let is_marked = |&triangle: &u32| {
+            surface.triangles()[triangle as usize].iter().any(|&i| marked[i as usize])
+        };
+        let of = |group: usize| {
+            let triangles = self.group(group).0.iter().enumerate();
+            triangles.fold(0, |marks, (k, triangle)| marks | u8::from(is_marked(triangle)) << k)
+        };
+        (0..self.groups()).into_par_iter().with_min_len(64).map(of).collect()
+    }
+
     /// The box around a group.
     #[inline(always)]
-    pub(super) fn bounds(&self, group: usize) -> &Bounds<T> {
+    pub(super) fn bounds(&self, group: usize) -> &Bounds<T, 8> {
         &self.nodes[self.groups() + group]
     }
 
     /// Visits the groups of a tree whose boxes are closer to `own`, that of a group of another tree, than `reach`, ascending.
     #[inline(always)]
-    pub(super) fn near_bounds(&self, own: &Bounds<T>, reach: T, mut visit: impl FnMut(usize)) {
+    pub(super) fn near_bounds(&self, own: &Bounds<T, 8>, reach: T, mut visit: impl FnMut(usize)) {
         let groups = self.groups();
-        if own.low[0] == T::INFINITY {
+        if own.is_empty() {
             return;
         }
         let mut stack = [0_usize; 66];
@@ -157,7 +205,7 @@ impl<T: Real> Tree<T> {
             depth -= 1;
             let node = stack[depth];
             let bounds = &self.nodes[node];
-            if bounds.low[0] == T::INFINITY || own.is_apart(bounds, reach) {
+            if bounds.is_empty() || own.is_apart(bounds, reach) {
                 continue;
             }
             if node >= groups {
@@ -175,7 +223,7 @@ impl<T: Real> Tree<T> {
     pub(super) fn near(&self, group: usize, reach: T, mut visit: impl FnMut(usize)) {
         let groups = self.groups();
         let own = self.nodes[groups + group];
-        if own.low[0] == T::INFINITY {
+        if own.is_empty() {
             return;
         }
         // One node of each level waits at most, and the root.
@@ -186,7 +234,7 @@ impl<T: Real> Tree<T> {
             depth -= 1;
             let node = stack[depth];
             let bounds = &self.nodes[node];
-            if bounds.low[0] == T::INFINITY || own.is_apart(bounds, reach) {
+            if bounds.is_empty() || own.is_apart(bounds, reach) {
                 continue;
             }
             if node >= groups {

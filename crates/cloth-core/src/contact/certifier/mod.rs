@@ -95,6 +95,8 @@ pub struct Certifier<T> {
     /// Which share of its way each particle goes.
     shares: Vec<T>,
     marked: Vec<bool>,
+    /// Which particles have changed since the pairs were last looked at.
+    changed: Vec<bool>,
     /// Where particles are once prescribed ways are gone.
     carried: Vec<[T; 3]>,
     pairs: Vec<UnprovenPair>,
@@ -129,6 +131,7 @@ impl<T: Real> Certifier<T> {
             leader: vec![NO_LEADER; count],
             shares: vec![T::ONE; count],
             marked: vec![false; count],
+            changed: vec![false; count],
             carried: Vec::new(),
             pairs: Vec::new(),
             stretch: StretchBounds::default(),

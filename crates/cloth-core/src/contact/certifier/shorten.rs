@@ -73,10 +73,15 @@ impl<T: Real> Certifier<T> {
         for _ in 0..SLIDING_ROUNDS {
             // Each pair starts from where the last one has put its particles.
             pairs.sort_unstable();
+            self.changed.fill(false);
             let ways = Shortened { start, wanted: &wanted, end };
             self.slide(ways, delta, pairs, is_held);
             if let Bounds::Sweeps(first) = bounds {
-                self.stretch.shorten(first, end, is_held, &mut self.marked);
+                self.stretch.shorten(first, end, is_held, &mut self.changed);
+                self.marked
+                    .iter_mut()
+                    .zip(&self.changed)
+                    .for_each(|(marked, changed)| *marked |= changed);
             }
             self.unproven_again(search, (start, end), delta, pairs)?;
             if pairs.is_empty() {
@@ -86,6 +91,7 @@ impl<T: Real> Certifier<T> {
         wanted.copy_from_slice(end);
         for round in 0.. {
             let mut goes_on = false;
+            self.changed.fill(false);
             if !pairs.is_empty() {
                 let plane = round < TRUNCATION_ROUNDS;
                 let ways = Shortened { start, wanted: &wanted, end };
@@ -103,6 +109,7 @@ impl<T: Real> Certifier<T> {
                     self.shares[i] = self.shares[i].minimum(share * before[i]);
                     end[i] = along(start[i], wanted[i], self.shares[i]);
                     self.marked[i] = true;
+                    self.changed[i] = true;
                 }
             }
             if pairs.is_empty() && stretched.is_empty() {
@@ -140,6 +147,7 @@ impl<T: Real> Certifier<T> {
                     body_note(&mut self.bodies, i, pair);
                 }
                 self.marked[i] = true;
+                self.changed[i] = true;
             }
         }
     }
@@ -177,12 +185,13 @@ impl<T: Real> Certifier<T> {
                     body_note(&mut self.bodies, i, pair);
                 }
                 self.marked[i] = true;
+                self.changed[i] = true;
             }
         }
         changes
     }
 
-    /// The pairs that are unproven now, of the particles that have changed.
+    /// The pairs that are unproven now, of the particles that have changed or were in a pair that was: all others are as proven as before.
     fn unproven_again(
         &self,
         search: &mut impl PairSearch<T>,
@@ -192,7 +201,7 @@ impl<T: Real> Certifier<T> {
     ) -> Result<()> {
         pairs.clear();
         let ways = Ways { start, end, delta, is_new: false };
-        search.unproven(&ways, Some(&self.marked), pairs)?;
+        search.unproven(&ways, Some(&self.changed), pairs)?;
         self.exempt_remove(pairs);
         Ok(())
     }
