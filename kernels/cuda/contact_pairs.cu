@@ -17,21 +17,21 @@ extern "C" __global__ void contact_pairs_substep(const __grid_constant__ Solver 
     t.ways[(size_t)t.task.node_count + i] = with_w(xyz(s.position[s.present][i]), 0);
 }
 
-#define MOVED_NUMBERS 16
+#define MOVED_NUMBERS 14
 #define MOVED_THREADS 128
 
 // How far particles have moved since both sets of positions: for each half, starts and ends of ways, some blocks.
 extern "C" __global__ void __launch_bounds__(MOVED_THREADS) contact_pairs_moved(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
     __shared__ real moved[MOVED_THREADS][MOVED_NUMBERS];
     uint blocks = t.task.moved_blocks, half = blockIdx.x / blocks, thread = threadIdx.x;
-    // Largest numbers of all: ways since the first set, their negatives, the same of the second set, what is outside the box around both,
-    // the largest coordinate, and whether something is not finite.
+    // Largest numbers of all: ways since the first set, their negatives, the same of the second set, the largest coordinate, and whether something is
+    // not finite.
     real own[MOVED_NUMBERS];
     for (uint k = 0; k < MOVED_NUMBERS; k++) own[k] = k < 12 ? -(real)REAL_MAX : (real)0;
     for (uint i = blockIdx.x % blocks * MOVED_THREADS + thread; i < t.task.node_count; i += blocks * MOVED_THREADS) {
         vec3 x = xyz(t.ways[(size_t)half * t.task.node_count + i]);
         if (!is_finite(x)) {
-            own[14] = 1;
+            own[13] = 1;
             continue;
         }
         vec3 a = xyz(t.references[i]), b = xyz(t.references[(size_t)t.task.node_count + i]);
@@ -41,8 +41,7 @@ extern "C" __global__ void __launch_bounds__(MOVED_THREADS) contact_pairs_moved(
             own[3 + axis] = maximum(own[3 + axis], q - p);
             own[6 + axis] = maximum(own[6 + axis], p - r);
             own[9 + axis] = maximum(own[9 + axis], r - p);
-            own[12] = maximum(own[12], maximum(minimum(q, r) - p, p - maximum(q, r)));
-            own[13] = maximum(own[13], absolute(p));
+            own[12] = maximum(own[12], absolute(p));
         }
     }
     for (uint k = 0; k < MOVED_NUMBERS; k++) moved[thread][k] = own[k];
@@ -56,29 +55,17 @@ extern "C" __global__ void __launch_bounds__(MOVED_THREADS) contact_pairs_moved(
     if (thread < MOVED_NUMBERS) t.moved[MOVED_NUMBERS * blockIdx.x + thread] = moved[0][thread];
 }
 
-// Takes the common motion out of the second set of positions.
-extern "C" __global__ void contact_pairs_reference(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
-    uint i = blockIdx.x * blockDim.x + threadIdx.x;
-    if (i >= t.task.node_count) return;
-    real4& reference = t.references[(size_t)t.task.node_count + i];
-    reference = with_w(xyz(reference) - make_vec3(t.task.drift[0], t.task.drift[1], t.task.drift[2]), 0);
-}
-
-__device__ __forceinline__ Bounds bounds_with_way(const Solver& s, const TrianglePairs& t, const Bounds& bounds, uint particle) {
-    return bounds_with(bounds_with(bounds, xyz(t.references[particle])), xyz(t.references[(size_t)t.task.node_count + particle]));
-}
-
-// `contact_groups`: boxes around triangles at both sets of positions and all between, and around their groups.
+// `contact_groups`: boxes around triangles at both sets of positions, and around their groups.
 extern "C" __global__ void contact_pairs_boxes(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
     uint group = blockIdx.x * blockDim.x + threadIdx.x;
     if (group >= t.task.group_count) return;
-    Bounds around = bounds_none();
+    WayBounds around = ways_none();
     for (uint slot = SLOTS * group; slot < SLOTS * (group + 1); slot++) {
         if (triangle_word(t, slot, 0) == NO_TRIANGLE) break;
-        Bounds bounds = bounds_none();
-        for (uint k = 1; k <= 3; k++) bounds = bounds_with_way(s, t, bounds, triangle_word(t, slot, k));
+        WayBounds bounds = ways_none();
+        for (uint k = 1; k <= 3; k++) bounds = ways_with(t, bounds, triangle_word(t, slot, k));
         t.boxes[slot] = bounds;
-        around = bounds_union(around, bounds);
+        around = ways_union(around, bounds);
     }
     t.boxes[node_place(t, t.task.group_count + group)] = around;
 }
@@ -87,7 +74,7 @@ extern "C" __global__ void contact_pairs_boxes(const __grid_constant__ Solver s,
 extern "C" __global__ void __launch_bounds__(1024) contact_pairs_tree(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
     for (uint first = t.task.group_count / 2; first > 0; first /= 2) {
         for (uint node = first + threadIdx.x; node < 2 * first; node += blockDim.x) {
-            t.boxes[node_place(t, node)] = bounds_union(t.boxes[node_place(t, 2 * node)], t.boxes[node_place(t, 2 * node + 1)]);
+            t.boxes[node_place(t, node)] = ways_union(t.boxes[node_place(t, 2 * node)], t.boxes[node_place(t, 2 * node + 1)]);
         }
         __syncthreads();
     }
@@ -96,13 +83,13 @@ extern "C" __global__ void __launch_bounds__(1024) contact_pairs_tree(const __gr
 __device__ __forceinline__ void pair_note(const Solver& s, const TrianglePairs& t, const FeaturePair& pair) {
     const uint* p = pair.particles;
     uint middle = pair_is_edges(pair) ? 2 : 1;
-    Bounds first = bounds_none(), second = bounds_none();
+    WayBounds first = ways_none(), second = ways_none();
     for (uint k = 0; k < 4; k++) {
-        Bounds& bounds = k < middle ? first : second;
-        bounds = bounds_with_way(s, t, bounds, p[k]);
+        WayBounds& bounds = k < middle ? first : second;
+        bounds = ways_with(t, bounds, p[k]);
     }
     // Beyond what any list has, counting goes on no further: the number could wrap.
-    if (bounds_are_apart(first, second, t.task.reach) || *(volatile uint*)&t.counts[1] > FEATURE_PAIRS_MAX) return;
+    if (ways_are_apart(first, second, t.task.reach) || *(volatile uint*)&t.counts[1] > FEATURE_PAIRS_MAX) return;
     uint number = atomicAdd(&t.counts[1], 1u);
     if (number < t.task.pair_capacity) t.list[number] = pair;
 }
@@ -154,26 +141,26 @@ __device__ __forceinline__ uint last_group(uint node, uint count) {
     return node - count;
 }
 
-// All pairs of features whose boxes are closer than the reach, a thread for each triangle of cloths and place in the groups that it meets:
+// All pairs of features whose boxes are not the reach apart, a thread for each triangle of cloths and place in the groups that it meets:
 // threads side by side go the same way through the tree. The order of pairs has no meaning.
 extern "C" __global__ void contact_pairs_list(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
     uint thread = blockIdx.x * blockDim.x + threadIdx.x;
     uint slot = thread / SLOTS, place = thread % SLOTS;
     uint count = t.task.group_count, group = slot / SLOTS;
     if (group >= t.task.own_group_count || triangle_word(t, slot, 0) == NO_TRIANGLE) return;
-    Bounds own = t.boxes[slot];
+    WayBounds own = t.boxes[slot];
     // One node of each level waits at most, and the root.
     uint waiting[34];
     uint depth = 1;
     waiting[0] = 1;
     while (depth > 0) {
         uint node = waiting[--depth];
-        Bounds bounds = t.boxes[node_place(t, node)];
-        if (bounds_is_empty(bounds) || bounds_are_apart(own, bounds, t.task.reach)) continue;
+        WayBounds bounds = t.boxes[node_place(t, node)];
+        if (ways_are_empty(bounds) || ways_are_apart(own, bounds, t.task.reach)) continue;
         if (node >= count) {
             // Each two triangles once.
             uint other = SLOTS * (node - count) + place;
-            if (other > slot && triangle_word(t, other, 0) != NO_TRIANGLE && !bounds_are_apart(own, t.boxes[other], t.task.reach)) {
+            if (other > slot && triangle_word(t, other, 0) != NO_TRIANGLE && !ways_are_apart(own, t.boxes[other], t.task.reach)) {
                 triangles_compare(s, t, slot, other);
             }
             continue;

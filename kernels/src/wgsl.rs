@@ -65,7 +65,6 @@ modules! {
     "contact_pairs_boxes" [],
     "contact_pairs_list" [],
     "contact_pairs_moved" [],
-    "contact_pairs_reference" [],
     "contact_pairs_tree" [],
     "control_forces" [],
     "control_forces_anchors" [],
@@ -139,7 +138,7 @@ shared! {
     "group_box" "group_boxes" "group_boxes_out" "group_check" "group_positions" "group_positions_out"
     "group_region" "group_rows" "integrate" "link_kinds" "links" "matrix"
     "matrix_diagonal" "matrix_entry" "matrix_row" "matrix_springs" "measure_sum" "membrane" "membrane_element" "membrane_store" "model" "motion" "motion_out"
-    "particle_advance" "particle_force" "piece" "pair_box" "pair_boxes" "pair_each" "pair_found" "pair_list" "pair_references" "pair_results" "pair_task" "pair_ways"
+    "particle_advance" "particle_force" "piece" "pair_box" "pair_boxes" "pair_each" "pair_found" "pair_list" "pair_references" "pair_results" "pair_task" "pair_way_box" "pair_ways"
     "position_start" "position_start_none" "preconditioner" "preconditioner_block" "procedural" "schwarz" "schwarz_factor" "schwarz_prolong" "schwarz_residual" "solve"
     "solve_begin" "solve_check" "solve_energy" "solve_outcome" "spring" "spring_batch" "spring_buckling" "spring_factor" "spring_linear"
     "status" "substep" "surface" "symmetric" "triangle_row" "triangle_row_none" "triangles" "vectors"

@@ -32,7 +32,6 @@ fn stages_run_where_few_buffers_can_be_bound() {
         "contact_pairs_boxes",
         "contact_pairs_list",
         "contact_pairs_moved",
-        "contact_pairs_reference",
         "contact_pairs_tree",
         "membrane_forces",
         "membrane_forces_gather",

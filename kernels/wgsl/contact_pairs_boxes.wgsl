@@ -1,5 +1,5 @@
-// NUMERICS section 15, contact_groups: boxes around triangles at both sets of positions and all between, and around their groups.
-//!include model pair_task pair_references pair_box surface pair_boxes
+// NUMERICS section 15, contact_groups: boxes around triangles at both sets of positions, and around their groups.
+//!include model pair_task pair_references pair_box pair_way_box surface pair_boxes
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -10,19 +10,18 @@ fn main(
     if group >= pair_task.group_count {
         return;
     }
-    var around = box_none();
+    var around = ways_none();
     for (var slot = SLOTS * group; slot < SLOTS * (group + 1u); slot += 1u) {
         if triangle_word(slot, 0u) == NO_TRIANGLE {
             break;
         }
         let corners = triangle_corners(slot);
-        var bounds = box_none();
+        var bounds = ways_none();
         for (var k = 0u; k < 3u; k += 1u) {
-            bounds = box_with(bounds, reference_first(corners[k]));
-            bounds = box_with(bounds, reference_second(corners[k]));
+            bounds = ways_with(bounds, corners[k]);
         }
         stored_box_set(slot, bounds);
-        around = box_union(around, bounds);
+        around = ways_union(around, bounds);
     }
     stored_box_set(node_place(pair_task.group_count + group), around);
 }

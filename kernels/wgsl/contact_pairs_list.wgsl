@@ -1,21 +1,20 @@
-// NUMERICS section 15, contact_pairs: all pairs of features whose boxes, around both sets of positions, are closer than the reach, one thread for
+// NUMERICS section 15, contact_pairs: all pairs of features whose boxes at both sets of positions are not the reach apart, one thread for
 // each triangle of cloths and place in the groups that it meets: threads side by side go the same way through the tree. Their order has no meaning.
-//!include model pair_task pair_references pair_box surface pair_boxes pair_list pair_results
+//!include model pair_task pair_references pair_box pair_way_box surface pair_boxes pair_list pair_results
 
 // Pairs of a list at most.
 const PAIRS_MAX: u32 = 0x10000000u;
 
 fn pair_note(pair: Pair) {
     let p = pair.particles;
-    var first = box_with(box_with(box_none(), reference_first(p.x)), reference_second(p.x));
-    var second = box_with(box_with(box_none(), reference_first(p.z)), reference_second(p.z));
-    second = box_with(box_with(second, reference_first(p.w)), reference_second(p.w));
+    var first = ways_with(ways_none(), p.x);
+    var second = ways_with(ways_with(ways_none(), p.z), p.w);
     if pair_is_edges(pair) {
-        first = box_with(box_with(first, reference_first(p.y)), reference_second(p.y));
+        first = ways_with(first, p.y);
     } else {
-        second = box_with(box_with(second, reference_first(p.y)), reference_second(p.y));
+        second = ways_with(second, p.y);
     }
-    if box_is_apart(first, second, pair_task.reach) || atomicLoad(&pair_results.listed) > PAIRS_MAX {
+    if ways_are_apart(first, second, pair_task.reach) || atomicLoad(&pair_results.listed) > PAIRS_MAX {
         return;
     }
     let number = atomicAdd(&pair_results.listed, 1u);
@@ -92,14 +91,14 @@ fn main(
         depth -= 1u;
         let node = waiting[depth];
         let bounds = stored_box(node_place(node));
-        if box_is_empty(bounds) || box_is_apart(own, bounds, pair_task.reach) {
+        if ways_are_empty(bounds) || ways_are_apart(own, bounds, pair_task.reach) {
             continue;
         }
         if node >= count {
             // Each two triangles once.
             let other = SLOTS * (node - count) + thread % SLOTS;
             if other > slot && triangle_word(other, 0u) != NO_TRIANGLE
-                && !box_is_apart(own, stored_box(other), pair_task.reach) {
+                && !ways_are_apart(own, stored_box(other), pair_task.reach) {
                 triangles_compare(slot, other);
             }
             continue;

@@ -3,7 +3,7 @@
 //!include model pair_task pair_ways pair_references finite pair_results
 
 const MOVED_THREADS: u32 = 128u;
-var<workgroup> moved: array<array<f32, 16>, MOVED_THREADS>;
+var<workgroup> moved: array<array<f32, MOVED_WORDS>, MOVED_THREADS>;
 
 @compute @workgroup_size(MOVED_THREADS)
 fn main(
@@ -15,13 +15,12 @@ fn main(
     let block = workgroup.x + workgroup.y * groups.x;
     let blocks = pair_task.moved_blocks;
     let half = block / blocks;
-    // Largest numbers of all: ways since the first set, their negatives, the same of the second set, what is outside the box around both,
-    // the largest coordinate, and whether something is not finite.
+    // Largest numbers of all: ways since the first set, their negatives, the same of the second set, the largest coordinate, and whether something is
+    // not finite.
     var up_first = vec3f(-3e38);
     var down_first = vec3f(-3e38);
     var up_second = vec3f(-3e38);
     var down_second = vec3f(-3e38);
-    var outside = 0.0;
     var largest = 0.0;
     var bad = 0.0;
     for (var i = block % blocks * MOVED_THREADS + thread; i < pair_task.node_count; i += blocks * MOVED_THREADS) {
@@ -36,20 +35,18 @@ fn main(
         down_first = max(down_first, a - x);
         up_second = max(up_second, x - b);
         down_second = max(down_second, b - x);
-        let beyond = max(min(a, b) - x, x - max(a, b));
-        outside = max(outside, max(max(beyond.x, beyond.y), beyond.z));
         let size = abs(x);
         largest = max(largest, max(max(size.x, size.y), size.z));
     }
-    moved[thread] = array<f32, 16>(
+    moved[thread] = array<f32, MOVED_WORDS>(
         up_first.x, up_first.y, up_first.z, down_first.x, down_first.y, down_first.z,
         up_second.x, up_second.y, up_second.z, down_second.x, down_second.y, down_second.z,
-        outside, largest, bad, 0.0,
+        largest, bad,
     );
     for (var width = MOVED_THREADS / 2u; width > 0u; width /= 2u) {
         workgroupBarrier();
         if thread < width {
-            for (var k = 0u; k < 16u; k += 1u) {
+            for (var k = 0u; k < MOVED_WORDS; k += 1u) {
                 moved[thread][k] = max(moved[thread][k], moved[thread + width][k]);
             }
         }

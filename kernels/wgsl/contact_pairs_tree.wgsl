@@ -1,9 +1,9 @@
 // NUMERICS section 15, contact_groups: boxes around the nodes of the tree, a workgroup for each. It looks at all groups below its node: no node
 // waits for another one.
-//!include model pair_task pair_box surface pair_boxes
+//!include model pair_task pair_references pair_box pair_way_box surface pair_boxes
 
 const TREE_THREADS: u32 = 64u;
-var<workgroup> around: array<Box, TREE_THREADS>;
+var<workgroup> around: array<WayBox, TREE_THREADS>;
 
 @compute @workgroup_size(TREE_THREADS)
 fn main(
@@ -17,15 +17,15 @@ fn main(
         return;
     }
     let level = firstLeadingBit(count) - firstLeadingBit(node);
-    var bounds = box_none();
+    var bounds = ways_none();
     for (var k = thread; k < 1u << level; k += TREE_THREADS) {
-        bounds = box_union(bounds, stored_box(node_place((node << level) + k)));
+        bounds = ways_union(bounds, stored_box(node_place((node << level) + k)));
     }
     around[thread] = bounds;
     for (var width = TREE_THREADS / 2u; width > 0u; width /= 2u) {
         workgroupBarrier();
         if thread < width {
-            around[thread] = box_union(around[thread], around[thread + width]);
+            around[thread] = ways_union(around[thread], around[thread + width]);
         }
     }
     if thread == 0u {

@@ -94,9 +94,7 @@ fn contacts(model: &Model, [state, before]: [&State; 2], start: NewtonStart) -> 
     let velocity = |i: u32| v[i as usize];
     let from = |i: u32| from[i as usize];
     let motion = ContactMotion { position: at, velocity, start: from, inverse_mass: inverse };
-    let all = 0..set.stencils().len();
-    let states = all.filter_map(|contact| set.state(contact, &motion, start)).collect();
-    set.states_set(states);
+    set.states_find(&motion, start);
     assert!(set.states().iter().any(|state| state.action.sticks));
     assert!(set.states().iter().any(|state| !state.action.sticks));
     let (offsets, places) = set.rows();

@@ -35,9 +35,7 @@ impl SolverForm {
     /// The module of the kernel.
     pub(crate) const fn module(self) -> &'static str {
         match self {
-            Self::General | Self::Teams | Self::Resident | Self::Schwarz => {
-                "conjugate_gradient"
-            }
+            Self::General | Self::Teams | Self::Resident | Self::Schwarz => "conjugate_gradient",
             Self::Patch => "conjugate_gradient_patch",
         }
     }

@@ -62,7 +62,8 @@ pub(crate) struct TriangleMemory<T> {
     surface: Buffer<u32>,
     pub(crate) ways: Buffer<Real4<T>>,
     pub(crate) references: Buffer<Real4<T>>,
-    boxes: Buffer<[T; 6]>,
+    /// Two boxes each, for both sets of positions.
+    boxes: Buffer<[[T; 6]; 2]>,
     pub(crate) list: Buffer<PairData>,
     /// Pairs that were found, and pairs in the list.
     pub(crate) counts: Buffer<u32>,
@@ -193,7 +194,7 @@ mod tests {
     /// The CUDA sources assert the same.
     #[test]
     fn kernels_are_given_as_many_bytes_as_they_take() {
-        assert_eq!(size_of::<TrianglePairs<f32>>(), 7 * 4 + 9 * 4 + 8 * 8);
-        assert_eq!(size_of::<TrianglePairs<f64>>(), 7 * 8 + 9 * 4 + 4 + 8 * 8);
+        assert_eq!(size_of::<TrianglePairs<f32>>(), 4 * 4 + 9 * 4 + 4 + 8 * 8);
+        assert_eq!(size_of::<TrianglePairs<f64>>(), 4 * 8 + 9 * 4 + 4 + 8 * 8);
     }
 }

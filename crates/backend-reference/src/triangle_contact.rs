@@ -111,9 +111,7 @@ impl TriangleContact {
                 if is_particle(i) { particles.inverse_masses[i as usize] } else { 0.0 }
             },
         };
-        let count = self.set.stencils().len();
-        let states = (0..count).filter_map(|c| self.set.state(c, &motion, newton)).collect();
-        self.set.states_set(states);
+        self.set.states_find(&motion, newton);
     }
 
     /// `contact_forces`.

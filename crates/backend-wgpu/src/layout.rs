@@ -220,7 +220,6 @@ shared_struct! {
 shared_struct! {
     /// `shared/pair_task.wgsl`.
     PairTask {
-        drift: [f32; 3],
         reach: f32,
         length: f32,
         delta: f32,

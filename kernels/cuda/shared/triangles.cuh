@@ -2,9 +2,7 @@
 
 // As `contact::device::PairTask`.
 struct PairTask {
-    // Motion that all particles have in common between both sets of positions [m].
-    real drift[3];
-    // Pairs that are closer than this belong to the list [m].
+    // Pairs belong to the list that are not this far apart along the same axis at both sets of positions [m].
     real reach;
     // Time for which particles are followed [s].
     real length;
@@ -49,6 +47,11 @@ struct Bounds {
     vec3 low, high;
 };
 
+// Around what features or triangles are at both sets of positions.
+struct WayBounds {
+    Bounds first, second;
+};
+
 // All memory of contact of triangles, the second argument of its kernels.
 struct TrianglePairs {
     PairTask task;
@@ -62,16 +65,16 @@ struct TrianglePairs {
     real4* references;
     // Around triangles in the order of their groups, then around the nodes of a binary tree over the groups, a heap: the children of
     // node k are 2 k and 2 k + 1, and groups are its last nodes.
-    Bounds* boxes;
+    WayBounds* boxes;
     FeaturePair* list;
     // Pairs that were found, and pairs in the list, even where there was no room for them.
     uint* counts;
     FeaturePair* found;
-    // Sixteen numbers for each block of `contact_pairs_moved`.
+    // MOVED_NUMBERS for each block of `contact_pairs_moved`.
     real* moved;
 };
 
-static_assert(sizeof(TrianglePairs) == 7 * sizeof(real) + 9 * 4 + (sizeof(real) > 4 ? 4 : 0) + 8 * 8, "`triangle_contact.rs` of the backend has another layout");
+static_assert(sizeof(TrianglePairs) == 4 * sizeof(real) + 9 * 4 + 4 + 8 * 8, "`triangle_contact.rs` of the backend has another layout");
 
 #define NO_TRIANGLE 0xffffffffu
 // Triangles of a group.
@@ -93,7 +96,6 @@ __device__ __forceinline__ Bounds bounds_none() {
     return {{(real)REAL_MAX, (real)REAL_MAX, (real)REAL_MAX}, {-(real)REAL_MAX, -(real)REAL_MAX, -(real)REAL_MAX}};
 }
 
-__device__ __forceinline__ bool bounds_is_empty(const Bounds& bounds) { return bounds.low.x > bounds.high.x; }
 
 __device__ __forceinline__ vec3 least(const vec3& a, const vec3& b) { return {minimum(a.x, b.x), minimum(a.y, b.y), minimum(a.z, b.z)}; }
 __device__ __forceinline__ vec3 largest(const vec3& a, const vec3& b) { return {maximum(a.x, b.x), maximum(a.y, b.y), maximum(a.z, b.z)}; }
@@ -108,6 +110,32 @@ __device__ __forceinline__ Bounds bounds_union(const Bounds& a, const Bounds& b)
 __device__ __forceinline__ bool bounds_are_apart(const Bounds& a, const Bounds& b, real reach) {
     return a.low.x - b.high.x >= reach || b.low.x - a.high.x >= reach || a.low.y - b.high.y >= reach || b.low.y - a.high.y >= reach ||
            a.low.z - b.high.z >= reach || b.low.z - a.high.z >= reach;
+}
+
+__device__ __forceinline__ WayBounds ways_none() { return {bounds_none(), bounds_none()}; }
+
+__device__ __forceinline__ bool ways_are_empty(const WayBounds& bounds) { return bounds.first.low.x > bounds.first.high.x; }
+
+__device__ __forceinline__ WayBounds ways_with(const TrianglePairs& t, const WayBounds& bounds, uint node) {
+    return {bounds_with(bounds.first, xyz(t.references[node])), bounds_with(bounds.second, xyz(t.references[(size_t)t.task.node_count + node]))};
+}
+
+__device__ __forceinline__ WayBounds ways_union(const WayBounds& a, const WayBounds& b) {
+    return {bounds_union(a.first, b.first), bounds_union(a.second, b.second)};
+}
+
+// Whether along some axis, on the same side of it at both sets, they are `reach` or more apart: then they are so all the way from one to the
+// other, however far both go together.
+__device__ __forceinline__ bool ways_are_apart(const WayBounds& a, const WayBounds& b, real reach) {
+    bool apart = false;
+    for (uint axis = 0; axis < 3; axis++) {
+        bool above = component(a.first.low, axis) - component(b.first.high, axis) >= reach;
+        bool below = component(b.first.low, axis) - component(a.first.high, axis) >= reach;
+        above &= component(a.second.low, axis) - component(b.second.high, axis) >= reach;
+        below &= component(b.second.low, axis) - component(a.second.high, axis) >= reach;
+        apart |= above | below;
+    }
+    return apart;
 }
 
 __device__ __forceinline__ uint node_place(const TrianglePairs& t, uint node) { return SLOTS * t.task.group_count + node; }

@@ -9,10 +9,6 @@ fn box_none() -> Box {
     return Box(vec3f(3e38), vec3f(-3e38));
 }
 
-fn box_is_empty(bounds: Box) -> bool {
-    return bounds.low.x > bounds.high.x;
-}
-
 fn box_with(bounds: Box, point: vec3f) -> Box {
     return Box(min(bounds.low, point), max(bounds.high, point));
 }

@@ -13,4 +13,4 @@ struct PairResults {
 @group(0) @binding(74) var<storage, read_write> pair_results: PairResults;
 
 // Words of the result of a workgroup of `contact_pairs_moved`.
-const MOVED_WORDS: u32 = 16u;
+const MOVED_WORDS: u32 = 14u;

@@ -1,9 +1,7 @@
 // NUMERICS section 15: what a stage of contact of triangles is told by the host.
 
 struct PairTask {
-    // Motion that all particles have in common between both sets of positions [m].
-    drift: vec3f,
-    // Pairs that are closer than this belong to the list [m].
+    // Pairs belong to the list that are not this far apart along the same axis at both sets of positions [m].
     reach: f32,
     // Time for which particles are followed [s].
     length: f32,

@@ -7,6 +7,11 @@ mod pairs;
 mod proofs;
 mod tree;
 
+use self::{
+    pairs::{ListSearch, PairList},
+    tree::Tree,
+};
+use crate::memory::{FieldView, Masses, Motion, VectorField};
 use cloth_core::{
     ColliderImpulse, ContactStatistics, Error, ImplicitSettings, Integrator, LinearSettings,
     MatrixForm, Model, NewtonStart, Pinch, Preconditioner, Real, Result, SolverConfig, State,
@@ -16,13 +21,6 @@ use cloth_core::{
     },
     stepper::FramePlan,
 };
-use rayon::prelude::*;
-
-use self::{
-    pairs::{ListSearch, PairList},
-    tree::Tree,
-};
-use crate::memory::{FieldView, Masses, Motion, VectorField};
 
 /// Refuses settings for which contact of triangles has no matrix of the form that they need.
 pub(crate) fn check(model: &Model, config: &SolverConfig) -> Result<()> {
@@ -71,9 +69,6 @@ pub(crate) struct TriangleContact<T> {
 
 /// Where a substep starts, and the iterate that a certificate goes on from, if there is one.
 type Starts<'a, T> = (&'a VectorField<T>, Option<&'a VectorField<T>>);
-
-/// Contacts in a task.
-const TASK: usize = 512;
 
 impl<T: Real> TriangleContact<T> {
     /// That of a model, if its triangles touch.
@@ -159,10 +154,7 @@ impl<T: Real> TriangleContact<T> {
             },
             inverse_mass: |i: u32| if is_particle(i) { inverse_mass[i as usize] } else { T::ZERO },
         };
-        let set = &self.set;
-        let all = (0..set.stencils().len()).into_par_iter().with_min_len(TASK);
-        let states = all.filter_map(|contact| set.state(contact, &motion, newton)).collect();
-        self.set.states_set(states);
+        self.set.states_find(&motion, newton);
         self.statistics.contacts = self.set.stencils().len() as u64;
     }
 

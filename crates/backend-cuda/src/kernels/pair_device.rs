@@ -147,11 +147,6 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
         references.copy_from(&self.kernels.memory.queue, ways)
     }
 
-    fn references_drift(&mut self, task: &PairTask<T>) -> Result<()> {
-        let launch = Launch::over(task.node_count as usize);
-        self.pairs_start("contact_pairs_reference", launch, task)
-    }
-
     fn boxes_fit(&mut self, task: &PairTask<T>) -> Result<()> {
         let groups = Launch::over(task.group_count as usize);
         self.pairs_start("contact_pairs_boxes", groups, task)?;

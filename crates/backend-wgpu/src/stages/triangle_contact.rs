@@ -35,7 +35,7 @@ impl Stages {
             let surface = triangles.surface_words();
             let surface: &[u8] = bytemuck::cast_slice(&surface);
             let nodes = u64::from(triangles.list.task.node_count);
-            let boxes = 2 * VECTOR_SIZE * triangles.box_count() as u64;
+            let boxes = 4 * VECTOR_SIZE * triangles.box_count() as u64;
             for (name, size, contents) in [
                 ("surface", surface.len() as u64, Some(surface)),
                 ("pair_task", size_of::<layout::PairTask>() as u64, None),
@@ -316,12 +316,6 @@ impl PairDevice<f32> for Stages {
             [self.buffers.get("pair_ways", 0, 0)?, self.buffers.get("pair_references", 0, 0)?];
         self.recorder.copy(&self.context, ways, 0, references, 0, size);
         Ok(())
-    }
-
-    fn references_drift(&mut self, task: &PairTask<f32>) -> Result<()> {
-        self.task_write(task)?;
-        let items = (task.node_count, WORKGROUP);
-        self.pair_kernel("contact_pairs", "contact_pairs_reference", items)
     }
 
     fn boxes_fit(&mut self, task: &PairTask<f32>) -> Result<()> {

@@ -16,12 +16,11 @@ pub(crate) const fn result_head(task: &PairTask<f32>) -> usize {
 
 impl From<PairTask<f32>> for layout::PairTask {
     fn from(task: PairTask<f32>) -> Self {
-        let PairTask { drift, reach, length, delta, distance, .. } = task;
+        let PairTask { reach, length, delta, distance, .. } = task;
         let PairTask { flags, group_count, pair_count, pair_capacity, .. } = task;
         let PairTask { found_capacity, moved_blocks, edge_count, .. } = task;
         let PairTask { node_count, own_group_count, .. } = task;
         Self {
-            drift,
             reach,
             length,
             delta,

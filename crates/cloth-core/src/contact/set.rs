@@ -1,11 +1,16 @@
 //! The contacts of a substep, with what they remember of the last one.
 
+use rayon::prelude::*;
+
 use crate::{NewtonStart, Real};
 
 use super::{
     BodyImpulses, BodyMotion, Contact, ContactAction, ContactKey, ContactLaw, ContactSlip,
     ContactStencil, Contacts, sub,
 };
+
+/// Contacts in a task.
+const TASK: usize = 256;
 
 /// All contacts of a substep, ascending by key, and friction's memory from one substep to the next.
 #[derive(Clone, Debug)]
@@ -85,11 +90,11 @@ impl<T: Real> ContactSet<T> {
 
     /// Takes in all contacts, in any order, which act by this law.
     pub fn stencils_set(&mut self, law: ContactLaw<T>, stencils: Vec<ContactStencil<T>>) {
-        // Stencils are large: their numbers are sorted.
-        let keys = stencils.iter().map(|stencil| stencil.key);
-        let mut order: Vec<_> = keys.zip(0_u32..).collect();
+        // Stencils are large: their numbers are sorted, each with the key above it.
+        let keys = stencils.iter().map(|stencil| stencil.key.number());
+        let mut order: Vec<_> = keys.zip(0_u128..).map(|(key, at)| key << 32 | at).collect();
         order.sort_unstable();
-        let stencils: Vec<_> = order.iter().map(|&(_, at)| stencils[at as usize]).collect();
+        let stencils: Vec<_> = order.iter().map(|&at| stencils[at as u32 as usize]).collect();
         self.law = Some(law);
         self.states.clear();
         self.slips_start.clear();
@@ -147,21 +152,21 @@ impl<T: Real> ContactSet<T> {
         &self.stencils
     }
 
-    /// What a contact does in this motion.
     #[inline(always)]
-    pub fn state<X, V, S, M>(
+    fn state<X, V, S, M>(
         &self,
         contact: usize,
+        law: &ContactLaw<T>,
         motion: &ContactMotion<X, V, S, M>,
         start: NewtonStart,
-    ) -> Option<ContactState<T>>
+    ) -> ContactState<T>
     where
         X: Fn(u32) -> [T; 3],
         V: Fn(u32) -> [T; 3],
         S: Fn(u32) -> [T; 3],
         M: Fn(u32) -> T,
     {
-        let (law, stencil) = (self.law.as_ref()?, &self.stencils[contact]);
+        let stencil = &self.stencils[contact];
         let (mut inverse, mut crowd) = (T::ZERO, 1);
         for (particle, weight) in stencil.particles.into_iter().zip(stencil.weights) {
             if weight != T::ZERO {
@@ -180,7 +185,7 @@ impl<T: Real> ContactSet<T> {
         let slip: [T; 3] = std::array::from_fn(|k| before[k] + moved[k]);
         let slip = stencil.tangential(slip);
         let action = law.action(stencil, (mass, crowd), (velocity, slip), start);
-        Some(ContactState { slip, action })
+        ContactState { slip, action }
     }
 
     /// What a contact is in the equations of particles, in a substep of `length` \[s\].
@@ -217,8 +222,21 @@ impl<T: Real> ContactSet<T> {
         equation
     }
 
-    /// Takes in what all contacts do, in their order.
-    pub fn states_set(&mut self, states: Vec<ContactState<T>>) {
+    /// Works out what all contacts do in this motion.
+    pub fn states_find<X, V, S, M>(
+        &mut self,
+        motion: &ContactMotion<X, V, S, M>,
+        start: NewtonStart,
+    ) where
+        X: Fn(u32) -> [T; 3] + Sync,
+        V: Fn(u32) -> [T; 3] + Sync,
+        S: Fn(u32) -> [T; 3] + Sync,
+        M: Fn(u32) -> T + Sync,
+    {
+        let Some(law) = self.law else { return };
+        let mut states = std::mem::take(&mut self.states);
+        let all = (0..self.stencils.len()).into_par_iter().with_min_len(TASK);
+        all.map(|contact| self.state(contact, &law, motion, start)).collect_into_vec(&mut states);
         self.states = states;
     }
 

@@ -35,6 +35,13 @@ pub struct ContactKey {
     pub second: u32,
 }
 
+impl ContactKey {
+    /// A number in the order of keys.
+    pub(super) const fn number(self) -> u128 {
+        (self.kind as u128) << 64 | (self.first as u128) << 32 | self.second as u128
+    }
+}
+
 /// Two points of features that are close.
 ///
 /// Sum w_a x_a is the vector from the second point to the first; it has the length `gap` and the direction `normal`.

@@ -57,7 +57,6 @@ impl<T: Real> DeviceList<T> {
         let task = PairTask {
             reach: T::from_f64((1.0 + SKIN) * surface.reach()),
             distance: T::from_f64(surface.reach()),
-            drift: [T::ZERO; 3],
             length: T::ZERO,
             delta: T::ZERO,
             flags: 0,
@@ -112,16 +111,10 @@ impl<T: Real> DeviceList<T> {
         }
     }
 
-    /// Builds the list for the ways that are on the device: for both their ends and all between, the second ones less a common motion
-    /// if `is_common`.
-    pub(super) fn build(&mut self, device: &mut impl PairDevice<T>, is_common: bool) -> Result<()> {
+    /// Builds the list for both ends of the ways that are on the device, and all that are the same share of the way from one to the other.
+    pub(super) fn build(&mut self, device: &mut impl PairDevice<T>) -> Result<()> {
         device.references_take(&self.task)?;
         self.has_list = false;
-        if is_common {
-            let look = self.look(device, PairLook::Moved, WaysFrom::Device)?;
-            self.task.drift = look.moved[1].centre();
-            device.references_drift(&self.task)?;
-        }
         device.boxes_fit(&self.task)?;
         loop {
             let listed = device.list_fill(&self.task)?;

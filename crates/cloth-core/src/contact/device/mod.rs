@@ -38,7 +38,7 @@ enum Proof<T> {
 }
 
 /// Pairs that a thread of the host looks at, at least.
-const TASK: usize = 512;
+const TASK: usize = 256;
 
 /// Contact of the triangles of a model on a device.
 #[derive(Debug)]
@@ -53,6 +53,8 @@ pub struct DeviceContact<T> {
     near: Vec<UnprovenPair>,
     /// Whether the device has contacts.
     pub has_contacts: bool,
+    /// The contacts as it was last given them.
+    equations: Vec<ContactEquation<T>>,
     truncated: u64,
     motion: HostMotion<T>,
     /// Where the nodes of bodies are, whose numbers come behind those of particles.
@@ -92,6 +94,7 @@ impl<T: Real> DeviceContact<T> {
             goes_on: false,
             near: Vec::new(),
             has_contacts: false,
+            equations: Vec::new(),
             truncated: 0,
             motion: HostMotion {
                 position: Vec::new(),
@@ -246,7 +249,7 @@ impl<T: Real> DeviceContact<T> {
                 list.task.length = length;
                 list.look(device, PairLook::Moved, WaysFrom::Velocities)?;
             }
-            list.build(device, true)?;
+            list.build(device)?;
             look = list.look(device, PairLook::Near, WaysFrom::Device)?;
         }
         self.near = look.found;
@@ -266,7 +269,6 @@ impl<T: Real> DeviceContact<T> {
         let length = law.length();
         if self.near.is_empty() {
             self.set.stencils_set(law, Vec::new());
-            self.set.states_set(Vec::new());
             return self.contacts_write(device, length, newton);
         }
         let Self { surface, set, motion, near, bodies, particles, certifier, .. } = self;
@@ -294,9 +296,7 @@ impl<T: Real> DeviceContact<T> {
             start: |i: u32| of(i, &motion.start, bodies.start()),
             inverse_mass: |i: u32| motion.position.get(i as usize).map_or(T::ZERO, |x| x[3]),
         };
-        let all = (0..set.stencils().len()).into_par_iter().with_min_len(TASK);
-        let states = all.filter_map(|contact| set.state(contact, &motion, newton)).collect();
-        set.states_set(states);
+        set.states_find(&motion, newton);
         self.contacts_write(device, length, newton)
     }
 
@@ -308,10 +308,10 @@ impl<T: Real> DeviceContact<T> {
     ) -> Result<()> {
         if self.touches() || self.has_contacts {
             self.has_contacts = self.touches();
-            let all = 0..self.set.states().len();
-            let equations: Vec<_> =
-                all.map(|contact| self.set.equation(contact, &self.bodies, length)).collect();
-            device.contacts_write(&self.set, &equations, newton)?;
+            let Self { set, bodies, equations, .. } = self;
+            let all = (0..set.states().len()).into_par_iter().with_min_len(TASK);
+            all.map(|contact| set.equation(contact, bodies, length)).collect_into_vec(equations);
+            device.contacts_write(set, equations, newton)?;
         }
         Ok(())
     }
@@ -407,7 +407,7 @@ impl<T: Real> DeviceContact<T> {
                 let is_given = look.found.is_empty();
                 return Ok(if is_given { Proof::Given } else { Proof::Missing(Some(look)) });
             }
-            list.build(device, true)?;
+            list.build(device)?;
         }
     }
 

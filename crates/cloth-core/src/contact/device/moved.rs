@@ -3,13 +3,13 @@
 use crate::Real;
 
 /// Numbers that a device finds for each block of particles.
-pub const MOVED_NUMBERS: usize = 16;
+pub const MOVED_NUMBERS: usize = 14;
 
 /// What rounding may do to the proof, relative to the reach of the list.
 const ROUNDING: f64 = 1e-3;
 
-/// Largest numbers over all particles: ways since the first set of positions, their negatives, the same of the second set, what is
-/// outside the box around both, the largest coordinate, and whether something is not finite.
+/// Largest numbers over all particles: ways since the first set of positions, their negatives, the same of the second set, the largest coordinate, and
+/// whether something is not finite.
 #[derive(Clone, Copy, Debug)]
 pub struct Moved<T>([T; MOVED_NUMBERS]);
 
@@ -29,27 +29,20 @@ impl<T: Real> Moved<T> {
     /// Whether all numbers were finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
-        self.0[14] == T::ZERO
+        self.0[13] == T::ZERO
     }
 
     /// The largest coordinate \[m\].
     #[must_use]
     pub const fn largest(&self) -> T {
-        self.0[13]
+        self.0[12]
     }
 
-    /// The centre of the box around all ways since the first set of positions \[m\].
-    #[must_use]
-    pub fn centre(&self) -> [T; 3] {
-        std::array::from_fn(|k| T::from_f64(0.5) * (self.0[k] - self.0[3 + k]))
-    }
-
-    /// Whether a list of all pairs closer than `reach` at both sets has every pair whose features are `distance` or less apart along
-    /// all axes now.
+    /// Whether a list, without pairs that are `reach` apart along the same axis at both sets, has every pair whose features are `distance` or less apart
+    /// along all axes now.
     ///
-    /// A pair that is missing was `reach` apart along an axis at both sets of positions, and between these. Say that since one of
-    /// these all particles have moved by c, and each by at most e along each axis beside that: it is reach - 2 e apart. So
-    /// is it if each is e away from the box around its two places.
+    /// A pair that is missing was `reach` apart along an axis at both sets of positions. Say that since one of these all particles have moved by
+    /// c, and each by at most e along each axis beside that: it is reach - 2 e apart.
     #[must_use]
     pub fn holds(&self, reach: T, distance: T) -> bool {
         let room = (T::ONE - T::from_f64(ROUNDING)) * reach - distance;
@@ -57,7 +50,7 @@ impl<T: Real> Moved<T> {
             let side = |k: usize| self.0[6 * set + k] + self.0[6 * set + 3 + k];
             side(0).maximum(side(1)).maximum(side(2))
         };
-        wide(0) <= room || wide(1) <= room || self.0[12] + self.0[12] <= room
+        wide(0) <= room || wide(1) <= room
     }
 }
 
@@ -67,12 +60,10 @@ mod tests {
 
     /// The result of one block in which all particles went from 0 by between `low` and `high` along x.
     fn moved(low: f32, high: f32) -> Moved<f32> {
-        let outside = high.max(-low).max(0.0);
         let way = [high, 0.0, 0.0, -low, 0.0, 0.0];
         let mut numbers = [0.0; MOVED_NUMBERS];
         numbers[..6].copy_from_slice(&way);
         numbers[6..12].copy_from_slice(&way);
-        numbers[12] = outside;
         Moved::of(&numbers)
     }
 
@@ -83,6 +74,5 @@ mod tests {
         assert!(!moved(5.0, 5.011).holds(reach, distance));
         assert!(moved(-0.004, 0.004).holds(reach, distance));
         assert!(!moved(-0.006, 0.006).holds(reach, distance));
-        assert!((moved(1.0, 3.0).centre()[0] - 2.0).abs() < 1e-6);
     }
 }

@@ -52,8 +52,7 @@ impl<T: Real, D: PairDevice<T>> PairSearch<T> for DeviceSearch<'_, T, D> {
         list.task.delta = ways.delta;
         let mut look = list.look(*device, PairLook::Unproven, WaysFrom::Device)?;
         if !list.holds_for(&look, ways.delta + ways.delta) {
-            // Marked particles lag behind the others, which the next rounds will make worse: then boxes are around whole ways.
-            list.build(*device, marked.is_none())?;
+            list.build(*device)?;
             look = list.look(*device, PairLook::Unproven, WaysFrom::Device)?;
         }
         out.extend(look.found);

@@ -26,9 +26,7 @@ pub const TASK_NEW: u32 = 2;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct PairTask<T> {
-    /// Motion that all particles have in common between both sets of positions \[m\].
-    pub drift: [T; 3],
-    /// Pairs that are closer than this belong to the list \[m\].
+    /// Pairs belong to the list that are not this far apart along the same axis at both sets of positions \[m\].
     pub reach: T,
     /// Time for which particles are followed \[s\].
     pub length: T,
@@ -137,12 +135,6 @@ pub trait PairDevice<T: Real> {
     /// # Errors
     /// What the device reports.
     fn references_take(&mut self, task: &PairTask<T>) -> Result<()>;
-
-    /// Takes the common motion out of the second set.
-    ///
-    /// # Errors
-    /// What the device reports.
-    fn references_drift(&mut self, task: &PairTask<T>) -> Result<()>;
 
     /// Boxes around triangles, groups and the nodes of the tree, for both sets.
     ///
