@@ -33,6 +33,9 @@ const ROUNDING: f64 = 16.0;
 #[derive(Clone, Debug, Default)]
 pub(super) struct StretchBounds<T> {
     triangles: Vec<Bounded<T>>,
+    /// Where the triangles of each particle begin, and the end; then these.
+    starts: Vec<u32>,
+    of_particles: Vec<u32>,
     /// Of particles \[1/kg\].
     inverse_masses: Vec<T>,
 }
@@ -67,8 +70,18 @@ impl<T: Real> StretchBounds<T> {
             })
         });
         let inverse = |mass: &f64| T::from_f64(mass.recip());
+        let triangles: Vec<Bounded<T>> = bounded.collect();
+        let mut corners: Vec<_> = (triangles.iter().zip(0_u32..))
+            .flat_map(|(bounded, triangle)| bounded.particles.map(|i| (i, triangle)))
+            .collect();
+        corners.sort_unstable();
+        let mut starts = vec![0; model.particle_count() + 1];
+        corners.iter().for_each(|&(i, _)| starts[i as usize + 1] += 1);
+        (1..starts.len()).for_each(|i| starts[i] += starts[i - 1]);
         Self {
-            triangles: bounded.collect(),
+            triangles,
+            starts,
+            of_particles: corners.into_iter().map(|(_, triangle)| triangle).collect(),
             inverse_masses: model.masses().iter().map(inverse).collect(),
         }
     }
@@ -96,12 +109,16 @@ impl<T: Real> StretchBounds<T> {
         is_held: impl Fn(u32) -> bool,
         marked: &mut [bool],
     ) {
+        let exceeded = |triangle: &Bounded<T>, end: &[[T; 3]]| {
+            triangle.exceeded(&|i| start[i as usize], &|i| end[i as usize])
+        };
+        let mut stretched = self.all(|triangle| exceeded(triangle, end));
+        let mut moved = Vec::new();
         for _ in 0..SWEEPS {
-            let stretched = self
-                .all(|triangle| triangle.exceeded(&|i| start[i as usize], &|i| end[i as usize]));
             if stretched.is_empty() {
                 return;
             }
+            moved.clear();
             for (triangle, bound) in stretched {
                 // What was stretched farther at the start is not stretched on; what was not gets a little more room than it needs.
                 let is_new = bound.at_start <= triangle.largest;
@@ -116,10 +133,25 @@ impl<T: Real> StretchBounds<T> {
                     if shift != [T::ZERO; 3] {
                         end[i as usize] = plus(end[i as usize], T::ONE, shift);
                         marked[i as usize] = true;
+                        moved.extend_from_slice(self.of_particle(i));
                     }
                 }
             }
+            // What has not moved is as long as before.
+            moved.sort_unstable();
+            moved.dedup();
+            let all = moved.par_iter().with_min_len(TASK);
+            let all = all.map(|&triangle| &self.triangles[triangle as usize]);
+            let end = &*end;
+            let found = all.filter_map(|one| exceeded(one, end).map(|bound| (one, bound)));
+            stretched = found.collect();
         }
+    }
+
+    /// The triangles of a particle.
+    fn of_particle(&self, particle: u32) -> &[u32] {
+        let i = particle as usize;
+        &self.of_particles[self.starts[i] as usize..self.starts[i + 1] as usize]
     }
 
     /// The particles of triangles that end beyond their largest stretch, in order, and which share of their ways they may go.

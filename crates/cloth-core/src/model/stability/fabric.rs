@@ -1,8 +1,10 @@
 //! The part of triangles of fabric in h^2 K + 2 h C (NUMERICS §4, §11, §12).
 
+use rayon::prelude::*;
+
 use super::operators::Pair;
 use crate::{
-    FabricElements, FabricTriangle,
+    FabricElements, FabricTriangle, Model, Neighbours,
     fabric::{
         FOLDS, Fabric,
         bending::{BendingRest, Folds, PATCH},
@@ -13,41 +15,86 @@ use crate::{
 /// Green strain up to which a cloth may be stretched, where its measured curve goes farther.
 const STRAIN_MAX: f64 = 0.2;
 
-/// A matrix with one number for each pair of particles that no state of the fabric exceeds, up to a strain.
-pub(super) struct AnyFabric<'a> {
-    elements: &'a FabricElements,
-    /// For each fabric what stretching along warp and weft meets at most, per area.
-    threads: Vec<[Pair; 2]>,
+/// Rows in a task.
+const ROWS: usize = 2048;
+
+/// A matrix with one number for each pair of particles that no state of the fabric exceeds, up to a strain. Many products with it follow, so that
+/// what all triangles give is added once.
+pub(super) struct AnyFabric {
+    neighbours: Neighbours,
+    /// Entries of each particle for itself.
+    own: Vec<Pair>,
+    /// Those of rows, in the order of the neighbours, and where each row begins.
+    entries: Vec<Pair>,
+    starts: Vec<usize>,
+    /// Both for one h.
+    weights: [Vec<f64>; 2],
+    length: f64,
 }
 
-impl<'a> AnyFabric<'a> {
-    pub(super) fn new(elements: &'a FabricElements) -> Self {
-        let threads = elements.fabrics().iter().map(threads).collect();
-        Self { elements, threads }
+impl AnyFabric {
+    pub(super) fn new(model: &Model) -> Self {
+        let elements = model.elements();
+        let neighbours = Neighbours::new(&model.interactions().of_fabric());
+        let count = model.particle_count();
+        let mut starts = Vec::with_capacity(count + 1);
+        starts.push(0);
+        for i in 0..count {
+            starts.push(starts[i] + neighbours.row(i).len());
+        }
+        let mut own = vec![Pair::default(); count];
+        let mut entries = vec![Pair::default(); starts[count]];
+        let threads: Vec<_> = elements.fabrics().iter().map(threads).collect();
+        for (triangle, patch) in elements.triangles().iter().zip(elements.patches()) {
+            let fabric = triangle.fabric as usize;
+            let [u, v] = threads[fabric];
+            let corners = membrane::corner_gradients(&triangle.rest);
+            let damping = elements.fabrics()[fabric].damping[1];
+            let weights = triangle.patch_weights();
+            for (a, &row) in patch.iter().enumerate() {
+                let moments = triangle.bending.moments(weights.map(|fold| fold[a]));
+                for (b, &column) in patch.iter().enumerate() {
+                    let bending: f64 =
+                        (0..FOLDS).map(|fold| weights[fold][b] * moments[fold]).sum();
+                    let mut sum = Pair { stiffness: bending, damping: damping * bending };
+                    if a < 3 && b < 3 {
+                        let share =
+                            |axis: usize| triangle.rest.area * corners[a][axis] * corners[b][axis];
+                        sum.stiffness += share(0) * u.stiffness + share(1) * v.stiffness;
+                        sum.damping += share(0) * u.damping + share(1) * v.damping;
+                    }
+                    let entry = if row == column {
+                        &mut own[row as usize]
+                    } else {
+                        // Where a patch has no neighbour, its weights are zero.
+                        let Ok(place) = neighbours.row(row as usize).binary_search(&column) else {
+                            continue;
+                        };
+                        &mut entries[starts[row as usize] + place]
+                    };
+                    entry.stiffness += sum.stiffness;
+                    entry.damping += sum.damping;
+                }
+            }
+        }
+        let weights = [vec![0.0; own.len()], vec![0.0; entries.len()]];
+        Self { neighbours, own, entries, starts, weights, length: f64::NAN }
     }
 
     /// y += (h^2 K + 2 h C) x.
-    pub(super) fn add(&self, h: f64, x: &[f64], y: &mut [f64]) {
-        let elements = self.elements.triangles().iter().zip(self.elements.patches());
-        for (triangle, patch) in elements {
-            let [u, v] = self.threads[triangle.fabric as usize].map(|pair| pair.at(h));
-            let corners = membrane::corner_gradients(&triangle.rest);
-            let at = patch.map(|particle| x[particle as usize]);
-            let along = |axis: usize| (0..3).map(|k| corners[k][axis] * at[k]).sum::<f64>();
-            let pull = [u * along(0), v * along(1)].map(|pull| triangle.rest.area * pull);
-            for (corner, &particle) in corners.iter().zip(patch) {
-                y[particle as usize] += corner[0] * pull[0] + corner[1] * pull[1];
-            }
-            let damping = self.elements.fabrics()[triangle.fabric as usize].damping[1];
-            let weights = triangle.patch_weights();
-            let fold = weights.map(|row| row.iter().zip(at).map(|(w, x)| w * x).sum::<f64>());
-            let moments =
-                triangle.bending.moments(fold).map(|moment| h * (h + 2.0 * damping) * moment);
-            for (place, &particle) in patch.iter().enumerate() {
-                let force: f64 = (0..FOLDS).map(|fold| weights[fold][place] * moments[fold]).sum();
-                y[particle as usize] += force;
+    pub(super) fn add(&mut self, h: f64, x: &[f64], y: &mut [f64]) {
+        let Self { neighbours, own, entries, starts, weights, length } = self;
+        if *length != h {
+            *length = h;
+            for (weights, pairs) in weights.iter_mut().zip([&*own, &*entries]) {
+                weights.iter_mut().zip(pairs).for_each(|(weight, pair)| *weight = pair.at(h));
             }
         }
+        let [own, entries] = &*weights;
+        y.par_iter_mut().enumerate().with_min_len(ROWS).for_each(|(i, y)| {
+            let row = neighbours.row(i).iter().zip(&entries[starts[i]..starts[i + 1]]);
+            *y += own[i] * x[i] + row.map(|(&j, weight)| weight * x[j as usize]).sum::<f64>();
+        });
     }
 }
 

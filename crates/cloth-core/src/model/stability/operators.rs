@@ -48,7 +48,7 @@ pub(super) struct AnyShape<'a> {
     /// By kind of springs; empty if these are left out.
     kinds: Vec<Pair>,
     /// Triangles of fabric, unless these are left out.
-    fabric: Option<AnyFabric<'a>>,
+    fabric: Option<AnyFabric>,
     /// Of each particle for itself.
     own: Vec<Pair>,
     /// Damping \[N s/m\] of each triangle by the air, for the mean of its corners.
@@ -76,7 +76,7 @@ impl<'a> AnyShape<'a> {
             roots: roots(model),
             weights: vec![0.0; kinds.len()],
             fabric: match coefficients {
-                Coefficients::All => Some(AnyFabric::new(model.elements())),
+                Coefficients::All => Some(AnyFabric::new(model)),
                 Coefficients::WithoutSprings => None,
             },
             kinds,
@@ -111,7 +111,7 @@ impl<'a> AnyShape<'a> {
                 y[i] += sum;
             }
         }
-        if let Some(fabric) = &self.fabric {
+        if let Some(fabric) = &mut self.fabric {
             fabric.add(h, scaled, y);
         }
         for (corners, damping) in self.model.triangles().iter().zip(&self.triangles) {
