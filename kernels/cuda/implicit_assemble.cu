@@ -133,7 +133,7 @@ extern "C" __global__ void implicit_assemble_fabric(const __grid_constant__ Solv
     uint i = at % rows, k = at / rows;
     if (i >= s.count) return;
     if (k == 0) {
-        ElementBlock block = element_block(s, l, i, i);
+        ElementBlock block = element_block(s, l, l.element_rows[i]);
         vec3 right = {0, 0, 0};
         for (uint k = s.membrane_rows[i], end = s.membrane_rows[i + 1]; k < end; k++) right = right + s.membrane_forces[s.membrane_entries[k]];
         for (uint k = s.bending_rows[i], end = s.bending_rows[i + 1]; k < end; k++) right = right + s.bending_forces[s.bending_entries[k]];
@@ -147,7 +147,7 @@ extern "C" __global__ void implicit_assemble_fabric(const __grid_constant__ Solv
     if (entry >= l.element_slices[i / SLICE + 1]) return;
     uint j = l.element_columns[entry * SLICE + i % SLICE];
     if (j == NONE || j < i) return;
-    ElementBlock block = element_block(s, l, i, j);
+    ElementBlock block = element_block(s, l, l.element_rows[i] + k);
     real* own = l.element_blocks + element_place(entry, i);
     real* other = l.element_blocks + element_place(element_find(l, j, i), j);
     for (uint row = 0; row < 3; row++) {

@@ -52,6 +52,9 @@ int main(int, char** arguments) {
     l.element_slices = input_list();
     l.element_columns = input_list();
     l.element_blocks = zeros<real>(9 * (size_t)list_length);
+    l.element_rows = input_list();
+    l.element_offsets = input_list();
+    l.element_terms = input_list();
     s.position[0] = (real4*)input_list();
     s.velocity[0] = (real4*)input_list();
     s.kept_velocity = (real4*)input_list();

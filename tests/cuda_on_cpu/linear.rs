@@ -3,8 +3,8 @@
 use std::{fs, process::Command, sync::Arc};
 
 use cloth_core::{
-    Backend, Integrator, LinearVector, MatrixForm, Model, Neighbours, NewtonStart, SlicedRows,
-    SolverConfig, State,
+    Backend, BlockTerms, Integrator, LinearVector, MatrixForm, Model, Neighbours, NewtonStart,
+    SlicedRows, SolverConfig, State,
     contact::{ContactLaw, ContactMotion, ContactSet, ContactSurface},
     stepper::Substep,
 };
@@ -48,6 +48,7 @@ fn patch(triangles: bool) -> (Arc<Model>, State, State) {
 fn words(model: &Model, [state, before]: [&State; 2], start: NewtonStart) -> Vec<u32> {
     let neighbours = Neighbours::new(&model.interactions().of_fabric());
     let rows = SlicedRows::new(&neighbours);
+    let terms = BlockTerms::new(&model.interactions(), &neighbours).expect("few triangles");
     let from_start = u32::from(start == NewtonStart::StepStart);
     let mut words = vec![model.particle_count() as u32, from_start, rows.longest];
     let bits = |number: f64| (number as f32).to_bits();
@@ -64,6 +65,9 @@ fn words(model: &Model, [state, before]: [&State; 2], start: NewtonStart) -> Vec
     let lists = [
         rows.slices,
         rows.columns,
+        terms.rows,
+        terms.offsets,
+        terms.terms,
         vectors(&state.positions, &mut masses().zip(&state.held).map(inverse)),
         vectors(&state.velocities, &mut masses().map(|&mass| bits(mass))),
         vectors(&before.velocities, &mut masses().map(|&mass| bits(mass))),

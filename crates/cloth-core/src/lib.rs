@@ -56,8 +56,8 @@ pub use mesh::{
     MeshFold, MeshStitch, PanelFabrics, TextureMap, TriangleMesh, VertexAttribute, VertexGroup,
 };
 pub use model::{
-    Aerodynamics, Air, BROKEN, BUCKLING_COEFFICIENTS, BendModel, BlockDependencies, BodySurface,
-    Buckling, Cloth, ClothMaterial, ClothRange, Collider, ColliderShape, ColourRegion,
+    Aerodynamics, Air, BROKEN, BUCKLING_COEFFICIENTS, BendModel, BlockDependencies, BlockTerms,
+    BodySurface, Buckling, Cloth, ClothMaterial, ClothRange, Collider, ColliderShape, ColourRegion,
     ColourRegions, Colouring, ContactFeature, ContactResponse, DistanceGrid, FabricAudit,
     FabricElements, FabricMaterial, FabricTriangle, Feature, FeatureSet, Field, Geometry,
     GridPatch, GridSets, GroupHierarchy, Gust, Incidence, Inflation, InteractionKind,

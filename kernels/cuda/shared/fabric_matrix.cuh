@@ -136,22 +136,22 @@ __device__ __forceinline__ void bending_block_add(const BendingPatch& patch, con
         for (uint column = 0; column < 3; column++) block.entries[row][column] += sum.entries[row][column];
 }
 
-// The block of particles i and j: the sum over the triangles of i in their order.
-__device__ __forceinline__ ElementBlock element_block(const Solver& s, const Linear& l, uint i, uint j) {
+#define TERM_FOLDS 0x80000000u
+#define TERM_PAIRS (PATCH_VERTICES * PATCH_VERTICES)
+
+// A block by its number.
+__device__ __forceinline__ ElementBlock element_block(const Solver& s, const Linear& l, uint number) {
     ElementBlock block = {};
-    for (uint at = s.membrane_rows[i], end = s.membrane_rows[i + 1]; at < end; at++) {
-        uint entry = s.membrane_entries[at], number = entry / 3;
-        const MembraneTriangle& t = s.membranes[number];
-        for (uint b = 0; b < 3; b++) {
-            if (t.particles[b] == j) membrane_block_add(t, l.membrane_tangents[number], entry % 3, b, block);
-        }
+    uint at = l.element_offsets[number], end = l.element_offsets[number + 1];
+    for (; at < end; at++) {
+        uint term = l.element_terms[at];
+        if (term & TERM_FOLDS) break;
+        uint pair = term % TERM_PAIRS, triangle = term / TERM_PAIRS;
+        membrane_block_add(s.membranes[triangle], l.membrane_tangents[triangle], pair / PATCH_VERTICES, pair % PATCH_VERTICES, block);
     }
-    for (uint at = s.bending_rows[i], end = s.bending_rows[i + 1]; at < end; at++) {
-        uint entry = s.bending_entries[at], number = entry / PATCH_VERTICES;
-        const BendingPatch& patch = s.patches[number];
-        for (uint b = 0; b < PATCH_VERTICES; b++) {
-            if (patch.particles[b] == j) bending_block_add(patch, l.bending_tangents[number], entry % PATCH_VERTICES, b, block);
-        }
+    for (; at < end; at++) {
+        uint term = l.element_terms[at] & ~TERM_FOLDS, pair = term % TERM_PAIRS, triangle = term / TERM_PAIRS;
+        bending_block_add(s.patches[triangle], l.bending_tangents[triangle], pair / PATCH_VERTICES, pair % PATCH_VERTICES, block);
     }
     return block;
 }

@@ -103,6 +103,12 @@ struct Linear {
     const uint* element_slices;
     const uint* element_columns;
     real* element_blocks;
+    // What blocks are the sum of: the first block of each row, that on the diagonal, before those of its neighbours; where the terms of each block begin, and the
+    // end; these are 144 times the number of a triangle, plus 12 times the place of the row in it, plus that of the column; those of folds have a mark and
+    // come last. What is below the diagonal has none.
+    const uint* element_rows;
+    const uint* element_offsets;
+    const uint* element_terms;
     // Contacts of triangles.
     ContactTable contacts;
     // The preconditioner of that name, or null.
@@ -129,7 +135,7 @@ struct Linear {
     real stencil[12];
 };
 
-static_assert(sizeof(Linear) == (sizeof(real) > 4 ? 480 : 424), "`linear/data.rs` of the backend has another layout");
+static_assert(sizeof(Linear) == (sizeof(real) > 4 ? 504 : 448), "`linear/data.rs` of the backend has another layout");
 
 #define SOLUTION 0
 #define RIGHT_SIDE 1
@@ -241,13 +247,13 @@ template <uint MEMBERS> __device__ __forceinline__ vec3 element_row(const Linear
     vec3 sum = {0, 0, 0};
     terms_add<MEMBERS>(sum, l.element_slices[i / SLICE], l.element_slices[i / SLICE + 1], [&](uint entry, vec3& term) {
         uint j = l.element_columns[entry * SLICE + i % SLICE];
-        if (j == NONE) return false;
+        bool exists = j != NONE;
         const real* block = l.element_blocks + element_place(entry, i);
-        vec3 x = xyz(p[j]);
+        vec3 x = xyz(p[exists ? j : i]);
         term.x = block[0] * x.x + block[SLICE] * x.y + block[2 * SLICE] * x.z;
         term.y = block[3 * SLICE] * x.x + block[4 * SLICE] * x.y + block[5 * SLICE] * x.z;
         term.z = block[6 * SLICE] * x.x + block[7 * SLICE] * x.y + block[8 * SLICE] * x.z;
-        return true;
+        return exists;
     });
     return sum;
 }

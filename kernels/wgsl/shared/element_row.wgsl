@@ -12,21 +12,42 @@ fn block_row(at: u32) -> vec3f {
     return bitcast<vec3f>(vec3<u32>(element_entries[at], element_entries[at + SLICE], element_entries[at + 2u * SLICE]));
 }
 
+// The block at `at` times the vector of its column, or that of the particle itself where there is no column.
+fn element_term(at: u32, column: u32, particle: u32, vector: u32) -> vec3f {
+    let other = vector_get(vector, select(column, particle, column == NO_COLUMN));
+    return vec3f(
+        dot_product(block_row(at + SLICE), other),
+        dot_product(block_row(at + 4u * SLICE), other),
+        dot_product(block_row(at + 7u * SLICE), other),
+    );
+}
+
+// Four blocks at a time, so that the device waits once for what they read; what lies beyond the row is read again and left out.
 fn element_row(start: vec3f, particle: u32, vector: u32) -> vec3f {
     var sum = vec3f(0.0);
     let slice = particle / SLICE;
+    let first = element_entries[slice] + particle % SLICE;
     let end = element_entries[slice + 1u];
-    for (var at = element_entries[slice] + particle % SLICE; at < end; at += ENTRY_WORDS) {
-        let column = element_entries[at];
-        if column == NO_COLUMN {
+    for (var at_a = first; at_a < end; at_a += 4u * ENTRY_WORDS) {
+        let last = end - ENTRY_WORDS + particle % SLICE;
+        let at_b = min(at_a + ENTRY_WORDS, last);
+        let at_c = min(at_a + 2u * ENTRY_WORDS, last);
+        let at_d = min(at_a + 3u * ENTRY_WORDS, last);
+        let a = element_entries[at_a];
+        let b = element_entries[at_b];
+        let c = element_entries[at_c];
+        let d = element_entries[at_d];
+        let term_a = element_term(at_a, a, particle, vector);
+        let term_b = element_term(at_b, b, particle, vector);
+        let term_c = element_term(at_c, c, particle, vector);
+        let term_d = element_term(at_d, d, particle, vector);
+        if a == NO_COLUMN {
             break;
         }
-        let other = vector_get(vector, column);
-        sum += vec3f(
-            dot_product(block_row(at + SLICE), other),
-            dot_product(block_row(at + 4u * SLICE), other),
-            dot_product(block_row(at + 7u * SLICE), other),
-        );
+        sum += term_a;
+        sum = select(sum, sum + term_b, b != NO_COLUMN && at_a + ENTRY_WORDS < end);
+        sum = select(sum, sum + term_c, c != NO_COLUMN && at_a + 2u * ENTRY_WORDS < end);
+        sum = select(sum, sum + term_d, d != NO_COLUMN && at_a + 3u * ENTRY_WORDS < end);
     }
     return start + sum;
 }

@@ -357,21 +357,17 @@ mod tests {
         (*seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    /// Around the points of the first feature, and those of the second.
+    /// Around the ways of the first feature, and those of the second.
     fn boxes(
         surface: &ContactSurface,
         candidate: Candidate,
         sets: [&[[f64; 3]]; 2],
-    ) -> [Bounds<f64>; 2] {
-        let [a, b, c, d] = surface.particles(candidate).map(|i| i as usize);
-        let [p, q] = sets.map(|set| set.iter().map(|&x| padded(x)).collect::<Vec<_>>());
+    ) -> [Bounds<f64, 8>; 2] {
+        let way = |i: u32| ends(sets[0][i as usize], sets[1][i as usize]);
+        let [a, b, c, d] = surface.particles(candidate).map(way);
         match candidate {
-            Candidate::VertexTriangle(_) => {
-                [Bounds::around([p[a], q[a]]), Bounds::around([p[b], p[c], p[d], q[b], q[c], q[d]])]
-            }
-            Candidate::EdgeEdge(_) => {
-                [Bounds::around([p[a], p[b], q[a], q[b]]), Bounds::around([p[c], p[d], q[c], q[d]])]
-            }
+            Candidate::VertexTriangle(_) => [Bounds::around([a]), Bounds::around([b, c, d])],
+            Candidate::EdgeEdge(_) => [Bounds::around([a, b]), Bounds::around([c, d])],
         }
     }
 

@@ -48,6 +48,9 @@ pub(crate) struct LinearData<T> {
     pub(crate) element_slices: u64,
     pub(crate) element_columns: u64,
     pub(crate) element_blocks: u64,
+    pub(crate) element_rows: u64,
+    pub(crate) element_offsets: u64,
+    pub(crate) element_terms: u64,
     pub(crate) contacts: ContactTable,
     pub(crate) schwarz: u64,
     pub(crate) slot_count: u32,
@@ -71,7 +74,7 @@ mod tests {
     /// The CUDA sources assert the same.
     #[test]
     fn kernels_are_given_as_many_bytes_as_they_take() {
-        assert_eq!(size_of::<LinearData<f32>>(), 424);
-        assert_eq!(size_of::<LinearData<f64>>(), 480);
+        assert_eq!(size_of::<LinearData<f32>>(), 448);
+        assert_eq!(size_of::<LinearData<f64>>(), 504);
     }
 }

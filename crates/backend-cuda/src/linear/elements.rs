@@ -1,7 +1,7 @@
 //! The blocks of the matrix that triangles of fabric add, as `shared/linear.cuh` lays them out.
 
 use cloth_core::{
-    Model, Neighbours, Result, SlicedRows, fabric::bending::PATCH, schwarz::ElementRows,
+    BlockTerms, Model, Neighbours, Result, SlicedRows, fabric::bending::PATCH, schwarz::ElementRows,
 };
 
 use super::data::LinearData;
@@ -22,6 +22,7 @@ pub(crate) struct ElementMemory<T> {
     sums: Buffer<Real4<T>>,
     pattern: [Buffer<u32>; 2],
     blocks: Buffer<T>,
+    terms: [Buffer<u32>; 3],
 }
 
 impl<T: CudaReal> ElementMemory<T> {
@@ -30,8 +31,12 @@ impl<T: CudaReal> ElementMemory<T> {
     /// # Errors
     /// `OutOfMemory`.
     pub(crate) fn new(queue: &Queue, model: &Model) -> Result<Self> {
-        let rows = SlicedRows::new(&Neighbours::new(&model.interactions().of_fabric()));
+        let neighbours = Neighbours::new(&model.interactions().of_fabric());
+        let rows = SlicedRows::new(&neighbours);
         let triangles = model.elements().triangles().len();
+        let BlockTerms { rows: starts, offsets, terms } =
+            BlockTerms::new(&model.interactions(), &neighbours)?;
+        let list = |words: &[u32]| Buffer::of(queue, words);
         Ok(Self {
             tangents: [
                 Buffer::zeros(queue, MEMBRANE * triangles)?,
@@ -40,6 +45,7 @@ impl<T: CudaReal> ElementMemory<T> {
             sums: Buffer::zeros(queue, 3 * model.particle_count())?,
             pattern: [Buffer::of(queue, &rows.slices)?, Buffer::of(queue, &rows.columns)?],
             blocks: Buffer::zeros(queue, BLOCK * rows.columns.len())?,
+            terms: [list(&starts)?, list(&offsets)?, list(&terms)?],
             rows,
         })
     }
@@ -52,6 +58,8 @@ impl<T: CudaReal> ElementMemory<T> {
         data.element_sums = self.sums.address();
         [data.element_slices, data.element_columns] = self.pattern.each_ref().map(Buffer::address);
         data.element_blocks = self.blocks.address();
+        [data.element_rows, data.element_offsets, data.element_terms] =
+            self.terms.each_ref().map(Buffer::address);
     }
 
     /// Threads that assemble it: for each row, whole slices of them, one more than the longest has blocks.

@@ -47,8 +47,8 @@ pub use geometry::{Geometry, GridPatch, NetworkSpring, SpringNetwork, Stencil};
 pub use hierarchy::GroupHierarchy;
 pub use inflation::Inflation;
 pub use interactions::{
-    BlockDependencies, ColourRegion, ColourRegions, Colouring, Incidence, InteractionKind,
-    InteractionList, Interactions, Neighbours, SlicedRows, SpringColouring,
+    BlockDependencies, BlockTerms, ColourRegion, ColourRegions, Colouring, Incidence,
+    InteractionKind, InteractionList, Interactions, Neighbours, SlicedRows, SpringColouring,
 };
 pub use material::{Aerodynamics, BendModel, Mass, Material, SpringCoefficients};
 pub use material_preset::MaterialPreset;
