@@ -1,5 +1,7 @@
 //! Ways of free particles are shortened until all pairs are proven, and no triangle is stretched too far (NUMERICS §15).
 
+use rayon::prelude::*;
+
 use super::{
     super::SeparatingPlane, Certifier, PairSearch, UnprovenPair, Ways, along, body_note, pinched,
 };
@@ -13,6 +15,9 @@ const TRUNCATION_ROUNDS: u32 = 6;
 
 /// Times that ways are shortened by triangles that are stretched too far before their particles stay where they are.
 const STRETCH_ROUNDS: u32 = 24;
+
+/// Pairs in a task.
+const TASK: usize = 256;
 
 /// What is done about triangles that end beyond their largest stretch, or that at these places.
 #[derive(Clone, Copy, Debug)]
@@ -72,7 +77,7 @@ impl<T: Real> Certifier<T> {
         let mut wanted = end.to_vec();
         for _ in 0..SLIDING_ROUNDS {
             // Each pair starts from where the last one has put its particles.
-            pairs.sort_unstable();
+            pairs.par_sort_unstable();
             self.changed.fill(false);
             let ways = Shortened { start, wanted: &wanted, end };
             self.slide(ways, delta, pairs, is_held);
@@ -131,9 +136,8 @@ impl<T: Real> Certifier<T> {
         pairs: &[UnprovenPair],
         is_held: &impl Fn(u32) -> bool,
     ) {
-        for pair in pairs {
-            let (from, to) = (pair.at(start), pair.at(wanted));
-            let plane = SeparatingPlane::new(&from, &to, pair.candidate.split(), delta);
+        let planes = planes((start, wanted), delta, pairs);
+        for (pair, plane) in pairs.iter().zip(planes) {
             for (place, particle) in pair.particles.into_iter().enumerate() {
                 let i = particle as usize;
                 if is_held(particle) {
@@ -161,11 +165,12 @@ impl<T: Real> Certifier<T> {
         is_held: &impl Fn(u32) -> bool,
     ) -> bool {
         let mut changes = false;
-        for pair in pairs {
+        let planes = match has_planes {
+            true => planes((start, wanted), delta, pairs),
+            false => vec![None; pairs.len()],
+        };
+        for (pair, plane) in pairs.iter().zip(planes) {
             let (from, to) = (pair.at(start), pair.at(wanted));
-            let split = pair.candidate.split();
-            let plane =
-                has_planes.then(|| SeparatingPlane::new(&from, &to, split, delta)).flatten();
             for (place, particle) in pair.particles.into_iter().enumerate() {
                 let i = particle as usize;
                 if is_held(particle) {
@@ -205,4 +210,16 @@ impl<T: Real> Certifier<T> {
         self.exempt_remove(pairs);
         Ok(())
     }
+}
+
+/// The planes between the features of pairs on their ways, where there are any.
+fn planes<T: Real>(
+    (start, wanted): (&[[T; 3]], &[[T; 3]]),
+    delta: T,
+    pairs: &[UnprovenPair],
+) -> Vec<Option<SeparatingPlane<T>>> {
+    let plane = |pair: &UnprovenPair| {
+        SeparatingPlane::new(&pair.at(start), &pair.at(wanted), pair.candidate.split(), delta)
+    };
+    pairs.par_iter().with_min_len(TASK).map(plane).collect()
 }

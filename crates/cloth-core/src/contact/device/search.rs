@@ -1,10 +1,12 @@
 //! The list on a device as a search that builds it when it does not hold.
 
+use rayon::prelude::*;
+
 use crate::{Real, Result};
 
 use super::{
     super::{PairSearch, UnprovenPair, Ways},
-    DeviceList,
+    DeviceList, TASK,
     list::Look,
     task::{PairDevice, PairLook, TASK_MARKED, TASK_NEW, WaysFrom},
 };
@@ -29,8 +31,8 @@ impl<T: Real, D: PairDevice<T>> PairSearch<T> for DeviceSearch<'_, T, D> {
         let Self { device, list, first, start } = self;
         if let Some(first) = first.take() {
             let asked = (ways.delta, ways.is_new);
-            let found = first.found.into_iter();
-            out.extend(found.filter(|pair| pair.is_unproven(ways.start, ways.end, asked)));
+            let found = first.found.into_par_iter().with_min_len(TASK);
+            out.par_extend(found.filter(|pair| pair.is_unproven(ways.start, ways.end, asked)));
             start.extend_from_slice(ways.start);
             return Ok(());
         }
