@@ -60,7 +60,6 @@ int main(int, char** arguments) {
     t.task.length = input_number();
     t.task.delta = input_number();
     t.task.distance = input_number();
-    for (real& a : t.task.drift) a = input_number();
     t.surface = input_list();
     s.position[0] = input_vectors(s.count);
     s.velocity[0] = input_vectors(s.count);
@@ -68,7 +67,7 @@ int main(int, char** arguments) {
     s.start_position = start;
     t.ways = zeros<real4>(2 * (size_t)s.count);
     t.references = zeros<real4>(2 * (size_t)s.count);
-    t.boxes = zeros<Bounds>((SLOTS + 2) * (size_t)t.task.group_count);
+    t.boxes = zeros<WayBounds>((SLOTS + 2) * (size_t)t.task.group_count);
     t.list = zeros<FeaturePair>(t.task.pair_capacity);
     t.found = zeros<FeaturePair>(t.task.found_capacity);
     t.counts = zeros<uint>(2);
@@ -77,7 +76,6 @@ int main(int, char** arguments) {
 
     launch_over(s.count, [] { contact_pairs_ahead(s, t); });
     memcpy(t.references, t.ways, 2 * s.count * sizeof(real4));
-    launch_over(s.count, [] { contact_pairs_reference(s, t); });
     launch_over(t.task.group_count, [] { contact_pairs_boxes(s, t); });
     launch(tree_thread, 1, 64, seed);
     launch_over(SLOTS * SLOTS * t.task.own_group_count, [] { contact_pairs_list(s, t); });

@@ -129,7 +129,8 @@ fn contacts_forces_and_ways_are_those_of_the_processor() {
                 let apart = difference(a, b);
                 assert!(apart < 1e-4, "{what}: motion differs by {apart}");
             }
-            let counts = |s: &ContactStatistics| (s.contacts, s.candidates, s.truncated, s.exempt);
+            // Rounds of the certificate have a list of their own on the processor alone.
+            let counts = |s: &ContactStatistics| (s.contacts, s.truncated, s.exempt);
             assert_eq!(counts(&expected.statistics), counts(&found.statistics), "{what}");
             truncated += found.statistics.truncated;
         }

@@ -422,6 +422,50 @@ mod tests {
         assert!(heights[0] < heights[1] && heights[1] < heights[2], "{heights:?}");
     }
 
+    /// Counts how often it is looked at.
+    struct Looks(Pairs, u32);
+
+    impl PairSearch<f64> for Looks {
+        fn unproven(
+            &mut self,
+            ways: &Ways<'_, f64>,
+            marked: Option<&[bool]>,
+            out: &mut Vec<UnprovenPair>,
+        ) -> Result<()> {
+            self.1 += 1;
+            self.0.unproven(ways, marked, out)
+        }
+    }
+
+    /// Layers fall on one that is held, each on what has just stopped: a round for each would go on for long.
+    #[test]
+    fn what_runs_into_what_has_stopped_ends_after_some_rounds() {
+        for (layers, most) in [(40, 60), (600, 220)] {
+            let pair = |k: u32| UnprovenPair {
+                candidate: Candidate::VertexTriangle([k + 3, k / 3]),
+                particles: [k + 3, k - k % 3, k - k % 3 + 1, k - k % 3 + 2],
+            };
+            let mut search = Looks(Pairs((0..3 * (layers - 1)).map(pair).collect()), 0);
+            let at = |layer: u32, corner: u32| {
+                // Each corner is above the inside of the triangle below.
+                let size = 0.995_f64.powi(layer as i32);
+                let [x, y] = [[-0.1, -0.1], [0.2, -0.1], [0.0, 0.3]][corner as usize];
+                [size * x, size * y, 1e-3 * f64::from(layer)]
+            };
+            let start: Vec<_> =
+                (0..3 * layers).map(|particle| at(particle / 3, particle % 3)).collect();
+            let mut end: Vec<_> = start.clone();
+            end[3..].iter_mut().for_each(|x| x[2] -= 2.0);
+            let mut certifier = Certifier::<f64>::new(start.len());
+            let changed = certifier.certify(&mut search, &start, &mut end, |i| i < 3).unwrap();
+            assert!(changed > 0 && search.1 < most, "{layers}: {} looks", search.1);
+            let mut left = vec![];
+            let ways = Ways { start: &start, end: &end, delta: 0.0, is_new: false };
+            search.unproven(&ways, None, &mut left).unwrap();
+            assert!(left.is_empty(), "{} pairs are left", left.len());
+        }
+    }
+
     #[test]
     fn without_bodies_nothing_is_left_inside_of_them() {
         for makes_ghosts in [false, true] {

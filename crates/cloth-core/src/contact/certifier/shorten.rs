@@ -13,6 +13,10 @@ const SLIDING_ROUNDS: u32 = 6;
 /// Times that ways are shortened by planes before particles stay where they are.
 const TRUNCATION_ROUNDS: u32 = 6;
 
+/// Times that this is tried before all that is free stays where it is: where everything runs into what has stopped, row after row of a large mesh, each
+/// would take a round.
+const ROUNDS_MAX: u32 = 200;
+
 /// Times that ways are shortened by triangles that are stretched too far before their particles stay where they are.
 const STRETCH_ROUNDS: u32 = 24;
 
@@ -97,7 +101,9 @@ impl<T: Real> Certifier<T> {
         for round in 0.. {
             let mut goes_on = false;
             self.changed.fill(false);
-            if !pairs.is_empty() {
+            if round == ROUNDS_MAX {
+                goes_on = self.stop_all((start, end), is_held);
+            } else if !pairs.is_empty() {
                 let plane = round < TRUNCATION_ROUNDS;
                 let ways = Shortened { start, wanted: &wanted, end };
                 goes_on = self.truncate(ways, (delta, plane), pairs, is_held);
@@ -191,6 +197,23 @@ impl<T: Real> Certifier<T> {
                 }
                 self.marked[i] = true;
                 self.changed[i] = true;
+            }
+        }
+        changes
+    }
+
+    /// All particles that are free stay where they are. Returns whether any has changed.
+    fn stop_all(
+        &mut self,
+        (start, end): (&[[T; 3]], &mut [[T; 3]]),
+        is_held: &impl Fn(u32) -> bool,
+    ) -> bool {
+        let mut changes = false;
+        for (i, (start, end)) in start.iter().zip(end).enumerate() {
+            if !is_held(i as u32) && start != end {
+                *end = *start;
+                self.shares[i] = T::ZERO;
+                (self.marked[i], self.changed[i], changes) = (true, true, true);
             }
         }
         changes
