@@ -5,7 +5,7 @@ use cloth_core::{
     Error, Result,
     contact::{
         ContactEquation, ContactSet,
-        device::{DeviceContact, MOVED_NUMBERS, PAIR_WORDS, PAIRS_MAX, PairTask},
+        device::{DeviceContact, MOVED_NUMBERS, PAIR_WORDS, PAIRS_MAX, PairAnswer, PairTask},
     },
 };
 
@@ -65,26 +65,25 @@ pub(crate) struct TriangleMemory<T> {
     /// Two boxes each, for both sets of positions.
     boxes: Buffer<[[T; 6]; 2]>,
     pub(crate) list: Buffer<PairData>,
-    /// Pairs that were found, and pairs in the list.
-    pub(crate) counts: Buffer<u32>,
-    pub(crate) found: Buffer<PairData>,
-    pub(crate) moved: Buffer<T>,
+    /// What the host asks for, side by side so that it is read at once: how many pairs were found and are in the list, how far particles have moved,
+    /// the pairs that were found.
+    pub(crate) results: Buffer<u32>,
     offsets: Buffer<u32>,
     places: Buffer<u32>,
     contacts: Buffer<ContactData<T>>,
 }
 
-/// An array for so many pairs.
-fn pairs(queue: &Queue, count: u32) -> Result<Buffer<PairData>> {
+/// Words of the counts of the results.
+const COUNTS: usize = 4;
+
+/// So many pairs, if an array can have them.
+fn pairs(count: u32) -> Result<usize> {
     let overflow = || Error::Overflow {
         buffer: "pairs of triangles that may touch",
         needed: u64::from(count),
         capacity: u64::from(PAIRS_MAX),
     };
-    if count > PAIRS_MAX {
-        return Err(overflow());
-    }
-    Buffer::zeros(queue, count as usize)
+    if count <= PAIRS_MAX { Ok(count as usize) } else { Err(overflow()) }
 }
 
 impl<T: CudaReal> TriangleMemory<T> {
@@ -100,18 +99,39 @@ impl<T: CudaReal> TriangleMemory<T> {
             ways: Buffer::zeros(queue, 2 * nodes)?,
             references: Buffer::zeros(queue, 2 * nodes)?,
             boxes: Buffer::zeros(queue, contact.box_count())?,
-            list: pairs(queue, task.pair_capacity)?,
-            counts: Buffer::zeros(queue, 2)?,
-            found: pairs(queue, task.found_capacity)?,
-            moved: Buffer::zeros(queue, 2 * MOVED_NUMBERS * task.moved_blocks as usize)?,
+            list: Buffer::zeros(queue, pairs(task.pair_capacity)?)?,
+            results: Self::results_of(queue, task)?,
             offsets: Buffer::zeros(queue, count + 1)?,
             places: Buffer::zeros(queue, 0)?,
             contacts: Buffer::zeros(queue, 0)?,
         })
     }
 
+    /// Words before the pairs of the results.
+    pub(crate) const fn result_head(task: &PairTask<T>) -> usize {
+        let moved = 2 * MOVED_NUMBERS * task.moved_blocks as usize;
+        COUNTS + moved * size_of::<T>() / size_of::<u32>()
+    }
+
+    fn results_of(queue: &Queue, task: &PairTask<T>) -> Result<Buffer<u32>> {
+        let words = Self::result_head(task) + PAIR_WORDS * pairs(task.found_capacity)?;
+        Buffer::zeros(queue, words)
+    }
+
+    /// Takes what a look has found out of words of the results.
+    pub(crate) fn answer(task: &PairTask<T>, words: &[u32], out: &mut PairAnswer<T>) {
+        let (head, pairs) = words.split_at(Self::result_head(task));
+        out.found = head[0];
+        out.moved.resize(2 * MOVED_NUMBERS * task.moved_blocks as usize, T::ZERO);
+        bytemuck::cast_slice_mut(&mut out.moved).copy_from_slice(&head[COUNTS..]);
+        out.pairs.clear();
+        let count = out.found.min(task.found_capacity) as usize;
+        out.pairs.extend_from_slice(&pairs[..PAIR_WORDS * count]);
+    }
+
     /// What kernels are given.
     pub(crate) const fn data(&self, task: PairTask<T>) -> TrianglePairs<T> {
+        let (counts, word) = (self.results.address(), size_of::<u32>() as u64);
         TrianglePairs {
             task,
             surface: self.surface.address(),
@@ -119,9 +139,9 @@ impl<T: CudaReal> TriangleMemory<T> {
             references: self.references.address(),
             boxes: self.boxes.address(),
             list: self.list.address(),
-            counts: self.counts.address(),
-            found: self.found.address(),
-            moved: self.moved.address(),
+            counts,
+            found: counts + word * Self::result_head(&task) as u64,
+            moved: counts + word * COUNTS as u64,
         }
     }
 
@@ -131,7 +151,7 @@ impl<T: CudaReal> TriangleMemory<T> {
     /// `Overflow`, `OutOfMemory`.
     pub(crate) fn list_create(&mut self, queue: &Queue, count: u32) -> Result<()> {
         queue.synchronize()?;
-        self.list = pairs(queue, count)?;
+        self.list = Buffer::zeros(queue, pairs(count)?)?;
         Ok(())
     }
 
@@ -139,9 +159,9 @@ impl<T: CudaReal> TriangleMemory<T> {
     ///
     /// # Errors
     /// `Overflow`, `OutOfMemory`.
-    pub(crate) fn found_create(&mut self, queue: &Queue, count: u32) -> Result<()> {
+    pub(crate) fn results_create(&mut self, queue: &Queue, task: &PairTask<T>) -> Result<()> {
         queue.synchronize()?;
-        self.found = pairs(queue, count)?;
+        self.results = Self::results_of(queue, task)?;
         Ok(())
     }
 

@@ -227,9 +227,9 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
         })?;
         let mut partials = Vec::new();
         if let Some(linear) = &self.linear {
-            linear.partials.read(&self.memory.queue, &mut partials)?;
+            linear.partials.read_first(&self.memory.queue, blocks, &mut partials)?;
         }
-        Ok(block_sum(partials.into_iter().take(blocks)))
+        Ok(block_sum(partials.into_iter()))
     }
 
     fn vector_combine(

@@ -53,13 +53,7 @@ impl<T: CudaReal> Working<'_, T> {
     }
 
     fn count_clear(&mut self, which: usize) -> Result<()> {
-        self.memory.counts.write(&self.kernels.memory.queue, which, &[0])
-    }
-
-    fn counts(&self) -> Result<[u32; 2]> {
-        let mut counts = Vec::new();
-        self.memory.counts.read(&self.kernels.memory.queue, &mut counts)?;
-        Ok([counts[0], counts[1]])
+        self.memory.results.write(&self.kernels.memory.queue, which, &[0])
     }
 
     /// Puts the ways in place.
@@ -95,7 +89,7 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
     }
 
     fn results_create(&mut self, task: &PairTask<T>) -> Result<()> {
-        self.memory.found_create(&self.kernels.memory.queue, task.found_capacity)
+        self.memory.results_create(&self.kernels.memory.queue, task)
     }
 
     fn ways_write(&mut self, first: usize, ways: &[[T; 4]]) -> Result<()> {
@@ -113,7 +107,7 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
         task: &PairTask<T>,
         ways: WaysFrom,
         look: PairLook,
-        _: usize,
+        expected: usize,
         out: &mut PairAnswer<T>,
     ) -> Result<()> {
         self.count_clear(0)?;
@@ -131,14 +125,15 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
             self.start(kernel, (kernel, kernel), launch, task)?;
         }
         let queue = &self.kernels.memory.queue;
-        self.memory.moved.read(queue, &mut out.moved)?;
-        out.found = self.counts()?[0];
-        let count = out.found.min(task.found_capacity) as usize;
-        let mut pairs = Vec::new();
-        self.memory.found.read_first(queue, count, &mut pairs)?;
-        out.pairs.clear();
-        out.pairs.extend_from_slice(pairs.as_flattened());
-        debug_assert_eq!(out.pairs.len(), PAIR_WORDS * count);
+        let capacity = task.found_capacity as usize;
+        let words = |count| TriangleMemory::result_head(task) + PAIR_WORDS * count;
+        let mut read = Vec::new();
+        self.memory.results.read_first(queue, words(expected.min(capacity)), &mut read)?;
+        let count = (read[0] as usize).min(capacity);
+        if read.len() < words(count) {
+            self.memory.results.read_first(queue, words(count), &mut read)?;
+        }
+        TriangleMemory::answer(task, &read, out);
         Ok(())
     }
 
@@ -158,7 +153,9 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
         self.count_clear(1)?;
         let launch = Launch::over(GROUP * GROUP * task.own_group_count as usize);
         self.pairs_start("contact_pairs_list", launch, task)?;
-        Ok(self.counts()?[1])
+        let mut counts = Vec::new();
+        self.memory.results.read_first(&self.kernels.memory.queue, 2, &mut counts)?;
+        Ok(counts[1])
     }
 
     fn ends_read(&mut self, position: &mut Vec<[T; 4]>, start: &mut Vec<[T; 4]>) -> Result<()> {
