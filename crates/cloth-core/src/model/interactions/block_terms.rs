@@ -49,7 +49,7 @@ impl BlockTerms {
             }
             let mut particles = Vec::with_capacity(kind.arity() * list.len());
             list.for_each(|corners| particles.extend_from_slice(corners));
-            lists.push((Incidence::new(&list, count), particles, kind.arity(), mark));
+            lists.push((Incidence::new(list, count), particles, kind.arity(), mark));
         }
         let of_row = |mut all: Rows, i: usize| {
             let row = neighbours.row(i);
