@@ -113,12 +113,13 @@ fn lints() -> Result<(), String> {
     command::run(cargo(&arguments).args(["--", "-D", "warnings"]))
 }
 
-/// The program compiles with each of its features alone, and without any.
+/// Program and library compile with each of their features alone, and without any.
 fn features() -> Result<(), String> {
-    COMBINATIONS.iter().try_for_each(|features| {
-        let arguments = ["check", "--quiet", "--package", "cloth-cli", "--no-default-features"];
+    let of = |package| COMBINATIONS.map(|features| (package, features));
+    ["cloth-cli", "cloth"].into_iter().flat_map(of).try_for_each(|(package, features)| {
+        let arguments = ["check", "--quiet", "--package", package, "--no-default-features"];
         command::run(cargo(&arguments).args(["--features", features]))
-            .map_err(|reason| format!("features \"{features}\": {reason}"))
+            .map_err(|reason| format!("{package}, features \"{features}\": {reason}"))
     })
 }
 

@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
+#[cfg(feature = "io")]
+use cloth_core::contact::{Contact, Contacts};
 use cloth_core::{
     Backend, Control, Error, Frame, Model, Pose, Result, Solver, SolverConfig, State, StepReport,
     Weld,
-    contact::{Contact, Contacts},
 };
+#[cfg(feature = "io")]
 use cloth_io::ContactFrame;
 
 /// A model in progress. Frame 0 is the start; frame k is the state after k frames of equal length.
@@ -47,6 +49,7 @@ pub struct ModelSimulation<S: Solver = Box<dyn Solver>> {
 }
 
 /// Where a contact is on its first feature, or on the second where that is a body's \[m\].
+#[cfg(feature = "io")]
 fn place_on_cloth(contact: &Contact, positions: &[[f64; 3]]) -> [f64; 3] {
     let is_own = |particle: u32| (particle as usize) < positions.len();
     let mut all = contact.particles.into_iter().zip(contact.weights);
@@ -186,6 +189,7 @@ impl<S: Solver> ModelSimulation<S> {
     ///
     /// # Errors
     /// As [`Self::state`].
+    #[cfg(feature = "io")]
     pub fn contacts(&mut self) -> Result<ContactFrame> {
         self.check()?;
         let mut found = Contacts::default();
