@@ -18,6 +18,8 @@ pub mod contact;
 mod control;
 mod divergence;
 mod error;
+#[cfg(test)]
+mod example;
 pub mod fabric;
 mod field;
 /// Which integrator suits what.

@@ -189,8 +189,8 @@ template <typename Memory> struct Passes {
         });
     }
 
-    // Calls `work` for each step of this block, these in descending order: the pass before it has ended with those that are still in the
-    // cache. Its products are summed.
+    // Calls `visit` in all threads of each step of this block, steps in descending order: the pass before it has ended with those that are still in
+    // the cache. Its products are summed.
     template <typename Visit>
     static __device__ __forceinline__ void for_teams(const Solver& s, Memory& memory, uint count, double* first, double* second, Visit visit) {
         Work work = work_of(s.count);

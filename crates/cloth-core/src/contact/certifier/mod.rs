@@ -374,8 +374,8 @@ fn pinched<T: Real>(pair: &UnprovenPair, start: &[[T; 3]]) -> Error {
 mod tests {
     use super::*;
 
-    /// Looks at given pairs.
-    struct Pairs(Vec<UnprovenPair>);
+    /// Looks at given pairs, and counts how often.
+    struct Pairs(Vec<UnprovenPair>, u32);
 
     impl PairSearch<f64> for Pairs {
         fn unproven(
@@ -384,6 +384,7 @@ mod tests {
             marked: Option<&[bool]>,
             out: &mut Vec<UnprovenPair>,
         ) -> Result<()> {
+            self.1 += 1;
             let is_marked = |pair: &&UnprovenPair| {
                 marked.is_none_or(|marked| pair.particles.iter().any(|&i| marked[i as usize]))
             };
@@ -400,7 +401,7 @@ mod tests {
             candidate: Candidate::VertexTriangle([0, triangle]),
             particles: [0, 1, 2, 3].map(|k| if k == 0 { 0 } else { 3 * triangle + k }),
         };
-        (Pairs(vec![pair(0), pair(1)]), Certifier::new(7))
+        (Pairs(vec![pair(0), pair(1)], 0), Certifier::new(7))
     }
 
     fn places(point: f64, below: f64, above: f64) -> Vec<[f64; 3]> {
@@ -422,21 +423,6 @@ mod tests {
         assert!(heights[0] < heights[1] && heights[1] < heights[2], "{heights:?}");
     }
 
-    /// Counts how often it is looked at.
-    struct Looks(Pairs, u32);
-
-    impl PairSearch<f64> for Looks {
-        fn unproven(
-            &mut self,
-            ways: &Ways<'_, f64>,
-            marked: Option<&[bool]>,
-            out: &mut Vec<UnprovenPair>,
-        ) -> Result<()> {
-            self.1 += 1;
-            self.0.unproven(ways, marked, out)
-        }
-    }
-
     /// Layers fall on one that is held, each on what has just stopped: a round for each would go on for long.
     #[test]
     fn what_runs_into_what_has_stopped_ends_after_some_rounds() {
@@ -445,7 +431,7 @@ mod tests {
                 candidate: Candidate::VertexTriangle([k + 3, k / 3]),
                 particles: [k + 3, k - k % 3, k - k % 3 + 1, k - k % 3 + 2],
             };
-            let mut search = Looks(Pairs((0..3 * (layers - 1)).map(pair).collect()), 0);
+            let mut search = Pairs((0..3 * (layers - 1)).map(pair).collect(), 0);
             let at = |layer: u32, corner: u32| {
                 // Each corner is above the inside of the triangle below.
                 let size = 0.995_f64.powi(layer as i32);

@@ -238,37 +238,9 @@ impl<T: Real> Bounded<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        Aerodynamics, Cloth, FabricMaterial, Geometry, GridPatch, ModelBuilder, RestSource,
-        fabric::{BendingRigidity, Fabric, InternalFriction, TensileCurve},
-    };
+    use crate::example::sheet;
 
     const LIMIT: f64 = 1.05;
-
-    fn model(stretch_limit: f64) -> Model {
-        let fabric = Fabric {
-            area_density: 0.2,
-            thickness: 1e-3,
-            warp: TensileCurve::linear(100.0),
-            weft: TensileCurve::linear(100.0),
-            coupling: 0.0,
-            shear: 10.0,
-            bending: BendingRigidity::isotropic(1e-6),
-            friction: InternalFriction::default(),
-            damping: [0.0; 2],
-            stretch_limit,
-        };
-        let rest = RestSource::Pattern { scale: 1.0 };
-        let material = FabricMaterial { fabric, rest, aerodynamics: Aerodynamics::default() };
-        let cloth = Cloth {
-            name: "sheet".into(),
-            geometry: Geometry::Grid(GridPatch::horizontal(5, 0.02, 0.0)),
-            material: material.into(),
-            pins: vec![],
-            velocity: [0.0; 3],
-        };
-        ModelBuilder::new().cloth(cloth).build().unwrap()
-    }
 
     /// Places of the particles once those of one half have gone a way, the others none.
     fn torn(model: &Model, way: f64) -> [Vec<[f64; 3]>; 2] {
@@ -286,7 +258,7 @@ mod tests {
 
     #[test]
     fn sweeps_keep_momentum() {
-        let model = model(LIMIT);
+        let model = sheet(5, LIMIT);
         let bounds = StretchBounds::<f64>::new(&model);
         let [start, mut end] = torn(&model, 0.01);
         let before = largest(&bounds, &end);
@@ -304,7 +276,7 @@ mod tests {
 
     #[test]
     fn a_share_of_the_ways_is_within_the_limit() {
-        let model = model(LIMIT);
+        let model = sheet(5, LIMIT);
         let bounds = StretchBounds::<f64>::new(&model);
         let [start, end] = torn(&model, 0.01);
         let shares = bounds.shares(&start, &end, &|_| false);
@@ -323,6 +295,6 @@ mod tests {
 
     #[test]
     fn without_a_limit_there_are_no_bounds() {
-        assert!(StretchBounds::<f64>::new(&model(f64::INFINITY)).is_empty());
+        assert!(StretchBounds::<f64>::new(&sheet(5, f64::INFINITY)).is_empty());
     }
 }

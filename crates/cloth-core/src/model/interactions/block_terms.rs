@@ -102,35 +102,11 @@ impl BlockTerms {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        Aerodynamics, Cloth, FabricMaterial, Geometry, GridPatch, ModelBuilder, RestSource,
-        fabric::{BendingRigidity, Fabric, InternalFriction, TensileCurve},
-    };
+    use crate::example::sheet;
 
     #[test]
     fn every_pair_of_places_of_a_triangle_is_a_term_of_one_block() {
-        let fabric = Fabric {
-            area_density: 0.2,
-            thickness: 1e-3,
-            warp: TensileCurve::linear(100.0),
-            weft: TensileCurve::linear(100.0),
-            coupling: 0.0,
-            shear: 10.0,
-            bending: BendingRigidity::isotropic(1e-6),
-            friction: InternalFriction::default(),
-            damping: [0.0; 2],
-            stretch_limit: f64::INFINITY,
-        };
-        let rest = RestSource::Pattern { scale: 1.0 };
-        let material = FabricMaterial { fabric, rest, aerodynamics: Aerodynamics::default() };
-        let cloth = Cloth {
-            name: "sheet".into(),
-            geometry: Geometry::Grid(GridPatch::horizontal(6, 0.02, 0.0)),
-            material: material.into(),
-            pins: vec![],
-            velocity: [0.0; 3],
-        };
-        let model = ModelBuilder::new().cloth(cloth).build().unwrap();
+        let model = sheet(6, f64::INFINITY);
         let neighbours = Neighbours::new(&model.interactions().of_fabric());
         let all = BlockTerms::new(&model.interactions(), &neighbours).unwrap();
         let mut seen = 0;

@@ -1,0 +1,32 @@
+//! A model that several tests are about.
+
+use crate::{
+    Aerodynamics, Cloth, FabricMaterial, Geometry, GridPatch, Model, ModelBuilder, RestSource,
+    fabric::{BendingRigidity, Fabric, InternalFriction, TensileCurve},
+};
+
+/// A square sheet of fabric of so many columns, 2 cm apart, with a largest stretch.
+pub(crate) fn sheet(columns: u32, stretch_limit: f64) -> Model {
+    let fabric = Fabric {
+        area_density: 0.2,
+        thickness: 1e-3,
+        warp: TensileCurve::linear(100.0),
+        weft: TensileCurve::linear(100.0),
+        coupling: 0.0,
+        shear: 10.0,
+        bending: BendingRigidity::isotropic(1e-6),
+        friction: InternalFriction::default(),
+        damping: [0.0; 2],
+        stretch_limit,
+    };
+    let rest = RestSource::Pattern { scale: 1.0 };
+    let material = FabricMaterial { fabric, rest, aerodynamics: Aerodynamics::default() };
+    let cloth = Cloth {
+        name: "sheet".into(),
+        geometry: Geometry::Grid(GridPatch::horizontal(columns, 0.02, 0.0)),
+        material: material.into(),
+        pins: vec![],
+        velocity: [0.0; 3],
+    };
+    ModelBuilder::new().cloth(cloth).build().unwrap()
+}
