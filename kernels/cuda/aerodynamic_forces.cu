@@ -3,5 +3,5 @@
 extern "C" __global__ void aerodynamic_forces(const __grid_constant__ Solver s, uint number) {
     uint i = blockIdx.x * blockDim.x + threadIdx.x;
     if (i >= s.count) return;
-    s.force[i] = with_w(xyz(s.force[i]) + air_force(s, present_motion(s), i, s.substeps[number].wind), 0);
+    s.force[i] = with_w(xyz(s.force[i]) + air_force(s, present_motion(s), i, s.substeps[number]), 0);
 }

@@ -150,21 +150,6 @@ __device__ __forceinline__ void regions_limit(const Solver& s, const Part& part,
     }
 }
 
-// The same where what a particle depends on does not fit into shared memory: one colour after the other, in place.
-template <typename Meet>
-__device__ __forceinline__ void colours_limit(const Solver& s, const Part& part, uint sweeps, Meet meet) {
-    real4* x = (real4*)part.motion.x;
-    real4* v = (real4*)part.motion.v;
-    for (uint step = 0; step < sweeps * s.limit_colours; step++) {
-        uint colour = step % s.limit_colours;
-        uint end = s.limit_rows[colour + 1];
-        for (uint k = s.limit_rows[colour] + blockIdx.x * THREADS + threadIdx.x; k < end && !part.stopped; k += gridDim.x * THREADS) {
-            spring_limit(x, v, s.limited_springs[k], s.longest, part.substep.length);
-        }
-        meet();
-    }
-}
-
 extern "C" __global__ void __launch_bounds__(THREADS, BLOCKS_PER_SM) explicit_frame(const __grid_constant__ Solver s, uint substeps) {
     __shared__ NearFrame near_frame;
     __shared__ Meeting meeting;
@@ -251,7 +236,8 @@ extern "C" __global__ void __launch_bounds__(THREADS, BLOCKS_PER_SM) explicit_fr
                 now.swap();
             }
         } else {
-            colours_limit(s, now, s.limit_sweeps, meet);
+            // What a particle depends on does not fit into shared memory, or triangles are limited too.
+            colours_limit(s, now.motion, now.substep.length, now.stopped, meet);
             for (uint i = first; i < end; i += THREADS) {
                 real4 own = now.motion.x[i], rate = now.motion.v[i];
                 now.store_last(s, i, {xyz(own), xyz(rate)}, own.w, rate.w);

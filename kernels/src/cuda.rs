@@ -76,6 +76,7 @@ modules! {
     "spring_forces" [],
     "spring_linearise" [],
     "strain_limit" [],
+    "stretch_limit" [],
     "torque_correct" [],
     "vector_combine" [],
     "vector_dot" [],

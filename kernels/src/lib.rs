@@ -36,6 +36,7 @@ pub const STAGES: &[Stage] = &[
     Stage { name: "integrate_explicit", section: 4 },
     Stage { name: "contact_impulses", section: 8 },
     Stage { name: "strain_limit", section: 4 },
+    Stage { name: "stretch_limit", section: 4 },
     Stage { name: "collider_response", section: 7 },
     Stage { name: "state_keep", section: 5 },
     Stage { name: "state_restore", section: 5 },

@@ -1,5 +1,5 @@
 // The forces of triangles of fabric, which the composite stage sums: both stages in one kernel.
-//!include model status motion fabric membrane arctangent fold fabric_vectors membrane_store membrane_element bending_store bending_element
+//!include model status motion fabric membrane membrane_motion arctangent fold fabric_vectors membrane_store membrane_element bending_store bending_element
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,5 +1,5 @@
 // NUMERICS section 11: the forces of stretched triangles of fabric on their corners.
-//!include model status motion fabric membrane fabric_vectors membrane_store membrane_element
+//!include model status motion fabric membrane membrane_motion fabric_vectors membrane_store membrane_element
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

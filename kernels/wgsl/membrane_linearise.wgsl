@@ -1,5 +1,5 @@
 // NUMERICS section 11: tangents and impulses of stretched triangles of fabric.
-//!include model substep status call motion fabric membrane fabric_vectors membrane_store fabric_tangents
+//!include model substep status call motion fabric membrane membrane_motion fabric_vectors membrane_store fabric_tangents
 
 // The stress without its negative principal stress.
 fn tensile_part(stress: vec3f) -> vec3f {

@@ -7,6 +7,12 @@
 //!if not buckling
 //!include spring_linear
 //!end
+//!if fabric
+//!include element_pull
+//!end
+//!if not fabric
+//!include element_pull_none
+//!end
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -25,6 +31,7 @@ fn main(
         let other = particle + link_entries[at].x;
         sum = add_scaled(sum, stiffness, velocity_in[other].xyz - velocity);
     }
+    sum = element_pull(sum, particle, velocity);
     let length = substep.length;
     var right_side = fma(vec3f(length), force[particle].xyz, length * length * sum);
     if !(position_in[particle].w > 0.0) {

@@ -1,16 +1,7 @@
 // NUMERICS section 4: shortens the over-long springs of one colour, in place. They share no
 // particle.
-//!include model status substep motion_out
+//!include model status substep motion_out colour
 
-struct Colour {
-    // The springs of the colour, in `limited_springs`.
-    first: u32,
-    count: u32,
-    padding_0: u32,
-    padding_1: u32,
-}
-
-@group(0) @binding(20) var<uniform> colour: Colour;
 // Two particles and the largest length [m] of each spring, by colour.
 @group(0) @binding(21) var<storage, read> limited_springs: array<vec4<u32>>;
 

@@ -153,7 +153,8 @@ fn every_perturbed_stage_of_fabric_is_found_by_its_check() {
     let iterate: Check = |candidate, description| {
         checks::implicit_assemble(candidate, description, NewtonStart::Iterate)
     };
-    let stages: [(Stage, Check); 6] = [
+    let stages: [(Stage, Check); 7] = [
+        (Stage::SemiImplicitSolve, checks::semi_implicit_solve),
         (Stage::MembraneForces, checks::membrane_forces),
         (Stage::BendingForces, checks::bending_forces),
         (Stage::MembraneLinearise, start),

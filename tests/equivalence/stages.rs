@@ -210,6 +210,17 @@ fn semi_implicit_solve() {
 }
 
 #[test]
+fn semi_implicit_solve_of_fabric() {
+    for_all(CASES_WITH_PAIRS, &description_of_fabric(), checks::semi_implicit_solve);
+}
+
+#[test]
+fn torque_correct_of_fabric() {
+    let cases = description_of_fabric().prop_map(|case| Description { pins: false, ..case });
+    for_all(CASES_WITH_PAIRS, &cases, checks::torque_correct);
+}
+
+#[test]
 fn torque_correct() {
     for_all(CASES, &with(|case| case.pins &= case.seed % 2 == 0), checks::torque_correct);
 }

@@ -242,7 +242,6 @@ pub fn gpu_candidate(label: &str, backend: Box<dyn Backend>) -> Candidate {
             Feature::Assembled,
             Feature::Factorisation,
             Feature::DenseInverse,
-            Feature::StretchLimit,
         ],
         single_scalars: true,
         turn: Some(&TURN),
@@ -257,7 +256,6 @@ const CUDA_MISSING: &[Feature] = &[
     Feature::Assembled,
     Feature::Factorisation,
     Feature::DenseInverse,
-    Feature::StretchLimit,
 ];
 
 /// The first NVIDIA GPU, shared by all tests of a process.

@@ -24,8 +24,6 @@ pub enum Feature {
     Factorisation,
     /// The dense inverse of that matrix.
     DenseInverse,
-    /// A strain limit of triangles of fabric.
-    StretchLimit,
 }
 
 impl Feature {
@@ -41,7 +39,6 @@ impl Feature {
             Self::Assembled => "the matrix form assembled",
             Self::Factorisation => "a factorisation of the constant matrix",
             Self::DenseInverse => "the dense-inverse of the semi-implicit integrator",
-            Self::StretchLimit => "a strain limit of fabric",
         }
     }
 }

@@ -34,7 +34,8 @@ impl<T: Real> Aerodynamics<T> {
         for_each_triangle(model, motion, substep.wind_velocity, &mut self.shares, triangle);
         for (number, cloth) in model.cloths().iter().enumerate() {
             let Some(inflation) = model.inflation(number) else { continue };
-            let sixth = T::from_f64(inflation.at(substep.time) / 6.0);
+            let share = inflation.share(T::from_f64(substep.time));
+            let sixth = T::from_f64(inflation.pressure / 6.0) * share;
             let range = cloth.triangles.start as usize..cloth.triangles.end as usize;
             self.shares[range.clone()]
                 .par_iter_mut()

@@ -141,6 +141,7 @@ pub(crate) struct SolverData<T> {
     pub(crate) triangle_rows: u64,
     pub(crate) triangles: u64,
     pub(crate) air: u64,
+    pub(crate) gas: u64,
     pub(crate) colliders: u64,
     pub(crate) substeps: u64,
     pub(crate) status: u64,
@@ -165,7 +166,10 @@ pub(crate) struct SolverData<T> {
     pub(crate) tile_list: u64,
     pub(crate) tile_rough: u64,
     pub(crate) limited_springs: u64,
+    pub(crate) limited_rows: u64,
     pub(crate) longest: u64,
+    pub(crate) stretch_triangles: u64,
+    pub(crate) stretch_rows: u64,
     pub(crate) limit_regions: u64,
     pub(crate) limit_particles: u64,
     pub(crate) limit_rows: u64,
@@ -201,6 +205,7 @@ pub(crate) struct SolverData<T> {
     pub(crate) limit_region_count: u32,
     pub(crate) limit_colours: u32,
     pub(crate) limit_sweeps: u32,
+    pub(crate) stretch_colours: u32,
     pub(crate) limit_particles_max: u32,
     pub(crate) limit_owned_max: u32,
     pub(crate) limit_springs_near: u32,
@@ -217,6 +222,7 @@ pub(crate) struct SolverData<T> {
     pub(crate) list_horizon: T,
     pub(crate) cells_per_metre: T,
     pub(crate) stencil: [[T; 3]; 6],
+    pub(crate) stretch_ratio: T,
 }
 
 macro_rules! plain {
@@ -251,7 +257,7 @@ mod tests {
     /// The CUDA sources assert the same.
     #[test]
     fn kernels_are_given_as_many_bytes_as_they_take() {
-        assert_eq!(size_of::<SolverData<f32>>(), 608 + 32 * 4);
-        assert_eq!(size_of::<SolverData<f64>>(), 608 + 32 * 8);
+        assert_eq!(size_of::<SolverData<f32>>(), 640 + 34 * 4);
+        assert_eq!(size_of::<SolverData<f64>>(), 640 + 33 * 8);
     }
 }

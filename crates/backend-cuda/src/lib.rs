@@ -132,9 +132,7 @@ impl CudaBackend {
         model: Arc<Model>,
         config: &SolverConfig,
     ) -> Result<CudaKernels<T>> {
-        model.check_no_stretch_limit(config, BACKEND)?;
-        model.check_fabric(config, BACKEND)?;
-        model.check_no_inflation(BACKEND)?;
+        model.check_integrator(config, BACKEND)?;
         CudaKernels::new(Arc::clone(&self.device), model, config, self.options)
     }
 }

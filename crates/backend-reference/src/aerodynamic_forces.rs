@@ -1,6 +1,6 @@
 //! NUMERICS §3, `aerodynamic_forces`: pressure and friction of the air.
 
-use cloth_core::Model;
+use cloth_core::{Inflation, Model, stepper::Substep};
 
 use crate::{Matrix, Number, Particles, Vector, particles::length_min};
 
@@ -51,29 +51,30 @@ fn for_each_sail<N: Number>(
     }
 }
 
-/// Adds a third of the force on each triangle to each of its corners.
+/// Adds a third of the force on each triangle to each of its corners, that of the air and that of gas within the cloth.
 pub fn aerodynamic_forces<N: Number>(
     model: &Model,
     particles: &Particles<N>,
-    wind_velocity: [f64; 3],
+    substep: &Substep,
     forces: &mut [Vector<N>],
 ) {
     // From zero for each particle, then added.
     let mut sums = vec![Vector::ZERO; forces.len()];
-    for_each_sail(model, particles, wind_velocity, |sail| {
+    for_each_sail(model, particles, substep.wind_velocity, |sail| {
         let force = sail.normal.scaled(sail.pressure * sail.across.abs() * sail.across)
             + sail.along.scaled(sail.friction * sail.along.length());
         for corner in sail.corners {
             sums[corner] += force.scaled(sail.weight);
         }
     });
+    inflation_forces(model, particles, substep.time, &mut sums);
     for (force, sum) in forces.iter_mut().zip(sums) {
         *force += sum;
     }
 }
 
 /// Adds the force of gas under pressure within cloths at `time` \[s\]: a third of p A n of each triangle to each of its corners.
-pub fn inflation_forces<N: Number>(
+fn inflation_forces<N: Number>(
     model: &Model,
     particles: &Particles<N>,
     time: f64,
@@ -81,7 +82,7 @@ pub fn inflation_forces<N: Number>(
 ) {
     for (number, cloth) in model.cloths().iter().enumerate() {
         let Some(inflation) = model.inflation(number) else { continue };
-        let sixth = N::rounded(inflation.at(time) / 6.0);
+        let sixth = N::rounded(inflation.pressure / 6.0) * share(inflation, time);
         for triangle in
             &model.triangles()[cloth.triangles.start as usize..cloth.triangles.end as usize]
         {
@@ -90,6 +91,19 @@ pub fn inflation_forces<N: Number>(
             let share = (b - a).cross(c - a).scaled(sixth);
             corners.iter().for_each(|&corner| forces[corner] += share);
         }
+    }
+}
+
+/// The share of the pressure that is there at `time`.
+fn share<N: Number>(inflation: &Inflation, time: f64) -> N {
+    let [start, end] = inflation.rise;
+    if time >= end {
+        N::ONE
+    } else if time <= start {
+        N::ZERO
+    } else {
+        let [start, end, time] = [start, end, time].map(N::rounded);
+        (time - start) / (end - start)
     }
 }
 

@@ -16,9 +16,9 @@ use cloth_core::{
 use crate::{
     Constraints, Elements, Impulse, LinearSystem, Matrix, Particles, Schwarz, Term, Vector,
     aerodynamic_forces, bending_forces, check_precision, collider_response, contact_candidates,
-    contact_forces, contact_impulses, control_forces, field_forces, inflation_forces,
-    integrate_explicit, measure, membrane_forces, procedural_forces, semi_implicit::Factorisations,
-    spring_forces, strain_limit, stretch_limit, triangle_contact::TriangleContact, vertex_normals,
+    contact_forces, contact_impulses, control_forces, field_forces, integrate_explicit, measure,
+    membrane_forces, procedural_forces, semi_implicit::Factorisations, spring_forces, strain_limit,
+    stretch_limit, triangle_contact::TriangleContact, vertex_normals,
 };
 
 /// The stages on plain vectors.
@@ -253,9 +253,7 @@ impl Kernels for ReferenceKernels {
     }
 
     fn aerodynamic_forces(&mut self, substep: &Substep) -> Result<()> {
-        let wind = substep.wind_velocity;
-        aerodynamic_forces(&self.model, &self.particles, wind, &mut self.forces);
-        inflation_forces(&self.model, &self.particles, substep.time, &mut self.forces);
+        aerodynamic_forces(&self.model, &self.particles, substep, &mut self.forces);
         Ok(())
     }
 

@@ -43,7 +43,7 @@ use cloth_core::{
     SolverConfig, stepper::SteppedSolver,
 };
 
-pub use aerodynamic_forces::{aerodynamic_forces, air_jacobians, inflation_forces};
+pub use aerodynamic_forces::{aerodynamic_forces, air_jacobians};
 pub use bending::{bending_forces, bending_linearise};
 pub use buckling::{spring_energy_doubled, spring_tension, spring_tension_derivative};
 pub use collider_response::{Impulse, PathStart, collide, collider_response, penetration_max};
@@ -127,7 +127,7 @@ fn unsupported<T>(feature: impl Into<String>) -> Result<T> {
 
 /// Refuses settings that it does not have.
 fn check(model: &Model, config: &SolverConfig) -> Result<()> {
-    model.check_fabric(config, NAME)?;
+    model.check_integrator(config, NAME)?;
     match &config.integrator {
         Integrator::Explicit => Ok(()),
         Integrator::Implicit(ImplicitSettings { linear, .. })

@@ -61,9 +61,10 @@ impl<'a> Plan<'a> {
         plan.filled("spring_entries", bytemuck::cast_slice(&tables.spring_entries));
         plan.filled("triangle_rows", bytemuck::cast_slice(&tables.triangle_rows));
         plan.filled("triangles", bytemuck::cast_slice(&tables.triangles));
-        plan.filled("air_coefficients", bytemuck::cast_slice(&tables.air_coefficients));
+        plan.filled("air_cloths", bytemuck::cast_slice(&tables.air_cloths));
         plan.filled("offsets", bytemuck::cast_slice(&tables.offsets));
-        plan.filled("limited_springs", bytemuck::cast_slice(&tables.limited_springs));
+        plan.filled("limited_springs", bytemuck::cast_slice(&tables.strain.springs));
+        plan.filled("limited_triangles", bytemuck::cast_slice(&tables.strain.triangles));
         plan.filled("distance_grids", bytemuck::cast_slice(&tables.distance_grids));
         if elements > 0 {
             plan.filled("fabric_elements", bytemuck::cast_slice(&tables.fabric.elements));
@@ -157,7 +158,7 @@ impl Buffers {
         for (name, size, contents) in plan.0 {
             buffers.create(context, name, size, contents)?;
         }
-        let colours = uniform_array(&context.limits, &tables.colours);
+        let colours = uniform_array(&context.limits, &tables.strain.colours);
         buffers.create(context, "colour", colours.len() as u64, Some(&colours))?;
         buffers.create(
             context,

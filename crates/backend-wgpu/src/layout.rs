@@ -208,12 +208,24 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// `strain_limit.wgsl`.
+    /// `shared/air.wgsl`.
+    AirCloth {
+        pressure: f32,
+        friction: f32,
+        gas: f32,
+        gas_start: f32,
+        gas_end: f32,
+        padding: f32,
+    }
+}
+
+shared_struct! {
+    /// `shared/colour.wgsl`.
     Colour {
         first: u32,
         count: u32,
+        ratio: f32,
         padding_0: u32,
-        padding_1: u32,
     }
 }
 
@@ -307,6 +319,7 @@ mod tests {
         check("Solve", Solve::FIELDS, size_of::<Solve>());
         check("Contact", Contact::FIELDS, size_of::<Contact>());
         check("Collider", Collider::FIELDS, size_of::<Collider>());
+        check("AirCloth", AirCloth::FIELDS, size_of::<AirCloth>());
         check("Colour", Colour::FIELDS, size_of::<Colour>());
         check("Pin", Pin::FIELDS, size_of::<Pin>());
         check("PairTask", PairTask::FIELDS, size_of::<PairTask>());

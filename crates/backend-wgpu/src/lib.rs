@@ -197,9 +197,7 @@ impl WgpuBackend {
     }
 
     fn kernels(&self, model: Arc<Model>, config: &SolverConfig) -> Result<WgpuKernels> {
-        model.check_no_stretch_limit(config, "wgpu")?;
-        model.check_fabric(config, "wgpu")?;
-        model.check_no_inflation("wgpu")?;
+        model.check_integrator(config, "wgpu")?;
         let config = config.resolved(&model, None);
         Ok(WgpuKernels::new(Stages::new(Arc::clone(&self.context), model, &config)?))
     }

@@ -258,6 +258,57 @@ pub enum ModelError {
         /// The name of no cloth.
         cloth: String,
     },
+    /// A rule of contact for what does not exist.
+    #[error(
+        "rule {rule} of contact is about {object:?}, which does not exist: name a cloth or a collider"
+    )]
+    ContactOfNothing {
+        /// Its number.
+        rule: usize,
+        /// The name of nothing.
+        object: String,
+    },
+    /// A rule of contact for a plane, which is no triangles.
+    #[error(
+        "rule {rule} of contact is about {object:?}, a plane: change the friction of the plane itself"
+    )]
+    ContactOfPlane {
+        /// Its number.
+        rule: usize,
+        /// Name of the plane.
+        object: String,
+    },
+    /// Rules or maps of contact without contact of triangles.
+    #[error(
+        "rules and maps of contact need contact of triangles: give contact that response, or remove them"
+    )]
+    ContactRulesOfPoints,
+    /// A rule of contact for no object or for more than two.
+    #[error("rule {rule} of contact is between {objects} objects: name one or two")]
+    ContactBetween {
+        /// Its number.
+        rule: usize,
+        /// How many.
+        objects: usize,
+    },
+    /// A map of contact for a cloth that does not exist.
+    #[error(
+        "a map of contact is that of cloth {cloth:?}, which does not exist: name one of the cloths"
+    )]
+    ContactMapOfNothing {
+        /// The name of no cloth.
+        cloth: String,
+    },
+    /// A map of contact that is not that of its cloth.
+    #[error("{what} has {found} values for {expected} vertices: give one for each")]
+    ContactMapLength {
+        /// The map.
+        what: String,
+        /// Vertices of the cloth.
+        expected: usize,
+        /// Values that are there.
+        found: usize,
+    },
     /// A seam makes no sense.
     #[error(transparent)]
     Seam(Box<SeamError>),

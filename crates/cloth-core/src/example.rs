@@ -7,6 +7,11 @@ use crate::{
 
 /// A square sheet of fabric of so many columns, 2 cm apart, with a largest stretch.
 pub(crate) fn sheet(columns: u32, stretch_limit: f64) -> Model {
+    ModelBuilder::new().cloth(sheet_cloth("sheet", columns, stretch_limit)).build().unwrap()
+}
+
+/// The same before it becomes part of a model.
+pub(crate) fn sheet_cloth(name: &str, columns: u32, stretch_limit: f64) -> Cloth {
     let fabric = Fabric {
         area_density: 0.2,
         thickness: 1e-3,
@@ -21,12 +26,11 @@ pub(crate) fn sheet(columns: u32, stretch_limit: f64) -> Model {
     };
     let rest = RestSource::Pattern { scale: 1.0 };
     let material = FabricMaterial { fabric, rest, aerodynamics: Aerodynamics::default() };
-    let cloth = Cloth {
-        name: "sheet".into(),
+    Cloth {
+        name: name.into(),
         geometry: Geometry::Grid(GridPatch::horizontal(columns, 0.02, 0.0)),
         material: material.into(),
         pins: vec![],
         velocity: [0.0; 3],
-    };
-    ModelBuilder::new().cloth(cloth).build().unwrap()
+    }
 }

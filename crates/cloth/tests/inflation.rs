@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 
 use cloth::{
-    Cloth, Control, Error, Field, ImplicitSettings, Inflation, Integrator, Model, ModelBuilder,
+    Backend, Cloth, Control, Field, ImplicitSettings, Inflation, Integrator, Model, ModelBuilder,
     ModelSimulation, Precision, RestSource, SolverConfig, TriangleMesh, backend_create,
     fabric::{BendingRigidity, Fabric, InternalFriction, TensileCurve},
 };
@@ -102,42 +102,58 @@ fn stretch() -> f64 {
     low
 }
 
+fn sphere_reaches_its_radius(
+    backend: &dyn Backend,
+    (integrator, time_step): (Integrator, f64),
+    precision: Precision,
+) {
+    let config = SolverConfig { integrator, time_step, precision, ..SolverConfig::default() };
+    let mut simulation = ModelSimulation::new(model(), &config, 50.0, backend).unwrap();
+    for _ in 0..50 {
+        simulation.step(&Control::default()).unwrap();
+    }
+    let positions = &simulation.state().unwrap().positions;
+    let radii = positions.iter().map(|x| x.iter().map(|x| x * x).sum::<f64>().sqrt());
+    let found = radii.sum::<f64>() / positions.len() as f64 / RADIUS;
+    let expected = stretch();
+    assert!((found / expected - 1.0).abs() < 0.02, "{found}, {expected}");
+    // Which is no small part of how much it stretches.
+    assert!(((found - 1.0) / (expected - 1.0) - 1.0).abs() < 0.06, "{found}, {expected}");
+    let sums: [f64; 3] = std::array::from_fn(|k| positions.iter().map(|x| x[k]).sum());
+    // Of a hundred places of some 0.1 m, a thousand times in steps.
+    let rounding = if precision == Precision::F64 { 1e-6 } else { 1e-3 };
+    assert!(
+        sums.iter().all(|sum| sum.abs() < rounding),
+        "a closed cloth does not push itself: {sums:?}"
+    );
+}
+
+fn implicit() -> (Integrator, f64) {
+    (Integrator::Implicit(ImplicitSettings::default()), 5e-3)
+}
+
 #[test]
 fn a_sphere_reaches_the_radius_of_a_thin_shell() {
     let explicit = (Integrator::Explicit, 5e-5);
-    let implicit = (Integrator::Implicit(ImplicitSettings::default()), 2e-3);
-    for (backend, (integrator, time_step)) in
-        [("cpu", explicit), ("cpu", implicit.clone()), ("reference", implicit)]
+    for (backend, integrator) in [("cpu", explicit), ("cpu", implicit()), ("reference", implicit())]
     {
         let backend = backend_create(backend, None).unwrap();
-        let config = SolverConfig {
-            integrator,
-            time_step,
-            precision: Precision::F64,
-            ..SolverConfig::default()
-        };
-        let mut simulation =
-            ModelSimulation::new(model(), &config, 50.0, backend.as_ref()).unwrap();
-        for _ in 0..50 {
-            simulation.step(&Control::default()).unwrap();
-        }
-        let positions = &simulation.state().unwrap().positions;
-        let radii = positions.iter().map(|x| x.iter().map(|x| x * x).sum::<f64>().sqrt());
-        let found = radii.sum::<f64>() / positions.len() as f64 / RADIUS;
-        let expected = stretch();
-        assert!((found / expected - 1.0).abs() < 0.02, "{found}, {expected}");
-        // Which is no small part of how much it stretches.
-        assert!(((found - 1.0) / (expected - 1.0) - 1.0).abs() < 0.06, "{found}, {expected}");
-        let sums: [f64; 3] = std::array::from_fn(|k| positions.iter().map(|x| x[k]).sum());
-        assert!(
-            sums.iter().all(|sum| sum.abs() < 1e-6),
-            "a closed cloth does not push itself: {sums:?}"
-        );
+        sphere_reaches_its_radius(backend.as_ref(), integrator, Precision::F64);
     }
 }
 
 #[test]
-fn gas_of_no_cloth_is_refused_and_so_is_a_backend_without() {
+fn a_sphere_reaches_it_on_gpus() {
+    for name in ["wgpu", "cuda"] {
+        match backend_create(name, None) {
+            Ok(backend) => sphere_reaches_its_radius(backend.as_ref(), implicit(), Precision::F32),
+            Err(error) => println!("not run here: {name}: {error}"),
+        }
+    }
+}
+
+#[test]
+fn gas_of_no_cloth_is_refused() {
     let cloth = |name: &str| {
         ModelBuilder::new()
             .cloth(Cloth::fabric_mesh(
@@ -151,8 +167,4 @@ fn gas_of_no_cloth_is_refused_and_so_is_a_backend_without() {
     };
     let error = cloth("baloon").unwrap_err().to_string();
     assert!(error.contains("baloon") && error.contains("name one"), "{error}");
-    let model = cloth("balloon").unwrap();
-    let refused = model.check_no_inflation("wgpu").unwrap_err();
-    assert!(matches!(refused, Error::Unsupported { backend: "wgpu", .. }), "{refused}");
-    assert!(refused.to_string().contains("cpu and reference"), "{refused}");
 }

@@ -59,7 +59,7 @@ struct Buckling {
 
 // What the host reads after a frame.
 struct Status {
-    // Of the list kernel, the linear solver.
+    // Of the sweeps of strain limits, the linear solver.
     ulong barrier[2];
     // Of the frame kernel with contact, used in turn.
     ulong meetings[2];
@@ -125,6 +125,8 @@ struct Solver {
     const uint* triangle_rows;
     const uint4* triangles;
     const real* air;
+    // For each cloth a sixth of the pressure of the gas within [Pa], when it begins to rise and when it is there [s]; null without gas.
+    const real* gas;
     const Collider* colliders;
     const SubstepData* substeps;
     Status* status;
@@ -158,9 +160,13 @@ struct Solver {
     uint2* tile_rough;
     // Springs that are limited, colour by colour, with the largest length of each kind. Regions in each of which a block shortens all
     // springs that its own particles depend on: their particles, where the springs of each colour begin, two places of 16
-    // bits among the particles and the kind for each spring. Without regions rows are those of `limited_springs`.
+    // bits among the particles and the kind for each spring.
     const uint4* limited_springs;
+    const uint* limited_rows;
     const real* longest;
+    // Triangles of fabric that are limited, colour by colour, and where each colour begins.
+    const uint* stretch_triangles;
+    const uint* stretch_rows;
     const LimitRegion* limit_regions;
     const uint* limit_particles;
     const uint* limit_rows;
@@ -207,6 +213,7 @@ struct Solver {
     uint limit_region_count;
     uint limit_colours;
     uint limit_sweeps;
+    uint stretch_colours;
     // Particles of a region at most, and its own; springs of a region at most, if each block has one region and keeps them, or 0.
     uint limit_particles_max;
     uint limit_owned_max;
@@ -228,9 +235,11 @@ struct Solver {
     real cells_per_metre;
     // Rest length, stiffness and damping of the springs to the later of 12 neighbours in a patch, if all are alike.
     real stencil[6][3];
+    // Largest stretch of triangles.
+    real stretch_ratio;
 };
 
-static_assert(sizeof(Solver) == 608 + 32 * sizeof(real), "`layout.rs` of the backend has another layout");
+static_assert(sizeof(Solver) == (640 + 33 * sizeof(real) + 7) / 8 * 8, "`layout.rs` of the backend has another layout");
 
 // Positions and velocities that a kernel reads.
 struct Motion {

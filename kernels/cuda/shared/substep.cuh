@@ -75,7 +75,7 @@ __device__ __forceinline__ Moved particle_finish(
     force = force + membrane_force(s, i);
     force = force + bending_force(s, i);
 #endif
-    if (EXTRAS && s.has_air) force = force + air_force(s, motion, i, substep.wind);
+    if (EXTRAS && s.has_air) force = force + air_force(s, motion, i, substep);
     if (PENALTY && (found > 0 || partners == nullptr && close)) {
         vec3 contact;
         if (partners != nullptr) {

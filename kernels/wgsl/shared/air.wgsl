@@ -1,10 +1,23 @@
-// NUMERICS section 3: pressure and friction of the air.
+// NUMERICS section 3: pressure and friction of the air, pressure of gas within a cloth.
 
-// For each cloth rho/2 times the coefficients of pressure and of friction [kg/m^3].
-@group(0) @binding(12) var<storage, read> air_coefficients: array<vec2f>;
+struct AirCloth {
+    // rho/2 times the coefficients of pressure and of friction [kg/m^3].
+    pressure: f32,
+    friction: f32,
+    // A sixth of the pressure of the gas within [Pa], when it begins to rise and when it is there [s].
+    gas: f32,
+    gas_start: f32,
+    gas_end: f32,
+    padding: f32,
+}
+
+// For each cloth.
+@group(0) @binding(12) var<storage, read> air_cloths: array<AirCloth>;
 
 // The air relative to a triangle.
 struct Flow {
+    // Twice the area along the normal [m^2].
+    doubled: vec3f,
     area: f32,
     normal: vec3f,
     // Component along the normal, component along the surface, and its length [m/s].
@@ -26,19 +39,29 @@ fn air_flow(corners: vec4<u32>) -> Flow {
     let relative = fma(vec3f(-1.0 / 3.0), sum, substep.wind);
     let across = dot_product(relative, normal);
     let along = fma(vec3f(-across), normal, relative);
-    return Flow(length * 0.5, normal, across, along, sqrt(dot_product(along, along)));
+    return Flow(doubled, length * 0.5, normal, across, along, sqrt(dot_product(along, along)));
 }
 
-// A third of the force on a triangle [N].
+// A third of the force on a triangle [N], that of the air and that of the gas within the cloth.
 fn air_share(corners: vec4<u32>) -> vec3f {
     let flow = air_flow(corners);
-    let coefficients = air_coefficients[corners.w];
-    let pressure = coefficients.x * abs(flow.across) * flow.across;
-    let friction = coefficients.y * flow.speed;
-    return (flow.area * fma(vec3f(pressure), flow.normal, friction * flow.along)) * (1.0 / 3.0);
+    let cloth = air_cloths[corners.w];
+    let pressure = cloth.pressure * abs(flow.across) * flow.across;
+    let friction = cloth.friction * flow.speed;
+    let share = (flow.area * fma(vec3f(pressure), flow.normal, friction * flow.along)) * (1.0 / 3.0);
+    if cloth.gas == 0.0 {
+        return share;
+    }
+    var risen = 1.0;
+    if substep.clock <= cloth.gas_start {
+        risen = 0.0;
+    } else if substep.clock < cloth.gas_end {
+        risen = (substep.clock - cloth.gas_start) / (cloth.gas_end - cloth.gas_start);
+    }
+    return fma(vec3f(cloth.gas * risen), flow.doubled, share);
 }
 
-// The force of the air on a particle [N], its triangles in ascending order.
+// The force of air and gas on a particle [N], its triangles in ascending order.
 fn air_force(particle: u32) -> vec3f {
     var sum = vec3f(0.0);
     let end = triangle_rows[particle + 1u];

@@ -7,9 +7,9 @@ fn air_jacobian(particle: u32) -> Symmetric {
         let corners = triangles[triangle_rows[model.particle_count + 1u + at]];
         let flow = air_flow(corners);
         let third = flow.area * (1.0 / 3.0);
-        let coefficients = air_coefficients[corners.w];
-        let pressure = third * (2.0 * coefficients.x * abs(flow.across));
-        let friction = third * (coefficients.y * flow.speed);
+        let cloth = air_cloths[corners.w];
+        let pressure = third * (2.0 * cloth.pressure * abs(flow.across));
+        let friction = third * (cloth.friction * flow.speed);
         let direction = flow.along * (1.0 / max(flow.speed, LENGTH_MIN));
         sum.on += vec3f(friction);
         sum = symmetric_add_outer(sum, pressure - friction, flow.normal);

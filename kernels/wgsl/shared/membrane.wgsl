@@ -18,16 +18,6 @@ fn deformation(a: vec3f, b: vec3f, c: vec3f, inverse: vec4f) -> Gradient {
     );
 }
 
-fn positions_deformation(triangle: Membrane) -> Gradient {
-    let at = triangle.particles;
-    return deformation(position_in[at.x].xyz, position_in[at.y].xyz, position_in[at.z].xyz, triangle.inverse);
-}
-
-fn velocities_deformation(triangle: Membrane) -> Gradient {
-    let at = triangle.particles;
-    return deformation(velocity_in[at.x].xyz, velocity_in[at.y].xyz, velocity_in[at.z].xyz, triangle.inverse);
-}
-
 fn green_strain(f: Gradient) -> vec3f {
     return 0.5 * vec3f(dot_product(f.u, f.u) - 1.0, dot_product(f.v, f.v) - 1.0, dot_product(f.u, f.v));
 }

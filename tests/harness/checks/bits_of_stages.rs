@@ -130,6 +130,10 @@ pub fn bits_of_explicit_stages(candidates: [&Candidate; 2], description: &Descri
         for colour in 0..pair[0].strain_limit_colours() {
             both(&mut pair, "strain_limit", &|kernels| kernels.strain_limit(substep, colour))?;
         }
+        for colour in 0..pair[0].stretch_limit_colours() {
+            both(&mut pair, "stretch_limit", &|kernels| kernels.stretch_limit(substep, colour))?;
+        }
+        both(&mut pair, "strain_limit_sweeps", &|kernels| kernels.strain_limit_sweeps(substep))?;
         if !case.model.colliders().is_empty() {
             both(&mut pair, "collider_response", &|kernels| kernels.collider_response(substep))?;
         }

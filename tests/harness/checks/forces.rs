@@ -100,8 +100,7 @@ pub fn aerodynamic_forces(candidate: &Candidate, description: &Description) -> V
         forces(&mut *kernels)?.into_iter().map(TrackedVector::exact).collect();
     let substep = case.substep();
     kernels.aerodynamic_forces(&substep)?;
-    let wind = substep.wind_velocity;
-    stages::aerodynamic_forces(&case.model, &case.particles(), wind, &mut expected);
+    stages::aerodynamic_forces(&case.model, &case.particles(), &substep, &mut expected);
     compare(candidate, "force of the air", &expected, &forces(&mut *kernels)?, &[])
 }
 

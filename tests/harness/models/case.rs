@@ -98,6 +98,12 @@ impl Description {
         builder = builder.collider_impulses(self.seed.is_multiple_of(2));
         if self.air {
             builder = builder.air(surroundings::air(&mut random));
+            for i in 0..self.pieces.len() {
+                if random.chance(0.5) {
+                    builder =
+                        builder.inflation(surroundings::gas(format!("cloth {i}"), &mut random));
+                }
+            }
         }
         if let Some(contact) = surroundings::self_contact(self.contact, spacing, &mut random) {
             builder = builder.self_contact(contact);

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Air, Collider, ColliderShape, ContactResponse, DistanceGrid, Field, FieldProgram, Gust, Pose,
-    SelfContact,
+    Air, Collider, ColliderShape, ContactResponse, DistanceGrid, Field, FieldProgram, Gust,
+    Inflation, Pose, SelfContact,
 };
 use glam::DQuat;
 
@@ -129,6 +129,13 @@ pub(super) fn air(random: &mut Random) -> Air {
             frequency: random.between(0.1, 5.0),
         }),
     }
+}
+
+/// Gas in a cloth, before, during or after its rise.
+pub(super) fn gas(cloth: String, random: &mut Random) -> Inflation {
+    let start = random.between(0.0, 0.01);
+    let rise = [start, start + random.between(0.0, 0.01)];
+    Inflation { cloth, pressure: random.between(-5.0, 5.0), rise }
 }
 
 /// Contact at about one `spacing` \[m\].

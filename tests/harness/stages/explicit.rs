@@ -25,7 +25,7 @@ pub fn explicit_substep(
     spring_forces(model, particles, &mut forces);
     membrane_forces(model, particles, &mut forces);
     bending_forces(model, particles, &mut forces);
-    aerodynamic_forces(model, particles, substep.wind_velocity, &mut forces);
+    aerodynamic_forces(model, particles, substep, &mut forces);
     contact_forces(model, particles, &mut forces);
     integrate_explicit(particles, &forces, substep.length);
     contact_impulses(model, particles, substep.length);

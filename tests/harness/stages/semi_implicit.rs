@@ -1,6 +1,6 @@
 //! NUMERICS §6: the constant system, and the pieces of cloth.
 
-use cloth_core::Model;
+use cloth_core::{FabricMatrix, Model};
 
 use super::Particles;
 use crate::tracked::{Tracked, TrackedVector};
@@ -34,13 +34,28 @@ pub fn semi_implicit_residual(
             residual[i] -= difference.scaled(stiffness).scaled(length * length);
         }
     }
+    if model.has_fabric() {
+        let fabric = FabricMatrix::constant(model);
+        for i in 0..particles.len() {
+            let own = fabric.own()[i];
+            residual[i] += solution[i].scaled(Tracked::rounded(own.weight(length.value)));
+            let entries = &fabric.entries()[fabric.row(i)];
+            for (&j, entry) in fabric.neighbours().row(i).iter().zip(entries) {
+                let j = j as usize;
+                residual[i] += solution[j].scaled(Tracked::rounded(entry.weight(length.value)));
+                let difference = particles.velocities[j] - particles.velocities[i];
+                let stiffness = Tracked::rounded(entry.stiffness);
+                residual[i] += difference.scaled(stiffness).scaled(length * length);
+            }
+        }
+    }
     for i in (0..particles.len()).filter(|&i| is_held(i)) {
         residual[i] = TrackedVector::ZERO;
     }
     residual
 }
 
-/// Particles that springs join, each piece ascending; those alone are pieces of one.
+/// Particles that springs and triangles of fabric join, each piece ascending; those alone are pieces of one.
 #[must_use]
 pub fn pieces(model: &Model) -> Vec<Vec<u32>> {
     let mut label: Vec<usize> = (0..model.particle_count()).collect();
@@ -48,8 +63,11 @@ pub fn pieces(model: &Model) -> Vec<Vec<u32>> {
     let mut sinks = true;
     while sinks {
         sinks = false;
-        for spring in model.springs().iter() {
-            let [a, b] = spring.particles.map(|particle| particle as usize);
+        let springs = model.springs().iter().map(|spring| spring.particles);
+        let triangles = model.elements().triangles().iter().map(|triangle| triangle.particles);
+        let sides = triangles.flat_map(|[a, b, c]| [[a, b], [b, c]]);
+        for pair in springs.chain(sides) {
+            let [a, b] = pair.map(|particle| particle as usize);
             let lowest = label[a].min(label[b]);
             sinks |= label[a] != lowest || label[b] != lowest;
             (label[a], label[b]) = (lowest, lowest);

@@ -19,7 +19,7 @@ pub(crate) use stretch_limit::StretchLimiter;
 
 /// Refuses settings for which fabric has no matrix of the form that they need.
 pub(crate) fn check(model: &Model, config: &SolverConfig) -> Result<()> {
-    model.check_fabric(config, "cpu")?;
+    model.check_integrator(config, "cpu")?;
     if !model.has_fabric() {
         return Ok(());
     }

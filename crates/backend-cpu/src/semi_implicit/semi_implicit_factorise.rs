@@ -1,7 +1,8 @@
 //! NUMERICS §6, `semi_implicit_factorise`: the constant matrix and its factorisations.
 
 use cloth_core::{
-    Divergence, DivergenceCause, DivergenceOrigin, Error, Model, Real, Result, SemiImplicitSolve,
+    Divergence, DivergenceCause, DivergenceOrigin, Error, FabricMatrix, Model, Real, Result,
+    SemiImplicitSolve,
 };
 
 use super::{
@@ -31,6 +32,9 @@ pub(crate) struct SemiImplicit<T> {
     held: Vec<bool>,
     /// The factorisations, the one used last first.
     kept: Vec<Kept<T>>,
+    /// What triangles of fabric add, and its stiffness with the sign that springs have \[N/m\].
+    fabric: Option<FabricMatrix>,
+    stiffness: Vec<T>,
     pub(super) right_side: VectorField<T>,
 }
 
@@ -68,6 +72,7 @@ impl<T: Real> SemiImplicit<T> {
         let order = nested_dissection(model.positions(), &neighbourhood, &pieces);
         let order: Vec<usize> = order.into_iter().map(|particle| particle as usize).collect();
         let pattern = LowerPattern::of_particles(&neighbourhood);
+        let fabric = model.has_fabric().then(|| FabricMatrix::constant(model));
         let factorisation = SparseCholesky::new(pattern, Some(&order))?;
         Ok(Self {
             solver: SupernodalSolver::new(&factorisation)?,
@@ -75,8 +80,30 @@ impl<T: Real> SemiImplicit<T> {
             matrix: Vec::new(),
             held: Vec::new(),
             kept: Vec::new(),
+            stiffness: match &fabric {
+                Some(fabric) => {
+                    fabric.entries().iter().map(|e| T::from_f64(-e.stiffness)).collect()
+                }
+                None => Vec::new(),
+            },
+            fabric,
             right_side: VectorField::new(count, margin),
         })
+    }
+
+    /// Number of particles.
+    pub(super) fn len(&self) -> usize {
+        self.factorisation.pattern().len()
+    }
+
+    /// The triangles around a particle in the right-hand side: its neighbours, and the stiffness to each.
+    pub(super) fn fabric_row(&self, particle: usize) -> (&[u32], &[T]) {
+        match &self.fabric {
+            Some(fabric) => {
+                (fabric.neighbours().row(particle), &self.stiffness[fabric.row(particle)])
+            }
+            None => (&[], &[]),
+        }
     }
 
     /// Takes note of the particles held at present.
@@ -143,12 +170,13 @@ impl<T: Real> SemiImplicit<T> {
     }
 
     fn factorise_sparse(&mut self, model: &Model, length: f64) -> Result<()> {
-        let Self { factorisation, matrix, held, .. } = self;
-        constant_matrix::fill(model, factorisation.pattern(), held, length, matrix)?;
+        let Self { factorisation, matrix, held, fabric, .. } = self;
+        let fabric = fabric.as_ref();
+        constant_matrix::fill(model, fabric, factorisation.pattern(), held, length, matrix)?;
         if factorisation.factorise(matrix).is_ok() {
             return Ok(());
         }
-        // Never seen, as the matrix is diagonally dominant by more than rounding.
+        // Never seen, as the matrix exceeds one without negative eigenvalues by more than rounding.
         Err(Error::Diverged(Divergence {
             step: 0,
             time: 0.0,

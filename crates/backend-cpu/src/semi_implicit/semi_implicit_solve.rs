@@ -26,16 +26,41 @@ pub(crate) struct RightSide<'a, T> {
 impl<T: Real> RightSide<'_, T> {
     /// Writes b = h f + h^2 sum k (v_j - v_i), zero for held particles.
     pub(crate) fn fill(&self, into: &mut SemiImplicit<T>, arch: pulp::Arch) {
-        into.right_side.chunks_mut(BLOCK).enumerate().for_each(|(block, chunk)| {
-            arch.dispatch(BlockTask { right_side: self, start: block * BLOCK, chunk });
+        let mut right_side = std::mem::replace(&mut into.right_side, VectorField::new(0, 0));
+        let system = &*into;
+        right_side.chunks_mut(BLOCK).enumerate().for_each(|(block, chunk)| {
+            arch.dispatch(BlockTask { right_side: self, system, start: block * BLOCK, chunk });
         });
+        into.right_side = right_side;
+    }
+
+    /// The sum of k (v_j - v_i) over the triangles of fabric around a particle.
+    #[inline(always)]
+    fn of_fabric(&self, system: &SemiImplicit<T>, particle: usize) -> [T; 3] {
+        let MotionView { v, margin, .. } = self.motion;
+        let (neighbours, stiffness) = system.fabric_row(particle);
+        let mut sum = [T::ZERO; 3];
+        for (&other, &stiffness) in neighbours.iter().zip(stiffness) {
+            for axis in 0..3 {
+                let own = v[axis][margin + particle];
+                sum[axis] += stiffness * (v[axis][margin + other as usize] - own);
+            }
+        }
+        sum
     }
 
     #[inline(always)]
-    fn packet(&self, first: usize) -> [Lanes<T>; 3] {
+    fn packet(&self, system: &SemiImplicit<T>, first: usize) -> [Lanes<T>; 3] {
         let mut sum =
             VelocitySum { velocity: self.motion.velocity(first), sum: [[T::ZERO; LANES]; 3] };
         visit_columns(self.springs, self.motion, first, &mut sum);
+        // Beyond the last particle there is room, but nothing is read from it.
+        for lane in 0..LANES.min(system.len().saturating_sub(first)) {
+            let of_fabric = self.of_fabric(system, first + lane);
+            for axis in 0..3 {
+                sum.sum[axis][lane] += of_fabric[axis];
+            }
+        }
         let square = self.length * self.length;
         let inverse_mass = lanes(&self.masses.inverse, first);
         let (force, margin) = (self.force.padded(), self.force.margin());
@@ -79,6 +104,7 @@ impl<T: Real> ColumnVisitor<T> for VelocitySum<'_, T> {
 /// One block, compiled for each instruction set.
 struct BlockTask<'a, T> {
     right_side: &'a RightSide<'a, T>,
+    system: &'a SemiImplicit<T>,
     start: usize,
     chunk: [&'a mut [T]; 3],
 }
@@ -89,7 +115,7 @@ impl<T: Real> NullaryFnOnce for BlockTask<'_, T> {
     #[inline(always)]
     fn call(mut self) {
         for local in (0..self.chunk[0].len()).step_by(LANES) {
-            let packet = self.right_side.packet(self.start + local);
+            let packet = self.right_side.packet(self.system, self.start + local);
             for (values, packet) in self.chunk.iter_mut().zip(packet) {
                 *lanes_mut(values, local) = packet;
             }

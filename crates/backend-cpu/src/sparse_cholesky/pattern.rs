@@ -117,6 +117,12 @@ impl LowerPattern {
     pub(crate) fn len(&self) -> usize {
         self.offsets.len() - 1
     }
+
+    /// Where the entry of a column and a later row is.
+    pub(crate) fn place(&self, column: usize, row: usize) -> usize {
+        let first = self.offsets[column];
+        first + self.rows[first..self.offsets[column + 1]].partition_point(|&at| at < row)
+    }
 }
 
 #[cfg(test)]

@@ -28,7 +28,8 @@ fn meetings<T>(has_regions: bool, strain: &StrainTables<T>) -> usize {
     // Those of triangles, the pass, the search for partners and impulses, and of a list that is built.
     const OTHERS: usize = 9;
     let sweeps = strain.sweeps as usize;
-    OTHERS + if has_regions { sweeps } else { sweeps * (strain.colours.len() - 1) + 1 }
+    let colours = strain.colours.len() + strain.triangle_colours.len() - 2;
+    OTHERS + if has_regions { sweeps } else { sweeps * colours + 1 }
 }
 
 /// Particles of a region of the strain limit: a region for each multiprocessor, if these are not too large.
@@ -95,7 +96,7 @@ pub(super) fn launch<T: CudaReal>(
     }
     data.limit_owned_max = owned as u32;
     data.limit_springs_near = if keeps { springs as u32 } else { 0 };
-    let tables = regions_upload(&regions, strain, queue, data)?;
+    let tables = regions_upload(&regions, queue, data)?;
     let kernel = cache.kernel(FrameForm::Stages.module(), "explicit_frame")?;
     let resident = queue.device.resident_blocks(kernel, STAGES_THREADS, shared)? as usize;
     let most = if is_small { multiprocessors } else { n.div_ceil(STAGES_THREADS as usize) };
@@ -117,14 +118,12 @@ pub(super) fn launch<T: CudaReal>(
     })
 }
 
-/// The regions of the strain limit, or, without any, the colours.
+/// The regions of the strain limit.
 fn regions_upload<T: CudaReal>(
     regions: &ColourRegions,
-    strain: &StrainTables<T>,
     queue: &Queue,
     data: &mut SolverData<T>,
 ) -> Result<RegionTables> {
-    let colours = strain.colours.len() as u32 - 1;
     let headers: Vec<[u32; 4]> = regions
         .regions
         .iter()
@@ -132,11 +131,10 @@ fn regions_upload<T: CudaReal>(
         .collect();
     let springs: Vec<[u32; 2]> =
         regions.springs.iter().map(|&[i, j, kind]| [i | (j << 16), kind]).collect();
-    let rows = if headers.is_empty() { &strain.colours } else { &regions.rows };
     let buffers = (
         Buffer::of(queue, &headers)?,
         Buffer::of(queue, &regions.particles)?,
-        Buffer::of(queue, rows)?,
+        Buffer::of(queue, &regions.rows)?,
         Buffer::of(queue, &springs)?,
     );
     data.limit_regions = buffers.0.address();
@@ -144,8 +142,6 @@ fn regions_upload<T: CudaReal>(
     data.limit_rows = buffers.2.address();
     data.limit_springs = buffers.3.address();
     data.limit_region_count = headers.len() as u32;
-    data.limit_colours = colours;
-    data.limit_sweeps = strain.sweeps;
     data.limit_particles_max = regions.particles_max() as u32;
     Ok(buffers)
 }

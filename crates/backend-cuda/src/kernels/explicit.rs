@@ -18,6 +18,8 @@ use crate::{
 const FAR_BELOW: f64 = -1e30;
 /// Substeps that are collected at most.
 const BATCH_MAX: usize = 1024;
+/// Threads of a block of `strain_limit_sweeps`.
+const SWEEP_THREADS: u32 = 256;
 
 /// What is to be done, and what may have to be done again.
 pub(super) struct FrameQueue<T> {
@@ -292,12 +294,33 @@ impl<T: CudaReal> CudaKernels<T> {
         state.start_copy(queue, data)
     }
 
-    /// Shortens the springs of a colour.
-    pub(super) fn colour_limit(&mut self, length: f64, step: u64, colour: usize) -> Result<()> {
-        let colours = &self.memory.tables.colours;
+    /// Shortens the springs of a colour, or the triangles.
+    pub(super) fn colour_limit(
+        &mut self,
+        name: &'static str,
+        length: f64,
+        colour: usize,
+    ) -> Result<()> {
+        let colours = &self.memory.tables.colours[usize::from(name == "stretch_limit")];
         let [first, end] = [colours[colour], colours[colour + 1]];
-        let (count, length) = (end - first, T::from_f64(length));
+        let (count, length, step) = (end - first, T::from_f64(length), 0_u64);
         let arguments = [argument(&first), argument(&count), argument(&length), argument(&step)];
-        self.start(("strain_limit", "strain_limit"), Launch::over(count as usize), &arguments)
+        self.start((name, name), Launch::over(count as usize), &arguments)
+    }
+
+    /// All sweeps over springs and triangles, in one launch.
+    pub(super) fn sweeps_limit(&mut self, length: f64) -> Result<()> {
+        let kernel = self.cache.kernel("stretch_limit", "strain_limit_sweeps")?;
+        let resident = self.memory.queue.device.resident_blocks(kernel, SWEEP_THREADS, 0)?;
+        let longest = |rows: &Vec<u32>| rows.windows(2).map(|row| row[1] - row[0]).max();
+        let most = self.memory.tables.colours.iter().filter_map(longest).max().unwrap_or(0);
+        let blocks = resident.min(most.div_ceil(SWEEP_THREADS)).max(1);
+        let launch = Launch { blocks, threads: SWEEP_THREADS, shared: 0, cooperative: true };
+        let (length, step) = (T::from_f64(length), 0_u64);
+        self.start(
+            ("stretch_limit", "strain_limit_sweeps"),
+            launch,
+            &[argument(&length), argument(&step)],
+        )
     }
 }

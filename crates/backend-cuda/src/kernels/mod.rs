@@ -63,7 +63,7 @@ pub(crate) struct CudaKernels<T> {
     has_force: bool,
     /// Memory of the linear system, once it is needed.
     linear: Option<Box<LinearMemory<T>>>,
-    semi_implicit: SemiImplicit,
+    semi_implicit: SemiImplicit<T>,
     /// Contact of triangles, if there is any.
     triangles: Option<Box<Triangles<T>>>,
 }

@@ -2,10 +2,10 @@
 //! the kernels of the implicit one.
 
 use cloth_core::{
-    Divergence, DivergenceCause, DivergenceOrigin, Error, ImplicitKernels, LinearMethod,
-    LinearSettings, LinearStart, LinearStop, LinearVector, MatrixForm, Model, ModelError,
-    PieceBlocks, Preconditioner, Result, SemiImplicitKernels, SemiImplicitSolve, SolverReport,
-    stepper::Substep,
+    Divergence, DivergenceCause, DivergenceOrigin, Error, FabricMatrix, ImplicitKernels,
+    LinearMethod, LinearSettings, LinearStart, LinearStop, LinearVector, MatrixForm, Model,
+    ModelError, PieceBlocks, Preconditioner, Result, SemiImplicitKernels, SemiImplicitSolve,
+    SolverReport, stepper::Substep,
 };
 
 use super::{CudaKernels, linear};
@@ -51,8 +51,7 @@ pub(super) fn check_solve(solve: SemiImplicitSolve) -> Result<()> {
 }
 
 /// What is known of the constant system.
-#[derive(Default)]
-pub(super) struct SemiImplicit {
+pub(super) struct SemiImplicit<T> {
     /// Length of the substeps that the matrix is for \[s\].
     pub(super) length: Option<f64>,
     /// Particles held at present.
@@ -60,11 +59,26 @@ pub(super) struct SemiImplicit {
     pieces: Option<Vec<Vec<u32>>>,
     /// The free ones of them, for the particles held at present.
     free: Option<FreePieces>,
+    /// What triangles of fabric add, and its stiffness on the device.
+    fabric: Option<(FabricMatrix, Buffer<T>)>,
     /// What solves did since the last report.
     pub(super) report: SolverReport,
 }
 
-impl SemiImplicit {
+impl<T> Default for SemiImplicit<T> {
+    fn default() -> Self {
+        Self {
+            length: None,
+            held: Vec::new(),
+            pieces: None,
+            free: None,
+            fabric: None,
+            report: SolverReport::default(),
+        }
+    }
+}
+
+impl<T> SemiImplicit<T> {
     /// Takes note of all particles.
     pub(super) fn held_set(&mut self, held: &[u8]) {
         let held: Vec<bool> = held.iter().map(|&held| held != 0).collect();
@@ -140,12 +154,17 @@ impl FreePieces {
 }
 
 /// `NonFinite` if the entries of the constant matrix for substeps of `length` \[s\] are beyond the precision, by a
-/// bound: the weight of the stiffest spring, for as many springs as the model has.
-fn check_matrix<T: CudaReal>(model: &Model, length: f64) -> Result<()> {
+/// bound: the weight of the stiffest spring, for as many springs as the model has, and the largest one of fabric.
+fn check_matrix<T: CudaReal>(
+    model: &Model,
+    fabric: Option<&FabricMatrix>,
+    length: f64,
+) -> Result<()> {
     let weight = |stiffness: f64, damping: f64| length * length * stiffness + length * damping;
     let kinds = model.springs().kinds().iter();
     let largest = kinds.map(|kind| weight(kind.stiffness, kind.damping)).fold(0.0, f64::max);
-    let value = largest * model.springs().len() as f64;
+    let of_fabric = fabric.map_or(0.0, |fabric| fabric.weight_max(length));
+    let value = largest * model.springs().len() as f64 + of_fabric;
     if T::from_f64(value).to_f64().is_finite() {
         return Ok(());
     }
@@ -199,6 +218,32 @@ impl<T: CudaReal> CudaKernels<T> {
         }))
     }
 
+    /// Puts the stiffness of triangles of fabric on the device, if there are any.
+    fn fabric_prepare(&mut self) -> Result<()> {
+        if self.semi_implicit.fabric.is_some() || !self.model.has_fabric() {
+            return Ok(());
+        }
+        let fabric = FabricMatrix::constant(&self.model);
+        let linear = self.linear()?;
+        let Some(elements) = &linear.elements else { return Ok(()) };
+        let stiffness = elements.constant_stiffness(&fabric);
+        let buffer = Buffer::of(&self.memory.queue, &stiffness)?;
+        self.semi_implicit.fabric = Some((fabric, buffer));
+        Ok(())
+    }
+
+    /// Writes what triangles of fabric add to the matrix of substeps of `length` \[s\].
+    fn constant_write(&mut self, fabric: Option<&FabricMatrix>, length: f64) -> Result<()> {
+        check_matrix::<T>(&self.model, fabric, length)?;
+        let Some(fabric) = fabric else { return Ok(()) };
+        self.linear()?;
+        let (queue, linear) = (&self.memory.queue, &mut self.linear);
+        match linear.as_mut().and_then(|linear| linear.elements.as_mut()) {
+            Some(elements) => elements.constant_write(queue, fabric, length),
+            None => Ok(()),
+        }
+    }
+
     /// Puts the free pieces on the device.
     fn pieces_prepare(&mut self) -> Result<()> {
         let SemiImplicit { held, pieces, free, .. } = &mut self.semi_implicit;
@@ -217,7 +262,11 @@ impl<T: CudaReal> SemiImplicitKernels for CudaKernels<T> {
         if self.semi_implicit.length.is_some_and(is_same) {
             return Ok(false);
         }
-        check_matrix::<T>(&self.model, length)?;
+        self.fabric_prepare()?;
+        let fabric = self.semi_implicit.fabric.take();
+        let written = self.constant_write(fabric.as_ref().map(|(fabric, _)| fabric), length);
+        self.semi_implicit.fabric = fabric;
+        written?;
         let linear = self.linear()?;
         linear.length_set(T::from_f64(length));
         linear.data.has_pairs = 0;
@@ -234,7 +283,9 @@ impl<T: CudaReal> SemiImplicitKernels for CudaKernels<T> {
         }
         let length = T::from_f64(substep.length);
         let name = ("semi_implicit_solve", "semi_implicit_solve");
-        self.linear_stage(name, &[argument(&length)])?;
+        let stiffness =
+            self.semi_implicit.fabric.as_ref().map_or(0, |(_, buffer)| buffer.address());
+        self.linear_stage(name, &[argument(&length), argument(&stiffness)])?;
         self.constant_solve(substep)
     }
 
@@ -274,7 +325,7 @@ mod tests {
 
     #[test]
     fn held_particles_that_change_make_the_system_anew() {
-        let mut system = SemiImplicit::default();
+        let mut system = SemiImplicit::<f32>::default();
         system.held_set(&[0, 1, 0]);
         system.length = Some(0.01);
         system.held_set(&[0, 1, 0]);

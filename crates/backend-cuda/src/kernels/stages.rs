@@ -178,20 +178,33 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
     }
 
     fn strain_limit_colours(&self) -> usize {
-        self.memory.tables.colours.len() - 1
+        self.memory.tables.colours[0].len() - 1
     }
 
     fn strain_limit(&mut self, substep: &Substep, colour: usize) -> Result<()> {
         self.settle()?;
-        self.stage("strain_limit", |kernels| kernels.colour_limit(substep.length, 0, colour))
+        self.stage("strain_limit", |kernels| {
+            kernels.colour_limit("strain_limit", substep.length, colour)
+        })
     }
 
     fn stretch_limit_colours(&self) -> usize {
-        0
+        self.memory.tables.colours[1].len() - 1
     }
 
-    fn stretch_limit(&mut self, _: &Substep, _: usize) -> Result<()> {
-        self.model.check_no_stretch_limit(self.config(), "cuda")
+    fn stretch_limit(&mut self, substep: &Substep, colour: usize) -> Result<()> {
+        self.settle()?;
+        self.stage("stretch_limit", |kernels| {
+            kernels.colour_limit("stretch_limit", substep.length, colour)
+        })
+    }
+
+    fn strain_limit_sweeps(&mut self, substep: &Substep) -> Result<()> {
+        if self.memory.data.limit_sweeps == 0 {
+            return Ok(());
+        }
+        self.settle()?;
+        self.stage("strain_limit", |kernels| kernels.sweeps_limit(substep.length))
     }
 
     fn start_keep(&mut self) -> Result<()> {

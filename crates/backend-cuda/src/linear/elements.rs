@@ -1,7 +1,8 @@
 //! The blocks of the matrix that triangles of fabric add, as `shared/linear.cuh` lays them out.
 
 use cloth_core::{
-    BlockTerms, Model, Neighbours, Result, SlicedRows, fabric::bending::PATCH, schwarz::ElementRows,
+    BlockTerms, FabricMatrix, Model, Neighbours, Result, SlicedRows, fabric::bending::PATCH,
+    schwarz::ElementRows,
 };
 
 use super::data::LinearData;
@@ -60,6 +61,36 @@ impl<T: CudaReal> ElementMemory<T> {
         data.element_blocks = self.blocks.address();
         [data.element_rows, data.element_offsets, data.element_terms] =
             self.terms.each_ref().map(Buffer::address);
+    }
+
+    /// Writes the blocks of the constant matrix for substeps of `length` \[s\]: each a number times the unit matrix.
+    ///
+    /// # Errors
+    /// `DeviceLost`.
+    pub(crate) fn constant_write(
+        &mut self,
+        queue: &Queue,
+        fabric: &FabricMatrix,
+        length: f64,
+    ) -> Result<()> {
+        const SLICE: usize = SlicedRows::SLICE;
+        let weights: Vec<T> = fabric.sliced(&self.rows, |entry| entry.weight(length));
+        let mut blocks = vec![T::ZERO; BLOCK * weights.len()];
+        for (block, weights) in
+            blocks.chunks_exact_mut(BLOCK * SLICE).zip(weights.chunks_exact(SLICE))
+        {
+            for place in [0, 4, 8] {
+                block[place * SLICE..][..SLICE].copy_from_slice(weights);
+            }
+        }
+        self.blocks.write(queue, 0, &blocks)?;
+        let own = fabric.own().iter().map(|own| [T::from_f64(own.weight(length)); 4]);
+        self.sums.write(queue, 0, &own.collect::<Vec<_>>())
+    }
+
+    /// The stiffness of the constant matrix, with the sign that springs have, in the places of its blocks.
+    pub(crate) fn constant_stiffness(&self, fabric: &FabricMatrix) -> Vec<T> {
+        fabric.sliced(&self.rows, |entry| -entry.stiffness)
     }
 
     /// Threads that assemble it: for each row, whole slices of them, one more than the longest has blocks.

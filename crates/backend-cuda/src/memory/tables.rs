@@ -14,8 +14,8 @@ use crate::{
 pub(crate) struct TableMemory<T> {
     pub(crate) springs: SpringTables<T>,
     spring_kinds: Buffer<Real4<T>>,
-    /// Where the springs of each colour of the strain limit start, and the end.
-    pub(crate) colours: Vec<u32>,
+    /// Where the springs of each colour of the strain limit start, and the end; then the triangles.
+    pub(crate) colours: [Vec<u32>; 2],
     /// For each collider the address of its distance grid, 0 for another shape.
     pub(crate) grids: Vec<u64>,
     triangles: Option<(Buffer<u32>, Buffer<[u32; 4]>)>,
@@ -97,8 +97,19 @@ impl<T: CudaReal> TableMemory<T> {
         table!(spring_buckling, &springs.buckling);
         table!(offsets, &offsets::<T>(model));
         table!(air, &air::<T>(model));
+        if model.has_inflation() {
+            let gas = model.gas_table().into_iter();
+            table!(gas, &gas.map(|gas| gas.map(T::from_f64)).collect::<Vec<_>>());
+        }
         table!(limited_springs, &strain.springs);
+        table!(limited_rows, &strain.colours);
         table!(longest, &strain.longest);
+        table!(stretch_triangles, &strain.triangles);
+        table!(stretch_rows, &strain.triangle_colours);
+        data.limit_colours = strain.colours.len() as u32 - 1;
+        data.limit_sweeps = strain.sweeps;
+        data.stretch_colours = strain.triangle_colours.len() as u32 - 1;
+        data.stretch_ratio = strain.ratio;
         if model.has_fabric() {
             let fabric = FabricTables::<T>::new(model);
             table!(fabric_laws, &fabric.laws);
@@ -127,7 +138,7 @@ impl<T: CudaReal> TableMemory<T> {
                 others.push(Box::new(distances));
             }
         }
-        let colours = strain.colours.clone();
+        let colours = [strain.colours.clone(), strain.triangle_colours.clone()];
         Ok(Self { springs, spring_kinds, colours, grids, triangles: None, _others: others })
     }
 

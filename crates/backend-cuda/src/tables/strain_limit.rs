@@ -1,6 +1,6 @@
-//! The springs that are strain limited, by colours.
+//! What is strain limited, by colours: springs and triangles of fabric.
 
-use cloth_core::{ColourRegions, Model, SpringColouring, StrainLimit};
+use cloth_core::{ColourRegions, Colouring, Model, SpringColouring, StrainLimit};
 
 use crate::layout::CudaReal;
 
@@ -16,6 +16,11 @@ pub(crate) struct StrainTables<T> {
     pub(crate) colours: Vec<u32>,
     /// Largest length of each kind \[m\].
     pub(crate) longest: Vec<T>,
+    /// Numbers of triangles, colours one after the other, and where each colour starts, and the end.
+    pub(crate) triangles: Vec<u32>,
+    pub(crate) triangle_colours: Vec<u32>,
+    /// Largest stretch of triangles.
+    pub(crate) ratio: T,
     pub(crate) sweeps: u32,
     colouring: SpringColouring,
 }
@@ -26,6 +31,9 @@ impl<T: CudaReal> StrainTables<T> {
             springs: Vec::new(),
             colours: vec![0],
             longest: Vec::new(),
+            triangles: Vec::new(),
+            triangle_colours: vec![0],
+            ratio: T::ZERO,
             sweeps: 0,
             colouring: SpringColouring::default(),
         };
@@ -43,11 +51,22 @@ impl<T: CudaReal> StrainTables<T> {
         };
         tables.longest = springs.kinds().iter().map(longest).collect();
         tables.colouring = colouring;
+        tables.ratio = T::from_f64(limit.ratio);
+        let of_triangles =
+            Colouring::of_triangles(model.elements().triangles(), model.particle_count());
+        for colour in 0..of_triangles.len() {
+            tables.triangles.extend_from_slice(of_triangles.colour(colour));
+            tables.triangle_colours.push(tables.triangles.len() as u32);
+        }
         tables
     }
 
-    /// Regions of so many particles that blocks sweep over one at a time, or of fewer if these depend on more than `most`; none if they always do.
+    /// Regions of so many particles that blocks sweep over one at a time, or of fewer if these depend on more than `most`; none if they always do,
+    /// or if triangles are limited, which are swept over all at once.
     pub(crate) fn regions(&self, model: &Model, size: usize, most: usize) -> ColourRegions {
+        if !self.triangles.is_empty() {
+            return ColourRegions::default();
+        }
         let count = model.particle_count();
         let sizes = std::iter::successors(Some(size), |&size| {
             (size > REGION_MIN).then(|| (size / 2).next_multiple_of(REGION_MIN))

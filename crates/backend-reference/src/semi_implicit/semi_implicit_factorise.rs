@@ -1,6 +1,8 @@
 //! NUMERICS §6, `semi_implicit_factorise`.
 
-use cloth_core::{Divergence, DivergenceCause, DivergenceOrigin, Error, Model, ModelError, Result};
+use cloth_core::{
+    Divergence, DivergenceCause, DivergenceOrigin, Error, FabricMatrix, Model, ModelError, Result,
+};
 
 use crate::{Particles, sparse_cholesky::SparseCholesky};
 
@@ -10,7 +12,7 @@ const KEPT: usize = 2;
 /// Lengths that differ by less than this share of them differ by rounding.
 const SAME_LENGTH: f64 = 1e-9;
 
-/// The least mass of a particle, as a share of the sum of its springs in W.
+/// The least mass of a particle, as a share of the sum of its springs and triangles in W.
 const MASS_SHARE_MIN: f64 = 1e-12;
 
 /// W, factorised for the last few lengths of substeps, the one used last first, and the particles that it was made for.
@@ -80,6 +82,20 @@ fn constant_matrix(model: &Model, held: &[bool], length: f64) -> Vec<(usize, usi
         diagonal[j] += weight;
         if !(held[i] || held[j]) {
             entries.push((j, i, -weight));
+        }
+    }
+    if model.has_fabric() {
+        let fabric = FabricMatrix::constant(model);
+        for i in 0..held.len() {
+            diagonal[i] += fabric.own()[i].weight(length);
+            for (&j, entry) in
+                fabric.neighbours().row(i).iter().zip(&fabric.entries()[fabric.row(i)])
+            {
+                let j = j as usize;
+                if j > i && !(held[i] || held[j]) {
+                    entries.push((j, i, entry.weight(length)));
+                }
+            }
         }
     }
     for (i, springs) in diagonal.into_iter().enumerate() {

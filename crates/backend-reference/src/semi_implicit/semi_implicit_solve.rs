@@ -1,6 +1,6 @@
 //! NUMERICS §6, `semi_implicit_solve`.
 
-use cloth_core::Model;
+use cloth_core::{FabricMatrix, Model};
 
 use crate::{Particles, Vector, sparse_cholesky::SparseCholesky};
 
@@ -19,6 +19,17 @@ pub(crate) fn semi_implicit_solve(
         let pull = (particles.velocities[j] - particles.velocities[i]).scaled(stiffness);
         sums[i] += pull;
         sums[j] -= pull;
+    }
+    if model.has_fabric() {
+        let fabric = FabricMatrix::constant(model);
+        for i in 0..particles.len() {
+            for (&j, entry) in
+                fabric.neighbours().row(i).iter().zip(&fabric.entries()[fabric.row(i)])
+            {
+                let difference = particles.velocities[j as usize] - particles.velocities[i];
+                sums[i] -= difference.scaled(entry.stiffness);
+            }
+        }
     }
     let right_side: Vec<[f64; 3]> = (0..particles.len())
         .map(|i| {

@@ -26,6 +26,7 @@ pub(crate) enum Command {
     IntegrateExplicit(Substep),
     ContactImpulses(Substep),
     StrainLimit(Substep, usize),
+    StretchLimit(Substep, usize),
     ColliderResponse(Substep),
     ExplicitPass(Substep),
     StateKeep,

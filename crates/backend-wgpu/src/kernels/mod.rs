@@ -156,11 +156,11 @@ impl Kernels for WgpuKernels {
     }
 
     fn stretch_limit_colours(&self) -> usize {
-        0
+        self.stages.stretch_limit_colours()
     }
 
-    fn stretch_limit(&mut self, _: &Substep, _: usize) -> Result<()> {
-        self.model().check_no_stretch_limit(self.config(), "wgpu")
+    fn stretch_limit(&mut self, substep: &Substep, colour: usize) -> Result<()> {
+        self.stages.execute(Command::StretchLimit(*substep, colour))
     }
 
     fn iterate_keep(&mut self) -> Result<()> {

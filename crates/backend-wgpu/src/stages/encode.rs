@@ -122,7 +122,12 @@ impl Stages {
             Command::ContactForces => self.contact_forces(),
             Command::IntegrateExplicit(substep) => self.integrate_explicit(substep),
             Command::ContactImpulses(substep) => self.contact_impulses(substep),
-            Command::StrainLimit(substep, colour) => self.strain_limit(substep, *colour),
+            Command::StrainLimit(substep, colour) => {
+                self.colour_limit("strain_limit", substep, *colour)
+            }
+            Command::StretchLimit(substep, colour) => {
+                self.colour_limit("stretch_limit", substep, self.spring_colours + colour)
+            }
             Command::ColliderResponse(substep) => self.collider_response(substep),
             Command::ExplicitPass(substep) => self.explicit_pass(substep),
             Command::StateKeep => self.state_keep(),
@@ -199,14 +204,13 @@ impl Stages {
         self.motion_advance("integrate_explicit", slot)
     }
 
-    fn strain_limit(&mut self, substep: &Substep, colour: usize) -> Result<()> {
-        let Some(springs) = self.colours.get(colour).map(|colour| colour.count) else {
+    fn colour_limit(&mut self, name: &'static str, substep: &Substep, colour: usize) -> Result<()> {
+        let Some(count) = self.colours.get(colour).map(|colour| colour.count) else {
             return Ok(());
         };
         let slot = self.slot(substep)?;
         self.in_place()?;
-        let items = (springs, WORKGROUP);
-        self.dispatch("strain_limit", "strain_limit", items, self.present, (slot, colour))
+        self.dispatch(name, name, (count, WORKGROUP), self.present, (slot, colour))
     }
 
     fn collider_response(&mut self, substep: &Substep) -> Result<()> {

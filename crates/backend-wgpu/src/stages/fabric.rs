@@ -1,7 +1,8 @@
 //! The stages of triangles of fabric: a kernel over triangles, whose results the gather of another one sums.
 
 use cloth_core::{
-    Neighbours, NewtonStart, Result, SlicedRows, schwarz::ElementRows, stepper::Substep,
+    FabricMatrix, Neighbours, NewtonStart, Result, SlicedRows, schwarz::ElementRows,
+    stepper::Substep,
 };
 
 use super::Stages;
@@ -71,7 +72,7 @@ impl Stages {
             return Ok(());
         }
         let rows = SlicedRows::new(&Neighbours::new(&self.model.interactions().of_fabric()));
-        let entries = entries(&rows);
+        let entries = entries(&rows, ENTRY_WORDS);
         let contents: &[u8] = bytemuck::cast_slice(&entries);
         let particles = self.model.particle_count() as u64;
         for (name, size, contents) in [
@@ -83,6 +84,36 @@ impl Stages {
         }
         self.element_rows = Some(rows);
         Ok(())
+    }
+
+    /// Writes what triangles add to the constant matrix of substeps of `length` \[s\].
+    pub(super) fn fabric_constant_write(
+        &mut self,
+        fabric: &FabricMatrix,
+        length: f64,
+    ) -> Result<()> {
+        self.linear_prepare()?;
+        let Some(rows) = &self.element_rows else { return Ok(()) };
+        let mut words = entries(rows, ENTRY_WORDS);
+        let weights: Vec<f32> = fabric.sliced(rows, |entry| entry.weight(length));
+        numbers_fill(&mut words[rows.slices.len()..], ENTRY_WORDS, &[1, 5, 9], &weights);
+        let own = fabric.own().iter().map(|own| own.weight(length) as f32);
+        let sums: Vec<[[f32; 4]; 3]> =
+            own.map(|own| [[own, own, own, 0.0], [0.0; 4], [0.0; 4]]).collect();
+        self.write("element_entries", 0, bytemuck::cast_slice(&words))?;
+        self.write("element_sums", 0, bytemuck::cast_slice(&sums))
+    }
+
+    /// Puts its stiffness on the device, with the sign that springs have.
+    pub(super) fn fabric_constant_prepare(&mut self, fabric: &FabricMatrix) -> Result<()> {
+        self.linear_prepare()?;
+        let Some(rows) = &self.element_rows else { return Ok(()) };
+        let mut words = entries(rows, CONSTANT_WORDS);
+        let stiffness: Vec<f32> = fabric.sliced(rows, |entry| -entry.stiffness);
+        numbers_fill(&mut words[rows.slices.len()..], CONSTANT_WORDS, &[1], &stiffness);
+        let contents: &[u8] = bytemuck::cast_slice(&words);
+        let size = contents.len() as u64;
+        self.buffers.create(&self.context, "constant_entries", size, Some(contents))
     }
 
     /// What triangles add to the matrix, for the host.
@@ -114,15 +145,30 @@ const TANGENT_SIZE: u64 = 4 * 122;
 /// Words of an entry of all rows of a slice: columns and blocks (`shared/element_row.wgsl`).
 const ENTRY_WORDS: usize = 10 * SlicedRows::SLICE;
 
-/// Contents of `element_entries`: where the entries of each slice begin, and the entries, without their blocks.
-fn entries(rows: &SlicedRows) -> Vec<u32> {
+/// Words of an entry with one number in place of a block (`shared/element_pull.wgsl`).
+const CONSTANT_WORDS: usize = 2 * SlicedRows::SLICE;
+
+/// Contents of `element_entries` and `constant_entries`: where the entries of each slice begin, and the entries, of so many words, without
+/// their numbers.
+fn entries(rows: &SlicedRows, entry_words: usize) -> Vec<u32> {
     let head = rows.slices.len();
-    let start = |&entry: &u32| head as u32 + entry * ENTRY_WORDS as u32;
+    let start = |&entry: &u32| head as u32 + entry * entry_words as u32;
     let mut words: Vec<u32> = rows.slices.iter().map(start).collect();
-    words.resize(head + rows.entry_count() * ENTRY_WORDS, 0);
-    let entries = words[head..].chunks_exact_mut(ENTRY_WORDS);
+    words.resize(head + rows.entry_count() * entry_words, 0);
+    let entries = words[head..].chunks_exact_mut(entry_words);
     for (entry, columns) in entries.zip(rows.columns.chunks_exact(SlicedRows::SLICE)) {
         entry[..SlicedRows::SLICE].copy_from_slice(columns);
     }
     words
+}
+
+/// Puts the numbers of all entries at some places of these, each as wide as a slice.
+fn numbers_fill(entries: &mut [u32], entry_words: usize, places: &[usize], numbers: &[f32]) {
+    let numbers = numbers.chunks_exact(SlicedRows::SLICE);
+    for (entry, numbers) in entries.chunks_exact_mut(entry_words).zip(numbers) {
+        for place in places {
+            let words = &mut entry[place * SlicedRows::SLICE..][..SlicedRows::SLICE];
+            words.iter_mut().zip(numbers).for_each(|(word, number)| *word = number.to_bits());
+        }
+    }
 }

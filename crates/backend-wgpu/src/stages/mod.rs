@@ -61,7 +61,9 @@ pub(crate) struct Stages {
     bind_groups: HashMap<(&'static str, usize, usize), BindGroup>,
     recorder: Recorder,
     slots: Slots,
+    /// Colours of the springs that are limited, then those of the triangles.
     colours: Vec<layout::Colour>,
+    spring_colours: usize,
     /// The motion that holds the present state.
     present: usize,
     /// For each motion whether the boxes around its groups are known.
@@ -199,7 +201,8 @@ impl Stages {
             grid_numbers: distance_grids::grid_numbers(&model),
             bind_groups: HashMap::new(),
             slots: Slots::new(),
-            colours: tables.colours,
+            colours: tables.strain.colours,
+            spring_colours: tables.strain.spring_colours,
             present: 0,
             has_boxes: [false; MOTIONS_MAX],
             held: vec![false; model.particle_count()],
@@ -290,8 +293,12 @@ impl Stages {
         self.recorder.stage_times()
     }
 
-    pub(crate) fn strain_limit_colours(&self) -> usize {
-        self.colours.len()
+    pub(crate) const fn strain_limit_colours(&self) -> usize {
+        self.spring_colours
+    }
+
+    pub(crate) fn stretch_limit_colours(&self) -> usize {
+        self.colours.len() - self.spring_colours
     }
 
     /// Whether one kernel does the composite stage.
@@ -333,10 +340,10 @@ impl Stages {
                 grids.into_iter().chain(feedback).chain(start).collect()
             }
             "collider_constraints" => grids.into_iter().collect(),
-            "semi_implicit_factorise"
-            | "semi_implicit_solve"
-            | "spring_forces"
-            | "spring_linearise" => buckling.into_iter().collect(),
+            "semi_implicit_factorise" | "semi_implicit_solve" => {
+                buckling.into_iter().chain(fabric).collect()
+            }
+            "spring_forces" | "spring_linearise" => buckling.into_iter().collect(),
             "implicit_system" => {
                 let air = self.model.air().is_some().then_some("air");
                 air.into_iter().chain(buckling).collect()

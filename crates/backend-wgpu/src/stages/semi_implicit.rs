@@ -2,8 +2,8 @@
 //! of the implicit one.
 
 use cloth_core::{
-    Error, LinearMethod, LinearSettings, LinearStart, LinearStop, MatrixForm, Model, ModelError,
-    PieceBlocks, Preconditioner, Result, SemiImplicitSolve, stepper::Substep,
+    Error, FabricMatrix, LinearMethod, LinearSettings, LinearStart, LinearStop, MatrixForm, Model,
+    ModelError, PieceBlocks, Preconditioner, Result, SemiImplicitSolve, stepper::Substep,
 };
 
 use super::Stages;
@@ -38,6 +38,8 @@ pub(super) struct SemiImplicit {
     /// Length of the substeps that the matrix is for \[s\].
     pub(super) length: Option<f64>,
     pieces: Option<Vec<Vec<u32>>>,
+    /// What triangles of fabric add.
+    fabric: Option<FabricMatrix>,
     /// Free pieces and their blocks, for the particles held at present.
     pub(super) free: Option<[u32; 2]>,
 }
@@ -61,12 +63,13 @@ pub(super) fn solve_check(solve: SemiImplicitSolve) -> Result<()> {
 }
 
 /// `NonFinite` if the entries of the constant matrix for substeps of `length` \[s\] are beyond single precision, by
-/// a bound: the weight of the stiffest spring, for as many springs as the model has.
-fn constant_matrix_check(model: &Model, length: f64) -> Result<()> {
+/// a bound: the weight of the stiffest spring, for as many springs as the model has, and the largest one of fabric.
+fn constant_matrix_check(model: &Model, fabric: Option<&FabricMatrix>, length: f64) -> Result<()> {
     let weight = |stiffness: f64, damping: f64| length * length * stiffness + length * damping;
     let kinds = model.springs().kinds().iter();
     let largest = kinds.map(|kind| weight(kind.stiffness, kind.damping)).fold(0.0, f64::max);
-    let value = largest * model.springs().len() as f64;
+    let of_fabric = fabric.map_or(0.0, |fabric| fabric.weight_max(length));
+    let value = largest * model.springs().len() as f64 + of_fabric;
     if (value as f32).is_finite() {
         return Ok(());
     }
@@ -84,7 +87,20 @@ impl Stages {
         if self.semi_implicit.length == Some(length) {
             return Ok(());
         }
-        constant_matrix_check(&self.model, length)?;
+        let fabric = self.semi_implicit.fabric.take();
+        let fabric = match fabric {
+            None if self.model.has_fabric() => {
+                let fabric = FabricMatrix::constant(&self.model);
+                self.fabric_constant_prepare(&fabric)?;
+                Some(fabric)
+            }
+            other => other,
+        };
+        constant_matrix_check(&self.model, fabric.as_ref(), length)?;
+        if let Some(fabric) = &fabric {
+            self.fabric_constant_write(fabric, length)?;
+        }
+        self.semi_implicit.fabric = fabric;
         let call = Call { amount: length as f32, ..Call::default() };
         self.linear_kernel("semi_implicit_factorise", 0, call)?;
         self.preconditioner_build(LINEAR.preconditioner)?;

@@ -10,9 +10,11 @@ pub(crate) mod springs;
 mod strain_limit;
 mod triangles;
 
-use cloth_core::{Model, SolverConfig};
+use cloth_core::{ClothRange, Model, SolverConfig};
 
-use crate::layout::Colour;
+use crate::layout::AirCloth;
+
+use strain_limit::StrainTables;
 
 /// Contents of the buffers that depend on the model alone. An empty one stays unused.
 #[derive(Debug, Default)]
@@ -21,11 +23,10 @@ pub(crate) struct Tables {
     pub(crate) spring_entries: Vec<[u32; 4]>,
     pub(crate) triangle_rows: Vec<u32>,
     pub(crate) triangles: Vec<[u32; 4]>,
-    pub(crate) air_coefficients: Vec<[f32; 2]>,
+    pub(crate) air_cloths: Vec<AirCloth>,
     /// Half the thickness of the cloth at each particle \[m\]; empty if it is the same everywhere.
     pub(crate) offsets: Vec<f32>,
-    pub(crate) colours: Vec<Colour>,
-    pub(crate) limited_springs: Vec<[u32; 4]>,
+    pub(crate) strain: StrainTables,
     pub(crate) exclusions: Vec<u32>,
     /// Particles by groups, if there is contact between cloths.
     pub(crate) group_members: Vec<u32>,
@@ -37,12 +38,6 @@ impl Tables {
     pub(crate) fn new(model: &Model, config: &SolverConfig) -> Self {
         let (spring_rows, spring_entries) = springs::tables(model);
         let (triangle_rows, triangles) = triangles::tables(model);
-        let (colours, limited_springs) = strain_limit::tables(model, config.strain_limit.as_ref());
-        let half_density = model.air().map_or(0.0, |air| 0.5 * air.density);
-        let air_coefficients = model.cloths().iter().map(|cloth| {
-            let coefficients = [cloth.aerodynamics.pressure, cloth.aerodynamics.friction];
-            coefficients.map(|coefficient| (half_density * coefficient) as f32)
-        });
         let exclusions = match model.self_contact() {
             Some(contact) if contact.excludes_neighbours() => exclusions::table(model, contact),
             _ => Vec::new(),
@@ -56,16 +51,32 @@ impl Tables {
             spring_entries,
             triangle_rows,
             triangles,
-            air_coefficients: air_coefficients.collect(),
+            air_cloths: air_cloths(model),
             offsets: if common_offset(model).is_some() { Vec::new() } else { offsets(model) },
-            colours,
-            limited_springs,
+            strain: StrainTables::new(model, config.strain_limit.as_ref()),
             fabric: fabric::FabricTables::new(model),
             exclusions,
             group_members,
             distance_grids: distance_grids::distance_grids(model),
         }
     }
+}
+
+/// What `shared/air.wgsl` knows of each cloth.
+fn air_cloths(model: &Model) -> Vec<AirCloth> {
+    let half_density = model.air().map_or(0.0, |air| 0.5 * air.density);
+    let of = |(cloth, gas): (&ClothRange, [f64; 3])| {
+        let [gas, gas_start, gas_end] = gas.map(|number| number as f32);
+        AirCloth {
+            pressure: (half_density * cloth.aerodynamics.pressure) as f32,
+            friction: (half_density * cloth.aerodynamics.friction) as f32,
+            gas,
+            gas_start,
+            gas_end,
+            padding: 0.0,
+        }
+    };
+    model.cloths().iter().zip(model.gas_table()).map(of).collect()
 }
 
 /// All springs.

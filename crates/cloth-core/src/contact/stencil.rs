@@ -159,7 +159,7 @@ impl ContactSurface {
                 ContactKey { kind: ContactKind::VertexVertex, first: vertex, second: other }
             }
         };
-        let (reach, friction) = self.reach_of(candidate, particles, seam_reach);
+        let (reach, friction) = self.reach_of(candidate, (particles, weights), seam_reach);
         let inverse = T::ONE / gap;
         (gap < reach).then(|| ContactStencil {
             key,
@@ -178,10 +178,10 @@ impl ContactSurface {
     fn reach_of<T: Real>(
         &self,
         candidate: Candidate,
-        particles: [u32; 4],
+        (particles, weights): ([u32; 4], [T; 4]),
         seam_reach: Option<f64>,
     ) -> (T, f64) {
-        let (mut reach, friction) = self.coupling(particles[0], particles[3]);
+        let (mut reach, friction) = self.coupling_at(particles, weights);
         if let Some(seam) = seam_reach {
             reach = reach.min(seam);
         }

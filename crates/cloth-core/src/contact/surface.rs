@@ -1,8 +1,8 @@
 //! The triangles, edges and vertices of all cloths, and the pairs of them that may meet.
 
 use crate::{
-    Model,
-    model::{ClothRange, SelfContact},
+    Model, Real,
+    model::{ClothRange, ContactRules, SelfContact},
 };
 
 use super::{BodyMotion, ContactBody, Split};
@@ -94,6 +94,8 @@ pub struct ContactSurface {
     reach: f64,
     /// Coulomb friction coefficient between cloths.
     friction: f64,
+    /// Where it is not so.
+    rules: ContactRules,
 }
 
 impl ContactSurface {
@@ -146,6 +148,7 @@ impl ContactSurface {
         // Half of the distance of the middles of two cloths that touch, or of the thickness of one, as other colliders keep it.
         let body_reach = |cloth: &ClothRange| 0.5 * cloth.thickness.max(contact.distance);
         let body_reaches: Vec<f64> = model.cloths().iter().map(body_reach).collect();
+        let rules = model.contact_rules().clone();
         let largest = body_reaches.iter().fold(contact.distance, |a, b| a.max(*b));
         Self {
             opposites: Rows::new(edges.len(), opposites),
@@ -155,7 +158,8 @@ impl ContactSurface {
             seam_classes,
             seam_reaches,
             cloths,
-            reach: if bodies.is_empty() { contact.distance } else { largest },
+            reach: rules.reach(if bodies.is_empty() { contact.distance } else { largest }),
+            rules,
             distance: contact.distance,
             friction: contact.friction(),
             body_reaches,
@@ -195,15 +199,52 @@ impl ContactSurface {
 
     /// Distance at which the forces of two features begin, of which these nodes are one each, and their friction.
     #[inline(always)]
-    pub(super) fn coupling(&self, a: u32, b: u32) -> (f64, f64) {
+    fn coupling(&self, a: u32, b: u32) -> (f64, f64) {
         let (cloth, body) = match (self.is_of_body(a), self.is_of_body(b)) {
-            (false, false) => return (self.distance, self.friction),
+            (false, false) => {
+                let usual = (self.distance, self.friction);
+                if self.rules.rules.is_empty() {
+                    return usual;
+                }
+                let [a, b] = [a, b].map(|node| self.cloths[node as usize]);
+                return self.rules.applied((a, b), usual);
+            }
             (false, true) => (a, b),
             _ => (b, a),
         };
         let body = self.cloths[body as usize] as usize - self.body_reaches.len();
-        let reach = self.body_reaches[self.cloths[cloth as usize] as usize];
-        (reach, self.bodies[body].friction)
+        let cloth = self.cloths[cloth as usize];
+        let body = &self.bodies[body];
+        let usual = (self.body_reaches[cloth as usize], body.friction);
+        let collider = self.body_reaches.len() as u32 + body.collider;
+        self.rules.applied((cloth, collider), usual)
+    }
+
+    /// The same for features whose closest points have these weights, as maps make it.
+    #[inline(always)]
+    pub(super) fn coupling_at<T: Real>(&self, particles: [u32; 4], weights: [T; 4]) -> (f64, f64) {
+        let (distance, friction) = self.coupling(particles[0], particles[3]);
+        let ContactRules { distances, frictions, .. } = &self.rules;
+        if distances.is_empty() && frictions.is_empty() {
+            return (distance, friction);
+        }
+        // Weights of the first feature are above zero, those of the second below.
+        let sides = |factors: &[f64]| {
+            let mut sides = [0.0; 2];
+            for (particle, weight) in particles.into_iter().zip(weights.map(T::to_f64)) {
+                let factor = factors.get(particle as usize).copied().unwrap_or(1.0);
+                sides[usize::from(weight < 0.0)] += weight.abs() * factor;
+            }
+            sides
+        };
+        let [near, far] = sides(distances);
+        let [rough, other] = sides(frictions);
+        // A body has no factor: it does not come nearer for being touched by thin cloth.
+        let of_distance = match self.is_of_body(particles[0]) || self.is_of_body(particles[3]) {
+            true => near * far,
+            false => 0.5 * (near + far),
+        };
+        (of_distance * distance, rough * other * friction)
     }
 
     /// Particles, or nodes, of the triangles.

@@ -229,8 +229,17 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     /// NUMERICS §4: shortens the over-stretched triangles of one colour.
     ///
     /// # Errors
-    /// What the device reports; `Unsupported` by a backend that has none.
+    /// What the device reports.
     fn stretch_limit(&mut self, substep: &Substep, colour: usize) -> Result<()>;
+
+    /// NUMERICS §4: all sweeps over the colours of springs and of triangles. A backend whose blocks can wait for each other does
+    /// them in one launch, with the same result as by default.
+    ///
+    /// # Errors
+    /// Those of the stages.
+    fn strain_limit_sweeps(&mut self, substep: &Substep) -> Result<()> {
+        stepper::strain_limit_sweeps(self, substep)
+    }
 
     /// NUMERICS §7: notes where particles are at the start of a substep. The next `collider_response` then finds
     /// those that a collider has passed meanwhile.

@@ -9,9 +9,10 @@ use crate::{
 };
 
 use super::{
-    Air, Cloth, ClothMaterial, ClothRange, Collider, ColliderShape, FabricElements, FabricMaterial,
-    Field, Geometry, GridPatch, Inflation, Mass, Material, Meshing, Model, NetworkSpring,
-    RestSource, Seam, SelfContact, SpringClass, SpringCoefficients, SpringKind, SpringNetwork,
+    Air, Cloth, ClothMaterial, ClothRange, Collider, ColliderShape, ContactMap, ContactRule,
+    ContactRules, FabricElements, FabricMaterial, Field, Geometry, GridPatch, Inflation, Mass,
+    Material, Meshing, Model, NetworkSpring, RestSource, Seam, SelfContact, SpringClass,
+    SpringCoefficients, SpringKind, SpringNetwork,
     seams::Seamstress,
     springs::SpringsBuilder,
     winged_edge::{NONE, WingedEdges},
@@ -33,6 +34,8 @@ pub struct ModelBuilder {
     collider_impulses: bool,
     pub(super) seams: Vec<Seam>,
     inflations: Vec<Inflation>,
+    pub(super) contact_rules: Vec<ContactRule>,
+    pub(super) contact_maps: Vec<ContactMap>,
 }
 
 impl ModelBuilder {
@@ -158,7 +161,7 @@ impl ModelBuilder {
         count_check("springs", 2 * parts.springs.len() as u64)?;
         let nothing = Air { density: 0.0, wind_velocity: [0.0; 3], gust: None };
         let air = self.air;
-        Ok(Model {
+        let mut model = Model {
             seams,
             positions: parts.positions,
             masses: parts.masses,
@@ -174,8 +177,11 @@ impl ModelBuilder {
             air: air.or_else(|| (!self.inflations.is_empty()).then_some(nothing)),
             inflations: self.inflations,
             self_contact: self.self_contact,
+            contact_rules: ContactRules::default(),
             collider_impulses: self.collider_impulses,
-        })
+        };
+        model.contact_rules = ContactRules::new(&model, &self.contact_rules, &self.contact_maps)?;
+        Ok(model)
     }
 }
 

@@ -170,12 +170,16 @@ pub enum ContactFeature {
 }
 
 impl Model {
-    /// Checks, for a backend, that no integrator is asked for what none of its backends has: fabric in the constant matrix of the
-    /// semi-implicit one, contact of triangles in the midpoint one.
+    /// Checks, for a backend, that the integrator is not asked for what none of its backends has: contact of triangles in the
+    /// midpoint one.
     ///
     /// # Errors
-    /// `Unsupported`, with the integrators that take fabric.
-    pub fn check_fabric(&self, config: &SolverConfig, backend: &'static str) -> Result<(), Error> {
+    /// `Unsupported`, with the integrators that take it.
+    pub fn check_integrator(
+        &self,
+        config: &SolverConfig,
+        backend: &'static str,
+    ) -> Result<(), Error> {
         if self.has_triangle_contact() && matches!(config.integrator, Integrator::Midpoint(_)) {
             let with = "the midpoint integrator (explicit, implicit and semi-implicit have it)";
             return Err(Error::Unsupported {
@@ -183,27 +187,7 @@ impl Model {
                 feature: format!("contact of triangles with {with}"),
             });
         }
-        if !(self.has_fabric() && matches!(config.integrator, Integrator::SemiImplicit(_))) {
-            return Ok(());
-        }
-        let with = "the semi-implicit integrator (it has explicit and implicit)";
-        Err(Error::Unsupported { backend, feature: format!("triangles of fabric with {with}") })
-    }
-
-    /// Checks, for a backend without the stage `stretch_limit`, that no triangles are limited.
-    ///
-    /// # Errors
-    /// `Unsupported`, with the backends that have it.
-    pub fn check_no_stretch_limit(
-        &self,
-        config: &SolverConfig,
-        backend: &'static str,
-    ) -> Result<(), Error> {
-        if !self.has_fabric() || config.strain_limit.is_none() {
-            return Ok(());
-        }
-        let feature = "a strain limit of fabric (the backends cpu and reference do)".into();
-        Err(Error::Unsupported { backend, feature })
+        Ok(())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::Model;
 use crate::{
-    Error, ModelError,
+    ModelError, Real,
     error::{finite_all, not_negative},
 };
 
@@ -25,16 +25,16 @@ impl Inflation {
         not_negative(|| of("time to rise"), self.rise[1] - self.rise[0]).map(|_| ())
     }
 
-    /// The pressure \[Pa\] at `time` \[s\].
+    /// The share of the pressure at `time` \[s\], computed as solvers of this precision do.
     #[must_use]
-    pub fn at(&self, time: f64) -> f64 {
-        let [start, end] = self.rise;
+    pub fn share<T: Real>(&self, time: T) -> T {
+        let [start, end] = self.rise.map(T::from_f64);
         if time >= end {
-            self.pressure
+            T::ONE
         } else if time <= start {
-            0.0
+            T::ZERO
         } else {
-            self.pressure * ((time - start) / (end - start))
+            (time - start) / (end - start)
         }
     }
 }
@@ -47,15 +47,19 @@ impl Model {
         self.inflations.iter().find(|inflation| inflation.cloth == *name)
     }
 
-    /// Checks, for a backend without it, that no cloth is inflated.
-    ///
-    /// # Errors
-    /// `Unsupported`, with the backends that have it.
-    pub fn check_no_inflation(&self, backend: &'static str) -> Result<(), Error> {
-        if self.inflations.is_empty() {
-            return Ok(());
-        }
-        let feature = "gas under pressure in a cloth (the backends cpu and reference do)".into();
-        Err(Error::Unsupported { backend, feature })
+    /// For each cloth a sixth of the pressure \[Pa\] within, when it begins to rise and when it is there \[s\]: zeros where there is no gas.
+    #[must_use]
+    pub fn gas_table(&self) -> Vec<[f64; 3]> {
+        let of = |inflation: &Inflation| {
+            [inflation.pressure / 6.0, inflation.rise[0], inflation.rise[1]]
+        };
+        let numbers = 0..self.cloths.len();
+        numbers.map(|number| self.inflation(number).map_or([0.0; 3], of)).collect()
+    }
+
+    /// Whether gas is under pressure in some cloth.
+    #[must_use]
+    pub fn has_inflation(&self) -> bool {
+        !self.inflations.is_empty()
     }
 }

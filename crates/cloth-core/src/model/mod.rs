@@ -7,9 +7,11 @@ mod builder;
 mod cloth;
 mod collider;
 mod contact;
+mod contact_rules;
 mod distance_grid;
 mod elements;
 mod environment;
+mod fabric_matrix;
 mod features;
 mod fingerprint;
 mod geometry;
@@ -39,9 +41,12 @@ pub use builder::ModelBuilder;
 pub use cloth::{Cloth, ClothMaterial, FabricMaterial, RestSource};
 pub use collider::{Collider, ColliderShape, Pose};
 pub use contact::{ContactResponse, SelfContact};
+pub(crate) use contact_rules::ContactRules;
+pub use contact_rules::{ContactMap, ContactRule};
 pub use distance_grid::{DistanceGrid, GridSets};
 pub use elements::{FabricElements, FabricTriangle};
 pub use environment::{Air, Field, Gust};
+pub use fabric_matrix::{FabricMatrix, ScalarEntry};
 pub use features::{ContactFeature, Feature, FeatureSet, ModelFeatures, ModelShape};
 pub use geometry::{Geometry, GridPatch, NetworkSpring, SpringNetwork, Stencil};
 pub use hierarchy::GroupHierarchy;
@@ -106,6 +111,7 @@ pub struct Model {
     fields: Vec<Field>,
     air: Option<Air>,
     self_contact: Option<SelfContact>,
+    contact_rules: ContactRules,
     collider_impulses: bool,
 }
 
@@ -223,6 +229,11 @@ impl Model {
     #[must_use]
     pub fn self_contact(&self) -> Option<&SelfContact> {
         self.self_contact.as_ref()
+    }
+
+    /// Where contact of triangles is not as [`Self::self_contact`] says.
+    pub(crate) const fn contact_rules(&self) -> &ContactRules {
+        &self.contact_rules
     }
 
     /// Whether the triangles of cloths touch each other ([`ContactResponse::Triangles`]).

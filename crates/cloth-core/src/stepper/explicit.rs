@@ -37,7 +37,7 @@ pub fn after_integration<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep
         kernels.contact_candidates()?;
         kernels.contact_impulses(substep)?;
     }
-    finish::strain_limit(kernels, substep)
+    kernels.strain_limit_sweeps(substep)
 }
 
 /// Whether [`after_integration`] does anything for this model and these settings, or contact of triangles is to be certified at

@@ -23,7 +23,7 @@ pub(super) fn advance<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -
     } else {
         kernels.position_advance(substep.length)?;
     }
-    strain_limit(kernels, substep)?;
+    kernels.strain_limit_sweeps(substep)?;
     colliders_and_certificate(kernels, substep)
 }
 
@@ -57,11 +57,11 @@ pub fn collider_start<K: Kernels + ?Sized>(kernels: &mut K) -> Result<()> {
     }
 }
 
-/// All sweeps of the strain limit, of springs and then of triangles.
+/// All sweeps of the strain limit, of springs and then of triangles, stage by stage.
 ///
 /// # Errors
 /// Those of the stages.
-pub(super) fn strain_limit<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Result<()> {
+pub fn strain_limit_sweeps<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Result<()> {
     let sweeps = kernels.config().strain_limit.as_ref().map_or(0, |limit| limit.sweeps);
     for _ in 0..sweeps {
         for colour in 0..kernels.strain_limit_colours() {

@@ -13,7 +13,7 @@ pub mod semi_implicit;
 mod solver;
 mod time_step;
 
-pub use finish::{collider_start, colliders_and_certificate};
+pub use finish::{collider_start, colliders_and_certificate, strain_limit_sweeps};
 pub use forces::contact_find;
 pub use plan::{ColliderState, FramePlan, FrameSpan, Substep, substep_lengths};
 pub use solver::SteppedSolver;

@@ -2,18 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::operators::Pair;
+use super::super::fabric_matrix::FabricMatrix;
 use crate::{
-    FabricElements, FabricTriangle, Model, Neighbours,
+    FabricElements, FabricTriangle, Model,
     fabric::{
-        FOLDS, Fabric,
         bending::{BendingRest, Folds, PATCH},
         membrane::{self, Law, Tangent},
     },
 };
-
-/// Green strain up to which a cloth may be stretched, where its measured curve goes farther.
-const STRAIN_MAX: f64 = 0.2;
 
 /// Rows in a task.
 const ROWS: usize = 2048;
@@ -21,97 +17,34 @@ const ROWS: usize = 2048;
 /// A matrix with one number for each pair of particles that no state of the fabric exceeds, up to a strain. Many products with it follow, so that
 /// what all triangles give is added once.
 pub(super) struct AnyFabric {
-    neighbours: Neighbours,
-    /// Entries of each particle for itself.
-    own: Vec<Pair>,
-    /// Those of rows, in the order of the neighbours, and where each row begins.
-    entries: Vec<Pair>,
-    starts: Vec<usize>,
-    /// Both for one h.
+    matrix: FabricMatrix,
+    /// Numbers of particles for themselves, then of entries, for one h.
     weights: [Vec<f64>; 2],
     length: f64,
 }
 
 impl AnyFabric {
     pub(super) fn new(model: &Model) -> Self {
-        let elements = model.elements();
-        let neighbours = Neighbours::new(&model.interactions().of_fabric());
-        let count = model.particle_count();
-        let mut starts = Vec::with_capacity(count + 1);
-        starts.push(0);
-        for i in 0..count {
-            starts.push(starts[i] + neighbours.row(i).len());
-        }
-        let mut own = vec![Pair::default(); count];
-        let mut entries = vec![Pair::default(); starts[count]];
-        let threads: Vec<_> = elements.fabrics().iter().map(threads).collect();
-        for (triangle, patch) in elements.triangles().iter().zip(elements.patches()) {
-            let fabric = triangle.fabric as usize;
-            let [u, v] = threads[fabric];
-            let corners = membrane::corner_gradients(&triangle.rest);
-            let damping = elements.fabrics()[fabric].damping[1];
-            let weights = triangle.patch_weights();
-            for (a, &row) in patch.iter().enumerate() {
-                let moments = triangle.bending.moments(weights.map(|fold| fold[a]));
-                for (b, &column) in patch.iter().enumerate() {
-                    let bending: f64 =
-                        (0..FOLDS).map(|fold| weights[fold][b] * moments[fold]).sum();
-                    let mut sum = Pair { stiffness: bending, damping: damping * bending };
-                    if a < 3 && b < 3 {
-                        let share =
-                            |axis: usize| triangle.rest.area * corners[a][axis] * corners[b][axis];
-                        sum.stiffness += share(0) * u.stiffness + share(1) * v.stiffness;
-                        sum.damping += share(0) * u.damping + share(1) * v.damping;
-                    }
-                    let entry = if row == column {
-                        &mut own[row as usize]
-                    } else {
-                        // Where a patch has no neighbour, its weights are zero.
-                        let Ok(place) = neighbours.row(row as usize).binary_search(&column) else {
-                            continue;
-                        };
-                        &mut entries[starts[row as usize] + place]
-                    };
-                    entry.stiffness += sum.stiffness;
-                    entry.damping += sum.damping;
-                }
-            }
-        }
-        let weights = [vec![0.0; own.len()], vec![0.0; entries.len()]];
-        Self { neighbours, own, entries, starts, weights, length: f64::NAN }
+        let matrix = FabricMatrix::at_most(model);
+        let weights = [vec![0.0; matrix.own().len()], vec![0.0; matrix.entries().len()]];
+        Self { matrix, weights, length: f64::NAN }
     }
 
     /// y += (h^2 K + 2 h C) x.
     pub(super) fn add(&mut self, h: f64, x: &[f64], y: &mut [f64]) {
-        let Self { neighbours, own, entries, starts, weights, length } = self;
+        let Self { matrix, weights, length } = self;
         if *length != h {
             *length = h;
-            for (weights, pairs) in weights.iter_mut().zip([&*own, &*entries]) {
+            for (weights, pairs) in weights.iter_mut().zip([matrix.own(), matrix.entries()]) {
                 weights.iter_mut().zip(pairs).for_each(|(weight, pair)| *weight = pair.at(h));
             }
         }
         let [own, entries] = &*weights;
         y.par_iter_mut().enumerate().with_min_len(ROWS).for_each(|(i, y)| {
-            let row = neighbours.row(i).iter().zip(&entries[starts[i]..starts[i + 1]]);
+            let row = matrix.neighbours().row(i).iter().zip(&entries[matrix.row(i)]);
             *y += own[i] * x[i] + row.map(|(&j, weight)| weight * x[j as usize]).sum::<f64>();
         });
     }
-}
-
-/// Bounds of the second derivative of the energy by f_u and f_v: with |f|^2 at most 1 + 2 E, 2 a b at most a^2 + b^2 for the terms that have
-/// both, and stresses at E.
-fn threads(fabric: &Fabric) -> [Pair; 2] {
-    let strain = fabric.warp.end.max(fabric.weft.end).min(STRAIN_MAX);
-    let square = 1.0 + 2.0 * strain;
-    // Threads that jam by stretching, and by shear, of which half counts as much as G.
-    let jammed = fabric.locking().steepest();
-    [fabric.warp, fabric.weft].map(|curve| {
-        let steepest = curve.linear + 3.0 * curve.cubic * curve.end.min(strain).powi(2);
-        let all = steepest + fabric.coupling.abs() + 2.0 * fabric.shear + 2.0 * jammed;
-        let elastic = square * all;
-        let stress = all * strain;
-        Pair { stiffness: elastic + stress, damping: fabric.damping[0] * elastic }
-    })
 }
 
 /// The matrix in the shape at the start.

@@ -2,7 +2,10 @@
 
 use glam::DVec3;
 
-use super::fabric::{AnyFabric, FabricAtStart};
+use super::{
+    super::fabric_matrix::ScalarEntry,
+    fabric::{AnyFabric, FabricAtStart},
+};
 
 use crate::{ContactResponse, Model, SpringKind};
 
@@ -25,20 +28,6 @@ pub(super) enum Coefficients {
     WithoutSprings,
 }
 
-/// A stiffness \[N/m\] and a damping \[N s/m\].
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Pair {
-    pub(super) stiffness: f64,
-    pub(super) damping: f64,
-}
-
-impl Pair {
-    /// Entry of h^2 K + 2 h C.
-    pub(super) fn at(self, h: f64) -> f64 {
-        h * (h * self.stiffness + 2.0 * self.damping)
-    }
-}
-
 /// The matrix that no shape of the cloth exceeds: one number for each particle, as springs and dampers act in all
 /// directions alike. A spring of any length l has the matrix T' n n^T + T/l (1 - n n^T), and both T' and T/l are at most
 /// its largest T'.
@@ -46,11 +35,11 @@ pub(super) struct AnyShape<'a> {
     model: &'a Model,
     roots: Vec<f64>,
     /// By kind of springs; empty if these are left out.
-    kinds: Vec<Pair>,
+    kinds: Vec<ScalarEntry>,
     /// Triangles of fabric, unless these are left out.
     fabric: Option<AnyFabric>,
     /// Of each particle for itself.
-    own: Vec<Pair>,
+    own: Vec<ScalarEntry>,
     /// Damping \[N s/m\] of each triangle by the air, for the mean of its corners.
     triangles: Vec<f64>,
     /// Entries for one h.
@@ -65,9 +54,11 @@ impl<'a> AnyShape<'a> {
         let own = model
             .masses()
             .iter()
-            .map(|mass| Pair { damping: contact.damping + drag * mass, ..contact });
-        let kind =
-            |kind: &SpringKind| Pair { stiffness: kind.stiffness_max(), damping: kind.damping };
+            .map(|mass| ScalarEntry { damping: contact.damping + drag * mass, ..contact });
+        let kind = |kind: &SpringKind| ScalarEntry {
+            stiffness: kind.stiffness_max(),
+            damping: kind.damping,
+        };
         let kinds = match coefficients {
             Coefficients::All => model.springs().kinds().iter().map(kind).collect(),
             Coefficients::WithoutSprings => Vec::new(),
@@ -129,7 +120,7 @@ impl<'a> AnyShape<'a> {
 pub(super) struct RestShape<'a> {
     model: &'a Model,
     roots: Vec<f64>,
-    kinds: Vec<Pair>,
+    kinds: Vec<ScalarEntry>,
     fabric: FabricAtStart<'a>,
     weights: Vec<f64>,
     scaled: Vec<DVec3>,
@@ -137,8 +128,9 @@ pub(super) struct RestShape<'a> {
 
 impl<'a> RestShape<'a> {
     pub(super) fn new(model: &'a Model) -> Self {
-        let kind = |kind: &SpringKind| Pair { stiffness: kind.stiffness, damping: kind.damping };
-        let kinds: Vec<Pair> = model.springs().kinds().iter().map(kind).collect();
+        let kind =
+            |kind: &SpringKind| ScalarEntry { stiffness: kind.stiffness, damping: kind.damping };
+        let kinds: Vec<ScalarEntry> = model.springs().kinds().iter().map(kind).collect();
         Self {
             roots: roots(model),
             weights: vec![0.0; kinds.len()],
@@ -195,13 +187,13 @@ fn roots(model: &Model) -> Vec<f64> {
 
 /// What contact by penalty adds for a particle: (a - b)^2 <= 2 a^2 + 2 b^2 for each pair, so that twice the coefficients
 /// of all its partners bound it, whoever they are.
-fn contact(model: &Model) -> Pair {
-    let Some(contact) = model.self_contact() else { return Pair::default() };
+fn contact(model: &Model) -> ScalarEntry {
+    let Some(contact) = model.self_contact() else { return ScalarEntry::default() };
     let ContactResponse::Penalty { stiffness, damping } = contact.response else {
-        return Pair::default();
+        return ScalarEntry::default();
     };
     let doubled = 2.0 * contact_partners(model, contact.distance);
-    Pair { stiffness: doubled * stiffness, damping: doubled * damping }
+    ScalarEntry { stiffness: doubled * stiffness, damping: doubled * damping }
 }
 
 /// Partners that a particle may have: those of two layers, each as dense as cloth is at rest, and neighbours that

@@ -1,7 +1,8 @@
+use super::{super::fabric_matrix::FabricMatrix, fabric::FabricAtStart};
 use crate::{
     Air, Cloth, ContactResponse, Field, Geometry, GridPatch, Integrator, Mass, Material,
     MaterialPreset, Model, ModelBuilder, NetworkSpring, SelfContact, SemiImplicitSettings,
-    SpringClass, SpringCoefficients, SpringNetwork,
+    SpringClass, SpringCoefficients, SpringNetwork, example::sheet,
 };
 
 const STIFFNESS: f64 = 50.0;
@@ -136,4 +137,68 @@ fn the_semi_implicit_integrator_is_limited_by_what_is_not_in_its_matrix() {
     let model = patch().self_contact(penalty(1e4, 0.0)).build().unwrap();
     assert_eq!(model.stable_time_step_of(&implicit), None);
     assert_eq!(model.stable_time_step_of(&Integrator::Explicit), Some(model.stable_time_step()));
+}
+
+/// x (h^2 K + 2 h C) x of the fabric of a model in the shape that its particles are in.
+fn of_shape(fabric: &FabricAtStart<'_>, h: f64, x: &[[f64; 3]], y: &mut [[f64; 3]]) -> f64 {
+    y.fill([0.0; 3]);
+    fabric.add(
+        h,
+        |particle| x[particle as usize],
+        |particle, add| {
+            let y = &mut y[particle as usize];
+            (0..3).for_each(|k| y[k] += add[k]);
+        },
+    );
+    x.as_flattened().iter().zip(y.as_flattened()).map(|(x, y)| x * y).sum()
+}
+
+/// The constant matrix of the semi-implicit integrator is at least half of that of any shape, in the directions in which it is stiffest
+/// too (NUMERICS §6).
+#[test]
+fn the_constant_matrix_is_at_least_half_of_that_of_any_shape() {
+    let model = sheet(7, f64::INFINITY);
+    let constant = FabricMatrix::constant(&model);
+    let (h, rest) = (0.01, model.positions().to_vec());
+    let quadratic = |x: &[[f64; 3]]| -> f64 {
+        let row = |i: usize, k: usize| -> f64 {
+            let entries =
+                constant.neighbours().row(i).iter().zip(&constant.entries()[constant.row(i)]);
+            let others = entries.map(|(&j, entry)| entry.at(h) * x[j as usize][k]);
+            constant.own()[i].at(h) * x[i][k] + others.sum::<f64>()
+        };
+        (0..x.len()).map(|i| (0..3).map(|k| x[i][k] * row(i, k)).sum::<f64>()).sum()
+    };
+    let moved = |amount: f64| -> Vec<[f64; 3]> {
+        let bent = |&[x, y, z]: &[f64; 3]| {
+            [x + amount * (9.0 * y).sin(), y + amount * x, z + amount * (40.0 * x).sin()]
+        };
+        rest.iter().map(bent).collect()
+    };
+    let mut largest: f64 = 0.0;
+    for amount in [0.0, 0.002, 0.005, 0.01] {
+        let fabric = FabricAtStart::new(model.elements(), &moved(amount));
+        let mut x: Vec<[f64; 3]> =
+            (0..rest.len()).map(|i| [0, 1, 2].map(|k| ((7 * i + 3 * k) as f64).sin())).collect();
+        let mut y = x.clone();
+        for _ in 0..60 {
+            let ratio = of_shape(&fabric, h, &x, &mut y) / quadratic(&x);
+            assert!(ratio <= 2.0 + 1e-9, "{amount}: {ratio}");
+            largest = largest.max(ratio);
+            let length = y.as_flattened().iter().map(|y| y * y).sum::<f64>().sqrt();
+            x.iter_mut().zip(&y).for_each(|(x, y)| *x = y.map(|y| y / length));
+        }
+    }
+    assert!(largest > 0.1, "far above what it has to be: {largest}");
+}
+
+#[test]
+fn translations_have_no_stiffness() {
+    let model = sheet(7, f64::INFINITY);
+    let constant = FabricMatrix::constant(&model);
+    for (i, own) in constant.own().iter().enumerate() {
+        let sum: f64 =
+            constant.entries()[constant.row(i)].iter().map(|entry| entry.stiffness).sum();
+        assert!((own.stiffness + sum).abs() < 1e-9 * own.stiffness, "{i}");
+    }
 }
