@@ -1,5 +1,6 @@
 //! What can be said on the command line.
 
+mod overlays;
 mod solver;
 #[cfg(feature = "viewer")]
 mod viewer;
@@ -14,6 +15,9 @@ use cloth::{
 
 use crate::failure::Failure;
 
+#[cfg(test)]
+pub(crate) use overlays::Overlay;
+pub(crate) use overlays::OverlayArguments;
 pub(crate) use solver::SolverArguments;
 #[cfg(feature = "viewer")]
 pub(crate) use viewer::{RenderArguments, ViewArguments};
@@ -158,6 +162,8 @@ pub(crate) struct RunArguments {
     /// Size of pictures in pixels, 800x450 if not given; animated ones are scaled down to 800 pixels at most.
     #[arg(long, value_name = "WxH")]
     pub(crate) picture_size: Option<PictureSize>,
+    #[command(flatten)]
+    pub(crate) overlays: OverlayArguments,
     /// Draw pictures through the GPU where there is one, in the look of `cloth view`.
     #[arg(long)]
     pub(crate) render: bool,
@@ -320,6 +326,8 @@ pub(crate) struct ConvertArguments {
     /// Size of pictures in pixels.
     #[arg(long, value_name = "WxH", default_value = "800x450")]
     pub(crate) picture_size: PictureSize,
+    #[command(flatten)]
+    pub(crate) overlays: OverlayArguments,
     /// Further folder in which meshes of the scene of a run may lie; can be given several times.
     #[arg(long, value_name = "DIR")]
     pub(crate) mesh_root: Vec<PathBuf>,

@@ -42,6 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         cloths,
         shapes: &[floor],
         dust: &[],
+        overlays: None,
     };
     let image = Picture::render(&scene, &Camera::fit(&bounds, style.aspect()), &style)?;
     image.save(picture)?;

@@ -30,6 +30,7 @@ pub use mesh::{
 };
 pub use picture::{
     Bounds, Camera, PICTURE_SIDE_LIMIT, Picture, PictureCloth, PictureDust, PictureError,
-    PictureGrain, PictureRenderer, PictureScene, PictureShape, PictureShapes, PictureStyle,
-    picture_palette,
+    PictureGrain, PictureLegend, PictureOverlays, PictureRenderer, PictureScene, PictureShape,
+    PictureShapes, PictureStrain, PictureStyle, StrainMap, ThreadDirection, ThreadMap,
+    ThreadSegment, picture_palette,
 };

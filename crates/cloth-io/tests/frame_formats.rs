@@ -2,11 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
+mod appended;
 mod common;
 
 use std::num::NonZeroUsize;
 use std::path::Path;
 
+use appended::appended;
 use cloth_core::contact::{Contact, ContactKey, ContactKind};
 use cloth_io::{
     Bounds, Camera, ContactFrame, ContainerOptions, Frame, FrameError, FrameFormat, FramePipeline,
@@ -211,18 +213,6 @@ fn contacts_are_written_with_all_that_is_known_of_them() {
     for name in ["none.vtu", "none.npz"] {
         contacts_write(&folder.path().join(name), &ContactFrame::default()).unwrap();
     }
-}
-
-/// An array that a VTU file has behind its XML part.
-fn appended<'a>(bytes: &'a [u8], name: &str) -> &'a [u8] {
-    let text = String::from_utf8_lossy(bytes);
-    let marker = b"<AppendedData encoding=\"raw\">\n_";
-    let start = bytes.windows(marker.len()).position(|part| part == marker).unwrap();
-    let tag = text.split('<').find(|tag| tag.contains(&format!("Name=\"{name}\""))).unwrap();
-    let offset = tag.split("offset=\"").nth(1).unwrap().split('"').next().unwrap();
-    let at = start + marker.len() + offset.parse::<usize>().unwrap();
-    let size = u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize;
-    &bytes[at + 8..at + 8 + size]
 }
 
 #[test]

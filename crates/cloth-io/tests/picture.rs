@@ -31,8 +31,15 @@ const TRIANGLES: [[u32; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
 
 fn render(positions: &[[f64; 3]], shapes: &[PictureShape]) -> Result<RgbImage, PictureError> {
     let cloths = vec![PictureCloth { triangles: 0..2, color: [200, 20, 20] }];
-    let scene =
-        PictureScene { positions, triangles: &TRIANGLES, texture: None, cloths, shapes, dust: &[] };
+    let scene = PictureScene {
+        positions,
+        triangles: &TRIANGLES,
+        texture: None,
+        cloths,
+        shapes,
+        dust: &[],
+        overlays: None,
+    };
     Picture::render(&scene, &camera(), &style())
 }
 
@@ -103,6 +110,7 @@ fn the_floor_keeps_its_tiles_while_the_cloth_moves() {
             cloths,
             shapes,
             dust: &[],
+            overlays: None,
         };
         Picture::render(&scene, &camera, &style()).unwrap()
     };
@@ -155,6 +163,7 @@ fn scenes_far_from_the_origin_look_the_same() {
         cloths,
         shapes: &[],
         dust: &[],
+        overlays: None,
     };
     let far = Picture::render(&scene, &camera, &style()).unwrap();
     let different = near.pixels().zip(far.pixels()).filter(|(a, b)| a != b).count();
@@ -199,6 +208,7 @@ fn impossible_pictures_are_refused() {
         cloths: Vec::new(),
         shapes: &[],
         dust: &[],
+        overlays: None,
     };
     let sized = |width| PictureStyle { width, ..style() };
     for width in [0, 10_000_000] {
@@ -247,6 +257,7 @@ proptest! {
             cloths,
             shapes: &shapes,
             dust: &[],
+            overlays: None,
         };
         let small = PictureStyle { width: 24, height: 16, ..PictureStyle::default() };
         if let Ok(image) = Picture::render(&scene, &camera, &small) {

@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let scene = bench_scene(BenchKind::Sphere, side, contact);
             let options = ClipOptions {
                 size: [1280, 720],
-                overlays: Overlays::default(),
+                overlays: Some(Overlays::default()),
                 backend: backend.clone(),
                 frames: None,
                 stride: 1,

@@ -12,15 +12,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     let has = |name: &str| rest.iter().any(|word| word == name);
     let options = ClipOptions {
         size: [960, 540],
-        overlays: Overlays {
+        overlays: Some(Overlays {
             wires: has("wires"),
             springs: [has("stretch"), has("shear"), has("bend")],
             strain: has("strain"),
+            threads: has("threads"),
             pins: has("pins"),
             contacts: has("contacts"),
             bins: has("bins"),
             ..Overlays::default()
-        },
+        }),
         backend: rest.first().map_or("auto", String::as_str).to_owned(),
         frames: Some(frames.parse()?),
         stride: 1,

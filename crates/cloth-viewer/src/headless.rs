@@ -19,8 +19,8 @@ use crate::{
 pub struct ClipOptions {
     /// Width and height \[pixel\].
     pub size: [u32; 2],
-    /// What is drawn.
-    pub overlays: Overlays,
+    /// What is drawn; what the scene says if `None`.
+    pub overlays: Option<Overlays>,
     /// Name of the backend that simulates.
     pub backend: String,
     /// Frames to draw; those of the scene or the run if `None`.
@@ -67,12 +67,14 @@ impl Studio {
             Subject::Live(engine) => (&engine.scene().model, engine.style()),
             Subject::Recorded(playback) => (playback.model(), playback.style()),
         };
+        let mut overlays = options.overlays.unwrap_or_else(|| Overlays::of_style(style));
+        overlays.threads &= !model.elements().is_empty();
         Ok(Self {
             mesh: ClothMesh::new(gpu, model, style),
             camera: camera(style),
             target: RenderTarget::new(gpu, options.size)?,
             renderer: Renderer::new(gpu),
-            overlays: options.overlays,
+            overlays,
             subject,
         })
     }
@@ -139,13 +141,15 @@ impl Studio {
         Ok(snapshot)
     }
 
-    /// Draws the present frame and gives it back.
+    /// Draws the present frame with its legend and gives it back.
     ///
     /// # Errors
     /// What the device reports.
     pub fn picture(&mut self) -> Result<RgbImage, ViewerError> {
         self.draw()?;
-        self.target.read(self.renderer.gpu())
+        let mut picture = self.target.read(self.renderer.gpu())?;
+        self.overlays.legend().draw(&mut picture);
+        Ok(picture)
     }
 
     /// Time of each of `count` frames from the start of its simulation until its picture is done,
@@ -214,11 +218,14 @@ impl FramePainter {
         let contents = FrameContents {
             shapes: self.style.shapes.at(time),
             lines: dust_lines(&self.style.dust.at(time)).collect(),
+            overlays: Overlays::of_style(&self.style),
             ..FrameContents::default()
         };
         let camera = camera(&self.style);
         self.renderer.render(&self.target, &camera, &mut self.mesh, &self.buffers, &contents);
-        self.target.read(self.renderer.gpu())
+        let mut picture = self.target.read(self.renderer.gpu())?;
+        contents.overlays.legend().draw(&mut picture);
+        Ok(picture)
     }
 }
 

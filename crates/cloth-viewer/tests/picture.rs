@@ -14,7 +14,7 @@ const SIZE: [u32; 2] = [320, 180];
 fn options(backend: &str, overlays: Overlays) -> ClipOptions {
     ClipOptions {
         size: SIZE,
-        overlays,
+        overlays: Some(overlays),
         backend: backend.into(),
         frames: None,
         stride: 1,
@@ -98,6 +98,7 @@ fn the_cloth_is_where_the_software_renderer_sees_it() {
             }],
             shapes: &style.shapes.at(0.4),
             dust: &[],
+            overlays: None,
         },
         &Camera {
             eye: camera.eye(),
@@ -263,6 +264,77 @@ fn strain_of_fabric_is_shown() {
     let (cold, hot) = (picture(100.0), picture(1e-3));
     assert!(share(&hot, is_red) > share(&cold, is_red) + 0.01, "{}", share(&hot, is_red));
     assert!(share(&cold, is_cold) > share(&hot, is_cold));
+}
+
+/// Lines along warp and weft are on the cloth and nowhere else, and change places when the pattern is turned by a quarter.
+#[test]
+fn threads_of_fabric_are_shown() {
+    let gpu = Gpu::headless(None).unwrap();
+    let picture = |warp: u32, threads: bool, model: &str| {
+        let text = format!(
+            "view = {{ eye = [0, -2.2, 0], target = [0, 0, 0] }}\n[[cloth]]\nmodel = '{model}'\nmaterial.preset = 'jersey'\n{}\
+             geometry.grid = {{ columns = 11, rows = 11, size = [1, 1], row_axis = [0, 0, 1], centre = [0, 0, 0] }}\n",
+            if model == "fabric" { format!("pattern.warp = {warp}\n") } else { String::new() }
+        );
+        let scene = Scene::from_toml(&text, "t.toml").unwrap();
+        studio_of(scene, &gpu, "cpu", Overlays { threads, ..Overlays::default() })
+            .picture()
+            .unwrap()
+    };
+    let plain = picture(0, false, "fabric");
+    // Darker or lighter than without, and what is neither.
+    let seen = |drawn: &RgbImage| -> Vec<i32> {
+        let change = |(a, b): (&image::Rgb<u8>, &image::Rgb<u8>)| luminance(b.0) - luminance(a.0);
+        let sign = |x: f64| if x < -15.0 { -1 } else { i32::from(x > 15.0) };
+        plain.pixels().zip(drawn.pixels()).map(change).map(sign).collect()
+    };
+    let [straight, turned] = [0, 90].map(|warp| picture(warp, true, "fabric"));
+    for ((x, y, before), after) in plain.enumerate_pixels().zip(straight.pixels()) {
+        // The legend is in a corner.
+        let may_change = (80..240).contains(&x) || x < 110 && y > 130;
+        assert!(may_change || before == after, "{x}, {y}");
+    }
+    let [straight, turned] = [seen(&straight), seen(&turned)];
+    let inside = |number: &usize| (100..220).contains(&(number % SIZE[0] as usize));
+    for sign in [-1, 1] {
+        let of = |pixels: &[i32], wanted: i32| -> Vec<usize> {
+            (0..pixels.len()).filter(inside).filter(|&number| pixels[number] == wanted).collect()
+        };
+        let (here, there) = (of(&straight, sign), of(&turned, -sign));
+        assert!(here.len() > 300, "{} pixels of threads", here.len());
+        // Crossings are light in both.
+        let fewer = here.len().min(there.len());
+        let both = here.iter().filter(|number| there.contains(number)).count();
+        assert!(both as f64 > 0.8 * fewer as f64, "{both} of {} and {}", here.len(), there.len());
+    }
+    // Threads of the warp run sideways: a row between them has dark pixels nowhere.
+    let rows = straight.chunks(SIZE[0] as usize).skip(70).take(20);
+    let darks = rows.map(|row| row[100..220].iter().filter(|&&sign| sign == -1).count());
+    let (least, most) = (darks.clone().min().unwrap(), darks.max().unwrap());
+    assert!(least < 10 && most > 60, "{least} {most}");
+    assert_eq!(picture(0, false, "springs"), picture(0, true, "springs"), "springs have none");
+}
+
+/// What a scene says of its pictures holds for clips unless somebody says otherwise.
+#[test]
+fn a_scene_says_what_its_pictures_show() {
+    let gpu = Gpu::headless(None).unwrap();
+    let picture = |view: &str, overlays: Option<Overlays>| {
+        let text = format!(
+            "view = {{ eye = [0, -2.2, 0], target = [0, 0, 0]{view} }}\n[[cloth]]\nmodel = 'fabric'\nmaterial.preset = 'jersey'\n\
+             geometry.grid = {{ columns = 11, rows = 11, size = [1, 1], row_axis = [0, 0, 1], centre = [0, 0, 0] }}\n"
+        );
+        let scene = Scene::from_toml(&text, "t.toml").unwrap();
+        let source = Source::Scene(Box::new(scene), CompileOptions::default());
+        let options = ClipOptions { overlays, ..options("cpu", Overlays::default()) };
+        Studio::new(&gpu, source, &options).unwrap().picture().unwrap()
+    };
+    let all = Overlays { strain: true, strain_scale: 0.02, threads: true, ..Overlays::default() };
+    let of_scene = picture(", strain = 0.02, threads = true", None);
+    assert_eq!(of_scene, picture("", Some(all)));
+    let plain = picture("", None);
+    assert_ne!(of_scene, plain);
+    assert_eq!(picture(", threads = true", Some(Overlays::default())), plain);
 }
 
 #[test]

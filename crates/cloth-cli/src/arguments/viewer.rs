@@ -5,7 +5,7 @@ use std::{num::NonZeroU64, path::PathBuf};
 use clap::Args;
 use cloth_viewer::Overlays;
 
-use super::{PictureSize, SolverArguments};
+use super::{PictureSize, SolverArguments, overlays::strain_scale};
 
 #[derive(Debug, Args)]
 pub(crate) struct ViewArguments {
@@ -57,9 +57,12 @@ pub(crate) struct RenderArguments {
     #[arg(long, value_name = "WxH", default_value = "800x450")]
     pub(crate) picture_size: PictureSize,
     /// What to draw beside the surface, separated by commas: wires, stretch, shear, bend (springs),
-    /// strain, pins, contacts, bins.
+    /// strain, threads (lines along warp and weft of fabric), pins, contacts, bins; or none. What the scene says if not given.
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub(crate) overlay: Vec<Overlay>,
+    /// Relative elongation that `--overlay strain` shows in red; 0.1 if not given.
+    #[arg(long, value_name = "SHARE", requires = "overlay", value_parser = strain_scale)]
+    pub(crate) strain_scale: Option<f64>,
 }
 
 #[derive(Debug, Args)]
@@ -83,22 +86,31 @@ pub(crate) enum Overlay {
     Shear,
     Bend,
     Strain,
+    Threads,
     Pins,
     Contacts,
     Bins,
+    None,
 }
 
 impl RenderArguments {
-    pub(crate) fn overlays(&self) -> Overlays {
+    /// What to draw, unless that is left to the scene.
+    pub(crate) fn overlays(&self) -> Option<Overlays> {
+        if self.overlay.is_empty() {
+            return None;
+        }
         let has = |overlay| self.overlay.contains(&overlay);
-        Overlays {
+        let standard = Overlays::default();
+        Some(Overlays {
             wires: has(Overlay::Wires),
             springs: [has(Overlay::Stretch), has(Overlay::Shear), has(Overlay::Bend)],
             strain: has(Overlay::Strain),
+            strain_scale: self.strain_scale.unwrap_or(standard.strain_scale),
+            threads: has(Overlay::Threads),
             pins: has(Overlay::Pins),
             contacts: has(Overlay::Contacts),
             bins: has(Overlay::Bins),
-            ..Overlays::default()
-        }
+            ..standard
+        })
     }
 }

@@ -36,7 +36,9 @@ pub(super) fn convert(arguments: &ConvertArguments) -> Result<(), Failure> {
         None
     };
     let size = arguments.picture_size;
-    let style = PictureStyle { width: size.width, height: size.height, ..picture_style(&compiled) };
+    let style = picture_style(&compiled);
+    let overlays = arguments.overlays.apply(&compiled.model, style.overlays.clone());
+    let style = PictureStyle { width: size.width, height: size.height, overlays, ..style };
     if format.is_sequence() {
         let writer = FrameSequenceWriter::new(format, &arguments.output, folder.name(), &topology)?;
         let writer = writer.with_style(style).with_solids(solids);

@@ -317,7 +317,8 @@ fn style(simulation: &Simulation, poses: Option<&PoseLog>, settings: &RunSetting
         Some(poses) => picture_style_moving(simulation.scene(), poses.clone()),
         None => picture_style(simulation.scene()),
     };
-    PictureStyle { width: size.width, height: size.height, ..style }
+    let overlays = settings.overlays.apply(simulation.model(), style.overlays.clone());
+    PictureStyle { width: size.width, height: size.height, overlays, ..style }
 }
 
 /// Writes a checkpoint, once the frames up to it are safe.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{FolderError, RunFolder, text_read, text_write};
 use crate::{
-    arguments::{FormatList, PictureSize, RunArguments},
+    arguments::{FormatList, OverlayArguments, PictureSize, RunArguments},
     failure::{Failure, ReadError},
 };
 
@@ -15,13 +15,15 @@ use crate::{
 pub(super) const FILE: &str = "run.json";
 
 /// What of the arguments of a run concerns its outputs.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RunSettings {
     /// Output formats, each once.
     pub(crate) formats: Vec<FrameFormat>,
     /// Every so many frames go into them.
     pub(crate) frame_stride: usize,
     pub(crate) picture_size: PictureSize,
+    /// What pictures show on cloth.
+    pub(crate) overlays: OverlayArguments,
     /// Whether pictures are drawn through the GPU.
     pub(crate) render: bool,
 }
@@ -32,6 +34,9 @@ struct Record {
     format: Vec<String>,
     frame_stride: NonZeroUsize,
     picture_size: String,
+    /// Runs of earlier versions have none.
+    #[serde(default, flatten)]
+    overlays: OverlayArguments,
     render: bool,
 }
 
@@ -60,6 +65,7 @@ impl RunSettings {
             picture_size: (arguments.picture_size)
                 .or(earlier.map(|settings| settings.picture_size))
                 .unwrap_or_default(),
+            overlays: arguments.overlays.or(earlier.map(|settings| &settings.overlays)),
             render: arguments.render || earlier.is_some_and(|settings| settings.render),
         })
     }
@@ -85,6 +91,7 @@ impl RunSettings {
             formats: formats.0,
             frame_stride: record.frame_stride.get(),
             picture_size: record.picture_size.parse()?,
+            overlays: record.overlays,
             render: record.render,
         })
     }
@@ -96,6 +103,7 @@ impl RunSettings {
             format: self.formats.iter().map(|format| format.name().to_owned()).collect(),
             frame_stride: NonZeroUsize::new(self.frame_stride).unwrap_or(NonZeroUsize::MIN),
             picture_size: format!("{width}x{height}"),
+            overlays: self.overlays.clone(),
             render: self.render,
         };
         let text = serde_json::to_string_pretty(&record).map_err(Failure::other)?;
@@ -108,6 +116,7 @@ mod tests {
     use std::fs;
 
     use super::*;
+    use crate::arguments::Overlay;
 
     #[test]
     fn settings_come_back() {
@@ -116,10 +125,20 @@ mod tests {
         assert_eq!(RunSettings::read(&folder).unwrap(), None);
         for formats in [vec![], vec![FrameFormat::Png, FrameFormat::Npz]] {
             let picture_size = PictureSize { width: 64, height: 36 };
-            let settings = RunSettings { formats, frame_stride: 3, picture_size, render: true };
+            let overlays = OverlayArguments {
+                overlay: vec![Overlay::Threads, Overlay::Strain],
+                strain_scale: Some(0.25),
+            };
+            let settings =
+                RunSettings { formats, frame_stride: 3, picture_size, overlays, render: true };
             settings.write(root.path()).unwrap();
             assert_eq!(RunSettings::read(&folder).unwrap(), Some(settings));
         }
+        // As an earlier version wrote it.
+        let text = r#"{ "format": [], "frame_stride": 1, "picture_size": "8x8", "render": false }"#;
+        fs::write(root.path().join(FILE), text).unwrap();
+        let earlier = RunSettings::read(&folder).unwrap().unwrap();
+        assert_eq!(earlier.overlays, OverlayArguments::default());
         fs::write(root.path().join(FILE), "{").unwrap();
         let message = RunSettings::read(&folder).unwrap_err().sentence();
         assert!(message.contains("`run.json` is damaged"), "{message}");

@@ -509,3 +509,57 @@ fn a_second_interrupt_stops_at_once() {
     interrupt(&child);
     assert_eq!(child.wait().unwrap().code(), Some(130));
 }
+
+/// A sheet of fabric that is held at its top, seen from so near that small pictures show its threads.
+const SHEET: &str = "view = { eye = [0.3, -0.35, -0.3], target = [0.3, 0, -0.3] }\nsimulation = { frames = 2, solver = 'implicit' }\n[[cloth]]\n\
+    name = 'sheet'\nmodel = 'fabric'\nmaterial.preset = 'jersey'\npins = ['top']\n\
+    geometry.grid = { columns = 7, rows = 7, spacing = 0.1, origin = [0, 0, -0.6], row_axis = [0, 0, 1] }\n";
+
+#[test]
+fn pictures_show_strain_and_threads_when_asked_for() {
+    let place = Place::with("sheet.toml", SHEET);
+    let shown = SHEET.replace("-0.3] }", "-0.3], strain = 0.002, threads = true }");
+    place.write("shown.toml", shown);
+    let picture =
+        |name: &str| image::open(place.path(&format!("{name}_000002.png"))).unwrap().into_rgb8();
+    let run = |scene: &str, out: &str, more: &[&str]| {
+        let own = ["run", scene, "--out", out, "--format", "png"];
+        place.succeeds(&[&own[..], more].concat());
+        picture(&format!("{out}/png/{}", scene.strip_suffix(".toml").unwrap()))
+    };
+    let plain = run("sheet.toml", "plain", &[]);
+    let both = ["--overlay", "strain,threads", "--strain-scale", "0.002"];
+    let drawn = run("sheet.toml", "both", &both);
+    let strain = run("sheet.toml", "strain", &["--overlay", "strain", "--strain-scale", "0.002"]);
+    let threads = run("sheet.toml", "threads", &["--overlay", "threads"]);
+    for (one, other) in
+        [(&plain, &strain), (&plain, &threads), (&strain, &drawn), (&threads, &drawn)]
+    {
+        assert!(one != other, "they look alike");
+    }
+    assert!(run("shown.toml", "scene", &[]) == drawn, "the scene asks for the same");
+    assert!(run("shown.toml", "none", &["--overlay", "none"]) == plain);
+    // A part that goes on shows what the first one did, and so do frames that are converted if they are asked to.
+    let settings = String::from_utf8(place.read("both/run.json")).unwrap();
+    assert!(settings.contains("\"overlay\"") && settings.contains("0.002"), "{settings}");
+    let size = ["--picture-size", "32x18", "--format", "png"];
+    place.succeeds(&[&["convert", "plain", "converted"][..], &size, &both].concat());
+    assert!(picture("converted/sheet") == drawn);
+}
+
+#[test]
+fn overlays_that_there_are_not_are_refused_with_those_that_there_are() {
+    let place = Place::with("sheet.toml", SHEET);
+    for (arguments, says) in [
+        (["--overlay", "stress"], ["--overlay", "strain, threads, none"]),
+        (["--strain-scale", "0"], ["--strain-scale", "above 0"]),
+    ] {
+        let message = place.output(&[&["run", "sheet.toml"][..], &arguments].concat());
+        assert_eq!(message.status.code(), Some(2));
+        let message = String::from_utf8(message.stderr).unwrap();
+        assert!(says.iter().all(|word| message.contains(word)), "{message}");
+    }
+    place.write("bad.toml", SHEET.replace("-0.3] }", "-0.3], strain = 0 }"));
+    let message = place.fails(3, &["run", "bad.toml"]);
+    assert!(message.contains("view.strain") && message.contains("greater than zero"), "{message}");
+}

@@ -96,8 +96,11 @@ impl PictureAnimation {
             cloths: mesh.cloths.iter().map(cloth).collect(),
             shapes: &self.style.shapes.at(time),
             dust: &self.style.dust.at(time),
+            overlays: Some(&self.style.overlays),
         };
-        self.renderer.render(&scene)
+        let mut image = self.renderer.render(&scene)?;
+        self.style.overlays.legend().draw(&mut image);
+        Ok(image)
     }
 
     /// Makes the pictures of the frames of `source`, several at a time, and hands what `prepare`

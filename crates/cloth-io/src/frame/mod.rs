@@ -35,6 +35,7 @@ mod strands;
 mod topology;
 mod vtk_array;
 mod vtu;
+mod vtu_fabric;
 
 pub use clip::ClipWriter;
 pub use contacts::{ContactFrame, contacts_write};

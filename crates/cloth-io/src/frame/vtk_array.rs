@@ -78,14 +78,36 @@ impl<W: Write> ArrayWriter<W> {
         components: usize,
         bytes: Vec<u8>,
     ) -> io::Result<()> {
-        let attributes = [
-            ("type", number_type),
-            ("Name", name),
-            ("NumberOfComponents", &components.to_string()),
-            ("format", "appended"),
-            ("offset", &self.offset.to_string()),
-        ];
-        self.empty("DataArray", &attributes)?;
+        self.array_with(name, number_type, components, &[], bytes)
+    }
+
+    /// An array in single precision whose components have names, which ParaView shows in place of X, Y, Z.
+    pub(super) fn floats<const N: usize>(
+        &mut self,
+        name: &str,
+        components: [&str; N],
+        values: &[[f64; N]],
+    ) -> io::Result<()> {
+        let keys: [String; N] = std::array::from_fn(|number| format!("ComponentName{number}"));
+        let names: [(&str, &str); N] =
+            std::array::from_fn(|number| (keys[number].as_str(), components[number]));
+        let numbers = values.as_flattened().iter();
+        let bytes = numbers.flat_map(|&value| (value as f32).to_le_bytes()).collect();
+        self.array_with(name, "Float32", N, &names, bytes)
+    }
+
+    fn array_with(
+        &mut self,
+        name: &str,
+        number_type: &str,
+        components: usize,
+        names: &[(&str, &str)],
+        bytes: Vec<u8>,
+    ) -> io::Result<()> {
+        let (components, offset) = (components.to_string(), self.offset.to_string());
+        let own = [("type", number_type), ("Name", name), ("NumberOfComponents", &components)];
+        let place = [("format", "appended"), ("offset", offset.as_str())];
+        self.empty("DataArray", &[&own[..], names, &place[..]].concat())?;
         self.offset += size_of::<u64>() + bytes.len();
         self.arrays.push(bytes);
         Ok(())

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use std::io::{self, Write};
 
 use super::vtk_array::ArrayWriter;
+use super::vtu_fabric::FabricCells;
 use super::{Frame, PlacedSolid, Topology, vertex_normals};
 
 /// Numbers of VTK's cell types.
@@ -68,7 +69,7 @@ impl VtuLayout {
 
 /// Writes positions \[m\], normals, velocities \[m/s\] if the frame has them and texture coordinates if
 /// there are any; for each cell the number of its cloth and, if there are `solids`, of its solid, -1 for
-/// none; for fabric also strain, stress and principal stretches. Points that are no particle by their index have it in the
+/// none; for fabric also what [`FabricCells`] has. Points that are no particle by their index have it in the
 /// array `particle`, -1 for those of a solid. All arrays are appended raw: little endian, each after its size in bytes as UInt64.
 pub(super) fn vtu_write(
     writer: &mut impl Write,
@@ -124,11 +125,8 @@ pub(super) fn vtu_write(
     if !solids.is_empty() {
         arrays.array("solid", "Int32", 1, integers(&cells.solids))?;
     }
-    if !topology.gauge.is_empty() {
-        let Strains { strain, stress, stretch } = Strains::of(topology, frame, cells.types.len());
-        arrays.array("strain", "Float32", 3, floats(&strain))?;
-        arrays.array("stress", "Float32", 3, floats(&stress))?;
-        arrays.array("stretch", "Float32", 2, floats(&stretch))?;
+    if let Some(fabric) = FabricCells::of(topology, frame, cells.types.len()) {
+        fabric.write(&mut arrays)?;
     }
     arrays.end("CellData")?;
 
@@ -145,32 +143,6 @@ pub(super) fn vtu_write(
     arrays.end("Cells")?;
 
     arrays.grid_end()
-}
-
-/// Green strain E11, E22, E12, second Piola stress S11, S22, S12 \[N/m\] and principal stretches of each cell; no strain for cells that are
-/// not of fabric.
-struct Strains {
-    strain: Vec<[f64; 3]>,
-    stress: Vec<[f64; 3]>,
-    stretch: Vec<[f64; 2]>,
-}
-
-impl Strains {
-    /// The triangles of cloths are the first cells, in their order.
-    fn of(topology: &Topology, frame: &Frame<'_>, cells: usize) -> Self {
-        let mut strains = Self {
-            strain: vec![[0.0; 3]; cells],
-            stress: vec![[0.0; 3]; cells],
-            stretch: vec![[1.0; 2]; cells],
-        };
-        for found in topology.gauge.measure(frame.positions) {
-            let cell = found.triangle as usize;
-            strains.strain[cell] = found.strain;
-            strains.stress[cell] = found.stress;
-            strains.stretch[cell] = found.stretches;
-        }
-        strains
-    }
 }
 
 /// The arrays of all cells: triangles, lines and points of the cloths, triangles of the solids.

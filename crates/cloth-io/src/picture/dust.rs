@@ -194,6 +194,7 @@ mod tests {
             cloths: vec![PictureCloth { triangles: 0..2, color: [200, 30, 30] }],
             shapes: &[],
             dust,
+            overlays: None,
         };
         let style = PictureStyle { width: 60, height: 40, ..PictureStyle::default() };
         Picture::render(&scene, &CAMERA, &style).unwrap()

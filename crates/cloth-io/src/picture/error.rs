@@ -32,6 +32,12 @@ pub enum PictureError {
         /// The triangle, zero based.
         triangle: usize,
     },
+    /// What is to be shown on the cloths belongs to another model.
+    #[error(
+        "the heat map or the threads of the picture are of a model with other particles or triangles; \
+         make them of the same model"
+    )]
+    Overlays,
     /// A position is infinite or not a number.
     #[error(
         "position {particle} of the picture is not finite; \

@@ -3,8 +3,9 @@
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use super::camera::View;
+use super::strain::heat;
 use super::tessellation::Tessellation;
-use super::{PictureError, PictureScene, PictureShape};
+use super::{PictureError, PictureOverlays, PictureScene, PictureShape, ThreadDirection};
 
 /// Triangles with everything that shading needs, relative to the origin of the view.
 #[derive(Default)]
@@ -74,6 +75,10 @@ pub(super) struct Cloths {
     pub(super) colors: Vec<Vec3>,
     /// Texture coordinates of the corners of each triangle, counted in checks, if there are any.
     pub(super) checks: Vec<[Vec2; 3]>,
+    /// Elongation of each particle as a share of what is shown in red, if that is to be seen; vertices that are no particles have none.
+    strains: Vec<f32>,
+    /// Corners of each triangle along warp and weft, counted in distances of threads, if these are to be seen.
+    threads: Vec<Option<[Vec2; 3]>>,
 }
 
 impl Cloths {
@@ -109,8 +114,71 @@ impl Cloths {
         mesh.normals = normals.into_iter().map(|n| Vec3::from(n.map(|x| x as f32))).collect();
         mesh.flatten();
         let colors = scene.cloths.iter().map(|cloth| linear(cloth.color)).collect();
-        Ok(Self { mesh, colors, checks })
+        let (strains, threads) = match scene.overlays {
+            Some(overlays) => (strains(overlays, scene)?, threads(overlays, scene)?),
+            None => (Vec::new(), Vec::new()),
+        };
+        Ok(Self { mesh, colors, checks, strains, threads })
     }
+
+    /// The colour of the strain at a place of a triangle, if it is known.
+    pub(super) fn heat(&self, triangle: usize, weights: &[f32; 3]) -> Option<Vec3> {
+        let corners = self.mesh.triangles[triangle].map(|index| self.strains.get(index as usize));
+        let parts = corners.into_iter().zip(weights);
+        let share: f32 = parts.map(|(share, weight)| Some(share? * weight)).sum::<Option<f32>>()?;
+        Some(heat(share))
+    }
+
+    /// Where the corners of a triangle lie among the threads, if it has any.
+    pub(super) fn thread_corners(&self, triangle: usize) -> Option<&[Vec2; 3]> {
+        self.threads.get(triangle)?.as_ref()
+    }
+}
+
+/// Shares of the hottest elongation at the particles.
+fn strains(overlays: &PictureOverlays, scene: &PictureScene<'_>) -> Result<Vec<f32>, PictureError> {
+    let Some(strain) = &overlays.strain else { return Ok(Vec::new()) };
+    let particles = scene.positions.get(..strain.map.particle_count());
+    if strain.map.triangle_count() > scene.triangles.len() {
+        return Err(PictureError::Overlays);
+    }
+    let strains = strain.map.at_particles(particles.ok_or(PictureError::Overlays)?);
+    Ok(strains.into_iter().map(|elongation| (elongation / strain.scale) as f32).collect())
+}
+
+/// Places among the threads of the triangles of all cloths of a scene, one cloth after the other.
+fn threads(
+    overlays: &PictureOverlays,
+    scene: &PictureScene<'_>,
+) -> Result<Vec<Option<[Vec2; 3]>>, PictureError> {
+    let Some(map) = overlays.threads.as_ref().filter(|map| !map.is_empty()) else {
+        return Ok(Vec::new());
+    };
+    if map.triangle_count() > scene.triangles.len() {
+        return Err(PictureError::Overlays);
+    }
+    let triangles = scene.cloths.iter().flat_map(|cloth| cloth.triangles.clone());
+    let corners = |place: [[f64; 2]; 3]| place.map(|corner| Vec2::from(corner.map(|x| x as f32)));
+    Ok(triangles.map(|triangle| map.place(triangle).map(corners)).collect())
+}
+
+/// How the threads colour a cloth of `color` at a `place` among them, where a pixel is as wide as `footprint`; all counted in distances of
+/// threads. Threads are at least as wide as a pixel, and vanish where they would run into each other.
+pub(super) fn thread_color(color: Vec3, place: Vec2, footprint: Vec2) -> Vec3 {
+    /// Half of the width of a thread, and of the least one \[pixel\].
+    const HALF: f32 = 0.035;
+    const HALF_PIXEL: f32 = 0.65;
+    let mut color = color;
+    for direction in ThreadDirection::ALL {
+        let pixel = footprint[direction.across()].max(1e-6);
+        let level = place[direction.across()];
+        // Threads lie in the middle between whole numbers.
+        let distance = (level - level.floor() - 0.5).abs();
+        let covered = ((HALF.max(HALF_PIXEL * pixel) - distance) / pixel + 0.5).clamp(0.0, 1.0);
+        let apart = (2.0 - 5.0 * pixel).clamp(0.0, 1.0);
+        color = color.lerp(linear(direction.colour()), covered * apart);
+    }
+    color
 }
 
 /// A plane through a point with a unit normal.

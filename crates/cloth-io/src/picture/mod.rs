@@ -10,6 +10,8 @@ mod dust;
 mod error;
 mod floor;
 mod geometry;
+mod legend;
+mod overlays;
 mod plane_light;
 mod raster;
 mod renderer;
@@ -18,8 +20,10 @@ mod shade;
 mod shadow;
 mod shape;
 mod sky;
+mod strain;
 mod style;
 mod tessellation;
+mod threads;
 mod tone;
 
 use std::ops::Range;
@@ -30,10 +34,14 @@ use image::RgbImage;
 pub use camera::{Bounds, Camera};
 pub use dust::{PictureDust, PictureGrain};
 pub use error::PictureError;
+pub use legend::PictureLegend;
+pub use overlays::{PictureOverlays, PictureStrain};
 pub use renderer::PictureRenderer;
 pub use shape::{PictureShape, PictureShapes};
+pub use strain::StrainMap;
 pub use style::{PictureStyle, picture_palette};
 pub(crate) use tessellation::Tessellation;
+pub use threads::{ThreadDirection, ThreadMap, ThreadSegment};
 
 /// Largest width and height of a picture \[pixel\].
 pub const PICTURE_SIDE_LIMIT: u32 = 8192;
@@ -53,6 +61,8 @@ pub struct PictureScene<'a> {
     pub shapes: &'a [PictureShape],
     /// Dust in the air.
     pub dust: &'a [PictureGrain],
+    /// What is shown on the cloths, of the model whose triangles are the first ones.
+    pub overlays: Option<&'a PictureOverlays>,
 }
 
 /// One cloth of a [`PictureScene`].

@@ -243,6 +243,7 @@ mod tests {
             cloths,
             shapes,
             dust: &[],
+            overlays: None,
         };
         renderer.render(&scene).unwrap()
     }

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use super::camera::View;
 use super::dust::Dust;
 use super::floor::{EDGE, Floor, plane_of};
-use super::geometry::{Cloths, Mesh};
+use super::geometry::{Cloths, Mesh, thread_color};
 use super::plane_light::PlaneLight;
 use super::raster::{BAND, Band, NOTHING, SAMPLES, Screen, Seen};
 use super::shadow::ShadowMap;
@@ -218,12 +218,19 @@ impl Shader<'_> {
                 let hit = self.hit(mesh, triangle, place);
                 let cloth = self.cloths.mesh.surface_of_triangle[triangle] as usize;
                 let mut color = self.cloths.colors[cloth];
-                if !hit.front {
-                    // The back is paler, so that folds can be read.
-                    color = color.lerp(Vec3::splat(color.element_sum() / 3.0), 0.35) * 0.8;
+                if let Some(heat) = self.cloths.heat(triangle, &hit.weights) {
+                    color = heat;
+                } else {
+                    if !hit.front {
+                        // The back is paler, so that folds can be read.
+                        color = color.lerp(Vec3::splat(color.element_sum() / 3.0), 0.35) * 0.8;
+                    }
+                    if let Some(checks) = self.cloths.checks.get(triangle) {
+                        color *= check_shade(checks, &hit.weights);
+                    }
                 }
-                if let Some(checks) = self.cloths.checks.get(triangle) {
-                    color *= check_shade(checks, &hit.weights);
+                if let Some(corners) = self.cloths.thread_corners(triangle) {
+                    color = self.threads(color, triangle, corners, place);
                 }
                 // Fibres that stand off the cloth catch light along its outline.
                 let facing = hit.normal.dot(hit.toward).clamp(0.0, 1.0);
@@ -234,23 +241,41 @@ impl Shader<'_> {
         }
     }
 
+    /// A cloth of `color` with its threads at `place` in the picture \[pixel\].
+    fn threads(&self, color: Vec3, triangle: usize, corners: &[Vec2; 3], place: Vec2) -> Vec3 {
+        // Beyond the edges of the triangle, too: neighbours beside each other see the same width of a pixel.
+        let among = |place: Vec2| {
+            let [wb, wc] = self.weights(1, triangle, place);
+            corners[0] + wb * (corners[1] - corners[0]) + wc * (corners[2] - corners[0])
+        };
+        let (here, right, below) = (among(place), among(place + Vec2::X), among(place + Vec2::Y));
+        let footprint = (right - here).abs().max((below - here).abs());
+        let is_known = here.is_finite() && footprint.is_finite();
+        if is_known { thread_color(color, here, footprint) } else { color }
+    }
+
+    /// Weights of the second and third corner of a triangle where the ray through `place` \[pixel\] meets its plane.
+    fn weights(&self, number: usize, triangle: usize, place: Vec2) -> [f32; 2] {
+        let mesh = self.mesh(number);
+        let [a, b, c] = mesh.triangles[triangle].map(|index| mesh.positions[index as usize]);
+        let ray = self.view.ray(place.x, place.y);
+        let determinant = mesh.flat_normals[triangle].dot(ray);
+        let turned = ray.cross(self.view.eye - a);
+        [(c - a).dot(turned) / determinant, -(b - a).dot(turned) / determinant]
+    }
+
     fn hit(&self, number: usize, triangle: usize, place: Vec2) -> Hit {
         let mesh = self.mesh(number);
         let corners = mesh.triangles[triangle].map(|index| index as usize);
-        let [a, b, c] = corners.map(|index| mesh.positions[index]);
-        let ray = self.view.ray(place.x, place.y);
-        let (ab, ac) = (b - a, c - a);
         let flat = mesh.flat_normals[triangle];
-        // Where the ray meets the plane of the triangle, as weights of the corners; the sample is
-        // inside, so what rounding carries outside is pulled back, and so is what is not a number,
-        // as degenerate triangles give.
+        // The sample is inside, so what rounding carries outside is pulled back, and so is what is
+        // not a number, as degenerate triangles give.
         let inside = |weight: f32, limit: f32| if weight > 0.0 { weight.min(limit) } else { 0.0 };
-        let from_a = self.view.eye - a;
-        let determinant = flat.dot(ray);
-        let turned = ray.cross(from_a);
-        let wb = inside(ac.dot(turned) / determinant, 1.0);
-        let wc = inside(-ab.dot(turned) / determinant, 1.0 - wb);
-        let weights = if determinant == 0.0 { [1.0, 0.0, 0.0] } else { [1.0 - wb - wc, wb, wc] };
+        let [wb, wc] = self.weights(number, triangle, place);
+        let wb = inside(wb, 1.0);
+        let wc = inside(wc, 1.0 - wb);
+        let is_edge_on = flat.dot(self.view.ray(place.x, place.y)) == 0.0;
+        let weights = if is_edge_on { [1.0, 0.0, 0.0] } else { [1.0 - wb - wc, wb, wc] };
         let blend = |values: &[Vec3]| -> Vec3 {
             let parts = corners.iter().zip(weights);
             parts.map(|(&index, weight)| values[index] * weight).sum()

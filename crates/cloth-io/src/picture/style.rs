@@ -1,6 +1,6 @@
 //! How the pictures of a run look.
 
-use super::{Camera, PictureDust, PictureShapes};
+use super::{Camera, PictureDust, PictureOverlays, PictureShapes};
 
 /// Size, view and colours of pictures.
 #[derive(Clone, Debug)]
@@ -17,6 +17,8 @@ pub struct PictureStyle {
     pub shapes: PictureShapes,
     /// Dust in the air of the pictures.
     pub dust: PictureDust,
+    /// What is shown on the cloths of a model.
+    pub overlays: PictureOverlays,
     /// Background as sRGB, at the upper and the lower edge.
     pub background: [[u8; 3]; 2],
 }
@@ -30,6 +32,7 @@ impl Default for PictureStyle {
             cloth_colors: Vec::new(),
             shapes: PictureShapes::default(),
             dust: PictureDust::default(),
+            overlays: PictureOverlays::default(),
             background: [[186, 200, 214], [238, 240, 242]],
         }
     }

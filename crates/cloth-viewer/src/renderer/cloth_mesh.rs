@@ -2,7 +2,11 @@
 
 use std::{collections::HashSet, sync::Arc};
 
-use cloth::{Model, SpringClass, cloth_lines, io::PictureStyle, wgpu::wgpu};
+use cloth::{
+    Model, SpringClass, cloth_lines,
+    io::{PictureStyle, ThreadMap},
+    wgpu::wgpu,
+};
 use glam::DVec3;
 
 use super::{
@@ -35,6 +39,15 @@ struct FabricTriangle {
     inverse: [f32; 4],
 }
 
+/// A piece of a thread as `thread.wgsl` has it.
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+struct Thread {
+    corners: [u32; 3],
+    weights: [[f32; 3]; 2],
+    colour: [u8; 4],
+}
+
 /// Colours of wires and of the springs of each class: sRGB and opacity.
 const WIRE: [u8; 4] = [16, 18, 22, 150];
 const STRETCH: [u8; 4] = [222, 74, 52, 220];
@@ -55,6 +68,8 @@ pub struct ClothMesh {
     /// Cloths without triangles.
     strands: Option<Lines>,
     wires: Option<Lines>,
+    /// Pieces of threads of fabric.
+    threads: Option<Lines>,
     springs: [Option<Lines>; 3],
 }
 
@@ -91,6 +106,7 @@ impl ClothMesh {
             fabric_rows: None,
             strands: (!strands.is_empty()).then(|| Lines::new(gpu, &strands)),
             wires: None,
+            threads: None,
             springs: [const { None }; 3],
         }
     }
@@ -130,6 +146,9 @@ impl ClothMesh {
         }
         if overlays.wires && self.wires.is_none() {
             self.wires = Some(self.edge_lines(gpu));
+        }
+        if overlays.threads && self.threads.is_none() {
+            self.threads = Some(self.thread_lines(gpu));
         }
         for (slot, class, colour) in [
             (0, SpringClass::Stretch, STRETCH),
@@ -187,6 +206,19 @@ impl ClothMesh {
         Lines::new(gpu, &ends)
     }
 
+    fn thread_lines(&self, gpu: &Gpu) -> Lines {
+        let threads: Vec<Thread> = ThreadMap::new(&self.model)
+            .segments()
+            .map(|segment| Thread {
+                corners: self.model.triangles()[segment.triangle as usize],
+                weights: segment.ends.map(|weights| weights.map(|weight| weight as f32)),
+                colour: colour_bytes(segment.direction.colour()),
+            })
+            .collect();
+        let buffer = gpu.buffer("threads", &threads, wgpu::BufferUsages::VERTEX);
+        Lines { ends: buffer, count: threads.len() as u32 }
+    }
+
     fn spring_lines(&self, gpu: &Gpu, class: SpringClass, colour: [u8; 4]) -> Lines {
         let springs = self.model.springs();
         let of_class = springs.iter().filter(|s| springs.kinds()[s.kind as usize].class == class);
@@ -212,6 +244,13 @@ impl ClothMesh {
     pub(super) fn draw_surface(&self, pass: &mut wgpu::RenderPass<'_>) {
         pass.set_index_buffer(self.triangles.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(0..3 * self.model.triangles().len() as u32, 0, 0..1);
+    }
+
+    pub(super) fn draw_threads(&self, pass: &mut wgpu::RenderPass<'_>) {
+        if let Some(threads) = self.threads.as_ref().filter(|threads| threads.count > 0) {
+            pass.set_vertex_buffer(0, threads.ends.slice(..));
+            pass.draw(0..4, 0..threads.count);
+        }
     }
 
     pub(super) fn draw_lines(&self, pass: &mut wgpu::RenderPass<'_>, overlays: Overlays) {

@@ -192,6 +192,10 @@ impl Renderer {
         pass.set_pipeline(&self.pipelines.solid);
         self.solids.draw_floors(&mut pass);
         pass.set_bind_group(1, &groups.positions, &[]);
+        if overlays.threads {
+            pass.set_pipeline(&self.pipelines.thread);
+            mesh.draw_threads(&mut pass);
+        }
         pass.set_pipeline(&self.pipelines.line_particle);
         mesh.draw_lines(&mut pass, overlays);
         pass.set_pipeline(&self.pipelines.line_place);

@@ -1,7 +1,7 @@
 //! What is drawn on top of the cloth: discs and lines.
 
 use cloth::{
-    io::{PictureDust, PictureGrain},
+    io::{PictureDust, PictureGrain, PictureLegend, PictureStrain, PictureStyle},
     wgpu::wgpu,
 };
 
@@ -21,6 +21,8 @@ pub struct Overlays {
     pub strain: bool,
     /// Relative elongation shown in red.
     pub strain_scale: f64,
+    /// Lines on fabric along warp and weft.
+    pub threads: bool,
     /// Particles that are held.
     pub pins: bool,
     /// Particles in contact with a collider or another particle; found on the host, which fetches the state for them.
@@ -36,11 +38,32 @@ impl Default for Overlays {
             wires: false,
             springs: [false; 3],
             strain: false,
-            strain_scale: 0.1,
+            strain_scale: PictureStrain::SCALE,
+            threads: false,
             pins: false,
             contacts: false,
             bins: false,
         }
+    }
+}
+
+impl Overlays {
+    /// What pictures in this look show on the cloth.
+    #[must_use]
+    pub fn of_style(style: &PictureStyle) -> Self {
+        let strain = style.overlays.strain.as_ref();
+        Self {
+            strain: strain.is_some(),
+            strain_scale: strain.map_or(PictureStrain::SCALE, |strain| strain.scale),
+            threads: style.overlays.legend().threads,
+            ..Self::default()
+        }
+    }
+
+    /// What explains the colours and lines on the cloth.
+    #[must_use]
+    pub fn legend(self) -> PictureLegend {
+        PictureLegend { strain: self.strain.then_some(self.strain_scale), threads: self.threads }
     }
 }
 

@@ -22,6 +22,7 @@ pub(super) struct Pipelines {
     pub(super) cloth: wgpu::RenderPipeline,
     pub(super) line_particle: wgpu::RenderPipeline,
     pub(super) line_place: wgpu::RenderPipeline,
+    pub(super) thread: wgpu::RenderPipeline,
     pub(super) point: wgpu::RenderPipeline,
 }
 
@@ -79,6 +80,7 @@ impl Pipelines {
         let solid = shader("solid", &[VIEW, LIGHT, include_str!("shaders/solid.wgsl")]);
         let sky = shader("sky", &[VIEW, LIGHT, include_str!("shaders/sky.wgsl")]);
         let line = shader("line", &[VIEW, include_str!("shaders/line.wgsl")]);
+        let thread = shader("thread", &[VIEW, include_str!("shaders/thread.wgsl")]);
         let point = shader("point", &[VIEW, include_str!("shaders/point.wgsl")]);
         let shadow_cloth = shader("shadow", &[VIEW, include_str!("shaders/shadow_cloth.wgsl")]);
         let shadow_solid = shader("shadow", &[VIEW, include_str!("shaders/shadow_solid.wgsl")]);
@@ -93,6 +95,13 @@ impl Pipelines {
         let disc_attributes = wgpu::vertex_attr_array![
             0 => Float32x3, 1 => Uint32, 2 => Unorm8x4, 3 => Float32
         ];
+        let thread_attributes = wgpu::vertex_attr_array![
+            0 => Uint32x3, 1 => Float32x3, 2 => Float32x3, 3 => Unorm8x4
+        ];
+        let thread_buffer = wgpu::VertexBufferLayout {
+            step_mode: wgpu::VertexStepMode::Instance,
+            ..vertices(40, &thread_attributes)
+        };
         let disc_buffer = wgpu::VertexBufferLayout {
             step_mode: wgpu::VertexStepMode::Instance,
             ..vertices(24, &disc_attributes)
@@ -176,6 +185,18 @@ impl Pipelines {
                     entry: "vertex_place",
                     buffers: &[Some(vertices(20, &place_attributes))],
                     ..line_stage
+                },
+            ),
+            thread: picture(
+                device,
+                &PictureStage {
+                    label: "thread",
+                    shader: &thread,
+                    groups: &with_positions,
+                    buffers: &[Some(thread_buffer)],
+                    topology: wgpu::PrimitiveTopology::TriangleStrip,
+                    behind: false,
+                    ..stage
                 },
             ),
             point: picture(

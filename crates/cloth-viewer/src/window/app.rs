@@ -313,7 +313,7 @@ impl ViewerApp {
 
     fn request(&mut self, context: &Context, request: PanelRequest) {
         match request {
-            PanelRequest::Command(command) => self.simulation.send(command),
+            PanelRequest::Command(command) => self.simulation.send(*command),
             PanelRequest::Builtin(name) => self.open(Source::open(name)),
             PanelRequest::Word(word) => self.open(Source::open(&word)),
             PanelRequest::FileDialog => self.dialog(context, false),
@@ -354,6 +354,11 @@ impl ViewerApp {
                 aspect: Some(subject.style.aspect()),
                 frames_per_second: subject.frames_per_second,
             });
+            if !subject.style.overlays.is_empty() {
+                let Overlays { strain, strain_scale, threads, .. } =
+                    Overlays::of_style(&subject.style);
+                self.overlays = Overlays { strain, strain_scale, threads, ..self.overlays };
+            }
             self.graphs.clear();
             self.messages.dismiss();
             self.edited = None;

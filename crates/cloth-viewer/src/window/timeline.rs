@@ -56,7 +56,7 @@ pub(super) fn timeline(ui: &mut Ui, snapshot: &Snapshot) -> Vec<PanelRequest> {
     let Snapshot { frame, time, paused, recorded, kept, is_past, .. } = *snapshot;
     let view = View::of(frame, recorded, kept, is_past);
     let mut requests = Vec::new();
-    let mut ask = |command| requests.push(PanelRequest::Command(command));
+    let mut ask = |command| requests.push(PanelRequest::Command(Box::new(command)));
     ui.horizontal(|ui| {
         let play =
             if paused { (Icon::Play, "Play (space)") } else { (Icon::Pause, "Pause (space)") };

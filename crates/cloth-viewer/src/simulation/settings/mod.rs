@@ -121,7 +121,7 @@ impl Settings {
         scene.wind = self.air;
         // What nobody changed may have been chosen, and stays so.
         if self.contact != original.contact {
-            scene.contact = Some(self.contact.unwrap_or(SceneContact::NONE));
+            scene.contact = Some(self.contact.clone().unwrap_or(SceneContact::NONE));
         }
         surroundings::surfaces_apply(&self.surfaces, &mut scene);
         scene

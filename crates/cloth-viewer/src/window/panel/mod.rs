@@ -19,7 +19,7 @@ use crate::{ClipFormat, Command, Overlays, Settings};
 
 /// What the panel asks for.
 pub(super) enum PanelRequest {
-    Command(Command),
+    Command(Box<Command>),
     /// A built-in scene by its name.
     Builtin(&'static str),
     /// What was typed, as in [`Source::open`](crate::Source::open).

@@ -19,8 +19,12 @@ pub(super) fn show(ui: &mut Ui, view: &mut PanelView<'_>) -> Vec<PanelRequest> {
             overlays.strain_scale * 100.0
         });
         let percent = percent.range(0.1..=1000.0).speed(0.1).max_decimals(1).suffix(" %");
-        ui.add(percent).on_hover_text("Relative elongation of the threads");
+        ui.add(percent).on_hover_text(
+            "Relative elongation: larger principal stretch of fabric, length of springs",
+        );
     });
+    ui.checkbox(&mut overlays.threads, "warp and weft")
+        .on_hover_text("Lines on fabric along its threads: warp dark, weft light");
     ui.checkbox(&mut overlays.pins, "pins").on_hover_text("Particles that are held");
     ui.checkbox(&mut overlays.contacts, "contacts")
         .on_hover_text("Particles that touch something; found on the host");
