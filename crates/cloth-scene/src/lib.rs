@@ -35,15 +35,16 @@ pub use fabrics::{FabricSource, MeasuredFabric, SheetError, fabric_sheet_read, m
 pub use scene::{
     Scene, SceneAction, SceneAdaptive, SceneAerodynamics, SceneAnimation, SceneAttachment,
     SceneBend, SceneBounds, SceneCloth, SceneCollider, SceneColour, SceneContact,
-    SceneContactResponse, SceneDust, SceneElastic, SceneEvent, SceneFabricDamping, SceneField,
-    SceneFold, SceneGeometry, SceneGrid, SceneGust, SceneImplicit, SceneInflation, SceneJoint,
-    SceneKeyframe, SceneMap, SceneMapOf, SceneMass, SceneMaterial, SceneMesh, SceneMeshing,
-    SceneMidpoint, SceneModel, SceneNetwork, SceneOrigin, ScenePanel, ScenePanels, ScenePattern,
-    ScenePatternSource, ScenePhase, ScenePiece, ScenePin, ScenePinAttribute, ScenePinch,
-    ScenePrecision, ScenePrototype, SceneRigid, SceneRigidJoint, SceneRigidJointKind,
-    SceneRigidShape, SceneRotation, SceneSeam, SceneSeamEnd, SceneSeamPoint, SceneSemiImplicit,
-    SceneShape, SceneSimulation, SceneSolidMesh, SceneSolver, SceneSpring, SceneSpringClass,
-    SceneStart, SceneStencil, SceneStrainLimit, SceneTriangles, SceneView, SceneWind,
+    SceneContactResponse, SceneContactRule, SceneDust, SceneElastic, SceneEvent,
+    SceneFabricDamping, SceneField, SceneFold, SceneGeometry, SceneGrid, SceneGust, SceneImplicit,
+    SceneInflation, SceneJoint, SceneKeyframe, SceneMap, SceneMapOf, SceneMass, SceneMaterial,
+    SceneMesh, SceneMeshing, SceneMidpoint, SceneModel, SceneNetwork, SceneOrigin, ScenePanel,
+    ScenePanels, ScenePattern, ScenePatternSource, ScenePhase, ScenePiece, ScenePin,
+    ScenePinAttribute, ScenePinch, ScenePrecision, ScenePrototype, SceneRigid, SceneRigidJoint,
+    SceneRigidJointKind, SceneRigidShape, SceneRotation, SceneSeam, SceneSeamEnd, SceneSeamPoint,
+    SceneSemiImplicit, SceneShape, SceneSimulation, SceneSolidMesh, SceneSolver, SceneSpring,
+    SceneSpringClass, SceneStart, SceneStencil, SceneStrainLimit, SceneTriangles, SceneView,
+    SceneWind,
 };
 pub use schema::{scene_reference, scene_schema};
 pub use timeline::Timeline;

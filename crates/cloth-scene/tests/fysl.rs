@@ -17,7 +17,7 @@ const FULL: &str = r##"<?xml version="1.0" encoding="UTF-8"?>
 <fysl version="1.0">
   <scene name="full &amp; &lt;whole&gt;" description="two&#10;lines" units="SI" gravity="0 -9.81 0.5" frame_rate="49">
     <bounds min="-1 -2 -3" max="1 2 3"/>
-    <view eye="1 2 3" target="0 0.5 0" field_of_view="35"><dust count="10" min="-1 0 -1" max="1 0.5 1" lifetime="2"/></view>
+    <view eye="1 2 3" target="0 0.5 0" field_of_view="35" strain="0.05" threads="true"><dust count="10" min="-1 0 -1" max="1 0.5 1" lifetime="2"/></view>
     <wind velocity="1 0 2" density="1.25"><gust amplitude="0.5" frequency="2"/></wind>
     <contact distance="0.01"><impulse restitution="0.5" friction="0.25"/></contact>
   </scene>

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use cloth_core::{ClothRange, ColliderShape, Model, Pose, SpringClass, StrainGauge, TextureMap};
 use cloth_io::{
-    Bounds, Camera, FrameSolids, PictureShape, PictureShapes, PictureStyle, Topology, TopologyCloth,
+    Bounds, Camera, FrameSolids, PictureOverlays, PictureShape, PictureShapes, PictureStyle,
+    Topology, TopologyCloth,
 };
 use cloth_scene::{CompiledScene, SceneView};
 
@@ -83,7 +84,7 @@ fn texture(scene: &CompiledScene) -> Option<TextureMap> {
     any.then_some(merged)
 }
 
-/// How pictures of `scene` look: its camera, the colours of its cloths, its colliders as they move, its dust.
+/// How pictures of `scene` look: its camera, the colours of its cloths and what is shown on them, its colliders as they move, its dust.
 /// A scene without a camera is seen whole, as it is at the start and with room to fall, so that
 /// every picture of a run, resumed or not, has the same view.
 #[must_use]
@@ -95,6 +96,9 @@ pub fn picture_style(scene: &CompiledScene) -> PictureStyle {
     style.cloth_colors = colours.collect();
     style.shapes = shapes(scene);
     style.dust = picture_dust(scene);
+    if let Some(view) = &scene.view {
+        style.overlays = PictureOverlays::new(&scene.model, view.strain, view.threads);
+    }
     style.camera = Some(match &scene.view {
         Some(view) => camera(view),
         None => Camera::fit(&bounds(&scene.model, &style.shapes), style.aspect()),

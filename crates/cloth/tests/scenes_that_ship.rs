@@ -61,6 +61,7 @@ fn picture(simulation: &mut Simulation, folder: &Path, file: &str) {
             }],
             shapes: &picture_shapes(&scene.model, simulation.colliders(), time),
             dust: &[],
+            overlays: None,
         },
         style.camera.as_ref().unwrap(),
         &style,

@@ -22,12 +22,11 @@ pub(crate) fn semi_implicit_solve(
     }
     if model.has_fabric() {
         let fabric = FabricMatrix::constant(model);
-        for i in 0..particles.len() {
-            for (&j, entry) in
-                fabric.neighbours().row(i).iter().zip(&fabric.entries()[fabric.row(i)])
-            {
+        for (i, sum) in sums.iter_mut().enumerate() {
+            let entries = &fabric.entries()[fabric.row(i)];
+            for (&j, entry) in fabric.neighbours().row(i).iter().zip(entries) {
                 let difference = particles.velocities[j as usize] - particles.velocities[i];
-                sums[i] -= difference.scaled(entry.stiffness);
+                *sum -= difference.scaled(entry.stiffness);
             }
         }
     }

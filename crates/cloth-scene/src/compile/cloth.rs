@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use cloth_core::{Cloth, ClothMaterial, Geometry, TriangleMesh};
+use cloth_core::{Cloth, ClothMaterial, ContactMap, Geometry, TriangleMesh};
 
 use crate::{Scene, SceneCloth, SceneError, SceneGeometry, SceneModel};
 
@@ -13,16 +13,27 @@ use super::{
     seam::{self, Sewn},
 };
 
-/// The cloth for the model, and the names of its sets of particles. What is worth knowing of it goes to `notes`.
+/// A cloth for the model, and what else was said of it.
+pub(super) struct DescribedCloth {
+    pub(super) cloth: Cloth,
+    /// Names of its sets of particles.
+    pub(super) sets: PinSets,
+    /// Its own stitches.
+    pub(super) stitches: Sewn,
+    /// What maps make of its contact.
+    pub(super) contact: Option<ContactMap>,
+}
+
+/// The cloth for the model. What is worth knowing of it goes to `notes`.
 pub(super) fn compile(
     (scene, check): (&Scene, &Check<'_>),
     index: usize,
     cloth: &SceneCloth,
     options: &CompileOptions,
     notes: &mut Vec<String>,
-) -> Result<(Cloth, PinSets, Sewn), SceneError> {
+) -> Result<DescribedCloth, SceneError> {
     let key = format!("cloth[{index}]");
-    let is_fabric = cloth.model_chosen(scene.simulation.solver_given()) == SceneModel::Fabric;
+    let is_fabric = cloth.model_chosen() == SceneModel::Fabric;
     if !is_fabric {
         fabric::fabric_alone(check, &key, cloth)?;
     }
@@ -102,6 +113,7 @@ pub(super) fn compile(
         }
         Geometry::Grid(_) | Geometry::Network(_) => Sewn::default(),
     };
+    let mut contact = None;
     let material: ClothMaterial = match &mut geometry {
         Geometry::Mesh(mesh) if is_fabric => {
             mesh.folds = fold::compile(check, &key, cloth, (mesh, &sets))?;
@@ -109,6 +121,7 @@ pub(super) fn compile(
             let maps = &cloth.material.maps;
             if !maps.is_empty() {
                 mesh.panels = map::compile(check, &key, (maps, &material.fabric), (mesh, &sets))?;
+                contact = map::contact(check, (&key, &cloth.name), maps, (mesh, &sets))?;
             }
             material.into()
         }
@@ -133,7 +146,8 @@ pub(super) fn compile(
     }
     pins.extend(attachment::held(scene, check, &cloth.name, &sets)?);
     let name = cloth.name.clone();
-    Ok((Cloth { name, geometry, material, pins, velocity: cloth.velocity }, sets, stitches))
+    let cloth = Cloth { name, geometry, material, pins, velocity: cloth.velocity };
+    Ok(DescribedCloth { cloth, sets, stitches, contact })
 }
 
 impl CompiledCloth {

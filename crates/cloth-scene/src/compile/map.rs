@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use cloth_core::{
-    PanelFabrics, TriangleMesh,
+    ContactMap, PanelFabrics, TriangleMesh,
     fabric::{Fabric, FabricScale},
 };
 
@@ -44,6 +44,48 @@ fn values(
     Ok(found)
 }
 
+/// The value of each vertex for one of the maps of the cloth at `key`, whose factors are checked.
+fn checked_values(
+    check: &Check<'_>,
+    key: &str,
+    (index, map): (usize, &SceneMap),
+    (mesh, sets): (&TriangleMesh, &PinSets),
+) -> Result<Vec<f64>, SceneError> {
+    let key = format!("{key}.material.maps[{index}]");
+    let range = format!("{key}.range");
+    check.finite(&range, &map.range)?;
+    if let Some(factor) = map.range.iter().find(|factor| **factor < FACTOR_MIN) {
+        let problem = format!("is {factor}: a factor is at least {FACTOR_MIN}");
+        return Err(check.error(&range, &problem));
+    }
+    values(check, &format!("{key}.by"), &map.by, (mesh, sets))
+}
+
+/// What maps make of contact at the vertices of the cloth at `key`; nothing if none is about it.
+pub(super) fn contact(
+    check: &Check<'_>,
+    (key, cloth): (&str, &str),
+    maps: &[SceneMap],
+    (mesh, sets): (&TriangleMesh, &PinSets),
+) -> Result<Option<ContactMap>, SceneError> {
+    let mut found = ContactMap { cloth: cloth.to_owned(), ..ContactMap::default() };
+    for (index, map) in maps.iter().enumerate() {
+        let factors = match map.of {
+            SceneMapOf::Thickness => &mut found.distance,
+            SceneMapOf::Friction => &mut found.friction,
+            _ => continue,
+        };
+        let values = checked_values(check, key, (index, map), (mesh, sets))?;
+        let [low, high] = map.range;
+        factors.resize(values.len(), 1.0);
+        for (factor, value) in factors.iter_mut().zip(values) {
+            *factor *= low + (high - low) * value;
+        }
+    }
+    let is_empty = found.distance.is_empty() && found.friction.is_empty();
+    Ok((!is_empty).then_some(found))
+}
+
 /// The fabrics of all triangles of the cloth at `key` of the fabric `base`, as its panels and maps say.
 pub(super) fn compile(
     check: &Check<'_>,
@@ -54,14 +96,11 @@ pub(super) fn compile(
     // Of each triangle the step of every map.
     let mut steps = vec![Vec::with_capacity(maps.len()); mesh.triangles.len()];
     for (index, map) in maps.iter().enumerate() {
-        let key = format!("{key}.material.maps[{index}]");
-        let range = format!("{key}.range");
-        check.finite(&range, &map.range)?;
-        if let Some(factor) = map.range.iter().find(|factor| **factor < FACTOR_MIN) {
-            let problem = format!("is {factor}: a factor is at least {FACTOR_MIN}");
-            return Err(check.error(&range, &problem));
+        if matches!(map.of, SceneMapOf::Thickness | SceneMapOf::Friction) {
+            steps.iter_mut().for_each(|steps| steps.push(0));
+            continue;
         }
-        let values = values(check, &format!("{key}.by"), &map.by, (mesh, sets))?;
+        let values = checked_values(check, key, (index, map), (mesh, sets))?;
         for (triangle, steps) in mesh.triangles.iter().zip(&mut steps) {
             let of = |i: u32| values.get(i as usize).copied().unwrap_or_default();
             let mean = triangle.iter().map(|&i| of(i)).sum::<f64>() / 3.0;
@@ -101,6 +140,7 @@ fn scale(maps: &[SceneMap], steps: &[u8]) -> FabricScale {
             SceneMapOf::Bend => &mut scale.bend,
             SceneMapOf::Mass => &mut scale.density,
             SceneMapOf::Damping => &mut scale.damping,
+            SceneMapOf::Thickness | SceneMapOf::Friction => continue,
         } *= factor;
     }
     scale

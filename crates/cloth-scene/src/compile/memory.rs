@@ -65,8 +65,7 @@ impl Scene {
         let mut estimate = MemoryEstimate::default();
         let (mut springs, mut fabric) = (0_u64, false);
         for cloth in &self.cloths {
-            let is_fabric =
-                cloth.model_chosen(self.simulation.solver_given()) == SceneModel::Fabric;
+            let is_fabric = cloth.model_chosen() == SceneModel::Fabric;
             let (particles, mut springs_each, mut building) = match &cloth.geometry {
                 SceneGeometry::Grid(grid) if is_fabric => {
                     let corners = u64::from(grid.columns) * u64::from(grid.rows);

@@ -159,8 +159,9 @@ impl Scene {
         let mut within = seam::Sewn::default();
         let mut surfaces = ClothSurfaces::default();
         for (index, described) in self.cloths.iter().enumerate() {
-            let (cloth, sets, stitches) =
+            let cloth::DescribedCloth { cloth, sets, stitches, contact } =
                 cloth::compile((self, &check), index, described, options, &mut notes)?;
+            builder = contact.into_iter().fold(builder, ModelBuilder::contact_map);
             within.extend(stitches);
             cloths.push(CompiledCloth::new(described, &cloth));
             if let Some(inflate) = &described.inflate {
@@ -181,6 +182,8 @@ impl Scene {
         }
         if let Some(contact) = settings::contact(self, &cloths, &mut notes) {
             builder = builder.self_contact(contact);
+            let rules = self.contact.iter().flat_map(|contact| &contact.rules);
+            builder = rules.map(settings::contact_rule).fold(builder, ModelBuilder::contact_rule);
         }
         let seams = seam::compile(self, &check, within)?;
         builder = seams.into_iter().fold(builder, ModelBuilder::seam);

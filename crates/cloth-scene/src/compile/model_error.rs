@@ -23,6 +23,9 @@ pub(super) fn place(scene: &Scene, source: ModelError) -> SceneError {
             _ => format!("{table}.pattern"),
         },
         ModelError::Seam(_) => table.clone(),
+        ModelError::ContactOfNothing { .. }
+        | ModelError::ContactOfPlane { .. }
+        | ModelError::ContactBetween { .. } => format!("{table}.between"),
         ModelError::PatternMissing { .. } => format!("{table}.pattern.from"),
         _ => format!("{table}.geometry"),
     };
@@ -31,6 +34,10 @@ pub(super) fn place(scene: &Scene, source: ModelError) -> SceneError {
 
 /// The table of the scene that `message` is about.
 fn table(scene: &Scene, message: &str) -> String {
+    let rules = scene.contact.as_ref().map_or(0, |contact| contact.rules.len());
+    if let Some(rule) = (0..rules).find(|i| message.contains(&format!("rule {i} of contact"))) {
+        return format!("contact.rule[{rule}]");
+    }
     // The later of two things with the same name is the one to rename, so look from the end.
     let cloth = scene.cloths.iter().rposition(|cloth| {
         let name = &cloth.name;

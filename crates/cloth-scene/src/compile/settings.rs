@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Air, ContactResponse, Field, FieldAxes, FieldError, FieldProgram, Gust, ModelBuilder, Pinch,
-    Precision, SelfContact, SolverConfig, SpringClass, StrainLimit,
+    Air, ContactResponse, ContactRule, Field, FieldAxes, FieldError, FieldProgram, Gust,
+    ModelBuilder, Pinch, Precision, SelfContact, SolverConfig, SpringClass, StrainLimit,
 };
 
 use crate::{
-    CompiledCloth, Scene, SceneContact, SceneContactResponse, SceneDust, SceneError, SceneField,
-    ScenePinch, ScenePrecision, SceneSolver, SceneSpringClass, SceneView, SolverChoice,
+    CompiledCloth, Scene, SceneContact, SceneContactResponse, SceneContactRule, SceneDust,
+    SceneError, SceneField, ScenePinch, ScenePrecision, SceneSolver, SceneSpringClass, SceneView,
+    SolverChoice,
 };
 
 use super::{Check, model_error, solver};
@@ -131,7 +132,11 @@ pub(super) fn surroundings(
 fn contact_check(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
     let Some(contact) = &scene.contact else { return Ok(()) };
     let is_of_triangles = matches!(contact.response, SceneContactResponse::Triangles { .. });
-    let asked = [("pinch", contact.pinch != ScenePinch::Refuse), ("recover", contact.recover)];
+    let asked = [
+        ("pinch", contact.pinch != ScenePinch::Refuse),
+        ("recover", contact.recover),
+        ("rule", !contact.rules.is_empty()),
+    ];
     if let Some((key, _)) = asked.into_iter().find(|(_, is_given)| *is_given && !is_of_triangles) {
         let problem = "is of contact of triangles: leave `response` out, or take this key out";
         return Err(check.error(&format!("contact.{key}"), problem));
@@ -149,6 +154,12 @@ fn contact_check(scene: &Scene, check: &Check<'_>) -> Result<(), SceneError> {
         return Err(check.error("contact", problem));
     }
     Ok(())
+}
+
+/// A rule of contact.
+pub(super) fn contact_rule(rule: &SceneContactRule) -> ContactRule {
+    let SceneContactRule { between, distance, friction, forces } = rule.clone();
+    ContactRule { between, distance, friction, without_forces: !forces }
 }
 
 /// Contact of cloths, and what is worth knowing of it if it was chosen.
@@ -190,6 +201,9 @@ pub(super) fn view_check(view: &SceneView, check: &Check<'_>) -> Result<(), Scen
     check.positive("view.field_of_view", view.field_of_view)?;
     if view.field_of_view >= 180.0 {
         return Err(check.error("view.field_of_view", "must be less than 180 degrees"));
+    }
+    if let Some(strain) = view.strain {
+        check.positive("view.strain", strain)?;
     }
     if view.eye == view.target {
         return Err(check.error("view.target", "is where the eye is: move one of them"));

@@ -15,7 +15,7 @@ pub struct SceneCloth {
     /// Name, unique among the cloths; `cloth`, `cloth 2`, `cloth 3` and so on if not given.
     #[serde(default)]
     pub name: String,
-    /// `fabric` or `springs`; if not given, fabric where `material` has a sheet or a preset, unless it or the grid says what only springs have, or the solver is semi-implicit.
+    /// `fabric` or `springs`; if not given, fabric where `material` has a sheet or a preset, unless it or the grid says what only springs have.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub model: Option<SceneModel>,
     /// Velocity of all its particles at the start \[m/s\]; zero if not given.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{Scene, SceneGeometry, SceneModel, SceneSolver};
 
 /// Contact of all cloths with themselves and each other.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneContact {
@@ -26,6 +26,34 @@ pub struct SceneContact {
     /// contact keeps apart what is apart. `layer` of cloths helps. For contact of triangles.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub recover: bool,
+    /// Objects that touch in another way than this; the last entry that is about two objects and says something of them counts. For contact of
+    /// triangles.
+    #[serde(default, rename = "rule", skip_serializing_if = "Vec::is_empty")]
+    pub rules: Vec<SceneContactRule>,
+}
+
+/// How two objects touch. Whatever it says, they do not go through each other.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct SceneContactRule {
+    /// Names of two cloths or colliders, which may be one cloth; one name is for the contact of that object with everything.
+    pub between: Vec<String>,
+    /// Distance at which forces begin \[m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
+    pub distance: Option<f64>,
+    /// Coulomb friction coefficient.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(range(min = 0.0)))]
+    pub friction: Option<f64>,
+    /// Whether they push each other apart and rub, as they do if not given; without, they only stop where they would intersect.
+    #[serde(default = "forces_default", skip_serializing_if = "Clone::clone")]
+    pub forces: bool,
+}
+
+const fn forces_default() -> bool {
+    true
 }
 
 impl SceneContact {
@@ -35,6 +63,7 @@ impl SceneContact {
         response: SceneContactResponse::None,
         pinch: ScenePinch::Refuse,
         recover: false,
+        rules: Vec::new(),
     };
 
     /// The distance of contact of triangles that is not given \[m\]: for cloths with this least distance of neighbouring particles and this
@@ -57,7 +86,7 @@ impl Scene {
     pub fn contact_chosen(&self) -> Option<SceneContact> {
         let solver = self.simulation.solver_given();
         let has_fabric =
-            || self.cloths.iter().any(|cloth| cloth.model_chosen(solver) == SceneModel::Fabric);
+            || self.cloths.iter().any(|cloth| cloth.model_chosen() == SceneModel::Fabric);
         let is_network = |geometry: &SceneGeometry| matches!(geometry, SceneGeometry::Network(_));
         // A network has no triangles that could touch, and the midpoint integrator has no contact of triangles.
         let touches = || {
@@ -65,8 +94,10 @@ impl Scene {
                 && has_fabric()
                 && !self.cloths.iter().any(|cloth| is_network(&cloth.geometry))
         };
-        match self.contact {
-            Some(contact) => (contact.response != SceneContactResponse::None).then_some(contact),
+        match &self.contact {
+            Some(contact) => {
+                (contact.response != SceneContactResponse::None).then(|| contact.clone())
+            }
             None => touches().then(SceneContact::default),
         }
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{SceneCloth, SceneGeometry, SceneSolver};
+use super::{SceneCloth, SceneGeometry};
 use crate::MeasuredFabric;
 
 /// What holds a cloth together.
@@ -17,11 +17,10 @@ pub enum SceneModel {
 }
 
 impl SceneCloth {
-    /// The model of this cloth in a scene with this solver: the one that the scene gives. Else fabric for a laboratory sheet and for a preset, but
-    /// springs where a preset that springs have as well is followed by what only these have, or by the semi-implicit solver; and springs for
-    /// all else.
+    /// The model of this cloth: the one that the scene gives. Else fabric for a laboratory sheet and for a preset, but
+    /// springs where a preset that springs have as well is followed by what only these have; and springs for all else.
     #[must_use]
-    pub fn model_chosen(&self, solver: Option<SceneSolver>) -> SceneModel {
+    pub fn model_chosen(&self) -> SceneModel {
         let material = &self.material;
         let is_network = matches!(self.geometry, SceneGeometry::Network(_));
         match (self.model, &material.preset) {
@@ -29,9 +28,7 @@ impl SceneCloth {
             _ if is_network => SceneModel::Springs,
             _ if material.sheet.is_some() => SceneModel::Fabric,
             (None, Some(preset)) if cloth_core::MaterialPreset::find(preset).is_some() => {
-                let is_of_springs = material.springs_key().is_some()
-                    || self.stencil_is_given()
-                    || solver == Some(SceneSolver::SemiImplicit);
+                let is_of_springs = material.springs_key().is_some() || self.stencil_is_given();
                 if is_of_springs { SceneModel::Springs } else { SceneModel::Fabric }
             }
             (None, Some(preset)) if MeasuredFabric::find(preset).is_ok() => SceneModel::Fabric,

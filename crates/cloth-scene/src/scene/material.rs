@@ -45,7 +45,7 @@ pub struct SceneMaterial {
     /// Coefficients of the force of the air.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub aerodynamics: Option<SceneAerodynamics>,
-    /// Where fabric is stiffer, heavier or more damped than elsewhere.
+    /// Where fabric is stiffer, heavier, more damped, thicker or rougher than elsewhere.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub maps: Vec<SceneMap>,
 }
@@ -78,6 +78,10 @@ pub enum SceneMapOf {
     Mass,
     /// Damping of stretching and bending.
     Damping,
+    /// Distance at which contact of triangles begins; two sides have the mean of both. It is not in steps.
+    Thickness,
+    /// Friction of contact of triangles; two sides have the product of both. It is not in steps.
+    Friction,
 }
 
 impl SceneMaterial {

@@ -33,7 +33,7 @@ pub use cloth::{
 };
 pub use collider::{SceneAnimation, SceneCollider, SceneKeyframe, SceneShape};
 pub use colour::SceneColour;
-pub use contact::{SceneContact, SceneContactResponse, ScenePinch};
+pub use contact::{SceneContact, SceneContactResponse, SceneContactRule, ScenePinch};
 pub use environment::{SceneField, SceneGust, SceneWind};
 pub use event::{SceneAction, SceneEvent};
 pub use fabric::{

@@ -15,6 +15,14 @@ pub struct SceneView {
     #[serde(default = "field_of_view_default")]
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 180.0)))]
     pub field_of_view: f64,
+    /// Colours of cloth by how far it is stretched, in place of its own: the relative elongation that is shown in red, such as 0.1, above 0. The larger
+    /// principal stretch of fabric less 1; length of springs over that at rest less 1. Cloth has its colour if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
+    pub strain: Option<f64>,
+    /// Lines on fabric along its warp (dark) and its weft (light); springs have none. False if not given.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub threads: bool,
     /// Dust that shows how the air moves; none if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dust: Option<SceneDust>,

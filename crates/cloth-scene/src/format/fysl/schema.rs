@@ -141,6 +141,8 @@ static VIEW: Element = Element {
         required("eye", "eye", Vector),
         required("target", "target", Vector),
         same("field_of_view", Number),
+        same("strain", Number),
+        same("threads", Switch),
     ],
     children: &[&DUST],
     ..EMPTY
