@@ -30,12 +30,13 @@ impl Factorisation {
         Self { rows: held.iter().map(row).collect(), size, symbolic: None }
     }
 
-    /// The solution for all particles, zero for those that are held. `None` if the matrix is not positive definite to rounding, or a number
+    /// The solution for all particles, zero for those that are held, with a diagonal that is larger by the share `shift`. `None` if the matrix is not positive definite to rounding, or a number
     /// is not finite.
     pub(super) fn solve(
         &mut self,
         blocks: &[MatrixBlock],
         right_side: &[[f64; 3]],
+        shift: f64,
     ) -> Option<Vec<[f64; 3]>> {
         let mut triplets = Vec::with_capacity(9 * blocks.len());
         for block in blocks {
@@ -49,6 +50,8 @@ impl Factorisation {
                         return None;
                     }
                     if row + i >= column + j {
+                        let is_diagonal = row + i == column + j;
+                        let entry = if is_diagonal { (1.0 + shift) * entry } else { entry };
                         triplets.push(Triplet::new(row + i, column + j, entry));
                     }
                 }
@@ -92,14 +95,33 @@ mod tests {
         ];
         let mut factorisation = Factorisation::new(&[0, 0, 1]);
         for _ in 0..2 {
-            let solution = factorisation.solve(&blocks, &[[1.0; 3], [3.0; 3], [9.0; 3]]).unwrap();
+            let solution =
+                factorisation.solve(&blocks, &[[1.0; 3], [3.0; 3], [9.0; 3]], 0.0).unwrap();
             for (found, expected) in solution.iter().zip([1.0, 1.0, 0.0]) {
                 assert!((found[1] - expected).abs() < 1e-15);
             }
         }
         assert!(
-            factorisation.solve(&[block(0, 0, -1.0), block(1, 1, 1.0)], &[[1.0; 3]; 3]).is_none()
+            factorisation
+                .solve(&[block(0, 0, -1.0), block(1, 1, 1.0)], &[[1.0; 3]; 3], 0.0)
+                .is_none()
         );
-        assert!(Factorisation::new(&[0]).solve(&[block(0, 0, f64::NAN)], &[[1.0; 3]]).is_none());
+        assert!(
+            Factorisation::new(&[0]).solve(&[block(0, 0, f64::NAN)], &[[1.0; 3]], 0.0).is_none()
+        );
+    }
+    /// A chain that is free at both ends has no stiffness against being moved: less than nothing, once rounding has taken from its diagonal.
+    #[test]
+    fn a_shift_mends_what_rounding_took() {
+        let diagonal = |k: f64| [[k, 0.0, 0.0], [0.0, k, 0.0], [0.0, 0.0, k]];
+        let block = |row, column, k| MatrixBlock { row, column, entries: diagonal(k) };
+        let rounded = 1.0 - 1e-8;
+        let blocks =
+            [block(0, 0, rounded), block(0, 1, -1.0), block(1, 0, -1.0), block(1, 1, rounded)];
+        let pull = [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]];
+        let mut factorisation = Factorisation::new(&[0, 0]);
+        assert!(factorisation.solve(&blocks, &pull, 0.0).is_none());
+        let solution = factorisation.solve(&blocks, &pull, 1e-7).unwrap();
+        assert!((solution[0][0] - 0.5).abs() < 1e-6 && (solution[1][0] + 0.5).abs() < 1e-6);
     }
 }

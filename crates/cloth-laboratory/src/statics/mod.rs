@@ -32,6 +32,10 @@ const LENGTHS: [f64; 2] = [0.02, 10.0];
 /// By how much h grows after a step.
 const GROWTH: f64 = 1.8;
 
+/// Shares by which the diagonal is made larger, one after the other, where rounding of a backend in single precision has left a matrix that is not
+/// positive definite: no more than the last one, with which soft modes hardly move.
+const SHIFTS: [f64; 3] = [0.0, 1e-7, 1e-6];
+
 /// Steps below this share of the size of a piece are those of a method that converges.
 const FINE: f64 = 1e-3;
 
@@ -107,7 +111,8 @@ impl Statics {
         implicit::system(&mut *self.kernels, &substep, NewtonStart::StepStart)?;
         self.kernels.matrix_read(&mut self.blocks)?;
         self.kernels.vector_read(LinearVector::RightSide, &mut self.right_side)?;
-        let change = self.factorisation.solve(&self.blocks, &self.right_side);
+        let mut solve = |shift| self.factorisation.solve(&self.blocks, &self.right_side, shift);
+        let change = SHIFTS.into_iter().find_map(&mut solve);
         Ok(change.map(|change| change.iter().map(|y| y.map(|y| h * y)).collect()))
     }
 
