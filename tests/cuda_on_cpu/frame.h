@@ -151,6 +151,11 @@ static void limits_describe(Solver& s, Input& input, uint blocks) {
     }
     s.limit_springs = (const uint2*)list();
     s.limited_springs = (const uint4*)list();
+    s.limited_rows = list();
+    s.stretch_triangles = list();
+    s.stretch_rows = list();
+    s.stretch_colours = length - 1;
+    s.stretch_ratio = input.number();
 }
 
 static Solver solver;

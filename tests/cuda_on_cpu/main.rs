@@ -236,6 +236,17 @@ fn substeps_of_fabric() {
     assert!(stages(&penalty, &["penalty", "fabric", "extras", "many_registers"], None, same));
     let impulses = PatchFrames { impulses: true, ..plain.clone() };
     assert!(stages(&impulses, &["impulses", "fabric", "extras", "many_registers"], None, same));
+    let limited = PatchFrames { sweeps: 2, ..plain.clone() };
+    let with_limits: &'static [&str] = &["limits", "fabric", "extras", "many_registers"];
+    assert!(stages(&limited, with_limits, None, same));
+    for (right, wrong) in [
+        ("sweep < s.limit_sweeps; sweep++", "sweep < s.limit_sweeps; sweep += 2"),
+        ("(stretch - ratio) / total / stretch", "(stretch - ratio) / total"),
+        ("shift[a] = shift[a] + minus(", "shift[a] = shift[a] + ("),
+    ] {
+        let edit = |text: String| replaced(&text, right, wrong);
+        assert!(!stages(&limited, with_limits, None, edit), "`{wrong}` is not found");
+    }
     // A barrier that is not there, derivatives of other vertices, a fold taken the longer way around.
     for (right, wrong) in [
         ("if (!PENALTY) meet();", ""),

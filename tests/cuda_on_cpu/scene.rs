@@ -1,8 +1,8 @@
 //! What the program reads: 32-bit words, whole numbers and single precision numbers, in the order of `frame.h`.
 
 use cloth_core::{
-    ColliderShape, ColourRegions, ContactResponse, FabricTriangle, Incidence, InteractionKind,
-    Model, SelfContact, SpringColouring, State,
+    ColliderShape, ColourRegions, Colouring, ContactResponse, FabricTriangle, Incidence,
+    InteractionKind, Model, SelfContact, SpringColouring, State,
     fabric::{Fabric, Locking, bending::PATCH},
 };
 use harness::checks::PatchFrames;
@@ -62,7 +62,7 @@ pub(crate) fn words(patch: &PatchFrames, region: Option<usize>) -> Vec<u32> {
 }
 
 /// The strain limit: sweeps and colours; for each kind the largest length; regions; then lists that begin with their lengths: the regions, their
-/// particles, rows, springs of regions, and springs by colour.
+/// particles, rows, springs of regions, springs by colour, where each colour begins, the same two of triangles; their largest stretch.
 fn limits(patch: &PatchFrames, model: &Model, region: Option<usize>) -> Vec<u32> {
     let Some(limit) = patch.strain_limit() else { return vec![0] };
     let springs = model.springs();
@@ -87,13 +87,19 @@ fn limits(patch: &PatchFrames, model: &Model, region: Option<usize>) -> Vec<u32>
         *end += springs.len() as u32;
         Some(*end)
     });
-    list(if region.is_some() {
-        regions.rows.clone()
-    } else {
-        [0].into_iter().chain(ends).collect()
-    });
+    list(regions.rows.clone());
     list(regions.springs.iter().flat_map(|&[i, j, kind]| [i | (j << 16), kind]).collect());
     list(colours().flatten().flat_map(|&[i, j, kind]| [i, j, kind, 0]).collect());
+    list([0].into_iter().chain(ends).collect());
+    let triangles = Colouring::of_triangles(model.elements().triangles(), count);
+    let colours = || (0..triangles.len()).map(|colour| triangles.colour(colour));
+    let ends = colours().scan(0, |end, triangles| {
+        *end += triangles.len() as u32;
+        Some(*end)
+    });
+    list(colours().flatten().copied().collect());
+    list([0].into_iter().chain(ends).collect());
+    words.push((limit.ratio as f32).to_bits());
     words
 }
 

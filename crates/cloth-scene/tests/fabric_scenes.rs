@@ -39,7 +39,10 @@ fn the_model_is_what_a_scene_says_or_means() {
     let text = text(&format!("{GRID}material.preset = \"denim\""))
         .replace("[simulation]\nframes = 2\n", solver);
     let scene = Scene::from_toml(&text, "t.toml").unwrap();
-    assert!(is_fabric(&scene.compile(&CompileOptions::default()).unwrap()), "as with other solvers");
+    assert!(
+        is_fabric(&scene.compile(&CompileOptions::default()).unwrap()),
+        "as with other solvers"
+    );
     assert!(!by("material = { preset = \"denim\", shear.stiffness = 5 }"));
     assert!(!by("material = { preset = \"denim\", mass.per_particle = 1e-3 }"));
 }
