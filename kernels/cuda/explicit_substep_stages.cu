@@ -1,7 +1,7 @@
 // The composite stage where more than one pass makes a substep: triangles of fabric, contact by impulses, or strain limiting. A whole
 // frame in one launch, for any model.
 //
-// All blocks are resident. What follows a part reads what other blocks have written, so that all meet after each: the forces of triangles, the
+// All blocks are resident. What follows a part reads what other blocks have written, so that all meet after each: the three parts of the forces of triangles, the
 // pass that sums them, the search for partners, the impulses, each sweep. A part reads one motion and writes the other. With impulses a warp
 // does the pass for a group, whose positions it puts where others look for partners; without, a block does it for its run of particles.
 // Colliders act at the end of the last part, when the thread that stores a particle has it at hand.
@@ -177,10 +177,15 @@ extern "C" __global__ void __launch_bounds__(THREADS, BLOCKS_PER_SM) explicit_fr
         uint contacts = 0;
         bool finite = true;
 #ifdef CLOTH_FABRIC
-        for (uint k = blockIdx.x * THREADS + threadIdx.x; k < s.element_count && !now.stopped; k += gridDim.x * THREADS) {
+        uint own = blockIdx.x * THREADS + threadIdx.x, all = gridDim.x * THREADS;
+        for (uint k = own; k < s.fold_count && !now.stopped; k += all) fold_state_store(s, now.motion, k);
+        meet();
+        for (uint k = own; k < s.element_count && !now.stopped; k += all) {
+            fold_moments_store(s, k);
             membrane_force_store(s, now.motion, k);
-            bending_force_store(s, now.motion, k);
         }
+        meet();
+        for (uint k = own; k < s.fold_count && !now.stopped; k += all) fold_force_store(s, now.motion, k);
         // With penalties all meet before the pass anyway.
         if (!PENALTY) meet();
 #endif

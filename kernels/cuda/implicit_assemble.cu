@@ -135,8 +135,8 @@ extern "C" __global__ void implicit_assemble_fabric(const __grid_constant__ Solv
     if (k == 0) {
         ElementBlock block = element_block(s, l, l.element_rows[i]);
         vec3 right = {0, 0, 0};
-        for (uint k = s.membrane_rows[i], end = s.membrane_rows[i + 1]; k < end; k++) right = right + s.membrane_forces[s.membrane_entries[k]];
-        for (uint k = s.bending_rows[i], end = s.bending_rows[i + 1]; k < end; k++) right = right + s.bending_forces[s.bending_entries[k]];
+        for (uint k = s.membrane_rows[i], end = s.membrane_rows[i + 1]; k < end; k++) right = right + xyz(s.membrane_forces[s.membrane_entries[k]]);
+        for (uint k = s.bending_rows[i], end = s.bending_rows[i + 1]; k < end; k++) right = right + xyz(s.bending_forces[s.bending_entries[k]]);
         const real(*b)[3] = block.entries;
         l.element_sums[i] = {b[0][0], b[1][1], b[2][2], 0};
         l.element_sums[s.count + i] = {b[0][1], b[0][2], b[1][2], 0};

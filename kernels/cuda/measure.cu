@@ -169,8 +169,8 @@ extern "C" __global__ void __launch_bounds__(512) measure_fabric(const __grid_co
         real radius = root(apart * apart + across * across);
         value = (double)root(maximum(mean + radius, (real)0)) - 1.0;
         double stored = (double)fabric_response(s.fabric_laws[triangle.fabric], strain).energy * (double)triangle.area;
-        const BendingPatch& patch = s.patches[number];
-        Plane k = curvature_of(motion, patch, 1, 0, false, nullptr), m = plate_moment(patch.plate, k);
+        Plate plate = plate_of(s, number);
+        Plane k = curvature_of(motion, s.patches[number], plate, 1, 0, false, nullptr), m = plate.moment(k);
         energy = stored + (double)((real)0.5 * (m.uu * k.uu + m.vv * k.vv + m.uv * k.uv));
     }
     values[t] = number < s.element_count ? fabs(value) : 0;

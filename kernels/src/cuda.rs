@@ -92,7 +92,7 @@ macro_rules! shared {
 }
 
 shared! {
-    "shared": "ptx" "real" "solver" "spring" "field" "procedural" "fabric" "air" "collider" "contact" "group" "list" "limit" "sync" "meeting" "build"
+    "shared": "ptx" "real" "solver" "spring" "field" "procedural" "fabric" "bending" "air" "collider" "contact" "group" "list" "limit" "sync" "meeting" "build"
     "substep" "frame",
     "patch": "stencil" "packet" "tile" "flat" "pairs" "strip" "tile_list" "around" "area" "area_expected" "sketch" "area_view" "area_search"
     "far_search" "area_sum" "area_sum_few" "area_sum_many",
@@ -167,8 +167,8 @@ impl CudaModule {
 
     /// Every set of options that backends use: `fast` and the `resident` form of the linear solver are for single precision;
     /// the tiles of `grid` read their springs from the table, or, in single precision, have those of `stencil`; springs that
-    /// are not in the table may be `packed`; kernels with `fabric`, which need many registers, are always with `many_registers`, have all `extras`
-    /// and springs of any kind, so that few of them are built.
+    /// are not in the table may be `packed`; kernels with `fabric` are in one form for all sizes, have all `extras` and springs of any kind, so that few
+    /// of them are built.
     #[must_use]
     pub fn option_sets(&self) -> Vec<Vec<&'static str>> {
         let all: Vec<&str> = COMMON.iter().chain(self.options).copied().collect();
@@ -186,7 +186,7 @@ impl CudaModule {
                 || has("stencil") && !has("grid")
                 || has("packed") && has("table")
                 || has("penalty") && has("impulses")
-                || has("fabric") && (has("packed") || !has("extras") || !has("many_registers"))
+                || has("fabric") && (has("packed") || !has("extras") || has("many_registers"))
                 || self.name == "explicit_substep_stages"
                     && !(has("impulses") || has("limits") || has("fabric")))
         };

@@ -38,7 +38,9 @@ macro_rules! modules {
 modules! {
     "aerodynamic_forces" [],
     "bending_forces" [],
+    "bending_forces_folds" [],
     "bending_forces_gather" [],
+    "bending_forces_moments" [],
     "bending_linearise" [],
     "collider_constraints" ["grids"],
     "collider_impulses" [],
@@ -127,19 +129,19 @@ macro_rules! shared {
 }
 
 shared! {
-    "air" "air_add" "air_add_none" "air_jacobian" "air_jacobian_none" "arctangent" "assemble" "bending_element"
+    "air" "air_add" "air_add_none" "air_jacobian" "air_jacobian_none" "arctangent" "assemble"
     "bending_store" "call" "cells" "certificate" "collider" "colour"
     "constraint" "constraint_change" "constraint_none" "contact_counts" "contact_exclusions"
     "contact_exclusions_none" "contact_force" "contact_force_crews" "contact_kept" "contact_next"
     "contact_pair" "contact_partners" "contact_penalty" "contact_row" "contact_row_none" "contact_search"
     "contact_search_crews" "contact_spill" "contact_table" "contact_turn" "contact_turn_crews" "contact_wanted"
-    "control_forces" "crews" "distance_grid" "distance_grid_none" "element_own" "element_own_none" "element_pull" "element_pull_none" "element_row"
+    "control_forces" "crews" "curvature" "distance_grid" "distance_grid_none" "element_own" "element_own_none" "element_pull" "element_pull_none" "element_row"
     "element_row_none" "element_sums" "fabric" "fabric_add" "fabric_add_none"
-    "fabric_gather" "fabric_tangents" "fabric_vectors" "feedback" "feedback_none" "field" "filter" "finite" "fold" "force" "group"
+    "fabric_gather" "fabric_tangents" "fabric_vectors" "feedback" "feedback_none" "field" "filter" "finite" "fold" "fold_moments" "fold_numbers" "fold_tables" "force" "group"
     "group_box" "group_boxes" "group_boxes_out" "group_check" "group_positions" "group_positions_out"
     "group_region" "group_rows" "integrate" "link_kinds" "links" "matrix"
     "matrix_diagonal" "matrix_entry" "matrix_row" "matrix_springs" "measure_sum" "membrane" "membrane_element" "membrane_motion" "membrane_store" "model" "motion" "motion_out"
-    "particle_advance" "particle_force" "piece" "pair_box" "pair_boxes" "pair_each" "pair_found" "pair_list" "pair_references" "pair_results" "pair_task" "pair_way_box" "pair_ways"
+    "particle_advance" "particle_force" "piece" "pair_box" "pair_boxes" "pair_each" "pair_found" "pair_list" "pair_references" "pair_results" "pair_task" "pair_way_box" "pair_ways" "plate"
     "position_start" "position_start_none" "preconditioner" "preconditioner_block" "procedural" "schwarz" "schwarz_factor" "schwarz_prolong" "schwarz_residual" "solve"
     "solve_begin" "solve_check" "solve_energy" "solve_outcome" "spring" "spring_batch" "spring_buckling" "spring_factor" "spring_linear"
     "status" "substep" "surface" "symmetric" "triangle_row" "triangle_row_none" "triangles" "vectors"

@@ -1,5 +1,5 @@
-// NUMERICS section 12: the forces of folded triangles of fabric on the vertices of their patches.
-//!include model status motion fabric arctangent fold fabric_vectors bending_store bending_element
+// NUMERICS section 12, bending_forces, the third part: what patches ask of each fold, on its vertices. Behind the vectors of triangles there is one for each vertex.
+//!include model status motion arctangent fold fold_tables fold_numbers fabric_vectors
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -7,7 +7,18 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let number = particle_index(id, groups);
-    if number < model.element_count && !is_stopped() {
-        bending_element(number);
+    if number >= model.fold_count || is_stopped() {
+        return;
     }
+    var moment = 0.0;
+    for (var k = 0u; k < FOLD_PLACES_MAX; k += 1u) {
+        moment += fold_numbers[fold_place(number, k)];
+    }
+    let at = fold_vertices(number);
+    let fold = fold_of(position_in[at.x].xyz, position_in[at.y].xyz, position_in[at.z].xyz, position_in[at.w].xyz).fold;
+    let place = 3u * model.element_count + 4u * number;
+    fabric_vector_set(place, -moment * fold_start(fold));
+    fabric_vector_set(place + 1u, -moment * fold_end(fold));
+    fabric_vector_set(place + 2u, -moment * fold.apex);
+    fabric_vector_set(place + 3u, -moment * fold.beyond);
 }

@@ -1,5 +1,5 @@
 // NUMERICS section 12: derivatives of the curvatures of triangles of fabric, and their impulses.
-//!include model substep status call motion fabric arctangent fold fabric_vectors bending_store fabric_tangents
+//!include model substep status call motion fabric arctangent fold plate curvature fabric_vectors bending_store fabric_tangents
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

@@ -1,5 +1,5 @@
-// The forces of triangles of fabric, which the composite stage sums: both stages in one kernel.
-//!include model status motion fabric membrane membrane_motion arctangent fold fabric_vectors membrane_store membrane_element bending_store bending_element
+// The forces of triangles of fabric, which the composite stage sums: what stretched ones put at their corners, and what all ask of their folds.
+//!include model status motion fabric membrane membrane_motion fabric_vectors membrane_store membrane_element plate fold_tables fold_numbers fold_moments
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -9,6 +9,6 @@ fn main(
     let number = particle_index(id, groups);
     if number < model.element_count && !is_stopped() {
         membrane_element(number);
-        bending_element(number);
+        fold_moments(number);
     }
 }

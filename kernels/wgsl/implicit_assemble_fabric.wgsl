@@ -3,7 +3,7 @@
 //!include model status fabric element_sums
 
 @group(0) @binding(63) var<storage, read> fabric_rows: array<u32>;
-@group(0) @binding(64) var<storage, read> fabric_vectors: array<f32>;
+@group(0) @binding(64) var<storage, read> fabric_vectors: array<vec4f>;
 @group(0) @binding(65) var<storage, read> fabric_tangents: array<f32>;
 @group(0) @binding(66) var<storage, read_write> element_entries: array<u32>;
 
@@ -108,8 +108,7 @@ fn impulses_sum(start: vec3f, row: u32) -> vec3f {
     var sum = start;
     let end = fabric_rows[row + 1u];
     for (var at = fabric_rows[row]; at < end; at += 1u) {
-        let place = 3u * fabric_rows[at];
-        sum += vec3f(fabric_vectors[place], fabric_vectors[place + 1u], fabric_vectors[place + 2u]);
+        sum += fabric_vectors[fabric_rows[at]].xyz;
     }
     return sum;
 }

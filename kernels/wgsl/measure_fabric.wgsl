@@ -1,5 +1,5 @@
 // NUMERICS section 10: energies and stretches of triangles of fabric, over blocks of them that follow those of particles.
-//!include model motion measure_sum fabric membrane membrane_motion arctangent fold
+//!include model motion measure_sum fabric membrane membrane_motion arctangent fold plate curvature
 
 // The results of each block, MEASURE_WORDS each.
 @group(0) @binding(30) var<storage, read_write> measure_partials: array<vec4<u32>>;

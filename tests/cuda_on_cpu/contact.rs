@@ -20,13 +20,14 @@ use harness::random::Random;
 use crate::{compiler, replaced, scene};
 
 /// Shared parts that these kernels do without: all but four.
-const NOT_HERE: [&str; 43] = [
+const NOT_HERE: [&str; 44] = [
     "ptx",
     "schwarz",
     "spring",
     "field",
     "procedural",
     "fabric",
+    "bending",
     "air",
     "collider",
     "contact",

@@ -117,12 +117,22 @@ static void fabric_describe(Solver& s, Input& input) {
     s.membranes = (const MembraneTriangle*)list();
     s.element_count = length * sizeof(uint) / sizeof(MembraneTriangle);
     s.patches = (const BendingPatch*)list();
+    s.plates = (const real*)list();
     s.membrane_rows = list();
     s.membrane_entries = list();
     s.bending_rows = list();
     s.bending_entries = list();
-    s.membrane_forces = device<vec3>(3 * (size_t)s.element_count);
-    s.bending_forces = device<vec3>(PATCH_VERTICES * (size_t)s.element_count);
+    s.fold_particles = (const uint4*)list();
+    s.fold_angles = (const real*)list();
+    s.fold_count = length;
+    s.patch_folds = list();
+    s.moment_places = list();
+    s.fold_rows = list();
+    s.fold_entries = list();
+    s.membrane_forces = device<real4>(3 * (size_t)s.element_count);
+    s.bending_forces = device<real4>(PATCH_VERTICES * (size_t)s.element_count);
+    s.fold_states = device<real2>(s.fold_count + 1);
+    s.fold_moments = device<real>(PATCH_FOLDS * (size_t)s.element_count + 1);
 }
 
 // What `scene.rs` writes of the strain limit.

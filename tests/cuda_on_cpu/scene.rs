@@ -2,7 +2,7 @@
 
 use cloth_core::{
     ColliderShape, ColourRegions, Colouring, ContactResponse, FabricTriangle, Incidence,
-    InteractionKind, Model, SelfContact, SpringColouring, State,
+    InteractionKind, Model, NONE, SelfContact, SpringColouring, State,
     fabric::{Fabric, Locking, bending::PATCH},
 };
 use harness::checks::PatchFrames;
@@ -103,8 +103,8 @@ fn limits(patch: &PatchFrames, model: &Model, region: Option<usize>) -> Vec<u32>
     words
 }
 
-/// Triangles of fabric, as lists that begin with their lengths: laws, membranes, patches, and for both where the rows of particles start
-/// and these rows.
+/// Triangles of fabric, as lists that begin with their lengths: laws, membranes, patches, what these make of their folds, and for both where the
+/// rows of particles start and these rows; then the folds.
 pub(crate) fn fabric(model: &Model) -> Vec<u32> {
     let elements = model.elements();
     let bits = |number: f64| (number as f32).to_bits();
@@ -121,17 +121,20 @@ pub(crate) fn fabric(model: &Model) -> Vec<u32> {
         names.chain(rest.map(bits)).collect::<Vec<_>>()
     };
     let patch = |(triangle, particles): (&FabricTriangle, &[u32; PATCH])| {
+        particles.iter().copied().chain(triangle.angles.map(bits)).collect::<Vec<_>>()
+    };
+    let plate = |triangle: &FabricTriangle| {
         let damping = elements.fabrics()[triangle.fabric as usize].damping[1];
         let bending = &triangle.bending;
         let stiffness = bending.map.into_iter().flatten().chain(bending.plate);
-        let numbers = triangle.angles.into_iter().chain(stiffness).chain([damping]);
-        particles.iter().copied().chain(numbers.map(bits)).collect::<Vec<_>>()
+        stiffness.chain([damping]).map(bits).collect::<Vec<_>>()
     };
     let triangles = elements.triangles();
     let mut lists: Vec<Vec<u32>> = vec![
         elements.fabrics().iter().flat_map(law).collect(),
         triangles.iter().flat_map(membrane).collect(),
         triangles.iter().zip(elements.patches()).flat_map(patch).collect(),
+        transposed(&triangles.iter().map(plate).collect::<Vec<_>>()),
     ];
     let interactions = model.interactions();
     for kind in [InteractionKind::Membrane, InteractionKind::Bending] {
@@ -139,7 +142,31 @@ pub(crate) fn fabric(model: &Model) -> Vec<u32> {
         let rows = Incidence::new(list, model.particle_count());
         lists.extend([rows.offsets().to_vec(), rows.entries().to_vec()]);
     }
+    let (folds, of_patches) = (elements.folds(), elements.patch_folds());
+    let vertices: Vec<_> = folds.iter().map(|fold| fold.particles).collect();
+    let around = Incidence::of(&vertices, model.particle_count());
+    let place = |place: u32| {
+        let arity = of_patches[0].len() as u32;
+        let none = arity * triangles.len() as u32;
+        if place == NONE { none } else { place % arity * triangles.len() as u32 + place / arity }
+    };
+    let places: Vec<_> =
+        elements.fold_places().iter().map(|places| places.map(place).to_vec()).collect();
+    let there = |patch: &[u32; 9]| patch.map(|fold| fold.min(folds.len() as u32)).to_vec();
+    lists.extend([
+        vertices.concat(),
+        folds.iter().map(|fold| bits(fold.angle)).collect(),
+        transposed(&of_patches.iter().map(there).collect::<Vec<_>>()),
+        transposed(&places),
+        around.offsets().to_vec(),
+        around.entries().to_vec(),
+    ]);
     lists.into_iter().flat_map(|list| [vec![list.len() as u32], list].concat()).collect()
+}
+
+/// The first number of each row, then the second ones.
+fn transposed(rows: &[Vec<u32>]) -> Vec<u32> {
+    (0..rows[0].len()).flat_map(|k| rows.iter().map(move |row| row[k])).collect()
 }
 
 /// Rest length, stiffness and damping of the springs to each of the later neighbours.

@@ -180,12 +180,21 @@ pub(crate) struct SolverData<T> {
     pub(crate) fabric_laws: u64,
     pub(crate) membranes: u64,
     pub(crate) patches: u64,
+    pub(crate) plates: u64,
     pub(crate) membrane_forces: u64,
     pub(crate) bending_forces: u64,
     pub(crate) membrane_rows: u64,
     pub(crate) membrane_entries: u64,
     pub(crate) bending_rows: u64,
     pub(crate) bending_entries: u64,
+    pub(crate) fold_particles: u64,
+    pub(crate) fold_angles: u64,
+    pub(crate) patch_folds: u64,
+    pub(crate) fold_states: u64,
+    pub(crate) fold_moments: u64,
+    pub(crate) moment_places: u64,
+    pub(crate) fold_rows: u64,
+    pub(crate) fold_entries: u64,
     pub(crate) count: u32,
     pub(crate) header_count: u32,
     pub(crate) entry_count: u32,
@@ -210,6 +219,7 @@ pub(crate) struct SolverData<T> {
     pub(crate) limit_owned_max: u32,
     pub(crate) limit_springs_near: u32,
     pub(crate) element_count: u32,
+    pub(crate) fold_count: u32,
     pub(crate) epoch: u64,
     pub(crate) acceleration: [T; 3],
     pub(crate) drag_rate: [T; 3],
@@ -257,7 +267,7 @@ mod tests {
     /// The CUDA sources assert the same.
     #[test]
     fn kernels_are_given_as_many_bytes_as_they_take() {
-        assert_eq!(size_of::<SolverData<f32>>(), 640 + 34 * 4);
-        assert_eq!(size_of::<SolverData<f64>>(), 640 + 33 * 8);
+        assert_eq!(size_of::<SolverData<f32>>(), 720 + 34 * 4);
+        assert_eq!(size_of::<SolverData<f64>>(), 720 + 33 * 8);
     }
 }

@@ -2,7 +2,10 @@
 
 use std::collections::HashMap;
 
-use cloth_core::{Error, Model, Result, fabric::bending::PATCH};
+use cloth_core::{
+    Error, Model, Result,
+    fabric::{FOLDS, bending::PATCH},
+};
 use wgpu::util::DeviceExt;
 
 use crate::{
@@ -70,7 +73,11 @@ impl<'a> Plan<'a> {
             plan.filled("fabric_elements", bytemuck::cast_slice(&tables.fabric.elements));
             plan.filled("fabric_laws", bytemuck::cast_slice(&tables.fabric.laws));
             plan.filled("fabric_rows", bytemuck::cast_slice(&tables.fabric.rows));
-            plan.zeroed("fabric_vectors", FABRIC_VECTORS_SIZE * elements);
+            let folds = model.elements().folds().len() as u64;
+            let (corners, vertices) = (3 * elements, (PATCH as u64 * elements).max(4 * folds));
+            plan.zeroed("fabric_vectors", VECTOR_SIZE * (corners + vertices));
+            plan.filled("fold_tables", bytemuck::cast_slice(&tables.fabric.folds));
+            plan.zeroed("fold_numbers", 4 * (2 * (folds + 1) + FOLDS as u64 * elements + 1));
         }
         if model.collider_impulses() {
             let colliders = model.colliders().len() as u64;
@@ -106,9 +113,6 @@ impl<'a> Plan<'a> {
 
 /// Bytes of one set of results of the stage `measure`.
 pub(crate) const MEASURE_SIZE: u64 = 128;
-
-/// Bytes of what a triangle of fabric puts at its corners, and at the vertices of its patch.
-const FABRIC_VECTORS_SIZE: u64 = 4 * 3 * (3 + PATCH as u64);
 
 /// Bytes of one sum of the impulses of a collider, with what it lost to rounding.
 pub(crate) const IMPULSE_SIZE: u64 = 64;
@@ -294,9 +298,8 @@ fn limit_name(buffer: &'static str) -> &'static str {
         "spring_rows" | "spring_entries" | "limited_springs" => {
             "bytes of a buffer of springs on this device"
         }
-        "triangle_rows" | "triangles" | "fabric_elements" | "fabric_rows" | "fabric_vectors" => {
-            "bytes of a buffer of triangles on this device"
-        }
+        "triangle_rows" | "triangles" | "fabric_elements" | "fabric_rows" | "fabric_vectors"
+        | "fold_tables" | "fold_numbers" => "bytes of a buffer of triangles on this device",
         "colliders"
         | "distance_grids"
         | "collider_impulses"

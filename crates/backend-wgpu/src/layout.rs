@@ -39,7 +39,7 @@ shared_struct! {
         solve_repeats: u32,
         zero: u32,
         element_count: u32,
-        padding_2: u32,
+        fold_count: u32,
     }
 }
 

@@ -61,14 +61,15 @@ pub use model::{
     Aerodynamics, Air, BROKEN, BUCKLING_COEFFICIENTS, BendModel, BlockDependencies, BlockTerms,
     BodySurface, Buckling, Cloth, ClothMaterial, ClothRange, Collider, ColliderShape, ColourRegion,
     ColourRegions, Colouring, ContactFeature, ContactMap, ContactResponse, ContactRule,
-    DistanceGrid, FabricAudit, FabricElements, FabricMaterial, FabricMatrix, FabricTriangle,
-    Feature, FeatureSet, Field, Geometry, GridPatch, GridSets, GroupHierarchy, Gust, Incidence,
-    Inflation, InteractionKind, InteractionList, Interactions, Mass, Material, MaterialPreset,
-    Meshing, Model, ModelBuilder, ModelFeatures, ModelShape, NONE, Neighbours, NetworkSpring,
-    PieceBlocks, Pose, RegularPatch, RestSource, STITCH_LENGTH, ScalarEntry, Seam, SeamError,
-    SeamRange, SeamTie, Seams, SelfContact, SlicedRows, Spring, SpringClass, SpringCoefficients,
-    SpringColouring, SpringKind, SpringNetwork, SpringRows, Springs, Stencil, Stitching,
-    StrainGauge, TriangleStrain, VertexClasses, Weld, WingedEdge, WingedEdges,
+    DistanceGrid, FOLD_PLACES_MAX, FabricAudit, FabricElements, FabricFold, FabricMaterial,
+    FabricMatrix, FabricTriangle, Feature, FeatureSet, Field, Geometry, GridPatch, GridSets,
+    GroupHierarchy, Gust, Incidence, Inflation, InteractionKind, InteractionList, Interactions,
+    Mass, Material, MaterialPreset, Meshing, Model, ModelBuilder, ModelFeatures, ModelShape, NONE,
+    Neighbours, NetworkSpring, PieceBlocks, Pose, RegularPatch, RestSource, STITCH_LENGTH,
+    ScalarEntry, Seam, SeamError, SeamRange, SeamTie, Seams, SelfContact, SlicedRows, Spring,
+    SpringClass, SpringCoefficients, SpringColouring, SpringKind, SpringNetwork, SpringRows,
+    Springs, Stencil, Stitching, StrainGauge, TriangleStrain, VertexClasses, Weld, WingedEdge,
+    WingedEdges,
 };
 pub use real::Real;
 pub use report::{Measures, SolverReport, StageTime, StepReport, TimeStepChange, TimeStepReason};

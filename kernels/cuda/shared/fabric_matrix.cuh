@@ -8,11 +8,11 @@ struct MembraneTangent {
     Plane stress;
 };
 
-// The derivatives of the three curvatures of a triangle by the vertices of its patch [1/m^2], and what its stiffness is multiplied by in the
-// matrix [s^2].
+// The derivatives of the three curvatures of a triangle by the vertices of its patch [1/m^2], and A D11, A D22, A D12 and 4 A D66 times what they are
+// multiplied by in the matrix [kg m^4].
 struct BendingTangent {
     vec3 gradients[PATCH_VERTICES][3];
-    real weight;
+    real plate[4];
 };
 
 struct ElementBlock {
@@ -50,7 +50,7 @@ __device__ __forceinline__ void membrane_tangent_store(const Solver& s, const Li
     membrane_corners(f, total, t, t.area, impulses);
     if (from_start) membrane_corners(rates, stress, t, square, turning);
 #pragma unroll
-    for (uint k = 0; k < 3; k++) s.membrane_forces[3 * (size_t)number + k] = from_start ? impulses[k] + turning[k] : impulses[k];
+    for (uint k = 0; k < 3; k++) s.membrane_forces[3 * (size_t)number + k] = with_w(from_start ? impulses[k] + turning[k] : impulses[k], 0);
     real weight = square + damped;
     MembraneTangent& tangent = l.membrane_tangents[number];
     tangent.gradient = f;
@@ -64,19 +64,27 @@ __device__ __forceinline__ void membrane_tangent_store(const Solver& s, const Li
 // `bending_linearise` of one triangle.
 __device__ __forceinline__ void bending_tangent_store(const Solver& s, const Linear& l, const Motion& motion, uint number, bool from_start) {
     const BendingPatch& patch = s.patches[number];
-    real length = l.length, damped = length * patch.damping;
+    Plate plate = plate_of(s, number);
+    real length = l.length, damped = length * plate.damping();
     real along = from_start ? length * length + damped : damped;
     Fold folds[PATCH_FOLDS];
-    Plane curvature = curvature_of(motion, patch, length, along, true, folds);
-    bending_store(s, number, patch, folds, curvature);
+    Plane curvature = curvature_of(motion, patch, plate, length, along, true, folds);
+    Plane m = plate.moment(curvature);
+    vec3 forces[PATCH_VERTICES] = {};
+#pragma unroll
+    for (uint k = 0; k < PATCH_FOLDS; k++) fold_add(folds[k], k, -plate.fold_moment(k, m), forces);
+#pragma unroll
+    for (uint place = 0; place < PATCH_VERTICES; place++) s.bending_forces[PATCH_VERTICES * (size_t)number + place] = with_w(forces[place], 0);
     BendingTangent& tangent = l.bending_tangents[number];
-    tangent.weight = length * length + damped;
+    real weight = length * length + damped;
+#pragma unroll
+    for (uint k = 0; k < 4; k++) tangent.plate[k] = weight * plate.rigidity(k);
     // One curvature at a time, for the same reason.
 #pragma unroll 1
     for (uint row = 0; row < 3; row++) {
         vec3 sums[PATCH_VERTICES] = {};
 #pragma unroll
-        for (uint k = 0; k < PATCH_FOLDS; k++) fold_add(folds[k], k, patch.map[row][k], sums);
+        for (uint k = 0; k < PATCH_FOLDS; k++) fold_add(folds[k], k, plate.map(row, k), sums);
 #pragma unroll
         for (uint place = 0; place < PATCH_VERTICES; place++) tangent.gradients[place][row] = sums[place];
     }
@@ -109,11 +117,9 @@ __device__ __forceinline__ void membrane_block_add(const MembraneTriangle& t, co
 }
 
 // Adds the block of places a and b of a patch.
-__device__ __forceinline__ void bending_block_add(const BendingPatch& patch, const BendingTangent& tangent, uint a, uint b, ElementBlock& block) {
+__device__ __forceinline__ void bending_block_add(const BendingTangent& tangent, uint a, uint b, ElementBlock& block) {
     const vec3* to = tangent.gradients[b];
-    real plate[4];
-#pragma unroll
-    for (uint k = 0; k < 4; k++) plate[k] = tangent.weight * patch.plate[k];
+    const real* plate = tangent.plate;
     vec3 moments[3] = {
         combination(to[0], plate[0], to[1], plate[2]),
         combination(to[0], plate[2], to[1], plate[1]),
@@ -151,7 +157,7 @@ __device__ __forceinline__ ElementBlock element_block(const Solver& s, const Lin
     }
     for (; at < end; at++) {
         uint term = l.element_terms[at] & ~TERM_FOLDS, pair = term % TERM_PAIRS, triangle = term / TERM_PAIRS;
-        bending_block_add(s.patches[triangle], l.bending_tangents[triangle], pair / PATCH_VERTICES, pair % PATCH_VERTICES, block);
+        bending_block_add(l.bending_tangents[triangle], pair / PATCH_VERTICES, pair % PATCH_VERTICES, block);
     }
     return block;
 }

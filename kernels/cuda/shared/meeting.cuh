@@ -8,7 +8,7 @@
 #define VOTE_STOP 2u
 
 // Fields of a counter: blocks that came, those that found the list stale, and those that found a number that is not finite.
-// A launch has at most a thousand substeps, of three meetings each, so that none but the last runs over.
+// A launch has at most a thousand substeps, of ten meetings each at most without sweeps, so that none but the last runs over.
 #define MEETING_FIELD 24
 
 // In shared memory.

@@ -183,12 +183,24 @@ struct Solver {
     const FabricLaw* fabric_laws;
     const MembraneTriangle* membranes;
     const BendingPatch* patches;
-    vec3* membrane_forces;
-    vec3* bending_forces;
+    const real* plates;
+    real4* membrane_forces;
+    real4* bending_forces;
     const uint* membrane_rows;
     const uint* membrane_entries;
     const uint* bending_rows;
     const uint* bending_entries;
+    // Folds, each once: vertices, angle at rest; those of the patches; how far they are from rest and how fast they fold, with a last one that never
+    // does; what patches ask of theirs, with a last number that is zero, and for each fold up to six places of that; for each particle the places among
+    // forces on the vertices of folds, which are in `bending_forces` too.
+    const uint4* fold_particles;
+    const real* fold_angles;
+    const uint* patch_folds;
+    real2* fold_states;
+    real* fold_moments;
+    const uint* moment_places;
+    const uint* fold_rows;
+    const uint* fold_entries;
 
     uint count;
     uint header_count;
@@ -220,6 +232,7 @@ struct Solver {
     uint limit_springs_near;
     // Triangles of fabric.
     uint element_count;
+    uint fold_count;
     ulong epoch;
 
     real acceleration[3];
@@ -239,7 +252,7 @@ struct Solver {
     real stretch_ratio;
 };
 
-static_assert(sizeof(Solver) == (640 + 33 * sizeof(real) + 7) / 8 * 8, "`layout.rs` of the backend has another layout");
+static_assert(sizeof(Solver) == (720 + 33 * sizeof(real) + 7) / 8 * 8, "`layout.rs` of the backend has another layout");
 
 // Positions and velocities that a kernel reads.
 struct Motion {

@@ -23,9 +23,9 @@ struct Model {
     solve_repeats: u32,
     // Always 0, which no compiler knows.
     zero: u32,
-    // Triangles of fabric.
+    // Triangles of fabric, and folds.
     element_count: u32,
-    padding_2: u32,
+    fold_count: u32,
 }
 
 @group(0) @binding(0) var<uniform> model: Model;

@@ -1,4 +1,4 @@
-//! NUMERICS §12: the patches around triangles that resist curvature, those of a packet side by side.
+//! NUMERICS §12: the patches around triangles that resist curvature, those of a packet side by side: their energies, and what they add to the matrix.
 
 use cloth_core::{
     Model, NewtonStart, Real,
@@ -17,13 +17,13 @@ use crate::memory::{FieldView, LANES, Lanes, Motion};
 const TASK: usize = 16;
 
 /// A vector of each patch of a packet.
-type LaneVector<T> = [Lanes<T>; 3];
+pub(super) type LaneVector<T> = [Lanes<T>; 3];
 
 /// All patches of a model, and what was last computed of them.
 #[derive(Debug)]
 pub(super) struct Patches<T> {
     packets: Vec<Packet<T>>,
-    forces: Vec<[[T; 3]; PATCH]>,
+    plates: Vec<Plate<T>>,
     tangents: Vec<PatchTangent<T>>,
     count: usize,
 }
@@ -35,9 +35,14 @@ struct Packet<T> {
     /// The place of each particle if these ascend.
     ranks: [Lanes<u8>; PATCH],
     angles: [Lanes<T>; FOLDS],
+}
+
+/// What the patches of a packet make of their folds.
+#[derive(Debug)]
+pub(super) struct Plate<T> {
     map: [[Lanes<T>; FOLDS]; 3],
-    plate: [Lanes<T>; 4],
-    damping: Lanes<T>,
+    rigidity: [Lanes<T>; 4],
+    pub(super) damping: Lanes<T>,
 }
 
 /// What a patch adds to the matrix and to the right-hand side, its particles ascending: then the blocks of a row are one behind the other.
@@ -79,35 +84,20 @@ impl<T: Real> Patches<T> {
                     ranks[place][lane] = rank as u8;
                 }
             }
-            let lanes =
-                |of: &dyn Fn(usize) -> f64| std::array::from_fn(|lane| T::from_f64(of(lane)));
-            let fabric = |lane: usize| &elements.fabrics()[triangle(lane).fabric as usize];
             Packet {
                 particles: std::array::from_fn(|k| std::array::from_fn(|lane| patch(lane)[k])),
                 ranks,
-                angles: std::array::from_fn(|fold| lanes(&|lane| triangle(lane).angles[fold])),
-                map: std::array::from_fn(|row| {
-                    let of = |fold, lane| triangle(lane).bending.map[row][fold];
-                    std::array::from_fn(|fold| lanes(&|lane| of(fold, lane)))
+                angles: std::array::from_fn(|fold| {
+                    std::array::from_fn(|lane| T::from_f64(triangle(lane).angles[fold]))
                 }),
-                plate: std::array::from_fn(|k| lanes(&|lane| triangle(lane).bending.plate[k])),
-                damping: lanes(&|lane| fabric(lane).damping[1]),
             }
         };
         Self {
             packets: (0..patches.len()).step_by(LANES).map(packet).collect(),
-            forces: vec![[[T::ZERO; 3]; PATCH]; patches.len()],
+            plates: (0..patches.len()).step_by(LANES).map(|at| Plate::new(model, at)).collect(),
             tangents: Vec::new(),
             count: patches.len(),
         }
-    }
-
-    /// Computes the forces of all folds.
-    pub(super) fn forces(&mut self, motion: &Motion<T>, arch: pulp::Arch) {
-        let all = self.packets.par_iter().zip(self.forces.par_chunks_mut(LANES));
-        all.with_min_len(TASK).for_each(|(packet, forces)| {
-            arch.dispatch(ForcesTask { packet, motion: view(motion), forces });
-        });
     }
 
     /// Linearises all folds for a substep of `length` \[s\].
@@ -118,7 +108,8 @@ impl<T: Real> Patches<T> {
         arch: pulp::Arch,
     ) {
         self.tangents.resize(self.count, PatchTangent::ZERO);
-        let all = self.packets.par_iter().zip(self.tangents.par_chunks_mut(LANES));
+        let packets = self.packets.par_iter().zip(&self.plates);
+        let all = packets.zip(self.tangents.par_chunks_mut(LANES));
         all.with_min_len(TASK).for_each(|(packet, tangents)| {
             let from_start = start == NewtonStart::StepStart;
             let motion = view(motion);
@@ -130,16 +121,17 @@ impl<T: Real> Patches<T> {
     pub(super) fn energies(&self, motion: &Motion<T>, arch: pulp::Arch) -> Vec<T> {
         let of_packet = |packet| arch.dispatch(EnergyTask { packet, motion: view(motion) });
         let mut energies: Vec<Lanes<T>> = Vec::new();
-        let all = self.packets.par_iter().with_min_len(TASK).map(of_packet);
+        let packets = self.packets.par_iter().zip(&self.plates);
+        let all = packets.with_min_len(TASK).map(of_packet);
         all.collect_into_vec(&mut energies);
         let mut energies = energies.into_flattened();
         energies.truncate(self.count);
         energies
     }
 
-    /// Forces on the vertices of each patch.
-    pub(super) fn forces_of_all(&self) -> &[[T; 3]] {
-        self.forces.as_flattened()
+    /// What the packets of patches make of their folds.
+    pub(super) fn plates(&self) -> &[Plate<T>] {
+        &self.plates
     }
 
     pub(super) fn tangent(&self, patch: usize) -> &PatchTangent<T> {
@@ -148,9 +140,9 @@ impl<T: Real> Patches<T> {
 }
 
 /// Positions and velocities.
-type MotionView<'a, T> = [FieldView<'a, T>; 2];
+pub(super) type MotionView<'a, T> = [FieldView<'a, T>; 2];
 
-fn view<T: Real>(motion: &Motion<T>) -> MotionView<'_, T> {
+pub(super) fn view<T: Real>(motion: &Motion<T>) -> MotionView<'_, T> {
     [FieldView::new(&motion.position), FieldView::new(&motion.velocity)]
 }
 
@@ -208,6 +200,25 @@ impl<T: Real> Packet<T> {
         }
         folds
     }
+}
+
+impl<T: Real> Plate<T> {
+    /// Of the patches from `first` on.
+    pub(super) fn new(model: &Model, first: usize) -> Self {
+        let elements = model.elements();
+        let triangles = elements.triangles();
+        let triangle = |lane: usize| &triangles[(first + lane).min(triangles.len() - 1)];
+        let lanes = |of: &dyn Fn(usize) -> f64| std::array::from_fn(|lane| T::from_f64(of(lane)));
+        let fabric = |lane: usize| &elements.fabrics()[triangle(lane).fabric as usize];
+        Self {
+            map: std::array::from_fn(|row| {
+                let of = |fold, lane| triangle(lane).bending.map[row][fold];
+                std::array::from_fn(|fold| lanes(&|lane| of(fold, lane)))
+            }),
+            rigidity: std::array::from_fn(|k| lanes(&|lane| triangle(lane).bending.plate[k])),
+            damping: lanes(&|lane| fabric(lane).damping[1]),
+        }
+    }
 
     /// Curvatures \[1/m\] for the differences of folds from rest \[rad\].
     #[inline(always)]
@@ -228,7 +239,7 @@ impl<T: Real> Packet<T> {
     /// Moments of a curvature, times the area \[N m^2\].
     #[inline(always)]
     fn stress(&self, [a, b, c]: &[Lanes<T>; 3], lane: usize) -> [T; 3] {
-        let [d11, d22, d12, d66] = &self.plate;
+        let [d11, d22, d12, d66] = &self.rigidity;
         [
             d11[lane] * a[lane] + d12[lane] * b[lane],
             d12[lane] * a[lane] + d22[lane] * b[lane],
@@ -238,7 +249,7 @@ impl<T: Real> Packet<T> {
 
     /// Moments of the folds \[N m\] for their differences from rest \[rad\].
     #[inline(always)]
-    fn moments(&self, bent: &[Lanes<T>; FOLDS]) -> [Lanes<T>; FOLDS] {
+    pub(super) fn moments(&self, bent: &[Lanes<T>; FOLDS]) -> [Lanes<T>; FOLDS] {
         let curvature = self.curvature(bent);
         let mut moments = [[T::ZERO; LANES]; FOLDS];
         for lane in 0..LANES {
@@ -274,41 +285,9 @@ impl<T: Real> LaneFolds<T> {
     }
 }
 
-/// `bending_forces` of a packet, compiled for each instruction set.
-struct ForcesTask<'a, T> {
-    packet: &'a Packet<T>,
-    motion: MotionView<'a, T>,
-    forces: &'a mut [[[T; 3]; PATCH]],
-}
-
-impl<T: Real> NullaryFnOnce for ForcesTask<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        let Self { packet, motion, forces } = self;
-        let folds = packet.folds(motion);
-        let mut bent = folds.differences;
-        for (bent, rate) in bent.iter_mut().zip(&folds.rates) {
-            for lane in 0..LANES {
-                let damping = packet.damping[lane];
-                if damping > T::ZERO {
-                    bent[lane] += damping * rate[lane];
-                }
-            }
-        }
-        let sums = folds.sums(&packet.moments(&bent), -T::ONE);
-        for (lane, forces) in forces.iter_mut().enumerate() {
-            for (force, [x, y, z]) in forces.iter_mut().zip(&sums) {
-                *force = [x[lane], y[lane], z[lane]];
-            }
-        }
-    }
-}
-
 /// Energies of a packet, compiled for each instruction set.
 struct EnergyTask<'a, T> {
-    packet: &'a Packet<T>,
+    packet: (&'a Packet<T>, &'a Plate<T>),
     motion: MotionView<'a, T>,
 }
 
@@ -317,10 +296,11 @@ impl<T: Real> NullaryFnOnce for EnergyTask<'_, T> {
 
     #[inline(always)]
     fn call(self) -> Lanes<T> {
-        let k = self.packet.curvature(&self.packet.folds(self.motion).differences);
+        let (packet, plate) = self.packet;
+        let k = plate.curvature(&packet.folds(self.motion).differences);
         let mut energies = [T::ZERO; LANES];
         for lane in 0..LANES {
-            let m = self.packet.stress(&k, lane);
+            let m = plate.stress(&k, lane);
             let twice = m[0] * k[0][lane] + m[1] * k[1][lane] + m[2] * k[2][lane];
             energies[lane] = T::from_f64(0.5) * twice;
         }
@@ -330,7 +310,7 @@ impl<T: Real> NullaryFnOnce for EnergyTask<'_, T> {
 
 /// `bending_linearise` of a packet, compiled for each instruction set.
 struct LineariseTask<'a, T> {
-    packet: &'a Packet<T>,
+    packet: (&'a Packet<T>, &'a Plate<T>),
     motion: MotionView<'a, T>,
     length: T,
     from_start: bool,
@@ -342,12 +322,12 @@ impl<T: Real> NullaryFnOnce for LineariseTask<'_, T> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { packet, motion, length, from_start, tangents } = self;
+        let Self { packet: (packet, plate), motion, length, from_start, tangents } = self;
         let folds = packet.folds(motion);
         let mut bent = [[T::ZERO; LANES]; FOLDS];
         let mut weight = [T::ZERO; LANES];
         for lane in 0..LANES {
-            let damped = length * packet.damping[lane];
+            let damped = length * plate.damping[lane];
             weight[lane] = length * length + damped;
             let along = if from_start { weight[lane] } else { damped };
             for fold in 0..FOLDS {
@@ -355,11 +335,11 @@ impl<T: Real> NullaryFnOnce for LineariseTask<'_, T> {
                     length * folds.differences[fold][lane] + along * folds.rates[fold][lane];
             }
         }
-        let impulses = folds.sums(&packet.moments(&bent), -T::ONE);
-        let gradients = [0, 1, 2].map(|row| folds.sums(&packet.map[row], T::ONE));
+        let impulses = folds.sums(&plate.moments(&bent), -T::ONE);
+        let gradients = [0, 1, 2].map(|row| folds.sums(&plate.map[row], T::ONE));
         for (lane, tangent) in tangents.iter_mut().enumerate() {
-            for (entry, plate) in tangent.plate.iter_mut().zip(&packet.plate) {
-                *entry = weight[lane] * plate[lane];
+            for (entry, rigidity) in tangent.plate.iter_mut().zip(&plate.rigidity) {
+                *entry = weight[lane] * rigidity[lane];
             }
             for place in 0..PATCH {
                 let rank = packet.ranks[place][lane] as usize;

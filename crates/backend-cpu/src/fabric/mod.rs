@@ -2,6 +2,7 @@
 
 mod bending;
 mod element_blocks;
+mod folds;
 mod stretch_limit;
 
 use cloth_core::{
@@ -13,7 +14,7 @@ use rayon::prelude::*;
 
 use crate::memory::{BLOCK, LANES, Motion};
 
-use self::bending::Patches;
+use self::{bending::Patches, folds::Folds};
 pub(crate) use element_blocks::ElementBlocks;
 pub(crate) use stretch_limit::StretchLimiter;
 
@@ -51,6 +52,7 @@ pub(crate) struct Fabric<T> {
     laws: Vec<FabricLaw<T>>,
     membranes: Vec<MembraneTriangle<T>>,
     patches: Patches<T>,
+    folds: Folds<T>,
     /// Triangles, then patches, around each particle.
     rows: [Incidence; 2],
     /// Forces, or impulses of an implicit step, on the corners of each triangle.
@@ -103,8 +105,7 @@ impl<T: Real> Fabric<T> {
             Ok(FabricLaw { law, damping: T::from_f64(fabric.damping[0]) })
         };
         let triangles = elements.triangles();
-        let interactions = model.interactions();
-        let count = model.particle_count();
+        let (interactions, count) = (model.interactions(), model.particle_count());
         let rows = |kind| {
             let list = interactions.list(kind);
             list.map_or_else(Incidence::default, |list| Incidence::new(list, count))
@@ -121,6 +122,7 @@ impl<T: Real> Fabric<T> {
                 })
                 .collect(),
             patches: Patches::new(model),
+            folds: Folds::new(model),
             rows: [rows(InteractionKind::Membrane), rows(InteractionKind::Bending)],
             membrane: vec![[zero; 3]; triangles.len()],
             membrane_tangents: Vec::new(),
@@ -140,7 +142,7 @@ impl<T: Real> Fabric<T> {
 
     /// Computes the forces of all folded triangles.
     pub(crate) fn bending_forces(&mut self, motion: &Motion<T>, arch: pulp::Arch) {
-        self.patches.forces(motion, arch);
+        self.folds.forces(self.patches.plates(), motion, arch);
     }
 
     /// Linearises all triangles for a substep of `length` \[s\].
@@ -173,7 +175,7 @@ impl<T: Real> Fabric<T> {
     /// Sum of the forces of folded triangles on a particle \[N\].
     #[inline(always)]
     pub(crate) fn bending_force(&self, particle: usize) -> [T; 3] {
-        gather(self.rows[1].row(particle), self.patches.forces_of_all())
+        gather(self.folds.around(particle), self.folds.forces_of_all())
     }
 
     /// Energies and stretches.

@@ -63,7 +63,7 @@ pub(super) fn launch<T: CudaReal>(
     if model.has_fabric() {
         // Built in one form for all sizes and kinds of springs.
         options.retain(|&option| option != "extras");
-        options.extend(["fabric", "extras", "many_registers"]);
+        options.extend(["fabric", "extras"]);
     } else if !of.springs.packed.is_empty() {
         options.push("packed");
     }

@@ -15,19 +15,22 @@ impl<T: CudaReal> CudaKernels<T> {
         self.memory.data.element_count as usize
     }
 
-    /// Forces of all triangles, added to f: `module` has a kernel of its name over the triangles, and `gather` over the particles.
+    /// Forces of all triangles, added to f: `module` has these kernels over so many items each, and `gather` over the particles.
     pub(super) fn fabric_forces(
         &mut self,
         module: &'static str,
+        parts: &[(&'static str, u32)],
         gather: &'static str,
     ) -> Result<()> {
         if self.element_count() == 0 {
             return Ok(());
         }
         self.settle()?;
-        let [elements, particles] = [self.element_count(), self.count()].map(Launch::over);
+        let particles = Launch::over(self.count());
         self.stage(module, |kernels| {
-            kernels.start((module, module), elements, &[])?;
+            for &(part, items) in parts.iter().filter(|(_, items)| *items > 0) {
+                kernels.start((module, part), Launch::over(items as usize), &[])?;
+            }
             kernels.start((module, gather), particles, &[])
         })
     }

@@ -92,11 +92,22 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
     }
 
     fn membrane_forces(&mut self) -> Result<()> {
-        self.fabric_forces("membrane_forces", "membrane_forces_gather")
+        let over = self.memory.data.element_count;
+        self.fabric_forces(
+            "membrane_forces",
+            &[("membrane_forces", over)],
+            "membrane_forces_gather",
+        )
     }
 
     fn bending_forces(&mut self) -> Result<()> {
-        self.fabric_forces("bending_forces", "bending_forces_gather")
+        let [triangles, folds] = [self.memory.data.element_count, self.memory.data.fold_count];
+        let parts = [
+            ("bending_forces_folds", folds),
+            ("bending_forces_moments", triangles),
+            ("bending_forces", folds),
+        ];
+        self.fabric_forces("bending_forces", &parts, "bending_forces_gather")
     }
 
     fn aerodynamic_forces(&mut self, substep: &Substep) -> Result<()> {

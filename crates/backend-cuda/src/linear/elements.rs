@@ -13,7 +13,7 @@ use crate::{
 
 /// Numbers of what the blocks of a triangle and those of its folds are made of, and of a block.
 const MEMBRANE: usize = 13;
-const BENDING: usize = 9 * PATCH + 1;
+const BENDING: usize = 9 * PATCH + 4;
 const BLOCK: usize = 9;
 
 /// Device memory of these blocks, whose pattern never changes.

@@ -2,7 +2,10 @@
 
 use std::any::Any;
 
-use cloth_core::{ColliderShape, DistanceGrid, Model, Result, fabric::bending::PATCH};
+use cloth_core::{
+    ColliderShape, DistanceGrid, Model, Result,
+    fabric::{FOLDS, bending::PATCH},
+};
 
 use crate::{
     layout::{CudaReal, GridData, Real4, SolverData},
@@ -115,19 +118,31 @@ impl<T: CudaReal> TableMemory<T> {
             table!(fabric_laws, &fabric.laws);
             table!(membranes, &fabric.membranes);
             table!(patches, &fabric.patches);
+            table!(plates, &fabric.plates);
             table!(membrane_rows, fabric.rows[0].offsets());
             table!(membrane_entries, fabric.rows[0].entries());
             table!(bending_rows, fabric.rows[1].offsets());
             table!(bending_entries, fabric.rows[1].entries());
-            let count = fabric.membranes.len();
-            let forces = (
-                Buffer::<T>::zeros(queue, 3 * 3 * count)?,
-                Buffer::<T>::zeros(queue, PATCH * 3 * count)?,
-            );
-            data.membrane_forces = forces.0.address();
-            data.bending_forces = forces.1.address();
-            others.push(Box::new(forces));
+            table!(fold_particles, &fabric.folds.particles);
+            table!(fold_angles, &fabric.folds.angles);
+            table!(patch_folds, &fabric.folds.of_patches);
+            table!(moment_places, &fabric.folds.moment_places);
+            table!(fold_rows, fabric.folds.rows.offsets());
+            table!(fold_entries, fabric.folds.rows.entries());
+            let (count, folds) = (fabric.membranes.len(), fabric.folds.particles.len());
+            for (address, length) in [
+                (&mut data.membrane_forces, 4 * 3 * count),
+                // On the vertices of patches in implicit steps, on those of folds in others.
+                (&mut data.bending_forces, 4 * (PATCH * count).max(4 * folds)),
+                (&mut data.fold_states, 2 * (folds + 1)),
+                (&mut data.fold_moments, FOLDS * count + 1),
+            ] {
+                let buffer = Buffer::<T>::zeros(queue, length)?;
+                *address = buffer.address();
+                others.push(Box::new(buffer));
+            }
             data.element_count = count as u32;
+            data.fold_count = folds as u32;
         }
         let mut grids = vec![0; model.colliders().len()];
         for (collider, address) in model.colliders().iter().zip(&mut grids) {

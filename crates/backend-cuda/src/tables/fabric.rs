@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use cloth_core::{
-    Incidence, InteractionKind, Model,
+    FOLD_PLACES_MAX, FabricTriangle, Incidence, InteractionKind, Model, NONE,
     fabric::{FOLDS, bending::PATCH},
 };
 
@@ -24,10 +24,10 @@ pub(crate) struct MembraneData<T> {
 pub(crate) struct BendingData<T> {
     particles: [u32; PATCH],
     angles: [T; FOLDS],
-    map: [[T; FOLDS]; 3],
-    plate: [T; 4],
-    damping: T,
 }
+
+/// Numbers of what a patch makes of its folds: its map, rigidities, damping.
+const PLATE: usize = 3 * FOLDS + 5;
 
 // SAFETY: numbers alone, without padding in either precision (tested below).
 unsafe impl<T: CudaReal> Zeroable for MembraneData<T> {}
@@ -47,8 +47,48 @@ pub(crate) struct FabricTables<T> {
     pub(crate) laws: Vec<[T; LAW]>,
     pub(crate) membranes: Vec<MembraneData<T>>,
     pub(crate) patches: Vec<BendingData<T>>,
+    /// For all patches the first of their [`PLATE`] numbers, then the second ones.
+    pub(crate) plates: Vec<T>,
     /// Triangles, then patches, around each particle.
     pub(crate) rows: [Incidence; 2],
+    pub(crate) folds: FoldTables<T>,
+}
+
+/// All folds, each once.
+#[derive(Debug)]
+pub(crate) struct FoldTables<T> {
+    pub(crate) particles: Vec<[u32; 4]>,
+    pub(crate) angles: Vec<T>,
+    /// For all patches the first of their folds, then the second ones; the number of folds where there is none.
+    pub(crate) of_patches: Vec<u32>,
+    /// For all folds the first of the places of their moments, which stand as `of_patches` do, then the second ones; that behind all moments where
+    /// there is none.
+    pub(crate) moment_places: Vec<u32>,
+    /// Folds around each particle.
+    pub(crate) rows: Incidence,
+}
+
+impl<T: CudaReal> FoldTables<T> {
+    fn new(model: &Model) -> Self {
+        let elements = model.elements();
+        let (folds, patches) = (elements.folds(), elements.patch_folds());
+        let particles: Vec<_> = folds.iter().map(|fold| fold.particles).collect();
+        let places = elements.fold_places();
+        let place = |place: u32| {
+            let (patch, fold) = (place as usize / FOLDS, place as usize % FOLDS);
+            let none = place == NONE;
+            (if none { FOLDS * patches.len() } else { fold * patches.len() + patch }) as u32
+        };
+        let moment_places = (0..FOLD_PLACES_MAX).flat_map(|k| places.iter().map(move |of| of[k]));
+        let of_patches = (0..FOLDS).flat_map(|k| patches.iter().map(move |patch| patch[k]));
+        Self {
+            angles: folds.iter().map(|fold| T::from_f64(fold.angle)).collect(),
+            of_patches: of_patches.map(|fold| fold.min(folds.len() as u32)).collect(),
+            moment_places: moment_places.map(place).collect(),
+            rows: Incidence::of(&particles, model.particle_count()),
+            particles,
+        }
+    }
 }
 
 impl<T: CudaReal> FabricTables<T> {
@@ -64,6 +104,15 @@ impl<T: CudaReal> FabricTables<T> {
             [a, b, c, d, e, f, coupling, shear, damping, onset, range, rise].map(T::from_f64)
         };
         let triangles = elements.triangles();
+        let plate = |triangle: &FabricTriangle| -> [T; PLATE] {
+            let stiffness = triangle.bending.rounded();
+            let damping = elements.fabrics()[triangle.fabric as usize].damping[1];
+            let mut numbers = [T::from_f64(damping); PLATE];
+            numbers[..3 * FOLDS].copy_from_slice(stiffness.map.as_flattened());
+            numbers[3 * FOLDS..PLATE - 1].copy_from_slice(&stiffness.plate);
+            numbers
+        };
+        let plates: Vec<_> = triangles.iter().map(plate).collect();
         let (interactions, count) = (model.interactions(), model.particle_count());
         let rows = |kind| {
             let list = interactions.list(kind);
@@ -87,18 +136,13 @@ impl<T: CudaReal> FabricTables<T> {
             patches: triangles
                 .iter()
                 .zip(elements.patches())
-                .map(|(triangle, &particles)| {
-                    let stiffness = triangle.bending.rounded();
-                    let damping = elements.fabrics()[triangle.fabric as usize].damping[1];
-                    BendingData {
-                        particles,
-                        angles: triangle.angles.map(T::from_f64),
-                        map: stiffness.map,
-                        plate: stiffness.plate,
-                        damping: T::from_f64(damping),
-                    }
+                .map(|(triangle, &particles)| BendingData {
+                    particles,
+                    angles: triangle.angles.map(T::from_f64),
                 })
                 .collect(),
+            plates: (0..PLATE).flat_map(|k| plates.iter().map(move |plate| plate[k])).collect(),
+            folds: FoldTables::new(model),
             rows: [rows(InteractionKind::Membrane), rows(InteractionKind::Bending)],
         }
     }
@@ -112,7 +156,7 @@ mod tests {
     fn nothing_that_is_copied_has_padding() {
         assert_eq!(size_of::<MembraneData<f32>>(), 16 + 5 * 4);
         assert_eq!(size_of::<MembraneData<f64>>(), 16 + 5 * 8);
-        assert_eq!(size_of::<BendingData<f32>>(), 48 + 41 * 4);
-        assert_eq!(size_of::<BendingData<f64>>(), 48 + 41 * 8);
+        assert_eq!(size_of::<BendingData<f32>>(), 48 + 9 * 4);
+        assert_eq!(size_of::<BendingData<f64>>(), 48 + 9 * 8);
     }
 }

@@ -106,10 +106,8 @@ impl Stages {
                 self.over_particles("procedural_forces", slot)
             }
             Command::SpringForces => self.over_particles("spring_forces", 0),
-            Command::MembraneForces => {
-                self.fabric_forces("membrane_forces", "membrane_forces_gather")
-            }
-            Command::BendingForces => self.fabric_forces("bending_forces", "bending_forces_gather"),
+            Command::MembraneForces => self.membrane_forces(),
+            Command::BendingForces => self.bending_forces(),
             Command::AerodynamicForces(_) if self.model.air().is_none() => Ok(()),
             Command::AerodynamicForces(substep) => {
                 let slot = self.slot(substep)?;
@@ -231,7 +229,9 @@ impl Stages {
     fn explicit_pass(&mut self, substep: &Substep) -> Result<()> {
         let slot = self.slot_fresh(substep)?;
         if self.model.has_fabric() {
+            self.over_folds("explicit_substep", "bending_forces_folds")?;
             self.over_elements("explicit_substep", "explicit_substep_fabric", slot)?;
+            self.over_folds("explicit_substep", "bending_forces")?;
         }
         if self.is_penalty() {
             return self.groups_advance(slot);

@@ -24,18 +24,37 @@ impl Stages {
         self.dispatch(stage, name, items, self.present, (slot, 0))
     }
 
-    /// Forces of all triangles, added to f.
-    pub(super) fn fabric_forces(
-        &mut self,
-        stage: &'static str,
-        gather: &'static str,
-    ) -> Result<()> {
+    /// A kernel with one thread for each fold.
+    pub(super) fn over_folds(&mut self, stage: &'static str, name: &'static str) -> Result<()> {
+        if self.fold_count() == 0 {
+            return Ok(());
+        }
+        let items = (self.fold_count(), WORKGROUP);
+        self.dispatch(stage, name, items, self.present, (0, 0))
+    }
+
+    /// Forces of stretched triangles, added to f.
+    pub(super) fn membrane_forces(&mut self) -> Result<()> {
         if self.element_count() == 0 {
             return Ok(());
         }
+        let stage = "membrane_forces";
         self.over_elements(stage, stage, 0)?;
         let items = (self.particle_count(), WORKGROUP);
-        self.dispatch(stage, gather, items, self.present, (0, 0))
+        self.dispatch(stage, "membrane_forces_gather", items, self.present, (0, 0))
+    }
+
+    /// Forces of folds, added to f.
+    pub(super) fn bending_forces(&mut self) -> Result<()> {
+        if self.element_count() == 0 {
+            return Ok(());
+        }
+        let stage = "bending_forces";
+        self.over_folds(stage, "bending_forces_folds")?;
+        self.over_elements(stage, "bending_forces_moments", 0)?;
+        self.over_folds(stage, stage)?;
+        let items = (self.particle_count(), WORKGROUP);
+        self.dispatch(stage, "bending_forces_gather", items, self.present, (0, 0))
     }
 
     /// Tangents and impulses of all triangles.

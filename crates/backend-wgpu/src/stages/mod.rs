@@ -266,12 +266,12 @@ impl Stages {
             }
         }
         if self.model.has_fabric() {
-            let forces: &[_] = if self.is_fused {
+            let others: &[_] = if self.is_fused {
                 &["explicit_substep_fabric"]
             } else {
-                &["membrane_forces", "bending_forces"]
+                &["membrane_forces", "bending_forces_moments"]
             };
-            for &name in forces {
+            for &name in ["bending_forces_folds", "bending_forces"].iter().chain(others) {
                 self.kernel(name)?;
             }
             self.kernel("measure_fabric")?;
@@ -313,6 +313,11 @@ impl Stages {
     /// Triangles of fabric.
     fn element_count(&self) -> u32 {
         self.model.elements().triangles().len() as u32
+    }
+
+    /// Folds between them.
+    fn fold_count(&self) -> u32 {
+        self.model.elements().folds().len() as u32
     }
 
     /// The options of a module for this model.
@@ -449,6 +454,7 @@ impl Stages {
             measure_blocks: self.particle_count().div_ceil(MEASURE_BLOCK)
                 + self.element_count().div_ceil(MEASURE_BLOCK),
             element_count: self.element_count(),
+            fold_count: self.fold_count(),
             solve_blocks,
             solve_repeats,
             ..layout::Model::default()

@@ -1,7 +1,7 @@
-//! Triangles of fabric, in the form of `shared/fabric.wgsl` and `shared/fabric_gather.wgsl`.
+//! Triangles of fabric, in the form of `shared/fabric.wgsl`, `shared/fabric_gather.wgsl` and `shared/fold_tables.wgsl`.
 
 use cloth_core::{
-    FabricTriangle, Incidence, InteractionKind, InteractionList, Model,
+    FOLD_PLACES_MAX, FabricTriangle, Incidence, InteractionKind, InteractionList, Model, NONE,
     fabric::{FOLDS, bending::PATCH},
 };
 
@@ -17,6 +17,8 @@ pub(crate) struct FabricTables {
     pub(crate) laws: Vec<[[f32; 4]; 3]>,
     /// `fabric_rows`.
     pub(crate) rows: Vec<u32>,
+    /// `fold_tables`.
+    pub(crate) folds: Vec<u32>,
 }
 
 impl FabricTables {
@@ -55,11 +57,38 @@ impl FabricTables {
             elements: triangles.map(element).collect(),
             laws: elements.fabrics().iter().map(law).collect(),
             rows: rows(model),
+            folds: folds(model),
         }
     }
 }
 
-/// Where the rows of every particle start among those of triangles, and of patches; then the rows themselves.
+/// Vertices, angles at rest and places of moments of folds, and the folds of patches.
+fn folds(model: &Model) -> Vec<u32> {
+    let elements = model.elements();
+    let (folds, patches) = (elements.folds(), elements.patch_folds());
+    let count = folds.len() as u32;
+    let places = elements.fold_places();
+    let first = 2 * (count + 1);
+    let place = |place: u32| {
+        let (triangles, arity) = (patches.len() as u32, FOLDS as u32);
+        let none = place == NONE;
+        first + if none { arity * triangles } else { place % arity * triangles + place / arity }
+    };
+    let mut words = Vec::new();
+    for vertex in 0..4 {
+        words.extend(folds.iter().map(|fold| fold.particles[vertex]));
+    }
+    words.extend(folds.iter().map(|fold| (fold.angle as f32).to_bits()));
+    for k in 0..FOLD_PLACES_MAX {
+        words.extend(places.iter().map(|places| place(places[k])));
+    }
+    for k in 0..FOLDS {
+        words.extend(patches.iter().map(|patch| patch[k].min(count)));
+    }
+    words
+}
+
+/// Where the rows of every particle start among those of triangles, of patches and of folds; then the rows themselves.
 fn rows(model: &Model) -> Vec<u32> {
     let count = model.particle_count();
     let interactions = model.interactions();
@@ -68,12 +97,17 @@ fn rows(model: &Model) -> Vec<u32> {
         list.map_or_else(Incidence::default, |list| Incidence::new(list, count))
     };
     let [triangles, patches] = [InteractionKind::Membrane, InteractionKind::Bending].map(incidence);
-    let start = 2 * (count as u32 + 1);
-    let middle = start + triangles.entries().len() as u32;
+    let vertices: Vec<_> = model.elements().folds().iter().map(|fold| fold.particles).collect();
+    let folds = Incidence::of(&vertices, count);
     let corners = triangles.entries().len() as u32;
-    let mut rows: Vec<u32> = triangles.offsets().iter().map(|at| start + at).collect();
-    rows.extend(patches.offsets().iter().map(|at| middle + at));
+    let mut start = 3 * (count as u32 + 1);
+    let mut rows = Vec::new();
+    for list in [&triangles, &patches, &folds] {
+        rows.extend(list.offsets().iter().map(|at| start + at));
+        start += list.entries().len() as u32;
+    }
     rows.extend(triangles.entries());
-    rows.extend(patches.entries().iter().map(|place| corners + place));
+    // What stands at patches, or at folds, comes behind the corners.
+    rows.extend(patches.entries().iter().chain(folds.entries()).map(|place| corners + place));
     rows
 }

@@ -1,7 +1,7 @@
 //! The triangles of the cloths that are made of fabric, in the composite model (NUMERICS §11, §12).
 
 use crate::{
-    PanelFabrics,
+    NONE, PanelFabrics,
     fabric::{
         CurvatureStiffness, FOLDS, Fabric, RestShape, RestTriangle,
         bending::{FOLD_PLACES, PATCH},
@@ -9,14 +9,28 @@ use crate::{
     },
 };
 
+/// Places of patches that one fold can have.
+pub const FOLD_PLACES_MAX: usize = 6;
+
 /// All triangles of fabric of a model. A cloth of springs has none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FabricElements {
     fabrics: Vec<Fabric>,
     triangles: Vec<FabricTriangle>,
     patches: Vec<[u32; PATCH]>,
+    folds: Vec<FabricFold>,
+    patch_folds: Vec<[u32; FOLDS]>,
     /// Edges of all triangles, sorted, the smaller particle first.
     edges: Vec<[u32; 2]>,
+}
+
+/// An edge between two triangles of fabric, about which they fold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FabricFold {
+    /// Both ends of the edge and the third corners of both triangles, as [`hinge::fold`](crate::fabric::hinge::fold) takes them.
+    pub particles: [u32; 4],
+    /// Angle at rest \[rad\].
+    pub angle: f64,
 }
 
 /// One triangle of fabric.
@@ -69,6 +83,32 @@ impl FabricElements {
         &self.patches
     }
 
+    /// The folds, one for each edge between two triangles.
+    #[must_use]
+    pub fn folds(&self) -> &[FabricFold] {
+        &self.folds
+    }
+
+    /// For each triangle the folds that tell its curvature, in the order of its patch; [`NONE`] where there is none or it says nothing.
+    #[must_use]
+    pub fn patch_folds(&self) -> &[[u32; FOLDS]] {
+        &self.patch_folds
+    }
+
+    /// For each fold where it stands in the patches of triangles, ascending: [`FOLDS`] times the triangle plus the place; [`NONE`] behind the last one.
+    /// It is between two triangles, and beyond another edge of the four others around these.
+    #[must_use]
+    pub fn fold_places(&self) -> Vec<[u32; FOLD_PLACES_MAX]> {
+        let mut places = vec![[NONE; FOLD_PLACES_MAX]; self.folds.len()];
+        for (place, &fold) in self.patch_folds.as_flattened().iter().enumerate() {
+            let of_fold = places.get_mut(fold as usize).into_iter().flatten();
+            if let Some(free) = of_fold.into_iter().find(|free| **free == NONE) {
+                *free = place as u32;
+            }
+        }
+        places
+    }
+
     /// Whether there is none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -105,9 +145,16 @@ impl FabricElements {
         let number = self.fabrics.len() as u32;
         self.fabrics.push(fabric);
         self.fabrics.extend(&panels.fabrics);
+        let first_fold = self.folds.len() as u32;
+        self.folds.extend(shape.hinges.iter().map(|hinge| FabricFold {
+            particles: hinge.vertices.map(|vertex| vertex + first),
+            angle: hinge.angle,
+        }));
         for (t, triangle) in shape.triangles.iter().enumerate() {
             let angle = |hinge: u32| shape.hinges.get(hinge as usize).map_or(0.0, |h| h.angle);
             self.patches.push(triangle.patch.map(|vertex| vertex + first));
+            let fold = |fold: u32| if fold == NONE { NONE } else { fold + first_fold };
+            self.patch_folds.push(triangle.folds.map(fold));
             self.triangles.push(FabricTriangle {
                 particles: triangle.vertices.map(|vertex| vertex + first),
                 fabric: number + panels.triangles.get(t).copied().unwrap_or_default(),

@@ -44,7 +44,7 @@ pub use contact::{ContactResponse, SelfContact};
 pub(crate) use contact_rules::ContactRules;
 pub use contact_rules::{ContactMap, ContactRule};
 pub use distance_grid::{DistanceGrid, GridSets};
-pub use elements::{FabricElements, FabricTriangle};
+pub use elements::{FOLD_PLACES_MAX, FabricElements, FabricFold, FabricTriangle};
 pub use environment::{Air, Field, Gust};
 pub use fabric_matrix::{FabricMatrix, ScalarEntry};
 pub use features::{ContactFeature, Feature, FeatureSet, ModelFeatures, ModelShape};

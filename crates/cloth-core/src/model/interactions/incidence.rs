@@ -1,6 +1,7 @@
 //! Which interactions a particle takes part in.
 
 use super::InteractionList;
+use crate::NONE;
 
 /// For each particle the interactions of one kind that it is part of, ascending: what a gather sums over.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -14,9 +15,20 @@ impl Incidence {
     /// twice.
     #[must_use]
     pub fn new(list: &InteractionList<'_>, count: usize) -> Self {
+        Self::build(|visit| list.for_each(visit), count)
+    }
+
+    /// Of anything that consists of `N` of `count` others each; [`NONE`] is in no row.
+    #[must_use]
+    pub fn of<const N: usize>(list: &[[u32; N]], count: usize) -> Self {
+        Self::build(|visit| list.iter().for_each(|members| visit(members)), count)
+    }
+
+    fn build(for_each: impl Fn(&mut dyn FnMut(&[u32])), count: usize) -> Self {
         let mut offsets = vec![0_u32; count + 1];
-        list.for_each(|particles| {
-            particles.iter().for_each(|&particle| offsets[particle as usize + 1] += 1);
+        for_each(&mut |members| {
+            let present = members.iter().filter(|&&member| member != NONE);
+            present.for_each(|&member| offsets[member as usize + 1] += 1);
         });
         for i in 0..count {
             offsets[i + 1] += offsets[i];
@@ -24,13 +36,13 @@ impl Incidence {
         let mut next = offsets.clone();
         let mut entries = vec![0; offsets[count] as usize];
         let mut base = 0;
-        list.for_each(|particles| {
-            for (place, &particle) in particles.iter().enumerate() {
-                let slot = &mut next[particle as usize];
+        for_each(&mut |members| {
+            for (place, &member) in members.iter().enumerate().filter(|(_, m)| **m != NONE) {
+                let slot = &mut next[member as usize];
                 entries[*slot as usize] = base + place as u32;
                 *slot += 1;
             }
-            base += particles.len() as u32;
+            base += members.len() as u32;
         });
         Self { offsets, entries }
     }
