@@ -11,9 +11,9 @@ use crate::{
     queue::{Buffer, Queue},
 };
 
-/// Numbers of what the blocks of a triangle and those of its folds are made of, and of a block.
+/// Numbers of what the blocks of a triangle and those of its folds are made of, one of them unused, and of a block.
 const MEMBRANE: usize = 13;
-const BENDING: usize = 9 * PATCH + 4;
+const BENDING: usize = 9 * PATCH + 5;
 const BLOCK: usize = 9;
 
 /// Device memory of these blocks, whose pattern never changes.
