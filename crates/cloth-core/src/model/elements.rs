@@ -175,3 +175,35 @@ impl FabricElements {
         self.edges.dedup();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::example::sheet;
+
+    #[test]
+    fn each_fold_knows_all_places_that_it_has_in_patches() {
+        let model = sheet(7, 1.1);
+        let elements = model.elements();
+        let places = elements.fold_places();
+        let of_patches = elements.patch_folds().as_flattened();
+        let mut found = vec![false; of_patches.len()];
+        for (fold, places) in places.iter().enumerate() {
+            let there: Vec<_> = places.iter().filter(|&&place| place != NONE).collect();
+            assert!(there.is_sorted() && there.len() >= 2, "between two triangles");
+            for &&place in &there {
+                assert_eq!(of_patches[place as usize], fold as u32);
+                found[place as usize] = true;
+            }
+        }
+        assert!(found.iter().zip(of_patches).all(|(found, fold)| *found == (*fold != NONE)));
+        // The fold of a patch has the vertices that its places say, whichever of both triangles sees it.
+        for (patch, folds) in elements.patches().iter().zip(elements.patch_folds()) {
+            for (fold, places) in folds.iter().zip(FOLD_PLACES).filter(|(fold, _)| **fold != NONE) {
+                let [a, b, c, d] = elements.folds()[*fold as usize].particles;
+                let seen = places.map(|place| patch[place]);
+                assert!(seen == [a, b, c, d] || seen == [b, a, d, c], "{seen:?}");
+            }
+        }
+    }
+}
