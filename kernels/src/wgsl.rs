@@ -70,6 +70,7 @@ modules! {
     "contact_pairs_tree" [],
     "control_forces" [],
     "control_forces_anchors" [],
+    "control_forces_assemble" [],
     "control_forces_restore" [],
     "explicit_substep" ["air", "buckling", "fabric", "grids", "feedback", "penalty"],
     "explicit_substep_fabric" [],

@@ -1,7 +1,7 @@
 // Anchors of springs that begin where their particles are.
 //!include motion_out control_forces
 
-@compute @workgroup_size(WORKGROUP)
+@compute @workgroup_size(FORCE_WORKGROUP)
 fn main(
     @builtin(global_invocation_id) id: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,

@@ -38,6 +38,15 @@ fn spring_linearise_and_implicit_assemble() {
 }
 
 #[test]
+fn control_forces_assemble() {
+    for start in [NewtonStart::StepStart, NewtonStart::Iterate] {
+        for_all(CASES, &description(), |candidate, case| {
+            checks::control_forces_assemble(candidate, case, start)
+        });
+    }
+}
+
+#[test]
 fn membrane_linearise_and_bending_linearise() {
     for start in [NewtonStart::StepStart, NewtonStart::Iterate] {
         for_all(CASES, &description_of_fabric(), |candidate, case| {

@@ -115,6 +115,9 @@ fn every_perturbed_stage_is_found_by_its_check() {
         let forces = RandomForces::from_seed(description.seed);
         checks::control_forces(candidate, description, &forces)
     });
+    control(Defect::Scaled(Stage::ControlForcesAssemble), &busy(), |candidate, description| {
+        checks::control_forces_assemble(candidate, description, NewtonStart::Iterate)
+    });
     control(Defect::Scaled(Stage::ProceduralForces), &busy(), checks::procedural_forces);
     control(Defect::Scaled(Stage::SpringForces), &busy(), checks::spring_forces);
     control(Defect::Scaled(Stage::SpringForces), &buckled(), checks::spring_forces);

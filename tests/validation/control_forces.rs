@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use cloth_core::{
     AdaptiveSettings, Anchor, AnchorSpring, Control, ControlStart, Field, ForceControl, Frame,
-    GridPatch, Integrator, Model, ModelBuilder, Precision, SemiImplicitSettings, Solver,
-    SolverConfig, State, TimeStepControl,
+    GridPatch, ImplicitSettings, Integrator, Model, ModelBuilder, Precision, SemiImplicitSettings,
+    Solver, SolverConfig, State, TimeStepControl,
 };
 use harness::{
     backends::candidates,
@@ -133,6 +133,32 @@ fn pins_carry_the_weight_and_the_force() {
                 assert!(error < tolerance, "{label} axis {axis}: {reaction:?} {expected:?}");
             }
         }
+    }
+}
+
+/// A cloth whose first row hangs on springs of its own is lower by its weight over the sum of their stiffness: in implicit steps they are part of the system,
+/// however short the time in which a particle alone would follow them.
+#[test]
+fn springs_hold_a_cloth_by_their_stiffness() {
+    let patch = GridPatch::horizontal(5, 0.1, 0.0);
+    let model =
+        build(ModelBuilder::new().cloth(grid_cloth("patch", patch, material(0.02, 40.0, 2e-3))));
+    let weight: f64 = model.masses().iter().sum::<f64>() * GRAVITY;
+    let (stiffness, damping) = (20.0, 0.4);
+    let sag = weight / (5.0 * stiffness);
+    for candidate in candidates() {
+        let time_step = 1e-2;
+        let integrator = Integrator::Implicit(ImplicitSettings::default());
+        let mut solver = solver_of(candidate, &model, time_step, integrator);
+        let spring =
+            AnchorSpring { anchor: Anchor::Here, stiffness, damping, reach: f64::INFINITY };
+        give(&mut *solver, (0..5).map(|particle| pull(particle, [0.0; 3], spring)).collect());
+        let before = download(&mut *solver);
+        let state = advance(&mut *solver, 1000, time_step);
+        let heights = (0..5).map(|i| state.positions[i][2] - before.positions[i][2]);
+        let mean = -heights.sum::<f64>() / 5.0;
+        let label = &candidate.label;
+        assert!((mean / sag - 1.0).abs() < 1e-3, "{label}: {mean} for {sag}");
     }
 }
 

@@ -1,6 +1,6 @@
 //! NUMERICS §3: forces on single particles, given while a simulation runs.
 
-use cloth_core::{Anchor, AnchorSpring, ForceControl, Real};
+use cloth_core::{Anchor, AnchorSpring, ForceControl, NewtonStart, Real};
 
 use crate::memory::{Masses, Motion};
 
@@ -70,6 +70,31 @@ impl<T: Real> ControlForces<T> {
         }
     }
 
+    /// What the forces add to the system of an implicit substep of `length` \[s\], with anchors moved by `offset` \[m\]: particle, the number on
+    /// the diagonal of its block \[kg\], and what its right-hand side has more \[N s\].
+    pub(crate) fn terms(
+        &self,
+        (length, start): (T, NewtonStart),
+        offset: [T; 3],
+        masses: &Masses<T>,
+        motion: &Motion<T>,
+    ) -> impl Iterator<Item = (usize, T, [T; 3])> {
+        let ahead = if start == NewtonStart::StepStart { length } else { T::ZERO };
+        let free = self.forces.iter().filter(|force| !masses.is_held(force.particle));
+        free.map(move |force| {
+            let position = motion.position.get(force.particle);
+            let velocity = motion.velocity.get(force.particle);
+            let (d, stiffness) = force.pull(offset, position);
+            let diagonal = length * force.damping + (length * length) * stiffness;
+            let impulse = std::array::from_fn(|k| {
+                let v = velocity[k];
+                let pull = stiffness * (d[k] - ahead * v) - force.damping * v;
+                length * (force.force[k] + pull)
+            });
+            (force.particle, diagonal, impulse)
+        })
+    }
+
     /// Takes the last kick back.
     pub(crate) fn restore(&self, motion: &mut Motion<T>) {
         for (force, &velocity) in self.forces.iter().zip(&self.before) {
@@ -79,6 +104,14 @@ impl<T: Real> ControlForces<T> {
 }
 
 impl<T: Real> Force<T> {
+    /// The way to the anchor, and the stiffness: less beyond the reach, so that the force stays what it is there.
+    fn pull(&self, offset: [T; 3], position: [T; 3]) -> ([T; 3], T) {
+        let d: [T; 3] = std::array::from_fn(|k| (self.anchor[k] + offset[k]) - position[k]);
+        let distance = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+        let beyond = distance > self.reach;
+        (d, if beyond { self.stiffness * (self.reach / distance) } else { self.stiffness })
+    }
+
     fn kicked(
         &self,
         length: T,

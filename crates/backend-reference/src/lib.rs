@@ -48,7 +48,7 @@ pub use bending::{bending_forces, bending_linearise};
 pub use buckling::{spring_energy_doubled, spring_tension, spring_tension_derivative};
 pub use collider_response::{Impulse, PathStart, collide, collider_response, penetration_max};
 pub use contact::{ContactPairs, contact_candidates, contact_forces, contact_impulses};
-pub use control_forces::control_forces;
+pub use control_forces::{control_forces, control_forces_assemble};
 pub use field_forces::field_forces;
 pub use implicit::{
     Constraint, Constraints, ElementBlock, Elements, LinearSystem, Linearisation, Schwarz, Term,

@@ -31,8 +31,8 @@ struct ControlForces {
 
 @group(0) @binding(57) var<storage, read_write> control_forces: ControlForces;
 
-const WORKGROUP: u32 = 64u;
+const FORCE_WORKGROUP: u32 = 64u;
 
 fn control_force_place(id: vec3<u32>, groups: vec3<u32>) -> u32 {
-    return id.x + id.y * groups.x * WORKGROUP;
+    return id.x + id.y * groups.x * FORCE_WORKGROUP;
 }

@@ -186,6 +186,10 @@ pub fn bits_of_implicit_stages(candidates: [&Candidate; 2], description: &Descri
             format!("{stage}: {vector:?} of {i}: {:?} and {:?}", found[0].get(i), found[1].get(i))
         })
     };
+    let forces = RandomForces::of_seed(description.seed, case.model.particle_count());
+    for kernels in &mut pair {
+        kernels.control_forces_write(&forces)?;
+    }
     let penalty = pair[0].contact_is_penalty();
     for (number, substep) in case.plan.substeps.iter().enumerate() {
         if !is_moderate(&mut *pair[0])? {
@@ -215,6 +219,10 @@ pub fn bits_of_implicit_stages(candidates: [&Candidate; 2], description: &Descri
             kernels.implicit_assemble(substep, start)?;
         }
         vectors(&mut pair, "implicit_assemble", RightSide)?;
+        for kernels in &mut pair {
+            kernels.control_forces_assemble(substep, start)?;
+        }
+        vectors(&mut pair, "control_forces_assemble", RightSide)?;
         let mut matrices = [Vec::new(), Vec::new()];
         for (kernels, matrix) in pair.iter_mut().zip(&mut matrices) {
             kernels.matrix_read(matrix)?;

@@ -33,10 +33,10 @@ pub use frames::{frames, patch_frames_near, patch_frames_within, scenario_frames
 pub use fused::explicit_substep;
 pub use implicit::{
     collider_constraints, conjugate_gradient, constraint_filter, constraint_impulses,
-    constraint_project, constraint_release, implicit_assemble, implicit_frame, implicit_trajectory,
-    jacobi, linear_solution, matrix_apply, position_advance, position_from_kept,
-    preconditioner_apply, preconditioner_is_symmetric, schwarz_of_many_groups, state_keep,
-    state_restore, vector_combine, vector_dot, velocity_add,
+    constraint_project, constraint_release, control_forces_assemble, implicit_assemble,
+    implicit_frame, implicit_trajectory, jacobi, linear_solution, matrix_apply, position_advance,
+    position_from_kept, preconditioner_apply, preconditioner_is_symmetric, schwarz_of_many_groups,
+    state_keep, state_restore, vector_combine, vector_dot, velocity_add,
 };
 pub use invariants::invariants;
 pub use motion::{

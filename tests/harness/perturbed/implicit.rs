@@ -89,6 +89,11 @@ impl ImplicitKernels for PerturbedKernels {
         self.inner.implicit_assemble(&self.substep_of(Stage::ImplicitAssemble, substep), start)
     }
 
+    fn control_forces_assemble(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        let substep = self.substep_of(Stage::ControlForcesAssemble, substep);
+        self.inner.control_forces_assemble(&substep, start)
+    }
+
     fn collider_constraints(&mut self, substep: &Substep) -> Result<()> {
         self.inner.collider_constraints(&self.substep_of(Stage::ColliderConstraints, substep))
     }

@@ -80,6 +80,8 @@ pub enum Stage {
     ContactLinearise,
     /// `implicit_assemble`
     ImplicitAssemble,
+    /// `control_forces_assemble`
+    ControlForcesAssemble,
     /// `collider_constraints`
     ColliderConstraints,
     /// `constraint_release`

@@ -15,9 +15,10 @@ use crate::tracked::Tracked;
 pub use cloth_backend_reference::{
     ContactPairs, Linearisation, Surplus, aerodynamic_forces, angular_surplus, bending_forces,
     bending_linearise, collider_constraints, constraint_impulses, constraint_release,
-    contact_candidates, contact_linearise, control_forces, field_forces, implicit_assemble,
-    integrate_explicit, measure, membrane_forces, membrane_linearise, preconditioner_apply,
-    spring_forces, spring_linearise, spring_tension, strain_limit, stretch_limit, vertex_normals,
+    contact_candidates, contact_linearise, control_forces, control_forces_assemble, field_forces,
+    implicit_assemble, integrate_explicit, measure, membrane_forces, membrane_linearise,
+    preconditioner_apply, spring_forces, spring_linearise, spring_tension, strain_limit,
+    stretch_limit, vertex_normals,
 };
 pub use colliders::collider_response;
 pub use contact::{contact_forces, contact_impulses, contact_pairs};

@@ -178,6 +178,19 @@ impl<T: Real> ImplicitSystem<T> {
         self.matrix_has_changed();
     }
 
+    /// Adds to the diagonals of blocks, and to the right-hand side.
+    pub(crate) fn add(&mut self, terms: impl Iterator<Item = (usize, T, [T; 3])>) {
+        let right_side = self.vectors.get_mut(LinearVector::RightSide);
+        for (particle, term, impulse) in terms {
+            let block = [term, term, term, T::ZERO, T::ZERO, T::ZERO];
+            self.matrix.base.add(particle, block);
+            self.matrix.diagonal.add(particle, block);
+            let before = right_side.get(particle);
+            right_side.set(particle, std::array::from_fn(|k| before[k] + impulse[k]));
+        }
+        self.matrix_has_changed();
+    }
+
     pub(crate) fn collider_constraints(
         &mut self,
         at: Surroundings<'_, T>,

@@ -144,6 +144,16 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
         Ok(())
     }
 
+    fn control_forces_assemble(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        self.implicit_stage("control_forces", substep.length, |kernels, system, length| {
+            let length = T::from_f64(length);
+            let offset = substep.anchor_offset.map(T::from_f64);
+            let Self { control_forces, masses, present, .. } = kernels;
+            system.add(control_forces.terms((length, start), offset, masses, present));
+        });
+        Ok(())
+    }
+
     fn collider_constraints(&mut self, substep: &Substep) -> Result<()> {
         let index = substep.index;
         self.implicit_stage("collider_constraints", substep.length, |kernels, system, length| {

@@ -1,6 +1,6 @@
 //! Forces on single particles, given while a simulation runs.
 
-use cloth_core::{Anchor, AnchorSpring, ForceControl, Result, stepper::Substep};
+use cloth_core::{Anchor, AnchorSpring, ForceControl, NewtonStart, Result, stepper::Substep};
 
 use super::CudaKernels;
 use crate::{
@@ -87,6 +87,26 @@ impl<T: CudaReal> CudaKernels<T> {
 
     pub(super) fn kick_run(&mut self, kick: &Kick<T>) -> Result<()> {
         self.control_forces_start("control_forces", Some(kick))
+    }
+
+    /// Adds the forces to the system.
+    pub(super) fn control_forces_add(
+        &mut self,
+        substep: &Substep,
+        start: NewtonStart,
+    ) -> Result<()> {
+        self.settle()?;
+        let count = self.control_forces.count;
+        let address = self.memory.inputs.control_forces.address();
+        let length = T::from_f64(substep.length);
+        let [x, y, z] = substep.anchor_offset.map(T::from_f64);
+        let is_iterate = u32::from(start == NewtonStart::Iterate);
+        let mut arguments = vec![argument(&address), argument(&count), argument(&length)];
+        arguments.extend([argument(&x), argument(&y), argument(&z), argument(&is_iterate)]);
+        let launch = Launch::over(count as usize);
+        self.stage("control_forces", |kernels| {
+            kernels.linear_start(("control_forces", "control_forces_assemble"), launch, &arguments)
+        })
     }
 
     /// Takes the last kick back.

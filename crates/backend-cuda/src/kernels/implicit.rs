@@ -123,6 +123,10 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
         self.linear_stage(("implicit_assemble", "implicit_assemble"), &[argument(&is_iterate)])
     }
 
+    fn control_forces_assemble(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        self.control_forces_add(substep, start)
+    }
+
     fn collider_constraints(&mut self, substep: &Substep) -> Result<()> {
         self.length_set(substep)?;
         if self.model.colliders().is_empty() {

@@ -24,6 +24,14 @@ pub struct LinearSystem<N> {
     pub right_side: Vec<Vector<N>>,
 }
 
+impl<N: Number> LinearSystem<N> {
+    /// Adds to the diagonal of the block of a particle, and to its right-hand side.
+    pub fn add(&mut self, particle: usize, diagonal: N, impulse: Vector<N>) {
+        self.base[particle] += Matrix::diagonal(diagonal);
+        self.right_side[particle] += impulse;
+    }
+}
+
 /// What a triangle of fabric adds to a block of the matrix.
 #[derive(Clone, Copy, Debug)]
 pub struct ElementBlock<N> {

@@ -5,12 +5,12 @@ use cloth_core::{
     MatrixBlock, MatrixForm, NewtonStart, Preconditioner, Result, stepper::Substep,
 };
 
-use super::{Kept, Linear, ReferenceKernels};
+use super::{Controls, Kept, Linear, ReferenceKernels};
 use crate::{
     Linearisation, Schwarz, Vector, bending_linearise, check_preconditioner, collider_constraints,
-    constraint_impulses, constraint_release, contact_linearise, implicit::direct_solve,
-    implicit_assemble, membrane_linearise, preconditioner_apply, spring_linearise, unsupported,
-    vector_combine, vector_dot,
+    constraint_impulses, constraint_release, contact_linearise, control_forces_assemble,
+    implicit::direct_solve, implicit_assemble, membrane_linearise, preconditioner_apply,
+    spring_linearise, unsupported, vector_combine, vector_dot,
 };
 
 /// Particles that dense matrices are made for at most.
@@ -127,6 +127,14 @@ impl ImplicitKernels for ReferenceKernels {
         let parts = (terms, &elements[..]);
         *system = implicit_assemble(&self.model, &self.particles, parts, &self.forces, &about);
         constraints.add_drags(&self.particles.velocities, system);
+        vectors[LinearVector::RightSide as usize].clone_from(&system.right_side);
+        Ok(())
+    }
+
+    fn control_forces_assemble(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        let Controls { forces, given, .. } = &self.controls;
+        let Linear { system, vectors, .. } = &mut self.linear;
+        control_forces_assemble(&self.particles, (forces, given), substep, start, system);
         vectors[LinearVector::RightSide as usize].clone_from(&system.right_side);
         Ok(())
     }

@@ -15,6 +15,7 @@ pub(crate) enum Command {
     PinsWrite(Vec<PinWrite>),
     ControlForces(Substep),
     ControlForcesRestore,
+    ControlForcesAssemble(Substep, NewtonStart),
     FieldForces,
     ProceduralForces(Substep),
     SpringForces,

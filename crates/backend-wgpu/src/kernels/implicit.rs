@@ -45,6 +45,10 @@ impl ImplicitKernels for WgpuKernels {
         self.stages.execute(Command::ImplicitAssemble(*substep, start))
     }
 
+    fn control_forces_assemble(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
+        self.stages.execute(Command::ControlForcesAssemble(*substep, start))
+    }
+
     fn collider_constraints(&mut self, substep: &Substep) -> Result<()> {
         self.stages.execute(Command::ColliderConstraints(*substep))
     }

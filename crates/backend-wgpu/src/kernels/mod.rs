@@ -251,7 +251,7 @@ impl Kernels for WgpuKernels {
         if !self.model().colliders().is_empty() {
             self.collider_constraints(substep)?;
         }
-        stepper::implicit::system(self, substep, NewtonStart::StepStart)?;
+        stepper::implicit::controlled_system(self, substep, NewtonStart::StepStart)?;
         self.stages.execute(Command::ImplicitSolve(*substep, request))?;
         self.velocity_add(1.0)?;
         stepper::implicit::advance(self, substep, NewtonStart::StepStart)?;

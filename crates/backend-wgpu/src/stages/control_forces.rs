@@ -1,9 +1,12 @@
 //! Forces on single particles, given while a simulation runs.
 
-use cloth_core::{Anchor, AnchorSpring, ForceControl, Result, stepper::Substep};
+use cloth_core::{Anchor, AnchorSpring, ForceControl, NewtonStart, Result, stepper::Substep};
 
 use super::Stages;
-use crate::{dispatch::WORKGROUP, layout::ControlForce};
+use crate::{
+    dispatch::WORKGROUP,
+    layout::{CALL_ITERATE, Call, ControlForce},
+};
 
 /// What is on the device.
 #[derive(Clone, Copy, Debug, Default)]
@@ -79,6 +82,19 @@ impl Stages {
         }
         self.velocities_in_place()?;
         self.over_control_forces("control_forces_restore", 0)
+    }
+
+    /// Adds the forces to the system.
+    pub(super) fn control_forces_assemble(
+        &mut self,
+        substep: &Substep,
+        start: NewtonStart,
+    ) -> Result<()> {
+        let slot = self.slot(substep)?;
+        let flags = if start == NewtonStart::Iterate { CALL_ITERATE } else { 0 };
+        let call = self.call(Call { flags, ..Call::default() })?;
+        let items = (self.control_forces.count, WORKGROUP);
+        self.dispatch(NAME, "control_forces_assemble", items, self.present, (slot, call))
     }
 
     /// Makes sure that the present velocities may be changed in place. The boxes around groups stay as they are.

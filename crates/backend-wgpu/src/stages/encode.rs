@@ -96,6 +96,9 @@ impl Stages {
             Command::PinsWrite(pins) => self.pins_write(pins),
             Command::ControlForces(substep) => self.control_forces(substep),
             Command::ControlForcesRestore => self.control_forces_restore(),
+            Command::ControlForcesAssemble(substep, start) => {
+                self.control_forces_assemble(substep, *start)
+            }
             Command::FieldForces => {
                 self.has_force = true;
                 self.over_particles("field_forces", 0)

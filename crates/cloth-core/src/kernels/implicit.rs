@@ -157,6 +157,12 @@ pub trait ImplicitKernels: Send {
     /// What the device reports.
     fn implicit_assemble(&mut self, substep: &Substep, start: NewtonStart) -> Result<()>;
 
+    /// NUMERICS §3, `control_forces`: adds forces on single particles and their springs to the system that `implicit_assemble` has made.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn control_forces_assemble(&mut self, substep: &Substep, start: NewtonStart) -> Result<()>;
+
     /// NUMERICS §5: the constraints that colliders put on velocities in this substep, from the
     /// present state.
     ///

@@ -78,7 +78,7 @@ pub trait Kernels: ImplicitKernels + SemiImplicitKernels {
     /// Whether there are any.
     fn has_control_forces(&self) -> bool;
 
-    /// NUMERICS §3: what these forces do to the velocities in a substep.
+    /// NUMERICS §3: what these forces do to the velocities in a substep, for all integrators but the implicit one, whose matrix has them.
     ///
     /// # Errors
     /// What the device reports.

@@ -36,7 +36,11 @@ pub fn substep<K: Kernels + ?Sized>(
     if constrained {
         kernels.collider_constraints(substep)?;
     }
-    system(kernels, substep, NewtonStart::StepStart)?;
+    if kernels.model().has_triangle_contact() && kernels.model().has_fabric() {
+        inexact::predict(kernels, substep)?;
+    } else {
+        controlled_system(kernels, substep, NewtonStart::StepStart)?;
+    }
     let start = if settings.linear.warm_start && substep.index > 0 {
         LinearStart::Solution
     } else {
@@ -79,6 +83,22 @@ pub fn advance<K: Kernels + ?Sized>(
         kernels.constraint_impulses(end)?;
     }
     finish::advance(kernels, substep)
+}
+
+/// [`system`] with the forces on single particles that are given from outside.
+///
+/// # Errors
+/// Those of the stages.
+pub fn controlled_system<K: Kernels + ?Sized>(
+    kernels: &mut K,
+    substep: &Substep,
+    start: NewtonStart,
+) -> Result<()> {
+    system(kernels, substep, start)?;
+    if kernels.has_control_forces() {
+        kernels.control_forces_assemble(substep, start)?;
+    }
+    Ok(())
 }
 
 /// Matrix and right-hand side at the present state: forces but those of springs, what is linearised,
@@ -158,7 +178,7 @@ fn newton<K: Kernels + ?Sized>(
         kernels.velocity_add(scale)?;
         for halving in 0.. {
             kernels.position_from_kept(substep.length)?;
-            system(kernels, substep, NewtonStart::Iterate)?;
+            controlled_system(kernels, substep, NewtonStart::Iterate)?;
             left = residual(kernels)?;
             let slope = kernels.vector_dot(Residual, Solution)?;
             if is_short(slope, slope_start) || halving == HALVINGS_MAX {

@@ -15,8 +15,9 @@ pub(super) fn substep<K: Kernels>(
     integrator: &Integrator,
     report: &mut SolverReport,
 ) -> Result<bool> {
-    let has_forces = kernels.has_control_forces();
-    if has_forces {
+    // The matrix of an implicit step has them.
+    let kicks = kernels.has_control_forces() && !matches!(integrator, Integrator::Implicit(_));
+    if kicks {
         kernels.control_forces(substep)?;
     }
     let done = match integrator {
@@ -27,7 +28,7 @@ pub(super) fn substep<K: Kernels>(
             semi_implicit::substep(kernels, substep, settings, report).map(|()| true)
         }
     }?;
-    if has_forces && !done {
+    if kicks && !done {
         // The state that was put back is the one after the kick.
         kernels.control_forces_restore()?;
     }

@@ -6,7 +6,8 @@ use super::prepared::Prepared;
 use crate::{
     Verdict,
     backends::Candidate,
-    models::Description,
+    models::{Description, RandomForces},
+    stages,
     verdict::{compare, ensure},
 };
 
@@ -21,6 +22,25 @@ pub fn implicit_assemble(
     start: NewtonStart,
 ) -> Verdict {
     compare_system(candidate, &mut Prepared::new(candidate, description, start)?)
+}
+
+/// `control_forces_assemble` against NUMERICS §3: what the system has more for forces on single particles.
+///
+/// # Errors
+/// What is wrong.
+pub fn control_forces_assemble(
+    candidate: &Candidate,
+    description: &Description,
+    start: NewtonStart,
+) -> Verdict {
+    let mut prepared = Prepared::new(candidate, description, start)?;
+    let Prepared { case, kernels, substep, particles, system, .. } = &mut prepared;
+    let forces = RandomForces::of_seed(description.seed, case.model.particle_count());
+    kernels.control_forces_write(&forces)?;
+    kernels.control_forces_assemble(substep, start)?;
+    let given = &case.state.positions;
+    stages::control_forces_assemble(particles, (&forces, given), substep, start, system);
+    compare_system(candidate, &mut prepared)
 }
 
 /// The blocks of the matrix and the right-hand side.

@@ -23,7 +23,7 @@ impl Stages {
 
     /// Whether an implicit substep is to be one command.
     pub(crate) const fn steps_at_once(&self) -> bool {
-        self.is_step_fused && self.defers()
+        self.is_step_fused && self.defers() && !self.has_control_forces()
     }
 
     /// Records such a substep.

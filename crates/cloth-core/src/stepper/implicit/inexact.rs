@@ -5,7 +5,9 @@ use crate::{
     NewtonStart, Result, SolverReport,
 };
 
-use super::{super::Substep, HALVINGS_MAX, constraints_meet, is_short, residual, solve, system};
+use super::{
+    super::Substep, HALVINGS_MAX, constraints_meet, controlled_system, is_short, residual, solve,
+};
 
 /// Iterations at most, if settings do not ask for more.
 const ITERATIONS_MAX: u32 = 8;
@@ -18,7 +20,7 @@ const WORTH: f64 = 0.7;
 
 /// How much larger than the tolerance of the settings the residual may be that a linear solve leaves, in proportion to that of the first
 /// system of the substep: its solution is good for one iteration alone.
-const FORCING: f64 = 10.0;
+const FORCING: f64 = 3.0;
 
 /// A linear solve goes on at least until this share of its own residual is left.
 const SHARE_MAX: f64 = 0.3;
@@ -32,6 +34,18 @@ const CORRECTION_FORCING: f64 = 50.0;
 
 /// Standard gravity \[m/s^2\].
 const EARTH: f64 = 9.81;
+
+/// The first system of fabric: about where the velocities of the start lead to, as far as particles can get there. What turns along the way is longer
+/// by the square of its angle there, and a system about the start knows nothing of it: its solution would have to be mended by the next.
+///
+/// # Errors
+/// Those of the stages.
+pub(super) fn predict<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -> Result<()> {
+    kernels.position_from_kept(substep.length)?;
+    kernels.contact_certify_iterate(substep)?;
+    controlled_system(kernels, substep, NewtonStart::Iterate)?;
+    kernels.iterate_keep()
+}
 
 /// The first solve and the iterations after it. Returns what the last system was linearised about, or nothing if one could not be solved.
 ///
@@ -62,7 +76,8 @@ pub(super) fn newton<K: Kernels + ?Sized>(
     let was_free = is_linear && !kernels.triangles_touch();
     let is_loose = settings.linear.stop == LinearStop::Residual && !was_free;
     let mut scale = substep.length * substep.length * weight(kernels.model());
-    let mut end = NewtonStart::StepStart;
+    let mut end =
+        if kernels.model().has_fabric() { NewtonStart::Iterate } else { NewtonStart::StepStart };
     let first = residual(kernels)?;
     let mut now = first;
     for iteration in 1..=iterations_max {
@@ -99,7 +114,7 @@ pub(super) fn newton<K: Kernels + ?Sized>(
             if is_small || (stopped == 0 && is_free) {
                 return Ok(Some(end));
             }
-            system(kernels, substep, NewtonStart::Iterate)?;
+            controlled_system(kernels, substep, NewtonStart::Iterate)?;
             end = NewtonStart::Iterate;
             now = residual(kernels)?;
             if !now.is_finite() {
