@@ -141,8 +141,9 @@ fn pins_carry_the_weight_and_the_force() {
 #[test]
 fn springs_hold_a_cloth_by_their_stiffness() {
     let patch = GridPatch::horizontal(5, 0.1, 0.0);
-    let model =
-        build(ModelBuilder::new().cloth(grid_cloth("patch", patch, material(0.02, 40.0, 2e-3))));
+    let cloth = grid_cloth("patch", patch, material(0.02, 40.0, 2e-3));
+    let drag = Field::Drag { rate: [4.0; 3] };
+    let model = build(ModelBuilder::new().field(drag).cloth(cloth));
     let weight: f64 = model.masses().iter().sum::<f64>() * GRAVITY;
     let (stiffness, damping) = (20.0, 0.4);
     let sag = weight / (5.0 * stiffness);
