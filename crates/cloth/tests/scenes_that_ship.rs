@@ -127,7 +127,7 @@ fn a_skirt_opens_its_pleats() {
     let mut simulation = run("skirt.toml", 1);
     let before = width(&mut simulation);
     assert!((0.12..0.15).contains(&before), "{before} m: folded around the hips");
-    let mut simulation = run("skirt.toml", 62);
+    let mut simulation = run("skirt.toml", 75);
     let after = width(&mut simulation);
     assert!(after > before + 0.05, "{after} m, {before} m at the start");
     sewn(simulation);

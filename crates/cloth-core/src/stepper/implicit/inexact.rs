@@ -29,6 +29,10 @@ const SHARE_MAX: f64 = 0.3;
 /// another: relative to the first correction of the substep, or to what gravity gives, or that of the earth if there is none, if that is more.
 const CORRECTION: f64 = 0.05;
 
+/// The first correction counts up to so many times what gravity gives: where cloth is stopped all at once it is far more, and a share of it would be
+/// stretch that stays.
+const FIRST_MAX: f64 = 20.0;
+
 /// And relative to the tolerance of linear systems, if that asks for less.
 const CORRECTION_FORCING: f64 = 50.0;
 
@@ -95,7 +99,7 @@ pub(super) fn newton<K: Kernels + ?Sized>(
         let slope_start = kernels.vector_dot(Residual, Solution)?;
         constraints_meet(kernels)?;
         if iteration == 1 {
-            scale = scale.max(slope_start);
+            scale = scale.max(slope_start.min(FIRST_MAX * FIRST_MAX * scale));
         }
         let is_small =
             iteration > 1 && slope_start <= correction * correction * scale && !keeps_impulses;
