@@ -17,7 +17,7 @@ use crate::{
 const SPACING: f64 = 0.0153;
 const FRAMES: u32 = 6;
 
-/// A sheet that falls onto a box, which turns and rises, and onto a leaf without an inside; a second sheet on the first.
+/// A sheet that falls onto a box, which turns and rises, onto a leaf without an inside, and onto the floor; a second sheet on the first.
 fn model() -> Arc<Model> {
     let corners =
         vec![[-0.05, -0.05, -0.004], [0.05, -0.05, 0.0], [0.05, 0.05, 0.004], [-0.05, 0.05, 0.0]];
@@ -35,7 +35,7 @@ fn model() -> Arc<Model> {
         .cloth(sheet("above", 8, SPACING, [0.0, 0.001, 0.0165], 0.4))
         .collider(body("box", ColliderShape::Box { half_extents: [0.032, 0.03, 0.01] }, [0.0; 3]))
         .collider(body("leaf", ColliderShape::Surface(Arc::new(leaf)), [0.11, 0.0, 0.004]))
-        .collider(body("floor", ColliderShape::Plane, [0.0, 0.0, -0.2]))
+        .collider(body("floor", ColliderShape::Plane, [0.0, 0.0, -0.015]))
         .collider_impulses(true);
     Arc::new(builder.build().expect("it is valid"))
 }

@@ -158,9 +158,10 @@ pub fn surface_at<N: Number>(
     surface
 }
 
-/// t/2 \[m\].
+/// How near a particle comes to a collider \[m\]: t/2, less where triangles touch.
 pub(crate) fn half_thickness<N: Number>(model: &Model, particle: usize) -> N {
-    N::rounded(0.5 * model.cloths()[model.cloth_of(particle as u32)].thickness)
+    let cloth = model.cloth_of(particle as u32);
+    N::rounded(model.collider_offsets().nth(cloth).map_or(0.0, |(_, offset)| offset))
 }
 
 /// Velocity of a collider at a place \[m/s\].

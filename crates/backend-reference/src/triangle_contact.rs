@@ -94,8 +94,14 @@ impl TriangleContact {
         };
         let found = self.surface.candidates();
         let found = found.filter_map(|candidate| self.surface.contact(candidate, position));
+        let mut found: Vec<_> = found.collect();
+        let start = |i: u32| match is_particle(i) {
+            true => start[i as usize].0,
+            false => bodies.start()[i as usize - count],
+        };
+        self.surface.plane_contacts(position, start, &mut found);
+        found.retain(|stencil| self.certifier.acts(stencil));
         let law = ContactLaw::of(model, config, substep.length);
-        let found = found.filter(|stencil| self.certifier.acts(stencil)).collect();
         self.set.stencils_set(law, found);
         let motion = ContactMotion {
             position,
@@ -103,10 +109,7 @@ impl TriangleContact {
                 true => particles.velocities[i as usize].0,
                 false => bodies.velocity(i, substep.length),
             },
-            start: |i: u32| match is_particle(i) {
-                true => start[i as usize].0,
-                false => bodies.start()[i as usize - count],
-            },
+            start,
             inverse_mass: |i: u32| {
                 if is_particle(i) { particles.inverse_masses[i as usize] } else { 0.0 }
             },

@@ -268,16 +268,6 @@ pub enum ModelError {
         /// The name of nothing.
         object: String,
     },
-    /// A rule of contact for a plane, which is no triangles.
-    #[error(
-        "rule {rule} of contact is about {object:?}, a plane: change the friction of the plane itself"
-    )]
-    ContactOfPlane {
-        /// Its number.
-        rule: usize,
-        /// Name of the plane.
-        object: String,
-    },
     /// Rules or maps of contact without contact of triangles.
     #[error(
         "rules and maps of contact need contact of triangles: give contact that response, or remove them"

@@ -51,7 +51,7 @@ pub(crate) struct CpuKernels<T> {
     fields: FieldSum<T>,
     programs: Vec<Arc<FieldProgram>>,
     masses: Masses<T>,
-    /// Half the thickness of the cloth at each particle \[m\].
+    /// How near each particle comes to colliders \[m\].
     offsets: Vec<T>,
     present: Motion<T>,
     next: Motion<T>,
@@ -97,9 +97,8 @@ impl<T: Real> CpuKernels<T> {
         let springs = SpringColumns::new(model.springs(), count);
         let margin = springs.margin();
         let mut offsets = vec![T::ZERO; packets(count) * LANES];
-        for cloth in model.cloths() {
-            offsets[cloth.particles.start as usize..cloth.particles.end as usize]
-                .fill(T::from_f64(0.5 * cloth.thickness));
+        for (particles, offset) in model.collider_offsets() {
+            offsets[particles.start as usize..particles.end as usize].fill(T::from_f64(offset));
         }
         let mut kernels = Self {
             control_forces: ControlForces::default(),

@@ -136,22 +136,24 @@ impl<T: Real> TriangleContact<T> {
         };
         self.position[particles..].copy_from_slice(now);
         let law = ContactLaw::of(model, config, length);
-        let mut found = self.list.contacts(&self.surface, &self.position);
-        found.retain(|stencil| self.certifier.acts(stencil));
-        self.set.stencils_set(law, found);
         let (velocity, start) = (FieldView::new(&motion.velocity), FieldView::new(start));
         let (position, step) = (&self.position, T::from_f64(length));
         let is_particle = |i: u32| (i as usize) < particles;
+        let start = |i: u32| match is_particle(i) {
+            true => start.get(i as usize),
+            false => bodies.start()[i as usize - particles],
+        };
+        let mut found = self.list.contacts(&self.surface, position);
+        self.surface.plane_contacts(|i: u32| position[i as usize], start, &mut found);
+        found.retain(|stencil| self.certifier.acts(stencil));
+        self.set.stencils_set(law, found);
         let motion = ContactMotion {
             position: |i: u32| position[i as usize],
             velocity: |i: u32| match is_particle(i) {
                 true => velocity.get(i as usize),
                 false => bodies.velocity(i, step),
             },
-            start: |i: u32| match is_particle(i) {
-                true => start.get(i as usize),
-                false => bodies.start()[i as usize - particles],
-            },
+            start,
             inverse_mass: |i: u32| if is_particle(i) { inverse_mass[i as usize] } else { T::ZERO },
         };
         self.set.states_find(&motion, newton);

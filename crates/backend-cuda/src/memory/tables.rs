@@ -46,12 +46,11 @@ fn grid_upload<T: CudaReal>(
     Ok((Buffer::of(queue, &[data])?, distances))
 }
 
-/// Half the thickness of the cloth of each particle.
+/// How near each particle comes to colliders.
 fn offsets<T: CudaReal>(model: &Model) -> Vec<T> {
     let mut offsets = vec![T::ZERO; model.particle_count()];
-    for cloth in model.cloths() {
-        offsets[cloth.particles.start as usize..cloth.particles.end as usize]
-            .fill(T::from_f64(0.5 * cloth.thickness));
+    for (particles, offset) in model.collider_offsets() {
+        offsets[particles.start as usize..particles.end as usize].fill(T::from_f64(offset));
     }
     offsets
 }

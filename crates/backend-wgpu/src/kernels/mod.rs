@@ -248,7 +248,7 @@ impl Kernels for WgpuKernels {
             return Ok(true);
         }
         stepper::collider_start(self)?;
-        if !self.model().colliders().is_empty() {
+        if self.model().has_collider_constraints() {
             self.collider_constraints(substep)?;
         }
         stepper::implicit::controlled_system(self, substep, NewtonStart::StepStart)?;

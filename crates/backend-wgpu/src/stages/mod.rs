@@ -132,7 +132,8 @@ fn solve_policy(model: &Model, config: &SolverConfig) -> Result<Option<SolvePoli
         Integrator::Explicit => Ok(None),
         Integrator::Implicit(settings) => {
             linear_check(&settings.linear)?;
-            let passes = if model.colliders().is_empty() { 1 } else { settings.constraint_passes };
+            let passes =
+                if model.has_collider_constraints() { settings.constraint_passes } else { 1 };
             let policy = SolvePolicy::new(&settings.linear, passes);
             Ok((settings.newton.iterations_max == 1).then_some(policy))
         }

@@ -24,7 +24,7 @@ pub(crate) struct Tables {
     pub(crate) triangle_rows: Vec<u32>,
     pub(crate) triangles: Vec<[u32; 4]>,
     pub(crate) air_cloths: Vec<AirCloth>,
-    /// Half the thickness of the cloth at each particle \[m\]; empty if it is the same everywhere.
+    /// How near each particle comes to colliders \[m\]; empty if it is the same everywhere.
     pub(crate) offsets: Vec<f32>,
     pub(crate) strain: StrainTables,
     pub(crate) exclusions: Vec<u32>,
@@ -89,17 +89,17 @@ pub(crate) fn spring_kinds(model: &Model) -> Vec<[u32; 4]> {
     springs::kinds(model)
 }
 
-/// Half the thickness of all cloths \[m\], if it is the same.
+/// How near all cloths come to colliders \[m\], if it is the same.
 pub(crate) fn common_offset(model: &Model) -> Option<f32> {
-    let mut thickness = model.cloths().iter().map(|cloth| cloth.thickness);
-    let first = thickness.next()?;
-    thickness.all(|other| other == first).then_some((0.5 * first) as f32)
+    let mut offsets = model.collider_offsets().map(|(_, offset)| offset);
+    let first = offsets.next()?;
+    offsets.all(|other| other == first).then_some(first as f32)
 }
 
 fn offsets(model: &Model) -> Vec<f32> {
     let mut offsets = Vec::with_capacity(model.particle_count());
-    for cloth in model.cloths() {
-        offsets.resize(cloth.particles.end as usize, (0.5 * cloth.thickness) as f32);
+    for (particles, offset) in model.collider_offsets() {
+        offsets.resize(particles.end as usize, offset as f32);
     }
     offsets
 }

@@ -16,7 +16,10 @@ fn length<T: Real>(v: [T; 3]) -> f64 {
     dot(v, v).sqrt().to_f64()
 }
 
-/// A collider that is triangles of infinite mass.
+/// Nodes of a plane.
+const PLANE_NODES: u32 = 3;
+
+/// A collider that is triangles of infinite mass, or a plane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactBody {
     /// Its number among the colliders of the model.
@@ -27,6 +30,8 @@ pub struct ContactBody {
     pub friction: f64,
     /// The vertex of the shape that each node is. Vertices that are always in one place are one node.
     vertices: Vec<u32>,
+    /// The first node of a plane, along its sides \[m\].
+    plane_origin: Option<[f64; 2]>,
     /// By nodes; what has no area as two corners are one node is left out.
     triangles: Vec<[u32; 3]>,
 }
@@ -37,7 +42,18 @@ impl ContactBody {
         let mut first = model.particle_count() as u32;
         let mut bodies = Vec::new();
         for (number, collider) in model.colliders().iter().enumerate() {
-            if model.is_contact_body(number) {
+            if model.is_contact_plane(number) {
+                let nodes = first..first + PLANE_NODES;
+                first = nodes.end;
+                bodies.push(Self {
+                    collider: number as u32,
+                    nodes,
+                    friction: collider.friction,
+                    plane_origin: Some(plane_origin(&collider.pose)),
+                    vertices: Vec::new(),
+                    triangles: Vec::new(),
+                });
+            } else if model.is_contact_body(number) {
                 let body = Self::new(number as u32, &collider.shape, (first, collider.friction));
                 first = body.nodes.end;
                 bodies.push(body);
@@ -82,13 +98,21 @@ impl ContactBody {
             triangles.push(triangle);
         }
         let nodes = first..first + vertices.len() as u32;
-        Self { collider, nodes, friction, vertices, triangles }
+        Self { collider, nodes, friction, plane_origin: None, vertices, triangles }
     }
 
     /// Its triangles, by nodes.
     #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
+    }
+
+    /// The nodes of a plane: a point of it, and two that are 1 m from there in directions at right angles; its normal is the one that these two
+    /// turn about. Nothing for what has triangles.
+    #[must_use]
+    pub fn plane(&self) -> Option<[u32; 3]> {
+        let first = self.nodes.start;
+        self.plane_origin.map(|_| [first, first + 1, first + 2])
     }
 
     /// Appends the positions of its nodes \[m\], where its collider is so.
@@ -98,15 +122,26 @@ impl ContactBody {
         place: &BodyPlace,
         mut put: impl FnMut([T; 3]),
     ) {
-        let local = shape.body_positions(place.sets);
-        for &vertex in &self.vertices {
-            let x = local[vertex as usize];
+        let mut put_local = |x: [f64; 3]| {
             put(std::array::from_fn(|k| {
                 let [a, b, c] = place.rotation[k];
                 T::from_f64(place.translation[k] + ((a * x[0] + b * x[1]) + c * x[2]))
             }));
+        };
+        if let Some([u, v]) = self.plane_origin {
+            return [[u, v, 0.0], [u + 1.0, v, 0.0], [u, v + 1.0, 0.0]]
+                .into_iter()
+                .for_each(put_local);
         }
+        let local = shape.body_positions(place.sets);
+        self.vertices.iter().for_each(|&vertex| put_local(local[vertex as usize]));
     }
+}
+
+/// The place of a plane that is nearest to the origin of all, along its sides \[m\]: the farther nodes are from there the more of what they say is rounded.
+fn plane_origin(pose: &Pose) -> [f64; 2] {
+    let (rows, x) = (pose.rotation_rows(), pose.translation);
+    [0, 1].map(|side| -(0..3).map(|k| rows[k][side] * x[k]).sum::<f64>())
 }
 
 /// Sets of positions that a shape has.

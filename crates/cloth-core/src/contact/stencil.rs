@@ -15,15 +15,17 @@ pub enum ContactKind {
     VertexVertex,
     /// The insides of two edges.
     EdgeEdge,
+    /// A vertex and a plane.
+    VertexPlane,
 }
 
 impl ContactKind {
     /// All of them; files have the place here.
-    pub const ALL: [Self; 4] =
-        [Self::VertexFace, Self::VertexEdge, Self::VertexVertex, Self::EdgeEdge];
+    pub const ALL: [Self; 5] =
+        [Self::VertexFace, Self::VertexEdge, Self::VertexVertex, Self::EdgeEdge, Self::VertexPlane];
 }
 
-/// Names a contact from one step to the next: its kind, and two numbers. A vertex has the number of its particle; triangles and
+/// Names a contact from one step to the next: its kind, and two numbers. A vertex has the number of its particle, a plane that of its collider; triangles and
 /// edges have theirs in a [`ContactSurface`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ContactKey {

@@ -197,6 +197,25 @@ impl ContactSurface {
         node >= self.own[0]
     }
 
+    /// Number of particles; nodes come behind them.
+    pub(super) const fn own_particles(&self) -> u32 {
+        self.own[0]
+    }
+
+    /// Whether there are planes.
+    #[must_use]
+    pub fn has_planes(&self) -> bool {
+        self.bodies.iter().any(|body| body.plane().is_some())
+    }
+
+    /// Distance at which the force between a particle and the plane of a node begins, and their friction.
+    pub(super) fn coupling_with_plane(&self, particle: u32, node: u32) -> (f64, f64) {
+        let (distance, friction) = self.coupling(particle, node);
+        let factor = |factors: &[f64]| factors.get(particle as usize).copied().unwrap_or(1.0);
+        let ContactRules { distances, frictions, .. } = &self.rules;
+        (factor(distances) * distance, factor(frictions) * friction)
+    }
+
     /// Distance at which the forces of two features begin, of which these nodes are one each, and their friction.
     #[inline(always)]
     fn coupling(&self, a: u32, b: u32) -> (f64, f64) {

@@ -1,6 +1,6 @@
 //! Colliders as triangles (NUMERICS §15).
 
-use std::borrow::Cow;
+use std::{borrow::Cow, ops::Range};
 
 use super::{ColliderShape, DistanceGrid, GridSets, Model, round_surface::RoundSurface};
 use crate::{
@@ -109,6 +109,9 @@ const BOX_TRIANGLES: [[u32; 3]; 12] = [
     [1, 7, 5],
 ];
 
+/// Where a plane stops cloth that contact has not stopped, relative to its thickness or the distance of contact.
+const PLANE_STOP: f64 = 1.0 / 64.0;
+
 impl ColliderShape {
     /// The triangles that this shape is to contact of triangles, if it has a surface of finite size: all shapes but planes. Those of
     /// spheres and capsules are nowhere more than .7 mm inside, up to a radius of 2 m.
@@ -171,10 +174,37 @@ impl Model {
             && shape.is_some_and(|shape| !matches!(shape, ColliderShape::Plane))
     }
 
-    /// Whether there are such colliders.
+    /// Whether a collider is a half space that cloth in contact of triangles touches, vertex by vertex (NUMERICS §15).
+    #[must_use]
+    pub fn is_contact_plane(&self, collider: usize) -> bool {
+        let shape = self.colliders.get(collider).map(|collider| &collider.shape);
+        self.has_triangle_contact() && matches!(shape, Some(ColliderShape::Plane))
+    }
+
+    /// Whether colliders constrain velocities in implicit steps (NUMERICS §5): not where triangles touch, as all act by contact there.
+    #[must_use]
+    pub fn has_collider_constraints(&self) -> bool {
+        !self.colliders.is_empty() && !self.has_triangle_contact()
+    }
+
+    /// How near the middle of a cloth comes to colliders that are not triangles, of each cloth \[m\] (NUMERICS §7, §15): half of its thickness. Where
+    /// triangles touch, contact keeps it off planes, and what is stopped here is only what its forces do not stop.
+    pub fn collider_offsets(&self) -> impl Iterator<Item = (Range<u32>, f64)> + '_ {
+        let contact = self.self_contact().filter(|contact| contact.is_of_triangles());
+        self.cloths().iter().map(move |cloth| {
+            let offset = match contact {
+                Some(contact) => PLANE_STOP * cloth.thickness.max(contact.distance),
+                None => 0.5 * cloth.thickness,
+            };
+            (cloth.particles.clone(), offset)
+        })
+    }
+
+    /// Whether any collider acts by contact of triangles.
     #[must_use]
     pub fn has_contact_bodies(&self) -> bool {
-        (0..self.colliders.len()).any(|collider| self.is_contact_body(collider))
+        (0..self.colliders.len())
+            .any(|collider| self.is_contact_body(collider) || self.is_contact_plane(collider))
     }
 }
 

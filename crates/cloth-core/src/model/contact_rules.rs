@@ -79,7 +79,7 @@ impl ContactRules {
     /// Those of a model with these rules and maps.
     ///
     /// # Errors
-    /// A name of nothing or of a plane, numbers below zero, a map of another length than its cloth, contact that is not of triangles.
+    /// A name of nothing, numbers below zero, a map of another length than its cloth, contact that is not of triangles.
     pub(super) fn new(
         model: &Model,
         rules: &[ContactRule],
@@ -91,16 +91,12 @@ impl ContactRules {
         if !model.has_triangle_contact() {
             return Err(ModelError::ContactRulesOfPoints);
         }
-        let own = model.cloths().len();
         let cloths = model.cloths().iter().map(|cloth| cloth.name.as_str());
         let names: Vec<&str> =
             cloths.chain(model.colliders().iter().map(|collider| collider.name.as_str())).collect();
         let mut found = Self::default();
         for (number, rule) in rules.iter().enumerate() {
             let find = |name: &str| match names.iter().position(|known| *known == name) {
-                Some(object) if object >= own && !model.is_contact_body(object - own) => {
-                    Err(ModelError::ContactOfPlane { rule: number, object: name.to_owned() })
-                }
                 Some(object) => Ok(object as u32),
                 None => Err(ModelError::ContactOfNothing { rule: number, object: name.to_owned() }),
             };
@@ -179,7 +175,7 @@ mod tests {
     use super::*;
     use crate::{
         Collider, ColliderShape, ContactResponse, Pose, SelfContact,
-        contact::{Candidate, ContactSurface},
+        contact::{BodyMotion, Candidate, ContactSurface},
         example::sheet_cloth,
     };
 
@@ -244,6 +240,49 @@ mod tests {
         assert_eq!(contact(builder().contact_rule(nearer)), None, "2 mm do not reach 3 mm");
     }
 
+    /// The vertex in the middle of the upper sheet, 1 mm above the floor, as far as `start` says.
+    fn on_the_floor(builder: ModelBuilder, start: f64) -> Vec<(f64, f64, f64)> {
+        let model = builder.build().unwrap();
+        let surface = ContactSurface::new(&model, model.self_contact().unwrap());
+        let middle = model.cloths()[1].particles.start + 4;
+        let bodies = BodyMotion::<f64>::new(&model);
+        let at = |height: f64| {
+            let (bodies, model) = (&bodies, &model);
+            move |i: u32| match i.checked_sub(model.particle_count() as u32) {
+                Some(node) => bodies.start()[node as usize],
+                None if i == middle => [0.7, -0.4, -5.0 + height],
+                None => model.positions()[i as usize],
+            }
+        };
+        let mut found = Vec::new();
+        surface.plane_contacts(at(1e-3), at(start), &mut found);
+        let all = found.iter().map(|stencil| {
+            assert_eq!(stencil.particles[0], middle);
+            // The place of the plane that the weights say is below the vertex.
+            let [x, y, z] = stencil.relative(at(1e-3));
+            assert!(x.abs() < 1e-12 && y.abs() < 1e-12 && (z - stencil.gap).abs() < 1e-12);
+            assert_eq!(stencil.normal, [0.0, 0.0, 1.0]);
+            (stencil.gap, stencil.reach, stencil.friction)
+        });
+        all.collect()
+    }
+
+    #[test]
+    fn a_vertex_touches_a_plane_at_half_of_the_distance() {
+        let near = |found: &[(f64, f64, f64)], expected: (f64, f64)| {
+            let &[(gap, reach, friction)] = found else { panic!("{found:?}") };
+            let apart = [gap - 1e-3, reach - expected.0, friction - expected.1];
+            assert!(apart.iter().all(|apart| apart.abs() < 1e-12), "{found:?}");
+        };
+        near(&on_the_floor(builder(), 2e-3), (0.5 * DISTANCE, 0.2));
+        let smooth = ContactRule { friction: Some(0.0), ..rule(&["floor"]) };
+        let far = ContactRule { distance: Some(0.003), ..rule(&["floor", "above"]) };
+        near(&on_the_floor(builder().contact_rule(smooth).contact_rule(far), 2e-3), (0.003, 0.0));
+        let without = ContactRule { without_forces: true, ..rule(&["floor"]) };
+        assert_eq!(on_the_floor(builder().contact_rule(without), 2e-3), []);
+        assert_eq!(on_the_floor(builder(), -1e-3), [], "what was below is for others to take out");
+    }
+
     #[test]
     fn a_pair_without_forces_has_none_until_a_later_rule() {
         let without = ContactRule { without_forces: true, ..rule(&["above"]) };
@@ -272,7 +311,6 @@ mod tests {
         let refused = |builder: ModelBuilder| builder.build().unwrap_err().to_string();
         for (rule, words) in [
             (rule(&["abve"]), "\"abve\""),
-            (rule(&["floor"]), "plane"),
             (rule(&[]), "one or two"),
             (rule(&["above", "below", "ball"]), "one or two"),
             (ContactRule { friction: Some(-0.1), ..rule(&["above"]) }, "friction"),

@@ -32,8 +32,7 @@ pub fn substep<K: Kernels + ?Sized>(
 ) -> Result<bool> {
     kernels.state_keep()?;
     finish::collider_start(kernels)?;
-    let constrained = !kernels.model().colliders().is_empty();
-    if constrained {
+    if kernels.model().has_collider_constraints() {
         kernels.collider_constraints(substep)?;
     }
     if kernels.model().has_triangle_contact() && kernels.model().has_fabric() {
@@ -79,7 +78,7 @@ pub fn advance<K: Kernels + ?Sized>(
     substep: &Substep,
     end: NewtonStart,
 ) -> Result<()> {
-    if kernels.model().collider_impulses() && !kernels.model().colliders().is_empty() {
+    if kernels.model().collider_impulses() && kernels.model().has_collider_constraints() {
         kernels.constraint_impulses(end)?;
     }
     finish::advance(kernels, substep)
@@ -132,7 +131,7 @@ fn solve<K: Kernels + ?Sized>(
     (mut start, is_final): (LinearStart, bool),
     report: &mut SolverReport,
 ) -> Result<bool> {
-    let constrained = !kernels.model().colliders().is_empty();
+    let constrained = kernels.model().has_collider_constraints();
     // A contact that pulled in the very last solve has to be there when its impulse is looked for.
     let keeps = is_final && kernels.model().collider_impulses();
     let solver = settings.linear.method.solver::<K>();

@@ -23,9 +23,9 @@ pub(super) fn place(scene: &Scene, source: ModelError) -> SceneError {
             _ => format!("{table}.pattern"),
         },
         ModelError::Seam(_) => table.clone(),
-        ModelError::ContactOfNothing { .. }
-        | ModelError::ContactOfPlane { .. }
-        | ModelError::ContactBetween { .. } => format!("{table}.between"),
+        ModelError::ContactOfNothing { .. } | ModelError::ContactBetween { .. } => {
+            format!("{table}.between")
+        }
         ModelError::PatternMissing { .. } => format!("{table}.pattern.from"),
         _ => format!("{table}.geometry"),
     };

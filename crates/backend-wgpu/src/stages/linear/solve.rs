@@ -221,7 +221,7 @@ impl Stages {
         request: &SolveRequest,
     ) -> Result<()> {
         let Some(policy) = &self.solve_policy else { return Ok(()) };
-        let constrained = !self.model.colliders().is_empty();
+        let constrained = self.model.has_collider_constraints();
         let passes = if constrained { policy.passes() } else { 1 };
         let method = request.linear.method;
         let slot = self.slot(substep)?;

@@ -267,7 +267,7 @@ impl<T: Real> DeviceContact<T> {
         newton: NewtonStart,
     ) -> Result<()> {
         let length = law.length();
-        if self.near.is_empty() {
+        if self.near.is_empty() && !self.surface.has_planes() {
             self.set.stencils_set(law, Vec::new());
             return self.contacts_write(device, length, newton);
         }
@@ -284,16 +284,20 @@ impl<T: Real> DeviceContact<T> {
             None => vector(&all[i as usize]),
         };
         let position = |i: u32| of(i, &motion.position, nodes);
+        let start = |i: u32| of(i, &motion.start, bodies.start());
         let found = near.par_iter().with_min_len(TASK);
         let found = found.filter_map(|pair| surface.contact(pair.candidate, position));
-        set.stencils_set(law, found.filter(|stencil| certifier.acts(stencil)).collect());
+        let mut found: Vec<_> = found.collect();
+        surface.plane_contacts(position, start, &mut found);
+        found.retain(|stencil| certifier.acts(stencil));
+        set.stencils_set(law, found);
         let motion = ContactMotion {
             position,
             velocity: |i: u32| match i < particles {
                 true => vector(&motion.velocity[i as usize]),
                 false => bodies.velocity(i, length),
             },
-            start: |i: u32| of(i, &motion.start, bodies.start()),
+            start,
             inverse_mass: |i: u32| motion.position.get(i as usize).map_or(T::ZERO, |x| x[3]),
         };
         set.states_find(&motion, newton);
