@@ -39,6 +39,8 @@ pub struct Flaw {
     pub pattern_growth: f64,
     /// Whether motion is integrated by backward Euler, which loses energy.
     pub is_damped: bool,
+    /// By which share all friction is less than what is expected of it.
+    pub slipperiness: f64,
 }
 
 impl Laboratory<'_> {

@@ -47,6 +47,9 @@ pub struct ContactLaw<T> {
 pub struct ContactAction<T> {
     /// Force along the normal \[N\].
     pub normal_force: T,
+    /// What bounds the slip that friction remembers \[N\]: that force, or in explicit steps what the overlap gives if that is more. There the force of what
+    /// trembles comes and goes, and what sticks must not let go in between.
+    pub grip: T,
     /// Force of friction \[N\].
     pub friction: [T; 3],
     /// Both together \[N\].
@@ -109,14 +112,14 @@ impl<T: Real> ContactLaw<T> {
             T::from_f64(EXPLICIT_STIFFNESS) * (inertia / self.time_step) / crowd
         };
         let line = if self.is_implicit { IMPLICIT_LINE } else { EXPLICIT_LINE };
-        let [push, slope] = normal_force(stiffness, line, stencil.reach, stencil.gap);
+        let [elastic, slope] = normal_force(stiffness, line, stencil.reach, stencil.gap);
         let parting = dot(stencil.normal, velocity);
         let across = along_plane(velocity, stencil.normal);
         if self.is_implicit {
-            self.implicit(stencil, (stiffness, push, slope), (parting, across, slip), start)
+            self.implicit(stencil, (stiffness, elastic, slope), (parting, across, slip), start)
         } else {
             let damping = T::from_f64(EXPLICIT_DAMPING) * inertia / crowd;
-            let mut push = (push - damping * parting).maximum(T::ZERO);
+            let mut push = (elastic - damping * parting).maximum(T::ZERO);
             if parting > T::ZERO {
                 let overlap = (stencil.reach - stencil.gap).maximum(T::ZERO);
                 let left = overlap / T::from_f64(RECOVERY_TIME) - parting;
@@ -127,6 +130,7 @@ impl<T: Real> ContactLaw<T> {
             let friction = trial.map(|t| -(share * t));
             ContactAction {
                 normal_force: push,
+                grip: push.maximum(elastic),
                 friction,
                 force: plus(friction, push, stencil.normal),
                 tangential_stiffness: stiffness,
@@ -153,6 +157,7 @@ impl<T: Real> ContactLaw<T> {
             // It parts by itself: rows would hold it back.
             return ContactAction {
                 normal_force: T::ZERO,
+                grip: T::ZERO,
                 friction: [T::ZERO; 3],
                 force: [T::ZERO; 3],
                 tangential_stiffness: stiffness,
@@ -181,6 +186,7 @@ impl<T: Real> ContactLaw<T> {
         let entry = |i: usize, j: usize| a * (normal[i] * normal[j]) - c * (ahead[i] * ahead[j]);
         ContactAction {
             normal_force: push,
+            grip: push,
             friction,
             force: plus(friction, push, normal),
             tangential_stiffness: stiffness,
@@ -203,7 +209,7 @@ impl<T: Real> ContactAction<T> {
     #[must_use]
     pub fn slip_left(&self, stencil: &ContactStencil<T>, slip: [T; 3]) -> [T; 3] {
         let trial = slip.map(|s| self.tangential_stiffness * s);
-        let [_, share, _] = cone(stencil.friction, self.normal_force, trial);
+        let [_, share, _] = cone(stencil.friction, self.grip, trial);
         slip.map(|s| share * s)
     }
 }

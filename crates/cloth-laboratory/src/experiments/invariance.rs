@@ -9,7 +9,7 @@ pub(super) const RIGID_MOTION: Experiment = Experiment {
     name: "rigid-motion",
     title: "A piece is turned and shifted: the largest force on a particle, relative to that of a stretch by 1 %",
     source: "no force, but for the rounding of positions",
-    control: Flaw { fabric: None, pattern_growth: 1e-3, is_damped: false },
+    control: Flaw { fabric: None, pattern_growth: 1e-3, is_damped: false, slipperiness: 0.0 },
     run: rigid_motion,
 };
 

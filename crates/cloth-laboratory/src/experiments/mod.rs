@@ -5,6 +5,7 @@ mod buckling;
 mod cantilever;
 mod drape;
 mod elastica;
+mod friction;
 mod hanging;
 mod invariance;
 mod shear;
@@ -48,6 +49,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     buckling::LATERAL_BUCKLING,
     drape::CUSICK,
     spin::FREE_SPIN,
+    friction::FRICTION,
 ];
 
 /// Acceleration of gravity \[m/s^2\].
@@ -61,7 +63,7 @@ fn meshes(laboratory: &Laboratory<'_>, cells: [u32; 2]) -> Vec<(MeshKind, u32)> 
 
 /// A flaw: a fabric is changed.
 const fn changed(fabric: fn(&mut Fabric)) -> Flaw {
-    Flaw { fabric: Some(fabric), pattern_growth: 0.0, is_damped: false }
+    Flaw { fabric: Some(fabric), pattern_growth: 0.0, is_damped: false, slipperiness: 0.0 }
 }
 
 /// A flaw: a fabric bends a tenth less.

@@ -12,7 +12,7 @@ pub(super) const FREE_SPIN: Experiment = Experiment {
     name: "free-spin",
     title: "A piece turns freely about the axis of its plane for 5 s, in steps of 1/60 s of the midpoint integrator: what is left of its angular momentum",
     source: "all of it: nothing acts on the piece",
-    control: Flaw { fabric: None, pattern_growth: 0.0, is_damped: true },
+    control: Flaw { fabric: None, pattern_growth: 0.0, is_damped: true, slipperiness: 0.0 },
     run,
 };
 

@@ -152,7 +152,7 @@ pub enum SceneContactResponse {
         damping: f64,
     },
     /// Triangles push each other apart, rub, and are proven in every substep not to have gone through each other. So are
-    /// the faces of all colliders but planes: meshes are then exact, may be open, and need no distances. What is closer than
+    /// the faces of all colliders, and planes: meshes are then exact, may be open, and need no distances. What is closer than
     /// the contact distance within a cloth at the start, such as triangles next to each other, pushes only once it comes closer than nine
     /// tenths of that.
     Triangles {
