@@ -73,8 +73,8 @@ fn implicit() -> Integrator {
 fn friction_holds_a_pile_on_a_slope() {
     for candidate in all() {
         let _turn = candidate.turn();
-        for integrator in [implicit(), Integrator::Explicit] {
-            let found = way(candidate, &pile(3, 1.1 * SLOPE), integrator.clone(), 40);
+        for (integrator, frames) in [(implicit(), 40), (Integrator::Explicit, 20)] {
+            let found = way(candidate, &pile(3, 1.1 * SLOPE), integrator.clone(), frames);
             let drift = found[found.len() - 1] - found[found.len() / 2];
             assert!(drift.abs() < 2e-5, "{} {integrator:?}: {drift}", candidate.label);
         }
