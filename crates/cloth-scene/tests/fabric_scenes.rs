@@ -272,3 +272,18 @@ fn what_makes_no_sense_has_its_line_and_mend() {
     by_mesh(PANELS, "pattern = { from = \"uv\", axis = [1, 0, 0] }", &["runs along u"]);
     by_mesh(PANELS, "pattern.scale = 2", &["give `from = \"uv\"`"]);
 }
+
+#[test]
+fn a_collider_that_would_throw_cloth_back_is_told_that_it_does_not() {
+    let notes = |restitution: f64, contact: &str| {
+        compiled(&format!(
+            "{GRID}material.preset = \"cotton-broad\"\n[[collider]]\nname = \"floor\"\nshape.plane = {{}}\n\
+             translation = [0, 0, -1]\nrestitution = {restitution}\n[contact]\n{contact}"
+        ))
+        .notes
+        .concat()
+    };
+    assert!(notes(0.5, "response.triangles = {}").contains("`restitution` of \"floor\""));
+    assert!(!notes(0.0, "response.triangles = {}").contains("rebound"));
+    assert!(!notes(0.5, "response = \"none\"").contains("rebound"));
+}

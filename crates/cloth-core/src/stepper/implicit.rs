@@ -217,10 +217,15 @@ fn constraints_meet<K: Kernels + ?Sized>(kernels: &mut K) -> Result<()> {
     kernels.vector_combine((1.0, Image), (0.0, Solution))
 }
 
-/// |S b|, what is left of the nonlinear system at the present iterate.
-fn residual<K: Kernels + ?Sized>(kernels: &mut K) -> Result<f64> {
+/// Puts S b, what is left of the nonlinear system at the present iterate, into the residual.
+fn residual_put<K: Kernels + ?Sized>(kernels: &mut K) -> Result<()> {
     use LinearVector::{Residual, RightSide};
     kernels.vector_combine((1.0, RightSide), (0.0, Residual))?;
-    kernels.constraint_filter(Residual)?;
-    Ok(kernels.vector_dot(Residual, Residual)?.sqrt())
+    kernels.constraint_filter(Residual)
+}
+
+/// The same, and its length.
+fn residual<K: Kernels + ?Sized>(kernels: &mut K) -> Result<f64> {
+    residual_put(kernels)?;
+    Ok(kernels.vector_dot(LinearVector::Residual, LinearVector::Residual)?.sqrt())
 }

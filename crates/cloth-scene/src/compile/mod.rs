@@ -181,6 +181,12 @@ impl Scene {
             pin_sets.push(sets);
         }
         if let Some(contact) = settings::contact(self, &cloths, &mut notes) {
+            if contact.is_of_triangles() {
+                let elastic = self.colliders.iter().filter(|collider| collider.restitution > 0.0);
+                notes.extend(elastic.map(|collider| {
+                    format!("cloth in contact of triangles does not rebound: `restitution` of {:?} does nothing to it", collider.name)
+                }));
+            }
             builder = builder.self_contact(contact);
             let rules = self.contact.iter().flat_map(|contact| &contact.rules);
             builder = rules.map(settings::contact_rule).fold(builder, ModelBuilder::contact_rule);

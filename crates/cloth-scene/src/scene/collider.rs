@@ -24,7 +24,7 @@ pub struct SceneCollider {
     #[serde(default = "friction_default")]
     #[cfg_attr(test, schemars(range(min = 0.0)))]
     pub friction: f64,
-    /// Coefficient of restitution, 0 (no rebound, the default) to 1 (elastic).
+    /// Coefficient of restitution, 0 (no rebound, the default) to 1 (elastic). Cloth in contact of triangles does not rebound.
     #[serde(default)]
     #[cfg_attr(test, schemars(range(min = 0.0, max = 1.0)))]
     pub restitution: f64,

@@ -6,7 +6,8 @@ use crate::{
 };
 
 use super::{
-    super::Substep, HALVINGS_MAX, constraints_meet, controlled_system, is_short, residual, solve,
+    super::Substep, HALVINGS_MAX, constraints_meet, controlled_system, is_short, residual,
+    residual_put, solve,
 };
 
 /// Iterations at most, if settings do not ask for more.
@@ -99,7 +100,7 @@ pub(super) fn newton<K: Kernels + ?Sized>(
         }
         start = LinearStart::Constraints;
         // The solver has left its own residual there.
-        residual(kernels)?;
+        residual_put(kernels)?;
         let slope_start = kernels.vector_dot(Residual, Solution)?;
         constraints_meet(kernels)?;
         if iteration == 1 {
