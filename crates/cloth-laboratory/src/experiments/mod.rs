@@ -3,6 +3,7 @@
 mod bias;
 mod buckling;
 mod cantilever;
+mod capstan;
 mod drape;
 mod elastica;
 mod friction;
@@ -50,6 +51,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     drape::CUSICK,
     spin::FREE_SPIN,
     friction::FRICTION,
+    capstan::CAPSTAN,
 ];
 
 /// Acceleration of gravity \[m/s^2\].
