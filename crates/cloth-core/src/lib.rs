@@ -68,8 +68,8 @@ pub use model::{
     Neighbours, NetworkSpring, PieceBlocks, Pose, RegularPatch, RestSource, STITCH_LENGTH,
     ScalarEntry, Seam, SeamError, SeamRange, SeamTie, Seams, SelfContact, SlicedRows, Spring,
     SpringClass, SpringCoefficients, SpringColouring, SpringKind, SpringNetwork, SpringRows,
-    Springs, Stencil, Stitching, StrainGauge, TriangleStrain, VertexClasses, Weld, WingedEdge,
-    WingedEdges,
+    Springs, Stencil, Stitching, StrainGauge, StrainMeasure, TriangleStrain, VertexClasses, Weld,
+    WingedEdge, WingedEdges,
 };
 pub use real::Real;
 pub use report::{Measures, SolverReport, StageTime, StepReport, TimeStepChange, TimeStepReason};

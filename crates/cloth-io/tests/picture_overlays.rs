@@ -3,11 +3,13 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
 use cloth_core::{
-    Cloth, GridPatch, MaterialPreset, Model, ModelBuilder, RestSource, TextureMap, TriangleMesh,
+    Cloth, GridPatch, MaterialPreset, Model, ModelBuilder, RestSource, StrainMeasure, TextureMap,
+    TriangleMesh,
     fabric::{BendingSheet, Fabric, FabricSheet, TensileSheet},
 };
 use cloth_io::{
     Camera, Picture, PictureCloth, PictureError, PictureOverlays, PictureScene, PictureStyle,
+    StrainMap,
 };
 use image::RgbImage;
 
@@ -214,7 +216,7 @@ fn the_heat_map_shows_where_cloth_is_stretched() {
     let positions: Vec<_> = model.positions().iter().map(stretched).collect();
     let plain = render(&model, &positions, None).unwrap();
     let drawn = |scale| {
-        let overlays = PictureOverlays::new(&model, Some(scale), false);
+        let overlays = PictureOverlays::new(&model, Some((StrainMeasure::Stretch, scale)), false);
         render(&model, &positions, Some(&overlays)).unwrap()
     };
     let (hot, cold) = (drawn(0.1), drawn(10.0));
@@ -276,7 +278,7 @@ fn springs_have_strain_and_no_threads() {
     let model = ModelBuilder::new().cloth(springs).build().unwrap();
     let (plain, drawn) = with_threads(&model);
     assert_eq!(plain, drawn);
-    let overlays = PictureOverlays::new(&model, Some(0.1), false);
+    let overlays = PictureOverlays::new(&model, Some((StrainMeasure::Stretch, 0.1)), false);
     let cold = render(&model, model.positions(), Some(&overlays)).unwrap();
     assert!(is_blue(cold.get_pixel(200, 150).0));
 }
@@ -286,9 +288,26 @@ fn overlays_of_another_model_are_refused() {
     let model = sheet(0);
     let finer = GridPatch::new([2 * SIDE, SIDE], 0.1);
     let other = ModelBuilder::new().cloth(Cloth::fabric("b", finer, fabric())).build().unwrap();
-    for (strain, threads) in [(Some(0.1), false), (None, true)] {
+    for (strain, threads) in [(Some((StrainMeasure::Stretch, 0.1)), false), (None, true)] {
         let overlays = PictureOverlays::new(&other, strain, threads);
         let outcome = render(&model, model.positions(), Some(&overlays));
         assert_eq!(outcome.unwrap_err(), PictureError::Overlays);
+    }
+}
+
+#[test]
+fn each_strain_of_fabric_is_shown_alone() {
+    let cloth = Cloth::fabric("a", GridPatch::new([4, 4], 0.1), fabric());
+    let model = ModelBuilder::new().cloth(cloth).build().unwrap();
+    let map = StrainMap::new(&model);
+    // F = [[1.1, .2], [0, .8]].
+    let strained: Vec<_> =
+        model.positions().iter().map(|&[x, y, z]| [1.1 * x + 0.2 * y, 0.8 * y, z]).collect();
+    let green = [0.5 * (1.21 - 1.0), 0.5 * (1.0 - 0.04 - 0.64), 0.5 * 1.1 * 0.2];
+    let measures = [StrainMeasure::Warp, StrainMeasure::Weft, StrainMeasure::Shear];
+    for (measure, expected) in measures.into_iter().zip(green) {
+        for strain in map.at_particles(&strained, measure) {
+            assert!((strain - expected).abs() < 1e-9, "{measure:?}: {strain} for {expected}");
+        }
     }
 }

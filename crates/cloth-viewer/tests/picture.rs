@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
 use cloth::{
+    StrainMeasure,
     io::{Camera, Picture, PictureCloth, PictureScene},
     scene::{CompileOptions, Scene, SceneContact, SceneContactResponse, SceneGeometry, SceneModel},
 };
@@ -252,18 +253,24 @@ fn strain_of_fabric_is_shown() {
     let gpu = Gpu::headless(None).unwrap();
     let text = "name = 't'\n[simulation]\nframes = 3\nsolver = 'implicit'\n[[cloth]]\nname = 'a'\nmodel = 'fabric'\npins = ['top']\n\
                 material.preset = 'jersey'\ngeometry.grid = { columns = 12, rows = 12, spacing = 0.05, row_axis = [0, 0, 1] }\n";
-    let picture = |strain_scale| {
+    let picture = |strain_measure, strain_scale| {
         let scene = Scene::from_toml(text, "t.toml").unwrap();
-        let overlays = Overlays { strain: true, strain_scale, ..Overlays::default() };
+        let standard = Overlays::default();
+        let overlays = Overlays { strain: true, strain_measure, strain_scale, ..standard };
         let source = Source::Scene(Box::new(scene), CompileOptions::default());
         let mut studio = Studio::new(&gpu, source, &options("cpu", overlays)).unwrap();
         (0..3).for_each(|_| studio.step().unwrap());
         studio.picture().unwrap()
     };
     let is_cold = |[r, g, b]: [u8; 3]| u16::from(b) > u16::from(r) + 30 && b > g;
-    let (cold, hot) = (picture(100.0), picture(1e-3));
+    let [stretch, weft] = [StrainMeasure::Stretch, StrainMeasure::Weft];
+    let (cold, hot) = (picture(stretch, 100.0), picture(stretch, 1e-3));
     assert!(share(&hot, is_red) > share(&cold, is_red) + 0.01, "{}", share(&hot, is_red));
     assert!(share(&cold, is_cold) > share(&hot, is_cold));
+    // Its own weight stretches it along the weft, not along the warp.
+    let red = |measure| share(&picture(measure, 1e-3), is_red);
+    let [along, across] = [weft, StrainMeasure::Warp].map(red);
+    assert!(along > across + 0.01, "{along} {across}");
 }
 
 /// Lines along warp and weft are on the cloth and nowhere else, and change places when the pattern is turned by a quarter.

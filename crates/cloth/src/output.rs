@@ -97,7 +97,10 @@ pub fn picture_style(scene: &CompiledScene) -> PictureStyle {
     style.shapes = shapes(scene);
     style.dust = picture_dust(scene);
     if let Some(view) = &scene.view {
-        style.overlays = PictureOverlays::new(&scene.model, view.strain, view.threads);
+        style.overlays = {
+            let strain = view.strain.map(|scale| (view.strain_of.into(), scale));
+            PictureOverlays::new(&scene.model, strain, view.threads)
+        };
     }
     style.camera = Some(match &scene.view {
         Some(view) => camera(view),

@@ -2,7 +2,7 @@
 
 use clap::Args;
 use cloth::{
-    Model,
+    Model, StrainMeasure,
     io::{PictureOverlays, PictureStrain},
 };
 use serde::{Deserialize, Serialize};
@@ -12,11 +12,11 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 pub(crate) struct OverlayArguments {
     /// Show on cloth in pictures, in place of what the scene says, separated by commas: `strain` colours it by how far it is
-    /// stretched, `threads` draws lines along warp (dark) and weft (light) on fabric; or `none`.
+    /// stretched, `strain-warp`, `strain-weft` and `strain-shear` by the size of one component of the Green strain of fabric, `threads` draws lines along warp (dark) and weft (light) on fabric; or `none`.
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) overlay: Vec<Overlay>,
-    /// Relative elongation that `strain` shows in red, in place of the scene's; 0.1 if neither gives one.
+    /// Strain that is red, in place of the scene's; 0.1 if neither gives one.
     #[arg(long, value_name = "SHARE", value_parser = strain_scale)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) strain_scale: Option<f64>,
@@ -26,12 +26,31 @@ pub(crate) struct OverlayArguments {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Overlay {
-    /// The heat map.
+    /// The heat map of stretch.
     Strain,
+    /// That of E11.
+    StrainWarp,
+    /// That of E22.
+    StrainWeft,
+    /// That of E12.
+    StrainShear,
     /// Lines along warp and weft.
     Threads,
     /// Nothing.
     None,
+}
+
+impl Overlay {
+    /// The strain that it shows.
+    const fn measure(self) -> Option<StrainMeasure> {
+        match self {
+            Self::Strain => Some(StrainMeasure::Stretch),
+            Self::StrainWarp => Some(StrainMeasure::Warp),
+            Self::StrainWeft => Some(StrainMeasure::Weft),
+            Self::StrainShear => Some(StrainMeasure::Shear),
+            Self::Threads | Self::None => None,
+        }
+    }
 }
 
 impl OverlayArguments {
@@ -54,11 +73,11 @@ impl OverlayArguments {
         let of_scene = scene.strain.as_ref().map(|strain| strain.scale);
         let scale = self.strain_scale.or(of_scene).unwrap_or(PictureStrain::SCALE);
         let (strain, threads) = if self.overlay.is_empty() {
-            (of_scene.is_some(), scene.threads.is_some())
+            (scene.strain.as_ref().map(|strain| strain.measure), scene.threads.is_some())
         } else {
-            (has(Overlay::Strain), has(Overlay::Threads))
+            (self.overlay.iter().find_map(|overlay| overlay.measure()), has(Overlay::Threads))
         };
-        PictureOverlays::new(model, strain.then_some(scale), threads)
+        PictureOverlays::new(model, strain.map(|measure| (measure, scale)), threads)
     }
 }
 
@@ -82,17 +101,22 @@ mod tests {
     fn the_command_line_goes_before_the_scene() {
         let cloth = Cloth::grid("a", GridPatch::new([3, 3], 0.1), &MaterialPreset::DENIM);
         let model = ModelBuilder::new().cloth(cloth).build().unwrap();
-        let scene = || PictureOverlays::new(&model, Some(0.03), true);
+        let scene = || PictureOverlays::new(&model, Some((StrainMeasure::Weft, 0.03)), true);
         let shown = |arguments: OverlayArguments, scene: PictureOverlays| {
             let overlays = arguments.apply(&model, scene);
-            (overlays.strain.map(|strain| strain.scale), overlays.threads.is_some())
+            let strain = overlays.strain.map(|strain| (strain.measure, strain.scale));
+            (strain, overlays.threads.is_some())
         };
         let none = PictureOverlays::default;
-        assert_eq!(shown(said(&[], None), scene()), (Some(0.03), true));
-        assert_eq!(shown(said(&[], Some(0.5)), scene()), (Some(0.5), true));
+        let [stretch, weft] = [StrainMeasure::Stretch, StrainMeasure::Weft];
+        assert_eq!(shown(said(&[], None), scene()), (Some((weft, 0.03)), true));
+        assert_eq!(shown(said(&[], Some(0.5)), scene()), (Some((weft, 0.5)), true));
         assert_eq!(shown(said(&[Overlay::None], None), scene()), (None, false));
-        assert_eq!(shown(said(&[Overlay::Strain], None), scene()), (Some(0.03), false));
-        assert_eq!(shown(said(&[Overlay::Strain], None), none()), (Some(0.1), false));
+        let strain = said(&[Overlay::Strain], None);
+        assert_eq!(shown(strain.clone(), scene()), (Some((stretch, 0.03)), false));
+        assert_eq!(shown(strain, none()), (Some((stretch, 0.1)), false));
+        let shear = said(&[Overlay::StrainShear], None);
+        assert_eq!(shown(shear, none()), (Some((StrainMeasure::Shear, 0.1)), false));
         assert_eq!(shown(said(&[Overlay::Threads], Some(0.5)), none()), (None, true));
         assert_eq!(shown(said(&[], Some(0.5)), none()), (None, false), "it is only a scale");
     }

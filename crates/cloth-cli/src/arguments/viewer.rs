@@ -3,6 +3,7 @@
 use std::{num::NonZeroU64, path::PathBuf};
 
 use clap::Args;
+use cloth::StrainMeasure;
 use cloth_viewer::Overlays;
 
 use super::{PictureSize, SolverArguments, overlays::strain_scale};
@@ -57,10 +58,10 @@ pub(crate) struct RenderArguments {
     #[arg(long, value_name = "WxH", default_value = "800x450")]
     pub(crate) picture_size: PictureSize,
     /// What to draw beside the surface, separated by commas: wires, stretch, shear, bend (springs),
-    /// strain, threads (lines along warp and weft of fabric), pins, contacts, bins; or none. What the scene says if not given.
+    /// strain (stretch), strain-warp, strain-weft, strain-shear (components of Green strain), threads (lines along warp and weft of fabric), pins, contacts, bins; or none. What the scene says if not given.
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub(crate) overlay: Vec<Overlay>,
-    /// Relative elongation that `--overlay strain` shows in red; 0.1 if not given.
+    /// Strain that is red with `--overlay strain` and its like; 0.1 if not given.
     #[arg(long, value_name = "SHARE", requires = "overlay", value_parser = strain_scale)]
     pub(crate) strain_scale: Option<f64>,
 }
@@ -86,6 +87,9 @@ pub(crate) enum Overlay {
     Shear,
     Bend,
     Strain,
+    StrainWarp,
+    StrainWeft,
+    StrainShear,
     Threads,
     Pins,
     Contacts,
@@ -101,10 +105,19 @@ impl RenderArguments {
         }
         let has = |overlay| self.overlay.contains(&overlay);
         let standard = Overlays::default();
+        let measures = [
+            (Overlay::Strain, StrainMeasure::Stretch),
+            (Overlay::StrainWarp, StrainMeasure::Warp),
+            (Overlay::StrainWeft, StrainMeasure::Weft),
+            (Overlay::StrainShear, StrainMeasure::Shear),
+        ];
+        let measure =
+            measures.into_iter().find(|(overlay, _)| has(*overlay)).map(|(_, measure)| measure);
         Some(Overlays {
             wires: has(Overlay::Wires),
             springs: [has(Overlay::Stretch), has(Overlay::Shear), has(Overlay::Bend)],
-            strain: has(Overlay::Strain),
+            strain: measure.is_some(),
+            strain_measure: measure.unwrap_or_default(),
             strain_scale: self.strain_scale.unwrap_or(standard.strain_scale),
             threads: has(Overlay::Threads),
             pins: has(Overlay::Pins),

@@ -551,7 +551,10 @@ fn pictures_show_strain_and_threads_when_asked_for() {
 fn overlays_that_there_are_not_are_refused_with_those_that_there_are() {
     let place = Place::with("sheet.toml", SHEET);
     for (arguments, says) in [
-        (["--overlay", "stress"], ["--overlay", "strain, threads, none"]),
+        (
+            ["--overlay", "stress"],
+            ["--overlay", "strain, strain-warp, strain-weft, strain-shear, threads, none"],
+        ),
         (["--strain-scale", "0"], ["--strain-scale", "above 0"]),
     ] {
         let message = place.output(&[&["run", "sheet.toml"][..], &arguments].concat());

@@ -65,7 +65,7 @@ pub use seams::{
     Weld,
 };
 pub use springs::{Spring, SpringClass, SpringKind, SpringRows, Springs};
-pub use strain_gauge::{FabricAudit, StrainGauge, TriangleStrain};
+pub use strain_gauge::{FabricAudit, StrainGauge, StrainMeasure, TriangleStrain};
 pub use winged_edge::{NONE, WingedEdge, WingedEdges};
 
 use crate::{FieldProgram, State, TextureMap, fabric::RestWarning};

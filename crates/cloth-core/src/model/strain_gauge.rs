@@ -43,6 +43,36 @@ pub struct TriangleStrain {
     pub area: f64,
 }
 
+/// What of a triangle's strain a heat map shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum StrainMeasure {
+    /// How far it is stretched: the larger principal stretch less 1, or 0.
+    #[default]
+    Stretch,
+    /// |E11|, along the warp.
+    Warp,
+    /// |E22|, along the weft.
+    Weft,
+    /// |E12|, between them.
+    Shear,
+}
+
+impl StrainMeasure {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Stretch, Self::Warp, Self::Weft, Self::Shear];
+
+    /// It of a triangle, not below 0.
+    #[must_use]
+    pub fn of(self, triangle: &TriangleStrain) -> f64 {
+        match self {
+            Self::Stretch => (triangle.stretches[0] - 1.0).max(0.0),
+            Self::Warp => triangle.strain[0].abs(),
+            Self::Weft => triangle.strain[1].abs(),
+            Self::Shear => triangle.strain[2].abs(),
+        }
+    }
+}
+
 impl StrainGauge {
     /// The gauge of a model; empty for one without fabric.
     #[must_use]

@@ -135,15 +135,15 @@ impl Cloths {
     }
 }
 
-/// Shares of the hottest elongation at the particles.
+/// Shares of the hottest strain at the particles.
 fn strains(overlays: &PictureOverlays, scene: &PictureScene<'_>) -> Result<Vec<f32>, PictureError> {
     let Some(strain) = &overlays.strain else { return Ok(Vec::new()) };
     let particles = scene.positions.get(..strain.map.particle_count());
     if strain.map.triangle_count() > scene.triangles.len() {
         return Err(PictureError::Overlays);
     }
-    let strains = strain.map.at_particles(particles.ok_or(PictureError::Overlays)?);
-    Ok(strains.into_iter().map(|elongation| (elongation / strain.scale) as f32).collect())
+    let strains = strain.map.at_particles(particles.ok_or(PictureError::Overlays)?, strain.measure);
+    Ok(strains.into_iter().map(|own| (own / strain.scale) as f32).collect())
 }
 
 /// Places among the threads of the triangles of all cloths of a scene, one cloth after the other.

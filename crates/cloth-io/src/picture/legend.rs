@@ -1,5 +1,6 @@
 //! What the colours and lines of a picture mean, in its lower left corner.
 
+use cloth_core::StrainMeasure;
 use glam::Vec3;
 use image::{Rgb, RgbImage};
 
@@ -24,8 +25,8 @@ const INK: [u8; 3] = [240, 240, 240];
 /// What a legend explains; by default nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PictureLegend {
-    /// Relative elongation that is red, if there is a heat map.
-    pub strain: Option<f64>,
+    /// Which strain a heat map shows, if there is one, and how much of it is red.
+    pub strain: Option<(StrainMeasure, f64)>,
     /// Whether there are threads.
     pub threads: bool,
 }
@@ -35,7 +36,7 @@ impl PictureLegend {
     pub fn draw(&self, image: &mut RgbImage) {
         let rows = u32::from(self.strain.is_some()) + u32::from(self.threads);
         let dot = (image.height() / HEIGHT_OF_DOT).max(1);
-        let text = self.strain.map(percent).unwrap_or_default();
+        let text = self.strain.map(caption).unwrap_or_default();
         let bar_row = text_width("0") + BAR + text_width(&text) + 4;
         let width = (bar_row.max(2 * (SAMPLE + text_width("warp")) + 14) + 2 * MARGIN) * dot;
         let height = (rows * (LETTER[1] + MARGIN) + MARGIN) * dot;
@@ -53,6 +54,17 @@ impl PictureLegend {
             pen.threads((rows - 1) * (LETTER[1] + MARGIN) + MARGIN);
         }
     }
+}
+
+/// The number that is red, and of what if that is not stretch.
+fn caption((measure, scale): (StrainMeasure, f64)) -> String {
+    let name = match measure {
+        StrainMeasure::Stretch => "",
+        StrainMeasure::Warp => " E11",
+        StrainMeasure::Weft => " E22",
+        StrainMeasure::Shear => " E12",
+    };
+    percent(scale) + name
 }
 
 /// A share in percent, as short as it can be said.
@@ -161,6 +173,7 @@ const fn letter_rows(letter: char) -> [u8; 7] {
         '.' => [0, 0, 0, 0, 0, 0b01100, 0b01100],
         '-' => [0, 0, 0, 0b11111, 0, 0, 0],
         '%' => [0b11000, 0b11001, 0b00010, 0b00100, 0b01000, 0b10011, 0b00011],
+        'E' => [0b11111, 0b10000, 0b10000, 0b11110, 0b10000, 0b10000, 0b11111],
         'a' => [0, 0, 0b01110, 0b00001, 0b01111, 0b10001, 0b01111],
         'e' => [0, 0, 0b01110, 0b10001, 0b11111, 0b10000, 0b01110],
         'f' => [0b00110, 0b01000, 0b11110, 0b01000, 0b01000, 0b01000, 0b01000],
@@ -177,7 +190,7 @@ mod tests {
     use super::*;
 
     fn legend(strain: bool, threads: bool) -> PictureLegend {
-        PictureLegend { strain: strain.then_some(0.1), threads }
+        PictureLegend { strain: strain.then_some((StrainMeasure::Warp, 0.1)), threads }
     }
 
     /// Pixels that a legend changes in a grey picture.
@@ -204,7 +217,8 @@ mod tests {
     fn it_says_the_number_that_is_red() {
         assert_eq!([0.1, 0.025, 1e-4, 2.0].map(percent), ["10%", "2.5%", "0.01%", "200%"]);
         assert_eq!(percent(1e-7), "1e-5%");
-        for letter in "0123456789.-%warpweft".chars() {
+        assert_eq!(caption((StrainMeasure::Shear, 0.1)), "10% E12");
+        for letter in "0123456789.-%Ewarpweft".chars() {
             assert_ne!(letter_rows(letter), [0; 7], "{letter}");
         }
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use cloth_core::Model;
+use cloth_core::{Model, StrainMeasure};
 
 use super::{PictureLegend, StrainMap, ThreadMap};
 
@@ -18,22 +18,25 @@ pub struct PictureOverlays {
 /// The heat map of pictures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PictureStrain {
-    /// What is shown.
+    /// What measures it.
     pub map: Arc<StrainMap>,
-    /// Relative elongation that is shown in red, above 0.
+    /// Which strain is shown.
+    pub measure: StrainMeasure,
+    /// That which is red, above 0.
     pub scale: f64,
 }
 
 impl PictureStrain {
-    /// Relative elongation in red if nobody says another.
+    /// Strain in red if nobody says another.
     pub const SCALE: f64 = 0.1;
 }
 
 impl PictureOverlays {
-    /// Those of `model`: the heat map if `strain` says which relative elongation is red, and the threads if they are wanted.
+    /// Those of `model`: the heat map if `strain` says of what, and how much of it is red, and the threads if they are wanted.
     #[must_use]
-    pub fn new(model: &Model, strain: Option<f64>, threads: bool) -> Self {
-        let strain = strain.map(|scale| PictureStrain { map: StrainMap::new(model).into(), scale });
+    pub fn new(model: &Model, strain: Option<(StrainMeasure, f64)>, threads: bool) -> Self {
+        let map = || StrainMap::new(model).into();
+        let strain = strain.map(|(measure, scale)| PictureStrain { map: map(), measure, scale });
         Self { strain, threads: threads.then(|| ThreadMap::new(model).into()) }
     }
 
@@ -41,7 +44,7 @@ impl PictureOverlays {
     #[must_use]
     pub fn legend(&self) -> PictureLegend {
         PictureLegend {
-            strain: self.strain.as_ref().map(|strain| strain.scale),
+            strain: self.strain.as_ref().map(|strain| (strain.measure, strain.scale)),
             threads: self.threads.as_ref().is_some_and(|map| !map.is_empty()),
         }
     }

@@ -1,6 +1,6 @@
 //! The heat map: how far cloth is stretched at each particle.
 
-use cloth_core::{Model, StrainGauge};
+use cloth_core::{Model, StrainGauge, StrainMeasure};
 use glam::Vec3;
 
 /// What tells how far the cloths of a model are stretched, for whoever has positions alone.
@@ -40,10 +40,10 @@ impl StrainMap {
         self.triangle_count
     }
 
-    /// Largest relative elongation at each particle at `positions` \[m\], not below zero: the larger principal stretch less 1 of its triangles of
-    /// fabric, length over length at rest less 1 of its springs. Both have length n.
+    /// Largest strain at each particle at `positions` \[m\], not below zero: that of its triangles of fabric, and of its springs length over length
+    /// at rest less 1, which count as stretch alone. Both have length n.
     #[must_use]
-    pub fn at_particles(&self, positions: &[[f64; 3]]) -> Vec<f64> {
+    pub fn at_particles(&self, positions: &[[f64; 3]], measure: StrainMeasure) -> Vec<f64> {
         let mut strains = vec![0.0_f64; positions.len()];
         let mut add = |particles: &[u32], strain: f64| {
             for &particle in particles {
@@ -52,9 +52,10 @@ impl StrainMap {
             }
         };
         for triangle in self.gauge.measure(positions) {
-            add(&triangle.particles, triangle.stretches[0] - 1.0);
+            add(&triangle.particles, measure.of(&triangle));
         }
-        for (ends, rest) in &self.springs {
+        let has_springs = measure == StrainMeasure::Stretch;
+        for (ends, rest) in self.springs.iter().filter(|_| has_springs) {
             let [a, b] = ends.map(|particle| glam::DVec3::from(positions[particle as usize]));
             add(ends, a.distance(b) / rest - 1.0);
         }
@@ -89,8 +90,11 @@ mod tests {
         let map = StrainMap::new(&model);
         let stretched: Vec<_> =
             model.positions().iter().map(|&[x, y, z]| [1.2 * x, y, z]).collect();
-        assert!(map.at_particles(model.positions()).iter().all(|strain| strain.abs() < 1e-12));
-        assert!(map.at_particles(&stretched).iter().all(|strain| (strain - 0.2).abs() < 1e-12));
+        let at = |positions: &[[f64; 3]], measure| map.at_particles(positions, measure);
+        let [stretch, shear] = [StrainMeasure::Stretch, StrainMeasure::Shear];
+        assert!(at(model.positions(), stretch).iter().all(|strain| strain.abs() < 1e-12));
+        assert!(at(&stretched, stretch).iter().all(|strain| (strain - 0.2).abs() < 1e-12));
+        assert!(at(&stretched, shear).iter().all(|strain| *strain == 0.0));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The camera for pictures.
 
+use cloth_core::StrainMeasure;
 use serde::{Deserialize, Serialize};
 
 /// A camera, upright with z up.
@@ -20,12 +21,47 @@ pub struct SceneView {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub strain: Option<f64>,
+    /// What `strain` shows of fabric: `stretch`, or the size of the Green strain along the `warp`, along the `weft`, or of `shear` between them; `stretch` if not
+    /// given. Springs have stretch alone.
+    #[serde(default, skip_serializing_if = "is_stretch")]
+    pub strain_of: SceneStrain,
     /// Lines on fabric along its warp (dark) and its weft (light); springs have none. False if not given.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub threads: bool,
     /// Dust that shows how the air moves; none if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dust: Option<SceneDust>,
+}
+
+/// A strain that colours of cloth show.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+pub enum SceneStrain {
+    /// The larger principal stretch less 1.
+    #[default]
+    Stretch,
+    /// |E11|.
+    Warp,
+    /// |E22|.
+    Weft,
+    /// |E12|.
+    Shear,
+}
+
+impl From<SceneStrain> for StrainMeasure {
+    fn from(strain: SceneStrain) -> Self {
+        match strain {
+            SceneStrain::Stretch => Self::Stretch,
+            SceneStrain::Warp => Self::Warp,
+            SceneStrain::Weft => Self::Weft,
+            SceneStrain::Shear => Self::Shear,
+        }
+    }
+}
+
+fn is_stretch(strain: &SceneStrain) -> bool {
+    *strain == SceneStrain::Stretch
 }
 
 /// Dust in pictures. Its grains go with the air of the fields with an expression: at the velocity at which these

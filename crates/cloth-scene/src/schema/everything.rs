@@ -33,7 +33,7 @@ field = [{ uniform.acceleration = [0.5, 0.0, 0.0] }, { drag.rate = [0.5, 0.25, 0
 wind = { velocity = [1.0, 0.0, 0.0], density = 1.25, gust = { amplitude = 0.5, frequency = 2.0 } }
 contact = { distance = 0.02, response.penalty = { stiffness = 10.0, damping = 0.5 } }
 bounds = { min = [0.0, 0.0, 0.0], max = [1.0, 1.0, 1.0] }
-view = { eye = [1.0, 2.0, 3.0], target = [0.0, 0.5, 0.0], field_of_view = 35.0, strain = 0.05, threads = true, dust = { count = 10, min = [0.0, 0.0, 0.0], max = [1.0, 1.0, 0.5], lifetime = 2.0 } }
+view = { eye = [1.0, 2.0, 3.0], target = [0.0, 0.5, 0.0], field_of_view = 35.0, strain = 0.05, strain_of = "warp", threads = true, dust = { count = 10, min = [0.0, 0.0, 0.0], max = [1.0, 1.0, 0.5], lifetime = 2.0 } }
 [[cloth]]
 name = "a"
 pins = [0, "corners"]

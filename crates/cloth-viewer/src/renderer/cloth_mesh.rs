@@ -231,14 +231,14 @@ impl ClothMesh {
     pub(super) fn strain_group(
         &self,
         device: &wgpu::Device,
-        pipelines: &Pipelines,
+        (pipelines, pipeline): (&Pipelines, &wgpu::ComputePipeline),
         frame: &FrameBuffers,
     ) -> Option<wgpu::BindGroup> {
         let [offsets, columns, rest] = self.spring_rows.as_ref()?;
         let [fabric_offsets, fabric] = self.fabric_rows.as_ref()?;
         let buffers =
             [&frame.positions, offsets, columns, rest, &self.strains, fabric_offsets, fabric];
-        Some(pipelines.group(device, &pipelines.strain.get_bind_group_layout(0), &buffers))
+        Some(pipelines.group(device, &pipeline.get_bind_group_layout(0), &buffers))
     }
 
     pub(super) fn draw_surface(&self, pass: &mut wgpu::RenderPass<'_>) {

@@ -105,7 +105,7 @@ impl Renderer {
 
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         if overlays.strain {
-            self.strain_pass(&mut encoder, mesh, frame);
+            self.strain_pass(&mut encoder, mesh, frame, overlays);
         }
         self.shadow_pass(&mut encoder, mesh, &groups);
         self.picture_pass(&mut encoder, target, mesh, &groups, overlays);
@@ -117,12 +117,15 @@ impl Renderer {
         encoder: &mut wgpu::CommandEncoder,
         mesh: &ClothMesh,
         frame: &FrameBuffers,
+        overlays: Overlays,
     ) {
-        let Some(group) = mesh.strain_group(&self.gpu.device, &self.pipelines, frame) else {
+        let pipeline = &self.pipelines.strain[overlays.strain_measure as usize];
+        let Some(group) = mesh.strain_group(&self.gpu.device, (&self.pipelines, pipeline), frame)
+        else {
             return;
         };
         let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(&self.pipelines.strain);
+        pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &group, &[]);
         let groups = (mesh.particle_count() as u32).div_ceil(64).max(1);
         let rows = groups.div_ceil(32_768);

@@ -1,6 +1,7 @@
 //! What is drawn on top of the cloth: discs and lines.
 
 use cloth::{
+    StrainMeasure,
     io::{PictureDust, PictureGrain, PictureLegend, PictureStrain, PictureStyle},
     wgpu::wgpu,
 };
@@ -19,7 +20,9 @@ pub struct Overlays {
     pub springs: [bool; 3],
     /// Colours of the surface by the strain of springs and of triangles of fabric.
     pub strain: bool,
-    /// Relative elongation shown in red.
+    /// Which strain.
+    pub strain_measure: StrainMeasure,
+    /// Strain shown in red.
     pub strain_scale: f64,
     /// Lines on fabric along warp and weft.
     pub threads: bool,
@@ -38,6 +41,7 @@ impl Default for Overlays {
             wires: false,
             springs: [false; 3],
             strain: false,
+            strain_measure: StrainMeasure::Stretch,
             strain_scale: PictureStrain::SCALE,
             threads: false,
             pins: false,
@@ -54,6 +58,7 @@ impl Overlays {
         let strain = style.overlays.strain.as_ref();
         Self {
             strain: strain.is_some(),
+            strain_measure: strain.map_or(StrainMeasure::Stretch, |strain| strain.measure),
             strain_scale: strain.map_or(PictureStrain::SCALE, |strain| strain.scale),
             threads: style.overlays.legend().threads,
             ..Self::default()
@@ -63,7 +68,8 @@ impl Overlays {
     /// What explains the colours and lines on the cloth.
     #[must_use]
     pub fn legend(self) -> PictureLegend {
-        PictureLegend { strain: self.strain.then_some(self.strain_scale), threads: self.threads }
+        let strain = (self.strain_measure, self.strain_scale);
+        PictureLegend { strain: self.strain.then_some(strain), threads: self.threads }
     }
 }
 

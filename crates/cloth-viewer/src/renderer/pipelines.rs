@@ -1,6 +1,6 @@
 //! Pipelines and what they bind.
 
-use cloth::wgpu::wgpu;
+use cloth::{StrainMeasure, wgpu::wgpu};
 
 use super::{
     SAMPLES,
@@ -14,7 +14,8 @@ pub(super) struct Pipelines {
     light_layout: wgpu::BindGroupLayout,
     pub(super) surface_layout: wgpu::BindGroupLayout,
     pub(super) positions_layout: wgpu::BindGroupLayout,
-    pub(super) strain: wgpu::ComputePipeline,
+    /// One for each measure, in the order of [`StrainMeasure::ALL`].
+    pub(super) strain: [wgpu::ComputePipeline; StrainMeasure::ALL.len()],
     pub(super) shadow_cloth: wgpu::RenderPipeline,
     pub(super) shadow_solid: wgpu::RenderPipeline,
     pub(super) sky: wgpu::RenderPipeline,
@@ -129,13 +130,19 @@ impl Pipelines {
             ..stage
         };
         Self {
-            strain: device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some("strain"),
-                layout: None,
-                module: &strain,
-                entry_point: None,
-                compilation_options: Default::default(),
-                cache: None,
+            strain: StrainMeasure::ALL.map(|measure| {
+                let constants = [("MEASURE", f64::from(measure as u32))];
+                device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                    label: Some("strain"),
+                    layout: None,
+                    module: &strain,
+                    entry_point: None,
+                    compilation_options: wgpu::PipelineCompilationOptions {
+                        constants: &constants,
+                        ..Default::default()
+                    },
+                    cache: None,
+                })
             }),
             shadow_cloth: shadow(
                 device,

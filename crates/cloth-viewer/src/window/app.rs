@@ -355,9 +355,10 @@ impl ViewerApp {
                 frames_per_second: subject.frames_per_second,
             });
             if !subject.style.overlays.is_empty() {
-                let Overlays { strain, strain_scale, threads, .. } =
+                let Overlays { strain, strain_measure, strain_scale, threads, .. } =
                     Overlays::of_style(&subject.style);
-                self.overlays = Overlays { strain, strain_scale, threads, ..self.overlays };
+                self.overlays =
+                    Overlays { strain, strain_measure, strain_scale, threads, ..self.overlays };
             }
             self.graphs.clear();
             self.messages.dismiss();

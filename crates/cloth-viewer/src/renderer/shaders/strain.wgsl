@@ -1,5 +1,10 @@
-// Largest elongation at each particle, not below zero: l / L - 1 of its springs, the larger principal stretch less 1 of its triangles of
-// fabric.
+// Largest strain at each particle, not below zero: of its triangles of fabric, as `StrainMeasure` of the library, by the number of it there; of its
+// springs l / L - 1, which is stretch.
+
+const STRETCH: u32 = 0u;
+const WARP: u32 = 1u;
+const WEFT: u32 = 2u;
+override MEASURE: u32 = STRETCH;
 
 struct FabricTriangle {
     corners: vec3u,
@@ -15,15 +20,29 @@ struct FabricTriangle {
 @group(0) @binding(5) var<storage, read> fabric_offsets: array<u32>;
 @group(0) @binding(6) var<storage, read> fabric: array<FabricTriangle>;
 
-fn stretch(triangle: FabricTriangle) -> f32 {
+fn measured(triangle: FabricTriangle) -> f32 {
     let first = positions[triangle.corners.x].xyz;
     let a = positions[triangle.corners.y].xyz - first;
     let b = positions[triangle.corners.z].xyz - first;
     let warp = a * triangle.inverse.x + b * triangle.inverse.z;
     let weft = a * triangle.inverse.y + b * triangle.inverse.w;
-    let mean = 0.5 * (dot(warp, warp) + dot(weft, weft));
-    let apart = 0.5 * (dot(warp, warp) - dot(weft, weft));
-    return sqrt(mean + length(vec2f(apart, dot(warp, weft))));
+    let cauchy = vec3f(dot(warp, warp), dot(weft, weft), dot(warp, weft));
+    switch MEASURE {
+        case STRETCH: {
+            let mean = 0.5 * (cauchy.x + cauchy.y);
+            let apart = 0.5 * (cauchy.x - cauchy.y);
+            return sqrt(mean + length(vec2f(apart, cauchy.z))) - 1.0;
+        }
+        case WARP: {
+            return 0.5 * abs(cauchy.x - 1.0);
+        }
+        case WEFT: {
+            return 0.5 * abs(cauchy.y - 1.0);
+        }
+        default: {
+            return 0.5 * abs(cauchy.z);
+        }
+    }
 }
 
 @compute @workgroup_size(64)
@@ -39,10 +58,10 @@ fn strain(
     var largest = 0.0;
     for (var entry = offsets[particle]; entry < offsets[particle + 1u]; entry++) {
         let length = distance(positions[particle].xyz, positions[columns[entry]].xyz);
-        largest = max(largest, length / rest_lengths[entry] - 1.0);
+        largest = max(largest, select(0.0, length / rest_lengths[entry] - 1.0, MEASURE == STRETCH));
     }
     for (var entry = fabric_offsets[particle]; entry < fabric_offsets[particle + 1u]; entry++) {
-        largest = max(largest, stretch(fabric[entry]) - 1.0);
+        largest = max(largest, measured(fabric[entry]));
     }
     strains[particle] = largest;
 }

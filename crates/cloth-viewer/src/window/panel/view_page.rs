@@ -1,9 +1,19 @@
 //! What is drawn, and pictures of it.
 
+use cloth::StrainMeasure;
 use eframe::egui::{DragValue, Ui};
 
 use super::{PanelRequest, PanelView, heading};
 use crate::{ClipFormat, window::places};
+
+const fn measure_text(measure: StrainMeasure) -> &'static str {
+    match measure {
+        StrainMeasure::Stretch => "The larger principal stretch less 1",
+        StrainMeasure::Warp => "Size of the Green strain along the warp",
+        StrainMeasure::Weft => "Size of the Green strain along the weft",
+        StrainMeasure::Shear => "Size of the Green strain between warp and weft",
+    }
+}
 
 pub(super) fn show(ui: &mut Ui, view: &mut PanelView<'_>) -> Vec<PanelRequest> {
     let mut requests = Vec::new();
@@ -20,8 +30,15 @@ pub(super) fn show(ui: &mut Ui, view: &mut PanelView<'_>) -> Vec<PanelRequest> {
         });
         let percent = percent.range(0.1..=1000.0).speed(0.1).max_decimals(1).suffix(" %");
         ui.add(percent).on_hover_text(
-            "Relative elongation: larger principal stretch of fabric, length of springs",
+            "Strain: of fabric what is chosen, of springs how much longer they are than at rest",
         );
+    });
+    ui.horizontal(|ui| {
+        for (measure, name) in StrainMeasure::ALL.into_iter().zip(["stretch", "E11", "E22", "E12"])
+        {
+            let chosen = &mut overlays.strain_measure;
+            ui.selectable_value(chosen, measure, name).on_hover_text(measure_text(measure));
+        }
     });
     ui.checkbox(&mut overlays.threads, "warp and weft")
         .on_hover_text("Lines on fabric along its threads: warp dark, weft light");
