@@ -3,7 +3,7 @@
 extern "C" __global__ void contact_certify(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
     uint number = blockIdx.x * blockDim.x + threadIdx.x;
     if (number >= t.task.pair_count) return;
-    FeaturePair pair = t.list[number];
+    FeaturePair pair = t.list[t.task.pair_first + number];
     Points start, end;
     bool is_marked = false, rests = true;
     for (uint k = 0; k < 4; k++) {

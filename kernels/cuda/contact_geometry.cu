@@ -92,7 +92,7 @@ __device__ __forceinline__ bool is_near(const Solver& s, const TrianglePairs& t,
 extern "C" __global__ void contact_geometry(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
     uint number = blockIdx.x * blockDim.x + threadIdx.x;
     if (number >= t.task.pair_count) return;
-    FeaturePair pair = t.list[number];
+    FeaturePair pair = t.list[t.task.pair_first + number];
     bool has_node = false;
     for (uint k = 0; k < 4; k++) has_node |= pair.particles[k] >= s.count;
     if (is_near(s, t, pair, false) || (has_node && is_near(s, t, pair, true))) pair_found(t, pair);

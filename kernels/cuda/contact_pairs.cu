@@ -17,6 +17,12 @@ extern "C" __global__ void contact_pairs_substep(const __grid_constant__ Solver 
     t.ways[(size_t)t.task.node_count + i] = with_w(xyz(s.position[s.present][i]), 0);
 }
 
+// Threads of a block that makes the tree, and blocks at most.
+#define TREE_THREADS 256
+#define TREE_BLOCKS 256u
+// Threads of a block that lists pairs.
+#define LIST_THREADS 128
+
 #define MOVED_NUMBERS 14
 #define MOVED_THREADS 128
 
@@ -55,6 +61,10 @@ extern "C" __global__ void __launch_bounds__(MOVED_THREADS) contact_pairs_moved(
     if (thread < MOVED_NUMBERS) t.moved[MOVED_NUMBERS * blockIdx.x + thread] = moved[0][thread];
 }
 
+__device__ __forceinline__ void node_fit(const TrianglePairs& t, uint node) {
+    t.boxes[node_place(t, node)] = ways_union(t.boxes[node_place(t, 2 * node)], t.boxes[node_place(t, 2 * node + 1)]);
+}
+
 // `contact_groups`: boxes around triangles at both sets of positions, and around their groups.
 extern "C" __global__ void contact_pairs_boxes(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
     uint group = blockIdx.x * blockDim.x + threadIdx.x;
@@ -70,17 +80,47 @@ extern "C" __global__ void contact_pairs_boxes(const __grid_constant__ Solver s,
     t.boxes[node_place(t, t.task.group_count + group)] = around;
 }
 
-// Boxes around the nodes of the tree, by one block, level by level.
-extern "C" __global__ void __launch_bounds__(1024) contact_pairs_tree(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
-    for (uint first = t.task.group_count / 2; first > 0; first /= 2) {
-        for (uint node = first + threadIdx.x; node < 2 * first; node += blockDim.x) {
-            t.boxes[node_place(t, node)] = ways_union(t.boxes[node_place(t, 2 * node)], t.boxes[node_place(t, 2 * node + 1)]);
-        }
+// Boxes around the nodes of the tree: blocks, as many as a power of two, have the nodes below one each, level by level.
+extern "C" __global__ void __launch_bounds__(TREE_THREADS) contact_pairs_tree(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
+    for (uint width = t.task.group_count / 2 / gridDim.x; width > 0; width /= 2) {
+        uint first = (gridDim.x + blockIdx.x) * width;
+        for (uint node = first + threadIdx.x; node < first + width; node += blockDim.x) node_fit(t, node);
         __syncthreads();
     }
 }
 
-__device__ __forceinline__ void pair_note(const Solver& s, const TrianglePairs& t, const FeaturePair& pair) {
+// And around those above them, by one block.
+extern "C" __global__ void __launch_bounds__(TREE_THREADS) contact_pairs_tree_top(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
+    for (uint first = min(TREE_BLOCKS, t.task.group_count / 2) / 2; first > 0; first /= 2) {
+        for (uint node = first + threadIdx.x; node < 2 * first; node += blockDim.x) node_fit(t, node);
+        __syncthreads();
+    }
+}
+
+// Pairs of two triangles have numbers: the corners of the first, those of the second, three times three edges. A bit for each whose features belong to
+// these triangles.
+__device__ __forceinline__ uint pairs_owned(const TrianglePairs& t, uint a, uint b) {
+    uint of_a = triangle_word(t, a, 4), of_b = triangle_word(t, b, 4);
+    uint owned = (of_a & 7) | (of_b & 7) << 3;
+    for (uint k = 0; k < 3; k++) owned |= (of_a >> (3 + k) & 1 ? of_b >> 3 & 7 : 0) << (6 + 3 * k);
+    return owned;
+}
+
+__device__ __forceinline__ FeaturePair pair_between(const TrianglePairs& t, uint a, uint b, uint number) {
+    if (number < 6) {
+        uint of = number < 3 ? a : b, other = number < 3 ? b : a;
+        uint corner = triangle_word(t, of, 1 + number % 3);
+        return {{corner, triangle_word(t, other, 1), triangle_word(t, other, 2), triangle_word(t, other, 3)}, corner, triangle_word(t, other, 0)};
+    }
+    uint edge_a = triangle_word(t, a, 5 + (number - 6) / 3), edge_b = triangle_word(t, b, 5 + (number - 6) % 3);
+    uint first = min(edge_a, edge_b), second = max(edge_a, edge_b);
+    const uint* p = edge_ends(t, first);
+    const uint* q = edge_ends(t, second);
+    return {{p[0], p[1], q[0], q[1]}, first | EDGES, second};
+}
+
+// Whether the features of a pair are not the reach apart, and share no particle nor what a seam makes one.
+__device__ __forceinline__ bool pair_is_near(const TrianglePairs& t, const FeaturePair& pair) {
     const uint* p = pair.particles;
     uint middle = pair_is_edges(pair) ? 2 : 1;
     WayBounds first = ways_none(), second = ways_none();
@@ -88,84 +128,100 @@ __device__ __forceinline__ void pair_note(const Solver& s, const TrianglePairs& 
         WayBounds& bounds = k < middle ? first : second;
         bounds = ways_with(t, bounds, p[k]);
     }
+    if (ways_are_apart(first, second, t.task.reach)) return false;
+    for (uint k = 0; k < middle; k++) {
+        uint own = seam_class(t, p[k]);
+        for (uint l = middle; l < 4; l++) {
+            if (seam_class(t, p[l]) == own) return false;
+        }
+    }
+    return true;
+}
+
+// Lists the pairs of two triangles in each lane that has some, by one count for the warp: all warps count in the same place. Returns whether there may
+// be more.
+__device__ __forceinline__ bool triangles_compare(const TrianglePairs& t, bool has_some, uint2 triangles) {
+    uint near = 0, lane = threadIdx.x % WARP;
+    for (uint owned = has_some ? pairs_owned(t, triangles.x, triangles.y) : 0; owned != 0; owned &= owned - 1) {
+        uint number = __ffs(owned) - 1;
+        if (pair_is_near(t, pair_between(t, triangles.x, triangles.y, number))) near |= 1u << number;
+    }
+    // What lanes before this one have, a bit of their numbers at a time: none has more than 15.
+    uint before = 0, all = 0;
+    for (uint bit = 0; bit < 4; bit++) {
+        uint lanes = __ballot_sync(ALL_LANES, __popc(near) >> bit & 1);
+        before += __popc(lanes & ((1u << lane) - 1)) << bit;
+        all += __popc(lanes) << bit;
+    }
+    if (all == 0) return true;
+    uint first = lane == 0 ? atomicAdd(&t.counts[1], all) : 0;
+    first = __shfl_sync(ALL_LANES, first, 0);
     // Beyond what any list has, counting goes on no further: the number could wrap.
-    if (ways_are_apart(first, second, t.task.reach) || *(volatile uint*)&t.counts[1] > FEATURE_PAIRS_MAX) return;
-    uint number = atomicAdd(&t.counts[1], 1u);
-    if (number < t.task.pair_capacity) t.list[number] = pair;
+    if (first > FEATURE_PAIRS_MAX) return false;
+    for (uint place = t.task.pair_first + first + before; near != 0 && place < t.task.pair_capacity; place++, near &= near - 1) {
+        t.list[place] = pair_between(t, triangles.x, triangles.y, __ffs(near) - 1);
+    }
+    return true;
 }
-
-// Whether a feature of so many corners has a particle, or one that a seam makes one with it.
-__device__ __forceinline__ bool has_particle(const TrianglePairs& t, const uint* corners, uint count, uint particle) {
-    uint own = seam_class(t, particle);
-    for (uint k = 0; k < count; k++) {
-        if (seam_class(t, corners[k]) == own) return true;
-    }
-    return false;
-}
-
-// The pairs of what belongs to two triangles, less those that share a particle.
-__device__ __forceinline__ void triangles_compare(const Solver& s, const TrianglePairs& t, uint a, uint b) {
-    uint of_a[3], of_b[3];
-    for (uint k = 0; k < 3; k++) {
-        of_a[k] = triangle_word(t, a, 1 + k);
-        of_b[k] = triangle_word(t, b, 1 + k);
-    }
-    uint owned_a = triangle_word(t, a, 4), owned_b = triangle_word(t, b, 4);
-    for (uint k = 0; k < 3; k++) {
-        if ((owned_a >> k & 1) && !has_particle(t, of_b, 3, of_a[k])) {
-            pair_note(s, t, {{of_a[k], of_b[0], of_b[1], of_b[2]}, of_a[k], triangle_word(t, b, 0)});
-        }
-        if ((owned_b >> k & 1) && !has_particle(t, of_a, 3, of_b[k])) {
-            pair_note(s, t, {{of_b[k], of_a[0], of_a[1], of_a[2]}, of_b[k], triangle_word(t, a, 0)});
-        }
-    }
-    if (owned_a >> 3 == 0 || owned_b >> 3 == 0) return;
-    for (uint k = 0; k < 3; k++) {
-        if (!(owned_a >> (3 + k) & 1)) continue;
-        for (uint l = 0; l < 3; l++) {
-            if (!(owned_b >> (3 + l) & 1)) continue;
-            uint edge_a = triangle_word(t, a, 5 + k), edge_b = triangle_word(t, b, 5 + l);
-            uint first = min(edge_a, edge_b), second = max(edge_a, edge_b);
-            const uint* p = edge_ends(t, first);
-            const uint* q = edge_ends(t, second);
-            if (has_particle(t, p, 2, q[0]) || has_particle(t, p, 2, q[1])) continue;
-            pair_note(s, t, {{p[0], p[1], q[0], q[1]}, first | EDGES, second});
-        }
-    }
-}
-
 
 // The last group below a node.
 __device__ __forceinline__ uint last_group(uint node, uint count) {
-    while (node < count) node = 2 * node + 1;
-    return node - count;
+    uint level = __clz(node) - __clz(count);
+    return (((node + 1) << level) - 1) - count;
 }
 
-// All pairs of features whose boxes are not the reach apart, a thread for each triangle of cloths and place in the groups that it meets:
-// threads side by side go the same way through the tree. The order of pairs has no meaning.
-extern "C" __global__ void contact_pairs_list(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
+__device__ __forceinline__ bool triangle_is_marked(const TrianglePairs& t, uint slot) {
+    bool is_marked = false;
+    for (uint k = 1; k <= 3; k++) is_marked |= t.ways[(size_t)t.task.node_count + triangle_word(t, slot, k)].w != 0;
+    return is_marked;
+}
+
+// All pairs of features whose boxes are not the reach apart, a thread for each triangle and place in the groups that it meets:
+// threads side by side go the same way through the tree. Two triangles that are near wait until a warp has as many of them as lanes, so that all of it
+// compares them. The order of pairs has no meaning.
+//
+// Each two triangles once, from the first of them; where only pairs with a mark are asked for, from the first that has one.
+extern "C" __global__ void __launch_bounds__(LIST_THREADS) contact_pairs_list(const __grid_constant__ Solver s, const __grid_constant__ TrianglePairs t) {
+    __shared__ uint2 near_triangles[LIST_THREADS / WARP][2 * WARP];
+    uint2* queue = near_triangles[threadIdx.x / WARP];
+    uint queued = 0, lane = threadIdx.x % WARP;
     uint thread = blockIdx.x * blockDim.x + threadIdx.x;
     uint slot = thread / SLOTS, place = thread % SLOTS;
     uint count = t.task.group_count, group = slot / SLOTS;
-    if (group >= t.task.own_group_count || triangle_word(t, slot, 0) == NO_TRIANGLE) return;
-    WayBounds own = t.boxes[slot];
+    bool by_marks = t.task.flags & TASK_MARKED;
+    bool is_of_body = group >= t.task.own_group_count;
+    bool searches = group < (by_marks ? count : t.task.own_group_count) && triangle_word(t, slot, 0) != NO_TRIANGLE;
+    searches = searches && !(by_marks && !triangle_is_marked(t, slot));
+    WayBounds own = searches ? t.boxes[slot] : ways_none();
     // One node of each level waits at most, and the root.
     uint waiting[34];
-    uint depth = 1;
-    waiting[0] = 1;
-    while (depth > 0) {
-        uint node = waiting[--depth];
-        WayBounds bounds = t.boxes[node_place(t, node)];
-        if (ways_are_empty(bounds) || ways_are_apart(own, bounds, t.task.reach)) continue;
-        if (node >= count) {
-            // Each two triangles once.
-            uint other = SLOTS * (node - count) + place;
-            if (other > slot && triangle_word(t, other, 0) != NO_TRIANGLE && !ways_are_apart(own, t.boxes[other], t.task.reach)) {
-                triangles_compare(s, t, slot, other);
+    uint depth = searches ? 1 : 0;
+    // Two triangles of bodies are no pair: cloths are below the first child of the root.
+    waiting[0] = is_of_body ? 2 : 1;
+    while (__any_sync(ALL_LANES, depth > 0)) {
+        bool is_near = false;
+        uint other = 0;
+        if (depth > 0) {
+            uint node = waiting[--depth];
+            WayBounds bounds = t.boxes[node_place(t, node)];
+            bool meets = !ways_are_empty(bounds) && !ways_are_apart(own, bounds, t.task.reach);
+            if (meets && node < count) {
+                if (by_marks || last_group(2 * node + 1, count) >= group) waiting[depth++] = 2 * node + 1;
+                if (by_marks || last_group(2 * node, count) >= group) waiting[depth++] = 2 * node;
+            } else if (meets) {
+                other = SLOTS * (node - count) + place;
+                is_near = triangle_word(t, other, 0) != NO_TRIANGLE && !ways_are_apart(own, t.boxes[other], t.task.reach) &&
+                          (other > slot || (by_marks && !triangle_is_marked(t, other)));
             }
-            continue;
         }
-        if (last_group(2 * node + 1, count) >= group) waiting[depth++] = 2 * node + 1;
-        if (last_group(2 * node, count) >= group) waiting[depth++] = 2 * node;
+        uint lanes = __ballot_sync(ALL_LANES, is_near);
+        if (is_near) queue[queued + __popc(lanes & ((1u << lane) - 1))] = {slot, other};
+        queued += __popc(lanes);
+        __syncwarp();
+        if (queued < WARP) continue;
+        queued -= WARP;
+        if (!triangles_compare(t, true, queue[queued + lane])) return;
+        __syncwarp();
     }
+    triangles_compare(t, lane < queued, queue[lane]);
 }

@@ -1,10 +1,6 @@
 // NUMERICS section 15, contact_certify: the pairs of the list of which nothing proves that their features do not meet.
 //!include model pair_task pair_ways pair_list pair_results pair_found pair_each certificate
 
-fn is_marked(particle: u32) -> bool {
-    return pair_ways[pair_task.node_count + particle].w != 0.0;
-}
-
 fn pair_is_wanted(pair: Pair) -> bool {
     let p = pair.particles;
     if task_has(TASK_MARKED) && !(is_marked(p.x) || is_marked(p.y) || is_marked(p.z) || is_marked(p.w)) {

@@ -1,5 +1,5 @@
 // NUMERICS section 15, contact_groups: boxes around triangles at both sets of positions, and around their groups.
-//!include model pair_task pair_references pair_box pair_way_box surface pair_boxes
+//!include model pair_task pair_ways pair_references pair_box pair_way_box surface pair_boxes
 
 @compute @workgroup_size(WORKGROUP)
 fn main(

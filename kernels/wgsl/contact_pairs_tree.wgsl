@@ -1,6 +1,6 @@
 // NUMERICS section 15, contact_groups: boxes around the nodes of the tree, a workgroup for each. It looks at all groups below its node: no node
 // waits for another one.
-//!include model pair_task pair_references pair_box pair_way_box surface pair_boxes
+//!include model pair_task pair_ways pair_references pair_box pair_way_box surface pair_boxes
 
 const TREE_THREADS: u32 = 64u;
 var<workgroup> around: array<WayBox, TREE_THREADS>;

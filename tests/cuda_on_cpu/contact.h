@@ -1,6 +1,6 @@
 // Finds pairs of triangles that may touch or meet, with the kernels that come before this text: `program INPUT OUTPUT`. The input is what
-// `contact.rs` writes; the output has counts, then the list, the pairs that may touch, those that are unproven, how far particles have moved,
-// and forces.
+// `contact.rs` writes; the output has the list, the pairs that may touch, those that are unproven, the list of marked pairs, those of them that are unproven, a count
+// before each, and how far particles have moved.
 
 // A kernel over so many items. Nobody waits for anybody.
 template <typename Kernel> static void launch_over(uint items, Kernel kernel) {
@@ -42,6 +42,30 @@ static TrianglePairs t = {};
 
 static void moved_thread() { contact_pairs_moved(s, t); }
 static void tree_thread() { contact_pairs_tree(s, t); }
+static void list_thread() { contact_pairs_list(s, t); }
+static void tree_top_thread() { contact_pairs_tree_top(s, t); }
+
+// Boxes and the list, of all pairs or of marked ones.
+static void list_fill(uint seed) {
+    launch_over(t.task.group_count, [] { contact_pairs_boxes(s, t); });
+    uint blocks = min(TREE_BLOCKS, t.task.group_count / 2);
+    launch(tree_thread, blocks, 64, seed);
+    launch(tree_top_thread, 1, 64, seed);
+    t.counts[1] = 0;
+    launch(list_thread, (SLOTS * SLOTS * t.task.group_count + LIST_THREADS - 1) / LIST_THREADS, LIST_THREADS, seed);
+    t.task.pair_count = min(t.counts[1], t.task.pair_capacity - t.task.pair_first);
+}
+
+static void pairs_write(FILE* file, const FeaturePair* pairs, uint count) {
+    fwrite(&count, sizeof(uint), 1, file);
+    fwrite(pairs, sizeof(FeaturePair), count, file);
+}
+
+static void unproven_write(FILE* file) {
+    t.counts[0] = 0;
+    launch_over(t.task.pair_count, [] { contact_certify(s, t); });
+    pairs_write(file, t.found, t.counts[0]);
+}
 
 int main(int, char** arguments) {
     FILE* file = fopen(arguments[1], "rb");
@@ -76,25 +100,27 @@ int main(int, char** arguments) {
 
     launch_over(s.count, [] { contact_pairs_ahead(s, t); });
     memcpy(t.references, t.ways, 2 * s.count * sizeof(real4));
-    launch_over(t.task.group_count, [] { contact_pairs_boxes(s, t); });
-    launch(tree_thread, 1, 64, seed);
-    launch_over(SLOTS * SLOTS * t.task.own_group_count, [] { contact_pairs_list(s, t); });
-    t.task.pair_count = min(t.counts[1], t.task.pair_capacity);
+    uint flags = t.task.flags;
+    t.task.flags &= ~TASK_MARKED;
+    list_fill(seed);
+    t.task.flags = flags;
     file = fopen(arguments[2], "wb");
     if (!file) return 2;
-    fwrite(&t.counts[1], sizeof(uint), 1, file);
-    fwrite(t.list, sizeof(FeaturePair), t.task.pair_count, file);
+    pairs_write(file, t.list, t.task.pair_count);
     launch_over(t.task.pair_count, [] { contact_geometry(s, t); });
-    fwrite(&t.counts[0], sizeof(uint), 1, file);
-    fwrite(t.found, sizeof(FeaturePair), t.counts[0], file);
+    pairs_write(file, t.found, t.counts[0]);
     // The way back, whose ends differ from both sets.
     launch_over(s.count, [] { contact_pairs_substep(s, t); });
     for (uint k = 0; k < s.count; k++) t.ways[(size_t)s.count + k].w = k % 3 == 0;
     launch(moved_thread, 2 * t.task.moved_blocks, MOVED_THREADS, seed);
-    t.counts[0] = 0;
-    launch_over(t.task.pair_count, [] { contact_certify(s, t); });
-    fwrite(&t.counts[0], sizeof(uint), 1, file);
-    fwrite(t.found, sizeof(FeaturePair), t.counts[0], file);
+    unproven_write(file);
+    // Marked pairs of these ways alone, behind the list.
+    t.task.flags |= TASK_MARKED;
+    t.task.pair_first = t.task.pair_count;
+    t.task.reach = 2 * t.task.delta;
+    list_fill(seed);
+    pairs_write(file, t.list + t.task.pair_first, t.task.pair_count);
+    unproven_write(file);
     for (uint k = 0; k < moved; k++) {
         double number = t.moved[k];
         fwrite(&number, sizeof number, 1, file);

@@ -236,6 +236,7 @@ static unsigned __funnelshift_l(unsigned low, unsigned high, unsigned bits) {
 
 static int __popc(unsigned bits) { return __builtin_popcount(bits); }
 static int __ffs(unsigned bits) { return __builtin_ffs((int)bits); }
+static int __clz(unsigned bits) { return bits ? __builtin_clz(bits) : 32; }
 template <typename T> static T __ldg(const T* address) { return *address; }
 static unsigned __float_as_uint(float a) { return bits_as<unsigned>(a); }
 static double __longlong_as_double(long long a) { return bits_as<double>(a); }

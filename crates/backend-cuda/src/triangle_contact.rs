@@ -9,6 +9,8 @@ use cloth_core::{
     },
 };
 
+use rayon::prelude::*;
+
 use crate::{
     layout::{CudaReal, Real4},
     queue::{Buffer, Queue},
@@ -53,6 +55,9 @@ pub(crate) struct ContactTable {
     places: u64,
     contacts: u64,
 }
+
+/// Contacts that a thread of the host puts in words, at least.
+const TASK: usize = 1024;
 
 /// Words of a pair.
 pub(crate) type PairData = [u32; PAIR_WORDS];
@@ -118,15 +123,14 @@ impl<T: CudaReal> TriangleMemory<T> {
         Buffer::zeros(queue, words)
     }
 
-    /// Takes what a look has found out of words of the results.
-    pub(crate) fn answer(task: &PairTask<T>, words: &[u32], out: &mut PairAnswer<T>) {
-        let (head, pairs) = words.split_at(Self::result_head(task));
-        out.found = head[0];
+    /// Finds what a look has found in the words of the results.
+    pub(crate) fn answer(task: &PairTask<T>, out: &mut PairAnswer<T>) {
+        let head = Self::result_head(task);
+        out.found = out.words[0];
         out.moved.resize(2 * MOVED_NUMBERS * task.moved_blocks as usize, T::ZERO);
-        bytemuck::cast_slice_mut(&mut out.moved).copy_from_slice(&head[COUNTS..]);
-        out.pairs.clear();
+        bytemuck::cast_slice_mut(&mut out.moved).copy_from_slice(&out.words[COUNTS..head]);
         let count = out.found.min(task.found_capacity) as usize;
-        out.pairs.extend_from_slice(&pairs[..PAIR_WORDS * count]);
+        out.pairs = head..head + PAIR_WORDS * count;
     }
 
     /// What kernels are given.
@@ -176,7 +180,7 @@ impl<T: CudaReal> TriangleMemory<T> {
         equations: &[ContactEquation<T>],
     ) -> Result<()> {
         let (offsets, places) = set.rows();
-        let all = equations.iter().zip(set.states());
+        let all = equations.par_iter().zip(set.states()).with_min_len(TASK);
         let contacts: Vec<_> = all
             .map(|(&ContactEquation { particles, weights, carried }, state)| ContactData {
                 particles,
@@ -214,7 +218,7 @@ mod tests {
     /// The CUDA sources assert the same.
     #[test]
     fn kernels_are_given_as_many_bytes_as_they_take() {
-        assert_eq!(size_of::<TrianglePairs<f32>>(), 4 * 4 + 9 * 4 + 4 + 8 * 8);
-        assert_eq!(size_of::<TrianglePairs<f64>>(), 4 * 8 + 9 * 4 + 4 + 8 * 8);
+        assert_eq!(size_of::<TrianglePairs<f32>>(), 4 * 4 + 10 * 4 + 8 * 8);
+        assert_eq!(size_of::<TrianglePairs<f64>>(), 4 * 8 + 10 * 4 + 8 * 8);
     }
 }

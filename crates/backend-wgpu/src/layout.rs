@@ -245,6 +245,9 @@ shared_struct! {
         edge_count: u32,
         node_count: u32,
         own_group_count: u32,
+        pair_first: u32,
+        padding_0: u32,
+        padding_1: u32,
     }
 }
 

@@ -25,9 +25,11 @@ struct PairTask {
     uint node_count;
     // Groups of cloths: two triangles of bodies are no pair.
     uint own_group_count;
+    // Where the pairs of this task begin in the list: those of marked particles stand behind those of all.
+    uint pair_first;
 };
 
-// Only pairs with a marked particle are looked at.
+// Only pairs with a marked particle are looked at, and listed: for the present ways, not for the two sets of positions.
 #define TASK_MARKED 1u
 // Pairs that do not move are looked at as well.
 #define TASK_NEW 2u
@@ -74,7 +76,7 @@ struct TrianglePairs {
     real* moved;
 };
 
-static_assert(sizeof(TrianglePairs) == 4 * sizeof(real) + 9 * 4 + 4 + 8 * 8, "`triangle_contact.rs` of the backend has another layout");
+static_assert(sizeof(TrianglePairs) == 4 * sizeof(real) + 10 * 4 + 8 * 8, "`triangle_contact.rs` of the backend has another layout");
 
 #define NO_TRIANGLE 0xffffffffu
 // Triangles of a group.
@@ -117,7 +119,8 @@ __device__ __forceinline__ WayBounds ways_none() { return {bounds_none(), bounds
 __device__ __forceinline__ bool ways_are_empty(const WayBounds& bounds) { return bounds.first.low.x > bounds.first.high.x; }
 
 __device__ __forceinline__ WayBounds ways_with(const TrianglePairs& t, const WayBounds& bounds, uint node) {
-    return {bounds_with(bounds.first, xyz(t.references[node])), bounds_with(bounds.second, xyz(t.references[(size_t)t.task.node_count + node]))};
+    const real4* sets = t.task.flags & TASK_MARKED ? t.ways : t.references;
+    return {bounds_with(bounds.first, xyz(sets[node])), bounds_with(bounds.second, xyz(sets[(size_t)t.task.node_count + node]))};
 }
 
 __device__ __forceinline__ WayBounds ways_union(const WayBounds& a, const WayBounds& b) {

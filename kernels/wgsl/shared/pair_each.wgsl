@@ -8,7 +8,7 @@ fn main(
     if number >= pair_task.pair_count {
         return;
     }
-    let pair = pair_get(number);
+    let pair = pair_get(pair_task.pair_first + number);
     if pair_is_wanted(pair) {
         pair_found(pair);
     }

@@ -26,11 +26,15 @@ struct PairTask {
     node_count: u32,
     // Groups of cloths: two triangles of bodies are no pair.
     own_group_count: u32,
+    // Where the pairs of this task begin in the list: those of marked particles stand behind those of all.
+    pair_first: u32,
+    padding_0: u32,
+    padding_1: u32,
 }
 
 @group(0) @binding(69) var<uniform> pair_task: PairTask;
 
-// Only pairs with a marked particle are looked at.
+// Only pairs with a marked particle are looked at, and listed: for the present ways, not for the two sets of positions.
 const TASK_MARKED: u32 = 1u;
 // Pairs that do not move are looked at as well.
 const TASK_NEW: u32 = 2u;

@@ -14,6 +14,9 @@ fn ways_are_empty(bounds: WayBox) -> bool {
 }
 
 fn ways_with(bounds: WayBox, node: u32) -> WayBox {
+    if task_has(TASK_MARKED) {
+        return WayBox(box_with(bounds.first, way_start(node)), box_with(bounds.second, way_end(node)));
+    }
     return WayBox(box_with(bounds.first, reference_first(node)), box_with(bounds.second, reference_second(node)));
 }
 

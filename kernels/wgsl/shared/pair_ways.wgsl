@@ -10,3 +10,7 @@ fn way_start(particle: u32) -> vec3f {
 fn way_end(particle: u32) -> vec3f {
     return pair_ways[pair_task.node_count + particle].xyz;
 }
+
+fn is_marked(particle: u32) -> bool {
+    return pair_ways[pair_task.node_count + particle].w != 0.0;
+}

@@ -326,8 +326,9 @@ impl<T: Real> PairSearch<T> for ListSearch<'_, T> {
         let mut list = &mut *self.list;
         if !(list.holds(start, distance) && list.holds(end, distance)) {
             if marked.is_some() {
-                // The next round will have other marks.
+                // The next round will have other marks, and nobody asks such a list for contacts.
                 list = &mut *self.marked_list;
+                list.reach = distance;
             }
             list.build((self.surface, self.trees), [start, end], marked)?;
         }

@@ -20,8 +20,11 @@ use crate::{
 
 /// Threads of a block that finds how far particles have moved, as in `contact_pairs.cu`.
 const MOVED_THREADS: u32 = 128;
-/// Threads of the block that makes the tree.
-const TREE_THREADS: u32 = 1024;
+/// Threads of a block that lists pairs.
+const LIST_THREADS: u32 = 128;
+/// Threads of a block that makes the tree, and blocks at most.
+const TREE_THREADS: u32 = 256;
+const TREE_BLOCKS: u32 = 256;
 
 /// The device while contact of triangles works on it.
 pub(super) struct Working<'a, T> {
@@ -127,13 +130,13 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
         let queue = &self.kernels.memory.queue;
         let capacity = task.found_capacity as usize;
         let words = |count| TriangleMemory::result_head(task) + PAIR_WORDS * count;
-        let mut read = Vec::new();
-        self.memory.results.read_first(queue, words(expected.min(capacity)), &mut read)?;
+        let read = &mut out.words;
+        self.memory.results.read_first(queue, words(expected.min(capacity)), read)?;
         let count = (read[0] as usize).min(capacity);
         if read.len() < words(count) {
-            self.memory.results.read_first(queue, words(count), &mut read)?;
+            self.memory.results.read_first(queue, words(count), read)?;
         }
-        TriangleMemory::answer(task, &read, out);
+        TriangleMemory::answer(task, out);
         Ok(())
     }
 
@@ -145,13 +148,21 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
     fn boxes_fit(&mut self, task: &PairTask<T>) -> Result<()> {
         let groups = Launch::over(task.group_count as usize);
         self.pairs_start("contact_pairs_boxes", groups, task)?;
-        let tree = Launch { blocks: 1, threads: TREE_THREADS, shared: 0, cooperative: false };
-        self.pairs_start("contact_pairs_tree", tree, task)
+        let blocks = TREE_BLOCKS.min(task.group_count / 2);
+        let tree = |blocks| Launch { blocks, threads: TREE_THREADS, shared: 0, cooperative: false };
+        if blocks > 0 {
+            self.pairs_start("contact_pairs_tree", tree(blocks), task)?;
+        }
+        if blocks > 1 {
+            self.pairs_start("contact_pairs_tree_top", tree(1), task)?;
+        }
+        Ok(())
     }
 
     fn list_fill(&mut self, task: &PairTask<T>) -> Result<u32> {
         self.count_clear(1)?;
-        let launch = Launch::over(GROUP * GROUP * task.own_group_count as usize);
+        let blocks = ((GROUP * GROUP) as u32 * task.listing_groups()).div_ceil(LIST_THREADS);
+        let launch = Launch { blocks, threads: LIST_THREADS, shared: 0, cooperative: false };
         self.pairs_start("contact_pairs_list", launch, task)?;
         let mut counts = Vec::new();
         self.memory.results.read_first(&self.kernels.memory.queue, 2, &mut counts)?;

@@ -95,24 +95,15 @@ impl<T: CudaReal> CudaKernels<T> {
     fn contact_pairs_of_groups(&self, group_of: &[u32]) -> Result<Vec<[u32; 2]>> {
         let mut pairs = Vec::new();
         let Some(linear) = &self.linear else { return Ok(pairs) };
+        if let Some(triangles) = self.triangles.as_ref().filter(|_| linear.data.has_contacts != 0) {
+            pairs = triangles.set().coupled(|particle| group_of[particle as usize]);
+        }
         let mut put = |i: u32, j: u32| {
             let pair = [i, j].map(|particle| group_of[particle as usize]);
-            // Most are of the groups of the one before.
-            if pair[0] != pair[1] && pairs.last() != Some(&pair) {
+            if pair[0] != pair[1] {
                 pairs.push(pair);
             }
         };
-        if let Some(triangles) = self.triangles.as_ref().filter(|_| linear.data.has_contacts != 0) {
-            for contact in triangles.rows().contacts {
-                for (first, weight) in contact.weights.iter().enumerate() {
-                    for second in first + 1..4 {
-                        if *weight != T::ZERO && contact.weights[second] != T::ZERO {
-                            put(contact.particles[first], contact.particles[second]);
-                        }
-                    }
-                }
-            }
-        }
         if linear.data.has_pairs != 0 {
             let rows = pairs_copy(&self.memory, linear)?;
             for (i, ends) in rows.starts.windows(2).enumerate() {

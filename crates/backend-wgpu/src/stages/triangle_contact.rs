@@ -305,8 +305,8 @@ impl PairDevice<f32> for Stages {
         }
         out.moved.clear();
         out.moved.extend(read[4..head].iter().map(|&word| f32::from_bits(word)));
-        out.pairs.clear();
-        out.pairs.extend_from_slice(&read[head..head + PAIR_WORDS * count]);
+        out.pairs = head..head + PAIR_WORDS * count;
+        out.words = read;
         Ok(())
     }
 
@@ -327,7 +327,7 @@ impl PairDevice<f32> for Stages {
     fn list_fill(&mut self, task: &PairTask<f32>) -> Result<u32> {
         self.task_write(task)?;
         self.write("pair_results", 4, bytemuck::bytes_of(&0_u32))?;
-        let items = ((GROUP * GROUP) as u32 * task.own_group_count, WORKGROUP);
+        let items = ((GROUP * GROUP) as u32 * task.listing_groups(), WORKGROUP);
         self.pair_kernel("contact_pairs", "contact_pairs_list", items)?;
         Ok(self.read_words::<u32>("pair_results", 2)?[1])
     }

@@ -19,7 +19,7 @@ impl From<PairTask<f32>> for layout::PairTask {
         let PairTask { reach, length, delta, distance, .. } = task;
         let PairTask { flags, group_count, pair_count, pair_capacity, .. } = task;
         let PairTask { found_capacity, moved_blocks, edge_count, .. } = task;
-        let PairTask { node_count, own_group_count, .. } = task;
+        let PairTask { node_count, own_group_count, pair_first, .. } = task;
         Self {
             reach,
             length,
@@ -34,6 +34,9 @@ impl From<PairTask<f32>> for layout::PairTask {
             edge_count,
             node_count,
             own_group_count,
+            pair_first,
+            padding_0: 0,
+            padding_1: 0,
         }
     }
 }

@@ -10,6 +10,7 @@ pub mod device;
 mod ghosts;
 mod groups;
 mod law;
+mod particle_contacts;
 mod plane;
 mod records;
 mod set;

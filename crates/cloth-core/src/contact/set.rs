@@ -6,11 +6,14 @@ use crate::{NewtonStart, Real};
 
 use super::{
     BodyImpulses, BodyMotion, Contact, ContactAction, ContactKey, ContactLaw, ContactSlip,
-    ContactStencil, Contacts, sub,
+    ContactStencil, Contacts, particle_contacts::ParticleContacts, sub,
 };
 
 /// Contacts in a task.
 const TASK: usize = 256;
+
+/// Fewer are sorted by one thread.
+const SORTED_ALONE: usize = 4096;
 
 /// All contacts of a substep, ascending by key, and friction's memory from one substep to the next.
 #[derive(Clone, Debug)]
@@ -21,9 +24,7 @@ pub struct ContactSet<T> {
     slips_start: Vec<[T; 3]>,
     /// How far it has slipped, and what it does.
     states: Vec<ContactState<T>>,
-    /// Contacts of each particle that takes part, with its place there: 4 c + a.
-    offsets: Vec<u32>,
-    places: Vec<u32>,
+    rows: ParticleContacts,
     memory: Memory<T>,
     kept: Memory<T>,
     /// Numbers from here on are nodes of bodies, not particles.
@@ -81,8 +82,7 @@ impl<T: Real> ContactSet<T> {
             stencils: Vec::new(),
             slips_start: Vec::new(),
             states: Vec::new(),
-            offsets: vec![0; count + 1],
-            places: Vec::new(),
+            rows: ParticleContacts::new(count),
             memory: Vec::new(),
             kept: Vec::new(),
         }
@@ -91,52 +91,32 @@ impl<T: Real> ContactSet<T> {
     /// Takes in all contacts, in any order, which act by this law.
     pub fn stencils_set(&mut self, law: ContactLaw<T>, stencils: Vec<ContactStencil<T>>) {
         // Stencils are large: their numbers are sorted, each with the key above it.
-        let keys = stencils.iter().map(|stencil| stencil.key.number());
-        let mut order: Vec<_> = keys.zip(0_u128..).map(|(key, at)| key << 32 | at).collect();
-        order.sort_unstable();
-        let stencils: Vec<_> = order.iter().map(|&at| stencils[at as u32 as usize]).collect();
+        let keys = stencils.par_iter().enumerate().with_min_len(TASK);
+        let keys = keys.map(|(at, stencil)| stencil.key.number() << 32 | at as u128);
+        let mut order: Vec<_> = keys.collect();
+        match order.len() {
+            0..SORTED_ALONE => order.sort_unstable(),
+            _ => order.par_sort_unstable(),
+        }
+        let order = order.par_iter().with_min_len(TASK);
+        order.map(|&at| stencils[at as u32 as usize]).collect_into_vec(&mut self.stencils);
         self.law = Some(law);
         self.states.clear();
+        let memory = &*self.memory;
+        let slips = self.stencils.par_chunks(TASK).flat_map_iter(|stencils| {
+            let first = memory.partition_point(|(key, _)| *key < stencils[0].key);
+            let mut memory = memory[first..].iter().peekable();
+            stencils.iter().map(move |stencil| {
+                while memory.next_if(|(key, _)| *key < stencil.key).is_some() {}
+                match memory.peek() {
+                    Some((key, slip)) if *key == stencil.key => *slip,
+                    _ => [T::ZERO; 3],
+                }
+            })
+        });
         self.slips_start.clear();
-        let mut memory = self.memory.iter().peekable();
-        for stencil in &stencils {
-            while memory.next_if(|(key, _)| *key < stencil.key).is_some() {}
-            let slip = match memory.peek() {
-                Some((key, slip)) if *key == stencil.key => *slip,
-                _ => [T::ZERO; 3],
-            };
-            self.slips_start.push(slip);
-        }
-        self.stencils = stencils;
-        self.places_link();
-    }
-
-    fn places_link(&mut self) {
-        let Self { stencils, offsets, places, .. } = self;
-        offsets.fill(0);
-        let parts = |stencil: &ContactStencil<T>| {
-            let parts = stencil.particles.into_iter().zip(stencil.weights).enumerate();
-            parts.filter(|(_, (_, weight))| *weight != T::ZERO).map(|(a, (i, _))| (a, i as usize))
-        };
-        for stencil in &*stencils {
-            parts(stencil).for_each(|(_, i)| offsets[i + 1] += 1);
-        }
-        for i in 1..offsets.len() {
-            offsets[i] += offsets[i - 1];
-        }
-        places.clear();
-        places.resize(offsets.last().map_or(0, |&end| end as usize), 0);
-        // Filled from the end, so that offsets are again where rows start.
-        for (c, stencil) in stencils.iter().enumerate().rev() {
-            for (a, i) in parts(stencil) {
-                offsets[i + 1] -= 1;
-                places[offsets[i + 1] as usize] = 4 * c as u32 + a as u32;
-            }
-        }
-        offsets.rotate_left(1);
-        if let Some(last) = offsets.last_mut() {
-            *last = places.len() as u32;
-        }
+        self.slips_start.par_extend(slips);
+        self.rows.link(&self.stencils);
     }
 
     /// Whether a number is that of a particle, not of a node of a body.
@@ -240,6 +220,30 @@ impl<T: Real> ContactSet<T> {
         self.states = states;
     }
 
+    /// The pairs of different groups that a contact couples, one of whose particles is in each; some may be there more than once.
+    #[must_use]
+    pub fn coupled(&self, group_of: impl Fn(u32) -> u32 + Sync) -> Vec<[u32; 2]> {
+        let chunks = self.stencils.par_chunks(TASK).map(|stencils| {
+            let mut pairs = Vec::new();
+            for ContactStencil { particles, weights, .. } in stencils {
+                let acts = |k: &usize| weights[*k] != T::ZERO && self.is_particle(particles[*k]);
+                for first in (0..4).filter(acts) {
+                    for second in (first + 1..4).filter(acts) {
+                        let pair = [particles[first], particles[second]].map(&group_of);
+                        // Most are of the groups of the one before.
+                        if pair[0] != pair[1] && pairs.last() != Some(&pair) {
+                            pairs.push(pair);
+                        }
+                    }
+                }
+            }
+            pairs.sort_unstable();
+            pairs.dedup();
+            pairs
+        });
+        chunks.flatten_iter().collect()
+    }
+
     /// What all contacts do.
     #[must_use]
     pub fn states(&self) -> &[ContactState<T>] {
@@ -248,13 +252,13 @@ impl<T: Real> ContactSet<T> {
 
     #[inline(always)]
     fn places_of(&self, particle: usize) -> &[u32] {
-        &self.places[self.offsets[particle] as usize..self.offsets[particle + 1] as usize]
+        self.rows.of(particle)
     }
 
     /// Where the contacts of each particle begin, and the end; then these: 4 c + a for place a of contact c.
     #[must_use]
     pub fn rows(&self) -> (&[u32], &[u32]) {
-        (&self.offsets, &self.places)
+        self.rows.get()
     }
 
     /// The contacts of a particle, ascending, with its weight in each.
@@ -270,7 +274,7 @@ impl<T: Real> ContactSet<T> {
     #[inline(always)]
     #[must_use]
     pub fn touches(&self, particle: usize) -> bool {
-        self.offsets[particle] != self.offsets[particle + 1]
+        !self.rows.of(particle).is_empty()
     }
 
     /// The force of all contacts on a particle \[N\].
@@ -290,16 +294,20 @@ impl<T: Real> ContactSet<T> {
     }
 
     /// Ends a substep: remembers how far contacts have slipped now that particles are at `position`, less where friction gave way.
-    pub fn settle(&mut self, position: impl Fn(u32) -> [T; 3], start: impl Fn(u32) -> [T; 3]) {
+    pub fn settle(
+        &mut self,
+        position: impl Fn(u32) -> [T; 3] + Sync,
+        start: impl Fn(u32) -> [T; 3] + Sync,
+    ) {
         let mut memory = std::mem::take(&mut self.memory);
         memory.clear();
-        let contacts = self.stencils.iter().zip(&self.slips_start).zip(&self.states);
-        memory.extend(contacts.map(|((stencil, before), state)| {
+        let contacts = self.stencils.par_iter().zip(&self.slips_start).zip(&self.states);
+        memory.par_extend(contacts.with_min_len(TASK).filter_map(|((stencil, before), state)| {
             let moved = stencil.relative(|i| sub(position(i), start(i)));
             let slip: [T; 3] = std::array::from_fn(|k| before[k] + moved[k]);
-            (stencil.key, state.action.slip_left(stencil, stencil.tangential(slip)))
+            let slip = state.action.slip_left(stencil, stencil.tangential(slip));
+            (slip != [T::ZERO; 3]).then_some((stencil.key, slip))
         }));
-        memory.retain(|(_, slip)| *slip != [T::ZERO; 3]);
         self.memory = memory;
     }
 

@@ -10,8 +10,12 @@ use super::{
 };
 use crate::{Error, Model, Real, Result};
 use carry::NO_LEADER;
+use rayon::prelude::*;
 use shorten::Bounds;
 use stretch::StretchBounds;
+
+/// Nodes in a task.
+const NODES_OF_TASK: usize = 4096;
 
 /// A pair of which it is not proven that its features do not meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -245,11 +249,7 @@ impl<T: Real> Certifier<T> {
         is_held: impl Fn(u32) -> bool + Sync,
         carrier: &impl Carrier<T>,
     ) -> Result<u64> {
-        let numbers = || start.iter().chain(&*end).flatten();
-        if !numbers().all(|x| x.is_finite()) {
-            return Ok(0);
-        }
-        let largest = numbers().fold(T::ZERO, |largest, x| largest.maximum(x.abs()));
+        let Some(largest) = largest_finite(start, end) else { return Ok(0) };
         let delta = certificate_distance(largest);
         self.bodies.fill(None);
         let mut pairs = std::mem::take(&mut self.pairs);
@@ -340,6 +340,17 @@ impl<T: Real> Certifier<T> {
         }
         Ok(wanted.iter().zip(end).filter(|(wanted, end)| wanted != end).count() as u64)
     }
+}
+
+/// The largest coordinate of all, if all are finite.
+fn largest_finite<T: Real>(start: &[[T; 3]], end: &[[T; 3]]) -> Option<T> {
+    let of = |x: &[T; 3]| x.iter().fold(T::ZERO, |largest, x| largest.maximum(x.abs()));
+    let is_finite = |x: &[T; 3]| x.iter().all(|x| x.is_finite());
+    let ways = start.par_iter().zip(end).with_min_len(NODES_OF_TASK);
+    let largest = ways
+        .map(|(a, b)| (of(a).maximum(of(b)), is_finite(a) && is_finite(b)))
+        .reduce(|| (T::ZERO, true), |a, b| (a.0.maximum(b.0), a.1 && b.1));
+    largest.1.then_some(largest.0)
 }
 
 /// Notes which body a pair is with, if it is one.

@@ -5,7 +5,7 @@ use crate::{Real, Result};
 use super::{
     super::{ContactSurface, UnprovenPair},
     Moved,
-    task::{GROUP, PAIRS_MAX, PairAnswer, PairDevice, PairLook, PairTask, WaysFrom, pairs_of},
+    task::{GROUP, PAIRS_MAX, PairAnswer, PairDevice, PairLook, PairTask, TASK_MARKED, WaysFrom},
 };
 
 /// What the list reaches beyond the distance of contact, relative to it.
@@ -68,9 +68,10 @@ impl<T: Real> DeviceList<T> {
             edge_count: surface.edges().len() as u32,
             node_count: nodes as u32,
             own_group_count: own_groups,
+            pair_first: 0,
         };
-        let answer = PairAnswer { found: 0, pairs: Vec::new(), moved: Vec::new() };
-        Self { task, has_list: false, expected: EXPECTED_MIN, answer, rebuilds: 0 }
+        let expected = EXPECTED_MIN;
+        Self { task, has_list: false, expected, answer: PairAnswer::default(), rebuilds: 0 }
     }
 
     /// Whether the list has all pairs that are `distance` or less apart along all axes at both ends of the ways.
@@ -91,7 +92,15 @@ impl<T: Real> DeviceList<T> {
         ways: WaysFrom,
     ) -> Result<Look<T>> {
         let has_pairs = self.has_list && self.task.pair_count > 0;
-        let look = if has_pairs { look } else { PairLook::Moved };
+        self.look_at(device, if has_pairs { look } else { PairLook::Moved }, ways)
+    }
+
+    fn look_at(
+        &mut self,
+        device: &mut impl PairDevice<T>,
+        look: PairLook,
+        ways: WaysFrom,
+    ) -> Result<Look<T>> {
         loop {
             let Self { task, answer, expected, .. } = self;
             device.look(task, ways, look, *expected, answer)?;
@@ -104,10 +113,7 @@ impl<T: Real> DeviceList<T> {
             let count = answer.found as usize;
             *expected = (count + count / 4).max(*expected / 8 * 7).max(EXPECTED_MIN);
             let (starts, ends) = answer.moved.split_at(answer.moved.len() / 2);
-            return Ok(Look {
-                moved: [Moved::of(starts), Moved::of(ends)],
-                found: pairs_of(&answer.pairs).collect(),
-            });
+            return Ok(Look { moved: [Moved::of(starts), Moved::of(ends)], found: answer.pairs() });
         }
     }
 
@@ -115,17 +121,44 @@ impl<T: Real> DeviceList<T> {
     pub(super) fn build(&mut self, device: &mut impl PairDevice<T>) -> Result<()> {
         device.references_take(&self.task)?;
         self.has_list = false;
+        self.task.flags &= !TASK_MARKED;
+        self.fill(device)?;
+        self.has_list = true;
+        self.rebuilds += 1;
+        Ok(())
+    }
+
+    /// Finds the unproven pairs with a mark on the ways that are on the device, by a list of such pairs alone, behind the other one: marks change from one
+    /// round to the next, and so few have them that to list all anew would be most of the work.
+    pub(super) fn look_marked(&mut self, device: &mut impl PairDevice<T>) -> Result<Look<T>> {
+        let PairTask { reach, pair_count, .. } = self.task;
+        self.task.pair_first = if self.has_list { pair_count } else { 0 };
+        self.task.flags |= TASK_MARKED;
+        self.task.reach = self.task.delta + self.task.delta;
+        let found = self.fill(device).and_then(|()| {
+            let has_pairs = self.task.pair_count > 0;
+            let look = if has_pairs { PairLook::Unproven } else { PairLook::Moved };
+            self.look_at(device, look, WaysFrom::Device)
+        });
+        self.task.reach = reach;
+        self.task.pair_first = 0;
+        self.task.pair_count = if self.has_list { pair_count } else { 0 };
+        found
+    }
+
+    /// Fills the list from the first pair of the task on. Without room for all, there is a longer list with nothing else in it.
+    fn fill(&mut self, device: &mut impl PairDevice<T>) -> Result<()> {
         device.boxes_fit(&self.task)?;
         loop {
             let listed = device.list_fill(&self.task)?;
-            if listed <= self.task.pair_capacity {
+            let end = self.task.pair_first.saturating_add(listed);
+            if end <= self.task.pair_capacity {
                 self.task.pair_count = listed;
-                self.has_list = true;
-                self.rebuilds += 1;
                 return Ok(());
             }
-            self.task.pair_capacity = room(listed);
+            self.task.pair_capacity = room(end);
             device.list_create(&self.task)?;
+            self.has_list = false;
         }
     }
 }

@@ -5,6 +5,7 @@
 mod list;
 mod moved;
 mod search;
+mod sent;
 mod task;
 
 pub use list::DeviceList;
@@ -28,6 +29,7 @@ use super::{
 };
 use list::Look;
 use search::DeviceSearch;
+use sent::SentWays;
 
 /// What the device says of the ways of a substep.
 enum Proof<T> {
@@ -49,6 +51,8 @@ pub struct DeviceContact<T> {
     certifier: Certifier<T>,
     /// The list.
     pub list: DeviceList<T>,
+    /// The ways that certificates have given it.
+    sent: SentWays<T>,
     /// Pairs that may touch at the present positions.
     near: Vec<UnprovenPair>,
     /// Whether the device has contacts.
@@ -92,6 +96,7 @@ impl<T: Real> DeviceContact<T> {
             impulses: BodyImpulses::new(model),
             particles: count,
             goes_on: false,
+            sent: SentWays::new(),
             near: Vec::new(),
             has_contacts: false,
             equations: Vec::new(),
@@ -424,7 +429,7 @@ impl<T: Real> DeviceContact<T> {
         held: &[bool],
         is_end: bool,
     ) -> Result<u64> {
-        let Self { motion, list, certifier, bodies, impulses, .. } = self;
+        let Self { motion, list, certifier, bodies, impulses, sent, .. } = self;
         if self.goes_on {
             device.iterate_read(&mut motion.iterate)?;
         }
@@ -434,7 +439,8 @@ impl<T: Real> DeviceContact<T> {
         };
         let start = all(from, bodies.way_start(self.goes_on));
         let mut end = all(&motion.position, bodies.end());
-        let mut search = DeviceSearch { device: &mut *device, list, first, start: Vec::new() };
+        sent.forget();
+        let mut search = DeviceSearch { device: &mut *device, list, first, sent, lacks: false };
         let is_held = |i: u32| held.get(i as usize).is_none_or(|held| *held);
         let first = all(&motion.start, bodies.start());
         let first = is_end.then_some(&*first);

@@ -1,8 +1,15 @@
 //! What kernels are told, what they answer, and what a device has to be able to do.
 
+use std::ops::Range;
+
+use rayon::prelude::*;
+
 use crate::{NewtonStart, Real, Result};
 
 use super::super::{Candidate, ContactEquation, ContactSet, ContactSurface, UnprovenPair};
+
+/// Pairs that a thread of the host takes out of words, at least.
+const TASK: usize = 4096;
 
 /// Triangles in a group.
 pub const GROUP: usize = 8;
@@ -17,7 +24,7 @@ pub const EDGES: u32 = 1 << 31;
 /// Pairs of a list at most: some 6 GB.
 pub const PAIRS_MAX: u32 = 1 << 28;
 
-/// Flag of a [`PairTask`]: only pairs with a marked particle are looked at.
+/// Flag of a [`PairTask`]: only pairs with a marked particle are looked at, and listed: for the present ways, not for the two sets of positions.
 pub const TASK_MARKED: u32 = 1;
 /// Flag of a [`PairTask`]: pairs that do not move are looked at as well.
 pub const TASK_NEW: u32 = 2;
@@ -52,6 +59,16 @@ pub struct PairTask<T> {
     pub node_count: u32,
     /// Groups of cloths: two triangles of bodies are no pair.
     pub own_group_count: u32,
+    /// Where the pairs of this task begin in the list: those of marked particles stand behind those of all.
+    pub pair_first: u32,
+}
+
+impl<T> PairTask<T> {
+    /// Groups whose triangles look for others: those of bodies do where one of them may be all that is marked.
+    #[must_use]
+    pub const fn listing_groups(&self) -> u32 {
+        if self.flags & TASK_MARKED == 0 { self.own_group_count } else { self.group_count }
+    }
 }
 
 /// Which pairs of the list a look is for.
@@ -83,8 +100,10 @@ pub enum WaysFrom {
 pub struct PairAnswer<T> {
     /// Pairs that were found, even where there was no room for them.
     pub found: u32,
-    /// Words of those that there was room for, in any order.
-    pub pairs: Vec<u32>,
+    /// Words as the device had them.
+    pub words: Vec<u32>,
+    /// Where in these the pairs are that there was room for, in any order.
+    pub pairs: Range<usize>,
     /// Numbers of all blocks of particles ([`Moved`](super::Moved)) for starts of ways, then for ends.
     pub moved: Vec<T>,
 }
@@ -136,13 +155,13 @@ pub trait PairDevice<T: Real> {
     /// What the device reports.
     fn references_take(&mut self, task: &PairTask<T>) -> Result<()>;
 
-    /// Boxes around triangles, groups and the nodes of the tree, for both sets.
+    /// Boxes around triangles, groups and the nodes of the tree, for both sets of positions, or those of the present ways.
     ///
     /// # Errors
     /// What the device reports.
     fn boxes_fit(&mut self, task: &PairTask<T>) -> Result<()>;
 
-    /// Fills the list, and says how many pairs it has or would have.
+    /// Fills the list from the first pair of the task on, and says how many pairs it has or would have there.
     ///
     /// # Errors
     /// What the device reports.
@@ -206,13 +225,23 @@ pub fn surface_words(surface: &ContactSurface, group_count: u32) -> Vec<u32> {
     words
 }
 
+impl<T> PairAnswer<T> {
+    /// The pairs.
+    pub(super) fn pairs(&self) -> Vec<UnprovenPair> {
+        let pairs = self.words[self.pairs.clone()].as_chunks::<PAIR_WORDS>().0;
+        pairs.par_iter().with_min_len(TASK).map(pair_of).collect()
+    }
+}
+
 /// The pairs that words tell.
 pub fn pairs_of(words: &[u32]) -> impl Iterator<Item = UnprovenPair> + '_ {
-    words.as_chunks::<PAIR_WORDS>().0.iter().map(|&[a, b, c, d, first, second]| {
-        let candidate = match first & EDGES {
-            0 => Candidate::VertexTriangle([first, second]),
-            _ => Candidate::EdgeEdge([first & !EDGES, second]),
-        };
-        UnprovenPair { candidate, particles: [a, b, c, d] }
-    })
+    words.as_chunks::<PAIR_WORDS>().0.iter().map(pair_of)
+}
+
+fn pair_of(&[a, b, c, d, first, second]: &[u32; PAIR_WORDS]) -> UnprovenPair {
+    let candidate = match first & EDGES {
+        0 => Candidate::VertexTriangle([first, second]),
+        _ => Candidate::EdgeEdge([first & !EDGES, second]),
+    };
+    UnprovenPair { candidate, particles: [a, b, c, d] }
 }
