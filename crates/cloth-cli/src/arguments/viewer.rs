@@ -97,6 +97,19 @@ pub(crate) enum Overlay {
     None,
 }
 
+impl Overlay {
+    /// The strain that it shows.
+    const fn measure(self) -> Option<StrainMeasure> {
+        match self {
+            Self::Strain => Some(StrainMeasure::Stretch),
+            Self::StrainWarp => Some(StrainMeasure::Warp),
+            Self::StrainWeft => Some(StrainMeasure::Weft),
+            Self::StrainShear => Some(StrainMeasure::Shear),
+            _ => None,
+        }
+    }
+}
+
 impl RenderArguments {
     /// What to draw, unless that is left to the scene.
     pub(crate) fn overlays(&self) -> Option<Overlays> {
@@ -105,14 +118,7 @@ impl RenderArguments {
         }
         let has = |overlay| self.overlay.contains(&overlay);
         let standard = Overlays::default();
-        let measures = [
-            (Overlay::Strain, StrainMeasure::Stretch),
-            (Overlay::StrainWarp, StrainMeasure::Warp),
-            (Overlay::StrainWeft, StrainMeasure::Weft),
-            (Overlay::StrainShear, StrainMeasure::Shear),
-        ];
-        let measure =
-            measures.into_iter().find(|(overlay, _)| has(*overlay)).map(|(_, measure)| measure);
+        let measure = self.overlay.iter().find_map(|overlay| overlay.measure());
         Some(Overlays {
             wires: has(Overlay::Wires),
             springs: [has(Overlay::Stretch), has(Overlay::Shear), has(Overlay::Bend)],

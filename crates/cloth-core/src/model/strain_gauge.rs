@@ -61,6 +61,17 @@ impl StrainMeasure {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Stretch, Self::Warp, Self::Weft, Self::Shear];
 
+    /// What it is called, E11, E22 and E12 as components of the Green strain are.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Stretch => "stretch",
+            Self::Warp => "E11",
+            Self::Weft => "E22",
+            Self::Shear => "E12",
+        }
+    }
+
     /// It of a triangle, not below 0.
     #[must_use]
     pub fn of(self, triangle: &TriangleStrain) -> f64 {

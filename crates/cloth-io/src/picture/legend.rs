@@ -58,13 +58,10 @@ impl PictureLegend {
 
 /// The number that is red, and of what if that is not stretch.
 fn caption((measure, scale): (StrainMeasure, f64)) -> String {
-    let name = match measure {
-        StrainMeasure::Stretch => "",
-        StrainMeasure::Warp => " E11",
-        StrainMeasure::Weft => " E22",
-        StrainMeasure::Shear => " E12",
-    };
-    percent(scale) + name
+    match measure {
+        StrainMeasure::Stretch => percent(scale),
+        component => format!("{} {}", percent(scale), component.name()),
+    }
 }
 
 /// A share in percent, as short as it can be said.

@@ -34,10 +34,10 @@ pub(super) fn show(ui: &mut Ui, view: &mut PanelView<'_>) -> Vec<PanelRequest> {
         );
     });
     ui.horizontal(|ui| {
-        for (measure, name) in StrainMeasure::ALL.into_iter().zip(["stretch", "E11", "E22", "E12"])
-        {
+        for measure in StrainMeasure::ALL {
             let chosen = &mut overlays.strain_measure;
-            ui.selectable_value(chosen, measure, name).on_hover_text(measure_text(measure));
+            ui.selectable_value(chosen, measure, measure.name())
+                .on_hover_text(measure_text(measure));
         }
     });
     ui.checkbox(&mut overlays.threads, "warp and weft")
