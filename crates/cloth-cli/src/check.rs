@@ -24,14 +24,14 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     // Names come from the scene.
     let mut out = Shown(stdout().lock());
     writeln!(out, "scene        {}", scene.name)?;
-    for (cloth, springs) in scene.model.cloths().iter().zip(springs_per_cloth(&scene)) {
+    for (cloth, springs) in scene.simulated().cloths().iter().zip(springs_per_cloth(&scene)) {
         writeln!(
             out,
             "cloth        {}: {} particles, {} triangles, {}",
             cloth.name,
             cloth.particles.len(),
             cloth.triangles.len(),
-            if scene.model.is_of_fabric(cloth) {
+            if scene.simulated().is_of_fabric(cloth) {
                 "of fabric".to_owned()
             } else {
                 format!("{springs} springs")
@@ -39,7 +39,7 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
         )?;
     }
     writeln!(out, "colliders    {}", scene.model.colliders().len())?;
-    writeln!(out, "pins         {}", scene.model.pins().len())?;
+    writeln!(out, "pins         {}", scene.simulated().pins().len())?;
     writeln!(
         out,
         "frames       {} at {} per second, {:.3} s",
@@ -90,7 +90,7 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
 /// The form of each kernel of a backend that has several, and what rules out the faster ones.
 fn forms(out: &mut impl Write, name: &str, scene: &CompiledScene) -> Result<(), Failure> {
     let backend = hushed(|| backend_open(name, &BackendOptions::default()))?;
-    let choices = backend.forms(&scene.model, &scene.config);
+    let choices = backend.forms(scene.simulated(), &scene.config);
     writeln!(out, "backend      {} ({})", backend.info().name, backend.info().device)?;
     if choices.is_empty() {
         writeln!(out, "form         the same for every model")?;
@@ -131,7 +131,7 @@ fn solver_text(scene: &CompiledScene, solver: SceneSolver) -> String {
 
 /// Up to which time step the solver is stable.
 fn stable_text(scene: &CompiledScene, solver: SceneSolver) -> String {
-    let model = &scene.model;
+    let model = scene.simulated();
     let stable = model.stable_time_step_of(&scene.config.integrator);
     match (solver, stable) {
         (SceneSolver::Explicit, Some(stable)) => format!(
@@ -207,7 +207,7 @@ fn warnings(scene: &CompiledScene) -> Vec<String> {
     if scene.config.integrator != Integrator::Explicit {
         warnings.extend(large_step_warnings(scene, &scene.config.integrator));
     }
-    let model = &scene.model;
+    let model = scene.simulated();
     // The impulse response leaves neighbours out.
     let penalty = |response| matches!(response, ContactResponse::Penalty { .. });
     if let Some(contact) = model.self_contact().filter(|contact| penalty(contact.response)) {
@@ -242,7 +242,7 @@ pub(crate) fn stability_warning(scene: &CompiledScene) -> Option<String> {
     if scene.config.time_step_control != TimeStepControl::Fixed || scene.choice.is_chosen_step() {
         return None;
     }
-    let model = &scene.model;
+    let model = scene.simulated();
     if scene.config.integrator == Integrator::Explicit {
         let at_rest = model.stable_time_step_at_rest();
         if time_step <= at_rest {
@@ -276,7 +276,7 @@ fn large_step_warnings(scene: &CompiledScene, integrator: &Integrator) -> Vec<St
              a time step of at most that"
         ));
     }
-    let particles = scene.model.particle_count();
+    let particles = scene.simulated().particle_count();
     let small = match integrator {
         _ if integrator.linear().is_some_and(|l| l.method == LinearMethod::Direct) => {
             Some(("the method direct factorises a matrix in every substep", "the method cg"))

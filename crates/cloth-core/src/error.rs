@@ -258,6 +258,14 @@ pub enum ModelError {
         /// The name of no cloth.
         cloth: String,
     },
+    /// A tear of a cloth that is not there, or not the one whose mesh was split.
+    #[error(
+        "cloth {cloth:?} is to tear, and is not the one whose mesh was split for that: give the model both parts of `TriangleMesh::split`"
+    )]
+    TearOfAnother {
+        /// Name of the cloth.
+        cloth: String,
+    },
     /// A rule of contact for what does not exist.
     #[error(
         "rule {rule} of contact is about {object:?}, which does not exist: name a cloth or a collider"

@@ -66,10 +66,10 @@ pub use model::{
     GroupHierarchy, Gust, Incidence, Inflation, InteractionKind, InteractionList, Interactions,
     Mass, Material, MaterialPreset, Meshing, Model, ModelBuilder, ModelFeatures, ModelShape, NONE,
     Neighbours, NetworkSpring, PieceBlocks, Pose, RegularPatch, RestSource, STITCH_LENGTH,
-    ScalarEntry, Seam, SeamError, SeamRange, SeamTie, Seams, SelfContact, SlicedRows, Spring,
-    SpringClass, SpringCoefficients, SpringColouring, SpringKind, SpringNetwork, SpringRows,
-    Springs, Stencil, Stitching, StrainGauge, StrainMeasure, TriangleStrain, VertexClasses, Weld,
-    WingedEdge, WingedEdges,
+    ScalarEntry, Seam, SeamError, SeamRange, SeamTie, Seams, SelfContact, SlicedRows, SplitMesh,
+    Spring, SpringClass, SpringCoefficients, SpringColouring, SpringKind, SpringNetwork,
+    SpringRows, Springs, Stencil, Stitching, StrainGauge, StrainMeasure, Tear, TearEdge, Tears,
+    TriangleStrain, VertexClasses, Weld, Welding, WingedEdge, WingedEdges,
 };
 pub use real::Real;
 pub use report::{Measures, SolverReport, StageTime, StepReport, TimeStepChange, TimeStepReason};

@@ -28,7 +28,7 @@ pub mod fysl {
 pub use builtin::{BenchKind, BuiltinScene, bench_scene, builtin_scenes};
 pub use compile::{
     CompileOptions, CompileProgress, CompiledCloth, CompiledPhase, CompiledScene, MemoryEstimate,
-    SolverChoice,
+    SolverChoice, Welds,
 };
 pub use error::{SceneError, ScenePlace, SceneUnknown};
 pub use fabrics::{FabricSource, MeasuredFabric, SheetError, fabric_sheet_read, measured_fabrics};
@@ -43,8 +43,8 @@ pub use scene::{
     ScenePinAttribute, ScenePinch, ScenePrecision, ScenePrototype, SceneRigid, SceneRigidJoint,
     SceneRigidJointKind, SceneRigidShape, SceneRotation, SceneSeam, SceneSeamEnd, SceneSeamPoint,
     SceneSemiImplicit, SceneShape, SceneSimulation, SceneSolidMesh, SceneSolver, SceneSpring,
-    SceneSpringClass, SceneStart, SceneStencil, SceneStrainLimit, SceneTriangles, SceneView,
-    SceneWind,
+    SceneSpringClass, SceneStart, SceneStencil, SceneStrainLimit, SceneTear, SceneTriangles,
+    SceneView, SceneWind,
 };
 pub use schema::{scene_reference, scene_schema};
 pub use timeline::Timeline;

@@ -4,9 +4,9 @@
 //! the model u64, frame u64, step u64, time \[s\] f64, particle count n u64, collider count c u64,
 //! halvings of the adaptive time step u32, good substeps in a row u32 (both not in version 1), size r of the
 //! rigid bodies in bytes u64 (not in versions 1 and 2), fingerprint of the colliders u64 (not in versions 1 to 3), number of slips s of contacts u64 (not in versions 1 to 4), number of ghosts g u64 (not in versions 1 to 5),
-//! number of broken stitches b u64 (not in versions 1 to 6);
+//! number of broken stitches and torn edges b u64 (not in versions 1 to 6);
 //! n positions \[m\] and n velocities \[m/s\] of 3 x f64, n held flags u8, c poses of 7 x f64, s slips (kind, first and second number of the contact u32, slip \[m\] 3 x f64),
-//! g ghosts (particle u32, whether it is guided u32, two anchors: nodes 3 x u32, whether there is one u32, weights 3 x f64, height \[m\] f64), b numbers of stitches u32, r bytes of
+//! g ghosts (particle u32, whether it is guided u32, two anchors: nodes 3 x u32, whether there is one u32, weights 3 x f64, height \[m\] f64), b numbers of stitches u32, or of torn edges, which have bit 31 set, r bytes of
 //! [`RigidWorld::snapshot`](cloth_rigid::RigidWorld::snapshot); CRC-32 of all that u32. Version 3 has a number of rigid bodies in
 //! place of r, and 13 x f64 for each, from which they cannot go on.
 
@@ -29,8 +29,10 @@ const PARTICLE_SIZE: u64 = 24 + 24 + 1;
 const COLLIDER_SIZE: u64 = 56;
 /// Size of what friction remembers of a contact.
 const SLIP_SIZE: u64 = 36;
-/// Size of a broken stitch.
+/// Size of a broken stitch and of a torn edge.
 const STITCH_SIZE: u64 = 4;
+/// What makes a number that of a torn edge.
+const TORN: u32 = 1 << 31;
 /// Size of a ghost.
 const GHOST_SIZE: u64 = 8 + ANCHORS as u64 * 48;
 /// Anchors of a ghost in a file.
@@ -69,6 +71,8 @@ pub struct Checkpoint {
     pub collider_fingerprint: Option<u64>,
     /// Stitches of the model that have broken, ascending.
     pub broken: Vec<u32>,
+    /// Edges of the model that are torn, ascending.
+    pub torn: Vec<u32>,
     /// The rigid bodies then, as [`RigidWorld::snapshot`](cloth_rigid::RigidWorld::snapshot) puts them down; empty
     /// if there are none, and in checkpoints of earlier versions.
     pub rigid: Vec<u8>,
@@ -259,7 +263,8 @@ impl Checkpoint {
         }
         writer.write_all(&(self.rigid.len() as u64).to_le_bytes())?;
         writer.write_all(&self.collider_fingerprint.unwrap_or_default().to_le_bytes())?;
-        for count in [state.slips.len(), state.ghosts.len(), self.broken.len()] {
+        let gone = self.broken.len() + self.torn.len();
+        for count in [state.slips.len(), state.ghosts.len(), gone] {
             writer.write_all(&(count as u64).to_le_bytes())?;
         }
         for number in state.positions.iter().chain(&state.velocities).flatten() {
@@ -275,8 +280,9 @@ impl Checkpoint {
         for ghost in &state.ghosts {
             ghost_write(writer, ghost)?;
         }
-        for stitch in &self.broken {
-            writer.write_all(&stitch.to_le_bytes())?;
+        let torn = self.torn.iter().map(|edge| edge | TORN);
+        for gone in self.broken.iter().copied().chain(torn) {
+            writer.write_all(&gone.to_le_bytes())?;
         }
         writer.write_all(&self.rigid)
     }
@@ -328,18 +334,24 @@ impl Checkpoint {
 
         reader.seek(io::SeekFrom::Start(header.size)).map_err(read_error)?;
         let state = header.state(&mut reader).map_err(read_error)?;
-        let mut broken = Vec::new();
+        let (mut broken, mut torn) = (Vec::new(), Vec::new());
         for _ in 0..header.broken {
-            broken.push(u32::from_le_bytes(bytes(&mut reader).map_err(read_error)?));
+            match u32::from_le_bytes(bytes(&mut reader).map_err(read_error)?) {
+                edge if edge & TORN != 0 => torn.push(edge & !TORN),
+                stitch => broken.push(stitch),
+            }
         }
-        broken.sort_unstable();
+        for gone in [&mut broken, &mut torn] {
+            gone.sort_unstable();
+            gone.dedup();
+        }
         let mut rigid = Vec::new();
         let room = rigid.try_reserve_exact(header.rigid as usize);
         room.map_err(|_| read_error(io::ErrorKind::OutOfMemory.into()))?;
         reader.take(header.rigid).read_to_end(&mut rigid).map_err(read_error)?;
         state.validate(model).map_err(|source| CheckpointError::State { file: file(), source })?;
         let Header { fingerprint, collider_fingerprint, frame, .. } = header;
-        Ok(Self { fingerprint, collider_fingerprint, precision, frame, state, broken, rigid })
+        Ok(Self { fingerprint, precision, frame, state, collider_fingerprint, broken, torn, rigid })
     }
 }
 
@@ -362,7 +374,7 @@ struct Header {
     /// Slips of contacts.
     slips: u64,
     ghosts: u64,
-    /// Broken stitches.
+    /// Broken stitches and torn edges.
     broken: u64,
 }
 
@@ -484,9 +496,9 @@ impl Header {
             let what = "slips of contacts";
             return Err(CheckpointError::Count { file: file(), what, found, expected });
         }
-        let stitches = model.seams().stitches().len() as u64;
-        if with_colliders && self.broken > stitches {
-            let (found, expected, what) = (self.broken, stitches, "broken stitches");
+        let most = (model.seams().stitches().len() + model.tears().edges().len()) as u64;
+        if with_colliders && self.broken > most {
+            let (found, expected, what) = (self.broken, most, "broken stitches and torn edges");
             return Err(CheckpointError::Count { file: file(), what, found, expected });
         }
         if self.ghosts > self.particles {

@@ -59,6 +59,8 @@ mod scene_audit;
 mod sewing;
 #[cfg(feature = "scene")]
 mod simulation;
+#[cfg(feature = "scene")]
+mod staged_solver;
 
 /// How the engine is built.
 pub mod architecture {
@@ -112,3 +114,5 @@ pub use rigid_exchange::RigidExchange;
 pub use scene_audit::SceneAudit;
 #[cfg(feature = "scene")]
 pub use simulation::{SeamReport, Simulation};
+#[cfg(feature = "scene")]
+pub use staged_solver::StagedSolver;

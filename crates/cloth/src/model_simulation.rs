@@ -6,7 +6,6 @@ use std::sync::Arc;
 use cloth_core::contact::{Contact, Contacts};
 use cloth_core::{
     Backend, Control, Error, Frame, Model, Pose, Result, Solver, SolverConfig, State, StepReport,
-    Weld,
 };
 #[cfg(feature = "io")]
 use cloth_io::ContactFrame;
@@ -45,7 +44,6 @@ pub struct ModelSimulation<S: Solver = Box<dyn Solver>> {
     state: Fetched<State>,
     normals: Fetched<Vec<[f64; 3]>>,
     failure: Option<Error>,
-    weld: Option<Arc<Weld>>,
 }
 
 /// Where a contact is on its first feature, or on the second where that is a body's \[m\].
@@ -101,7 +99,6 @@ impl<S: Solver> ModelSimulation<S> {
             state: Fetched::default(),
             normals: Fetched::default(),
             failure: None,
-            weld: None,
         }
     }
 
@@ -164,11 +161,6 @@ impl<S: Solver> ModelSimulation<S> {
             self.check()?;
             let state = &mut self.state.value;
             self.solver.download(state)?;
-            if let Some(weld) = &self.weld {
-                state.positions = weld.expand(&state.positions);
-                state.velocities = weld.expand(&state.velocities);
-                state.held = weld.expand(&state.held);
-            }
             self.state.is_current = true;
         }
         Ok(())
@@ -184,8 +176,8 @@ impl<S: Solver> ModelSimulation<S> {
         Ok(&self.normals.value)
     }
 
-    /// The contacts between triangles at the end of the present frame, with where they are on the cloth. Particles are those of the panels where
-    /// seams are welded.
+    /// The contacts between triangles at the end of the present frame, with where they are on the cloth. Where seams
+    /// are welded particles are those of the panels.
     ///
     /// # Errors
     /// As [`Self::state`].
@@ -194,21 +186,7 @@ impl<S: Solver> ModelSimulation<S> {
         self.check()?;
         let mut found = Contacts::default();
         self.solver.contacts_read(&mut found)?;
-        let particles = self.solver.model().particle_count() as u32;
-        let (mut contacts, weld) = (found.contacts, self.weld.clone());
-        if let Some(weld) = weld {
-            let mut first = vec![0; particles as usize];
-            for (panel, &became) in weld.map.iter().enumerate().rev() {
-                first[became as usize] = panel as u32;
-            }
-            let behind = weld.map.len() as u32;
-            for particle in contacts.iter_mut().flat_map(|contact| &mut contact.particles) {
-                *particle = match particle.checked_sub(particles) {
-                    Some(node) => behind + node,
-                    None => first[*particle as usize],
-                };
-            }
-        }
+        let contacts = found.contacts;
         let state = self.state()?;
         let places = contacts.iter().map(|contact| place_on_cloth(contact, &state.positions));
         Ok(ContactFrame { time: state.time, places: places.collect(), contacts })
@@ -218,9 +196,6 @@ impl<S: Solver> ModelSimulation<S> {
         if !self.normals.is_current {
             self.check()?;
             self.solver.normals(&mut self.normals.value)?;
-            if let Some(weld) = &self.weld {
-                self.normals.value = weld.expand(&self.normals.value);
-            }
             self.normals.is_current = true;
         }
         Ok(())
@@ -260,20 +235,15 @@ impl<S: Solver> ModelSimulation<S> {
         self.frame = frame;
     }
 
-    /// Goes on with another solver from the same frame. With a `weld` it is one of the welded model, and states and normals still
-    /// are those of the particles before.
+    /// Makes the solver ready for the next frame; `begin` returns whether particles moved.
     #[cfg(feature = "scene")]
-    pub(crate) fn solver_replace(&mut self, solver: S, weld: Option<Arc<Weld>>) {
-        self.solver = solver;
-        self.weld = weld;
-        self.normals.is_current = false;
-        self.state.is_current = false;
-    }
-
-    /// Takes the solver for one of the welded model.
-    #[cfg(feature = "scene")]
-    pub(crate) fn weld_set(&mut self, weld: Option<Arc<Weld>>) {
-        self.weld = weld;
+    pub(crate) fn begin(&mut self, begin: impl FnOnce(&mut S, u64) -> Result<bool>) -> Result<()> {
+        self.check()?;
+        if begin(&mut self.solver, self.frame)? {
+            self.state.is_current = false;
+            self.normals.is_current = false;
+        }
+        Ok(())
     }
 
     /// The model that is simulated.

@@ -1,6 +1,6 @@
 //! The triangles of a scene that intersect at one moment.
 
-use std::{borrow::Cow, ops::Range, sync::Arc};
+use std::{borrow::Cow, collections::HashMap, ops::Range, sync::Arc};
 
 use cloth_audit::{Intersection, Intersections, Surface, intersections};
 use cloth_core::{ColliderShape, GridSets, Model, Pose};
@@ -60,7 +60,8 @@ impl SceneAudit {
         let cloths = cloths.collect();
         let is_body = |&i: &usize| !matches!(model.colliders()[i].shape, ColliderShape::Plane);
         let bodies = (0..model.colliders().len()).filter(is_body).collect();
-        let classes = (!model.seams().is_empty()).then(|| model.seam_classes().all());
+        let is_one = !model.seams().is_empty() || !model.tears().is_empty();
+        let classes = is_one.then(|| model.seam_classes().all());
         Self { model: Arc::clone(model), cloths, bodies, classes }
     }
 
@@ -81,17 +82,16 @@ impl SceneAudit {
         intersections(&cloths.chain(bodies).collect::<Vec<_>>())
     }
 
-    /// The triangles of a cloth; those that a closed seam joins share its particles.
+    /// The triangles of a cloth; those that a closed seam joins share its particles, as do those that are not torn apart.
     fn sewn<'a>(&self, cloth: &'a ClothSurface, positions: &[[f64; 3]]) -> Cow<'a, [[u32; 3]]> {
         let Some(classes) = &self.classes else { return Cow::Borrowed(&cloth.triangles) };
         let first = cloth.particles.start;
         let bits = |i: usize| positions.get(i).map(|place| place.map(f64::to_bits));
-        let one = |i: u32| {
-            let own = first + i as usize;
-            let class = classes[own] as usize;
-            let is_same = cloth.particles.contains(&class) && bits(class) == bits(own);
-            if is_same { (class - first) as u32 } else { i }
-        };
+        // The first particle of each class at each place stands for all of them.
+        let mut firsts = HashMap::new();
+        let one = |own: usize| *firsts.entry((classes[own], bits(own))).or_insert(own - first);
+        let ones: Vec<usize> = cloth.particles.clone().map(one).collect();
+        let one = |i: u32| ones.get(i as usize).map_or(i, |one| *one as u32);
         cloth.triangles.iter().map(|triangle| triangle.map(one)).collect()
     }
 

@@ -1,13 +1,13 @@
-//! What is simulated at a time: seams that close, seams that are welded, phases.
+//! What is simulated at a time: seams that close, seams that are welded, edges that are torn, phases.
 //!
 //! A model never changes, and neither does the one of a solver. Where a scene changes, another solver goes on from the state of the one before:
 //! every backend can do that.
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 use cloth_core::{
     BROKEN, Backend, Control, Error, Frame, Integrator, Model, PinAction, PinControl, Pinch,
-    Result, Solver, SolverConfig, State, Stitching, TimeStepControl, Weld,
+    Result, Solver, SolverConfig, State, Stitching, TimeStepControl, Weld, Welding,
 };
 use cloth_scene::CompiledScene;
 
@@ -25,9 +25,11 @@ const ATTEMPTS: u64 = 8;
 const ROUNDING: f64 = 1e-6;
 
 /// What a solver simulates.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Stage {
     is_welded: bool,
+    /// What is simulated instead of the model of the scene.
+    weld: Option<Arc<Weld>>,
     phase: Option<usize>,
     /// The time that stitches are as long as \[s\].
     time: f64,
@@ -35,32 +37,47 @@ pub(crate) struct Stage {
     widths: Vec<f64>,
     /// Stitches that have broken, ascending.
     broken: Vec<u32>,
+    /// Edges that are torn, ascending.
+    torn: Vec<u32>,
 }
 
 impl Stage {
     /// Frame 0 of a scene without phases.
     pub(crate) fn start(scene: &CompiledScene) -> Self {
-        let widths = scene.model.stitch_widths(scene.model.positions(), is_implicit(scene));
-        Self { widths, ..Self::default() }
+        let weld = scene.welds.start().cloned();
+        let mut stage = Self { weld, ..Self::default() };
+        stage.widths_set(scene, &scene.model.initial_state());
+        stage
     }
 
-    /// What a run is at whose last frame ended with `state`, and in which these stitches are broken.
+    /// What a run is at whose last frame ended with `state`, and in which these stitches are broken, and these edges torn.
+    ///
+    /// # Errors
+    /// What cannot be welded.
     pub(crate) fn of_state(
         scene: &CompiledScene,
         frame: u64,
         state: &State,
-        broken: &[u32],
-    ) -> Self {
+        (broken, torn): (&[u32], &[u32]),
+    ) -> Result<Self> {
         let time = frame as f64 / scene.frames_per_second;
         let phase = frame.checked_sub(1).and_then(|last| phase_at(scene, last));
-        let is_welded = scene.weld.as_ref().is_some_and(|weld| weld.is_done_in(state));
-        let widths = widths_in(scene, is_welded, state, broken);
-        Self { is_welded, phase, time, widths, broken: broken.to_vec() }
+        let is_welded = scene.welds.sewn().is_some() && scene.model.seams().are_welded_in(state);
+        let weld = scene.welds.at(Welding { sews: is_welded, torn })?;
+        let (broken, torn) = (broken.to_vec(), torn.to_vec());
+        let mut stage = Self { is_welded, weld, phase, time, widths: Vec::new(), broken, torn };
+        stage.widths_set(scene, state);
+        Ok(stage)
     }
 
     /// Stitches that have broken, ascending.
     pub(crate) fn broken(&self) -> &[u32] {
         &self.broken
+    }
+
+    /// Edges that are torn, ascending.
+    pub(crate) fn torn(&self) -> &[u32] {
+        &self.torn
     }
 
     /// Whether another stage can follow in `frame`.
@@ -69,6 +86,7 @@ impl Stage {
             && !scene.model.seams().is_empty();
         let may_change = |width: &f64| *width > 0.0 && *width < BROKEN;
         sews || scene.model.seams().can_break()
+            || !scene.model.tears().is_empty()
             || self.widths.iter().any(may_change)
             || phase_at(scene, frame) != self.phase
     }
@@ -78,12 +96,15 @@ impl Stage {
         let closed = ends.fold(0.0, f64::max);
         let end = (frame + 1) as f64 / scene.frames_per_second;
         // Nothing changes any more once all are closed and welded.
-        let waits = scene.weld.is_some() && !self.is_welded;
+        let waits = scene.welds.sewn().is_some() && !self.is_welded;
         if waits { end } else { end.min(closed.max(self.time)) }
     }
 
     /// The stage of `frame`, which starts at `state`.
-    pub(crate) fn next(&self, scene: &CompiledScene, frame: u64, state: &State) -> Self {
+    ///
+    /// # Errors
+    /// What cannot be welded.
+    pub(crate) fn next(&self, scene: &CompiledScene, frame: u64, state: &State) -> Result<Self> {
         let start_frame = frame as f64 + ROUNDING;
         let seams = scene.model.seams();
         let first = seams.weld_time().map(|time| time * scene.frames_per_second);
@@ -97,21 +118,44 @@ impl Stage {
             let gaps = seams.ranges().iter().zip(seams.gaps(&state.positions));
             gaps.into_iter().all(|(seam, gap)| !seam.weld || gap <= WELD_GAP)
         };
-        let is_welded = self.is_welded || (scene.weld.is_some() && is_time && is_close());
-        let mut broken = self.broken.clone();
-        if seams.can_break() {
-            let now = (frame as f64 + ROUNDING) / scene.frames_per_second;
-            broken.extend(scene.model.stitches_that_break(&state.positions, now));
-            broken.sort_unstable();
-            broken.dedup();
-        }
-        Self {
-            is_welded,
-            widths: widths_in(scene, is_welded, state, &broken),
+        let can_weld = scene.welds.sewn().is_some() && is_time && is_close();
+        let mut next = Self {
+            is_welded: self.is_welded || can_weld,
             phase: phase_at(scene, frame),
             time: self.time_of(scene, frame),
-            broken,
+            ..self.clone()
+        };
+        if seams.can_break() {
+            let now = (frame as f64 + ROUNDING) / scene.frames_per_second;
+            next.broken.extend(scene.model.stitches_that_break(&state.positions, now));
+            next.broken.sort_unstable();
+            next.broken.dedup();
         }
+        next.weld_set(scene, state)?;
+        Ok(next)
+    }
+
+    fn weld_set(&mut self, scene: &CompiledScene, state: &State) -> Result<()> {
+        self.weld = scene.welds.at(Welding { sews: self.is_welded, torn: &self.torn })?;
+        self.widths_set(scene, state);
+        Ok(())
+    }
+
+    /// This stage at `state` with these edges torn as well.
+    ///
+    /// # Errors
+    /// What cannot be welded.
+    pub(crate) fn torn_too(
+        &self,
+        scene: &CompiledScene,
+        state: &State,
+        edges: &[u32],
+    ) -> Result<Self> {
+        let mut next = self.clone();
+        next.torn.extend(edges);
+        next.torn.sort_unstable();
+        next.weld_set(scene, state)?;
+        Ok(next)
     }
 
     /// Whether seams are welded between this stage and the next one.
@@ -120,14 +164,19 @@ impl Stage {
     }
 
     /// The same stage of a scene at `state`, where seams are not welded yet.
-    pub(crate) fn unwelded(&self, scene: &CompiledScene, state: &State) -> Self {
-        let widths = widths_in(scene, false, state, &self.broken);
-        Self { is_welded: false, widths, ..self.clone() }
+    ///
+    /// # Errors
+    /// What cannot be welded.
+    pub(crate) fn unwelded(&self, scene: &CompiledScene, state: &State) -> Result<Self> {
+        let mut stage = Self { is_welded: false, ..self.clone() };
+        stage.weld_set(scene, state)?;
+        Ok(stage)
     }
 
     /// Whether the solver of this stage cannot go on in `next`.
     pub(crate) fn needs_solver(&self, scene: &CompiledScene, next: &Self) -> bool {
         self.is_welded != next.is_welded
+            || self.torn != next.torn
             || self.phase != next.phase
             || self.widths != next.widths
             || scene.model.is_sewn_between([self.time, next.time], is_implicit(scene))
@@ -135,25 +184,25 @@ impl Stage {
 
     /// Whether a solver of this stage may be able to go on in `next`.
     pub(crate) fn differs_in_stitches_alone(&self, next: &Self) -> bool {
-        self.is_welded == next.is_welded && self.phase == next.phase
+        self.is_welded == next.is_welded && self.torn == next.torn && self.phase == next.phase
     }
 
     /// What a solver of this stage gets.
     pub(crate) fn model_and_config(&self, scene: &CompiledScene) -> (Arc<Model>, SolverConfig) {
         let phase = self.phase.and_then(|phase| scene.phases.get(phase));
         let config = self.config(scene).clone();
-        let weld = self.weld(scene);
-        let base = weld.as_ref().map_or(scene.model.as_ref(), |weld| &weld.model);
+        let base = self.weld().map_or(&scene.model, |weld| &weld.model);
         let gravity = phase.and_then(|phase| phase.gravity);
         let bending = phase.map_or(1.0, |phase| phase.bending);
         let is_own = gravity.is_none() && bending == 1.0 && base.seams().is_empty();
-        if weld.is_none() && is_own {
-            return (Arc::clone(&scene.model), config);
+        if is_own {
+            return (Arc::clone(base), config);
         }
         let model = base.sewn_at(&Stitching {
             time: self.time,
             pulls: is_implicit(scene),
             widths: &self.widths,
+            torn: &[],
         });
         let own = model.gravity();
         let model = model.with_gravity(gravity.unwrap_or(own));
@@ -166,43 +215,53 @@ impl Stage {
         phase.map_or(&scene.config, |phase| &phase.config)
     }
 
-    /// The weld that was made before this stage.
-    pub(crate) fn weld(&self, scene: &CompiledScene) -> Option<Arc<Weld>> {
-        scene.weld.clone().filter(|_| self.is_welded)
+    /// What is simulated instead of the model of the scene.
+    pub(crate) const fn weld(&self) -> Option<&Arc<Weld>> {
+        self.weld.as_ref()
+    }
+
+    /// Whether the same particles are one in `next`.
+    pub(crate) fn is_same_weld(&self, next: &Self) -> bool {
+        self.is_welded == next.is_welded && self.torn == next.torn
+    }
+
+    /// Whether the seams are welded that are to be.
+    pub(crate) const fn is_welded(&self) -> bool {
+        self.is_welded
+    }
+
+    /// Sets how wide the stitches of what is simulated are: [`Model::stitch_widths`], or nothing once seams are welded, as those that are held are
+    /// closed then. Those that are broken have no end.
+    fn widths_set(&mut self, scene: &CompiledScene, state: &State) {
+        let model = &scene.model;
+        let mut widths = match self.is_welded {
+            true if self.broken.is_empty() => Vec::new(),
+            true => vec![0.0; model.seams().stitches().len()],
+            false => model.stitch_widths(&state.positions, is_implicit(scene)),
+        };
+        for &stitch in &self.broken {
+            if let Some(width) = widths.get_mut(stitch as usize) {
+                *width = BROKEN;
+            }
+        }
+        if let Some(weld) = self.weld.as_ref().filter(|_| !widths.is_empty()) {
+            // Stitches between the same two particles are one: as wide as the widest, and broken with any.
+            let mut by_ends = BTreeMap::new();
+            for (stitch, width) in model.seams().stitches().iter().zip(widths) {
+                let [a, b] = stitch.map(|i| weld.map[i as usize]);
+                let own: &mut f64 = by_ends.entry([a.min(b), a.max(b)]).or_default();
+                *own = own.max(width);
+            }
+            let stitches = weld.model.seams().stitches().iter();
+            widths = stitches.map(|ends| by_ends.get(ends).copied().unwrap_or_default()).collect();
+        }
+        self.widths = widths;
     }
 }
 
 /// Whether steps are implicit, in all phases.
 const fn is_implicit(scene: &CompiledScene) -> bool {
     matches!(scene.config.integrator, Integrator::Implicit(_))
-}
-
-/// [`Model::stitch_widths`], or nothing once seams are welded: those that are held are closed then. Those that are broken have no end.
-fn widths_in(scene: &CompiledScene, is_welded: bool, state: &State, broken: &[u32]) -> Vec<f64> {
-    match &scene.weld {
-        Some(_) if is_welded && broken.is_empty() => Vec::new(),
-        Some(weld) if is_welded => {
-            let own = scene.model.seams().stitches();
-            let became = |i: u32| weld.map.get(i as usize).copied();
-            let ends = |stitch: [u32; 2]| {
-                let [a, b] = stitch.map(became);
-                Some([a?.min(b?), a?.max(b?)])
-            };
-            let broken: Vec<_> =
-                broken.iter().filter_map(|&stitch| ends(*own.get(stitch as usize)?)).collect();
-            let width = |stitch: &[u32; 2]| if broken.contains(stitch) { BROKEN } else { 0.0 };
-            weld.model.seams().stitches().iter().map(width).collect()
-        }
-        _ => {
-            let mut widths = scene.model.stitch_widths(&state.positions, is_implicit(scene));
-            for &stitch in broken {
-                if let Some(width) = widths.get_mut(stitch as usize) {
-                    *width = BROKEN;
-                }
-            }
-            widths
-        }
-    }
 }
 
 fn phase_at(scene: &CompiledScene, frame: u64) -> Option<usize> {
@@ -249,15 +308,16 @@ impl<S> Sewing<S> {
     /// Those of the solver.
     pub(crate) fn gathered(
         &self,
-        (scene, weld): (&CompiledScene, &Weld),
+        (scene, next): (&CompiledScene, &Stage),
         (config, state): (&SolverConfig, &State),
     ) -> Result<Option<State>>
     where
         S: Solver,
     {
-        let widths = vec![0.0; scene.model.seams().stitches().len()];
-        let time = state.time;
-        let joined = scene.model.sewn_at(&Stitching { time, pulls: false, widths: &widths });
+        let Some(weld) = next.weld() else { return Ok(None) };
+        let (time, torn) = (state.time, next.torn());
+        let widths = &vec![0.0; scene.model.seams().stitches().len()];
+        let joined = scene.model.sewn_at(&Stitching { time, pulls: false, widths, torn });
         let config = SolverConfig {
             time_step: GATHERING,
             time_step_control: TimeStepControl::Fixed,
@@ -303,13 +363,17 @@ fn gathering((weld, masses): (&Weld, &[f64]), state: &State) -> Control {
     Control { pins: pins.collect(), ..Control::default() }
 }
 
-/// Gives a control for particles to those that they became.
+/// Gives a control for particles to those that they became. Of several that are one now the control of the first counts.
 pub(crate) fn control_map(control: &mut Control, map: &[u32]) {
-    let became = |particle: &mut u32| {
-        if let Some(&found) = map.get(*particle as usize) {
-            *particle = found;
-        }
-    };
-    control.pins.iter_mut().for_each(|pin| became(&mut pin.particle));
-    control.forces.iter_mut().flatten().for_each(|force| became(&mut force.particle));
+    fn is_first(particle: &mut u32, map: &[u32], firsts: &mut BTreeMap<u32, u32>) -> bool {
+        let own = *particle;
+        *particle = map.get(own as usize).copied().unwrap_or(own);
+        *firsts.entry(*particle).or_insert(own) == own
+    }
+    let mut firsts = BTreeMap::new();
+    control.pins.retain_mut(|pin| is_first(&mut pin.particle, map, &mut firsts));
+    if let Some(forces) = &mut control.forces {
+        firsts.clear();
+        forces.retain_mut(|force| is_first(&mut force.particle, map, &mut firsts));
+    }
 }

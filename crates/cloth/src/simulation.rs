@@ -11,10 +11,7 @@ use cloth_io::ContactFrame;
 use cloth_rigid::RigidWorld;
 use cloth_scene::CompiledScene;
 
-use crate::{
-    Checkpoint, ModelSimulation, RigidExchange, SceneAudit,
-    sewing::{Sewing, Stage},
-};
+use crate::{Checkpoint, ModelSimulation, RigidExchange, SceneAudit, StagedSolver, sewing::Stage};
 
 /// How far sewing is.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,10 +31,8 @@ pub struct SeamReport {
 /// A scene in progress. Frame 0 is the start; frame k is the state after k frames, at the time
 /// k / frames per second. As [`ModelSimulation`] it fetches what is asked for, and nothing else.
 pub struct Simulation<S: Solver = Box<dyn Solver>> {
-    scene: CompiledScene,
-    run: ModelSimulation<S>,
+    run: ModelSimulation<StagedSolver<S>>,
     rigid: Option<RigidExchange>,
-    sewing: Sewing<S>,
 }
 
 impl Simulation {
@@ -46,32 +41,19 @@ impl Simulation {
     /// # Errors
     /// What [`Backend::create_solver`] and [`Solver::collider_impulses`] report.
     pub fn new(scene: CompiledScene, backend: &dyn Backend) -> Result<Self> {
-        let stage = Stage::start(&scene);
-        Self::at_stage(scene, backend, stage)
+        Self::of_staged(StagedSolver::new(scene, backend)?)
     }
 
     /// Makes ready to run `scene` from another state than its own at the start, such as [`Checkpoint::read_start`] gives: a garment that was draped in
-    /// another run. If its seams are welded in that state they are here.
+    /// another run. If its seams are welded in that state they are here, and what is torn there is.
     ///
     /// # Errors
     /// As [`Self::new`], and [`Error::Invalid`](crate::Error) if the state does not fit the model.
     pub fn start_from(scene: CompiledScene, backend: &dyn Backend, state: &State) -> Result<Self> {
-        let stage = Stage::of_state(&scene, 0, state, &[]);
-        let state = match stage.weld(&scene) {
-            Some(weld) => weld.contract(scene.model.masses(), state),
-            None => state.clone(),
-        };
-        let mut simulation = Self::at_stage(scene, backend, stage)?;
-        simulation.run.solver_mut().upload(&state)?;
-        Ok(simulation)
-    }
-
-    fn at_stage(scene: CompiledScene, backend: &dyn Backend, stage: Stage) -> Result<Self> {
-        let (model, config) = stage.model_and_config(&scene);
-        let solver = backend.create_solver(model, &config)?;
-        let mut simulation = Self::of_solver(scene, solver)?;
-        simulation.run.weld_set(stage.weld(&simulation.scene));
-        simulation.sewing = Sewing::new(backend, stage);
+        let torn = scene.model.tears().open_in(&state.positions);
+        let solver = StagedSolver::at_state(scene, backend, (0, state), (&[], &torn))?;
+        let mut simulation = Self::of_staged(solver)?;
+        simulation.run.solver_mut().upload(state)?;
         Ok(simulation)
     }
 
@@ -97,19 +79,10 @@ impl Simulation {
                 "the scene has {bodies} rigid bodies, and an earlier version of the program wrote it, which left out the contacts between them"
             ));
         }
-        let stage =
-            Stage::of_state(&scene, checkpoint.frame, &checkpoint.state, &checkpoint.broken);
-        let state = match stage.weld(&scene) {
-            // Contacts have the numbers of the welded model already.
-            Some(weld) => State {
-                slips: checkpoint.state.slips.clone(),
-                ghosts: checkpoint.state.ghosts.clone(),
-                ..weld.contract(scene.model.masses(), &checkpoint.state)
-            },
-            None => checkpoint.state.clone(),
-        };
-        let mut simulation = Self::at_stage(scene, backend, stage)?;
-        simulation.run.solver_mut().upload(&state)?;
+        let gone = (&checkpoint.broken[..], &checkpoint.torn[..]);
+        let at = (checkpoint.frame, &checkpoint.state);
+        let mut simulation = Self::of_staged(StagedSolver::at_state(scene, backend, at, gone)?)?;
+        simulation.run.solver_mut().upload(&checkpoint.state)?;
         simulation.run.frame_set(checkpoint.frame);
         if let Some(rigid) = &mut simulation.rigid {
             rigid
@@ -126,10 +99,15 @@ impl<S: Solver> Simulation<S> {
     ///
     /// # Errors
     /// What [`Solver::collider_impulses`] reports.
-    pub fn of_solver(scene: CompiledScene, mut solver: S) -> Result<Self> {
+    pub fn of_solver(scene: CompiledScene, solver: S) -> Result<Self> {
+        Self::of_staged(StagedSolver::of_solver(scene, solver))
+    }
+
+    fn of_staged(mut solver: StagedSolver<S>) -> Result<Self> {
+        let scene = solver.scene().clone();
         let rigid = RigidExchange::new(&scene, &mut solver)?;
         let run = ModelSimulation::of_solver(solver, scene.frames_per_second);
-        Ok(Self { scene, run, rigid, sewing: Sewing::default() })
+        Ok(Self { run, rigid })
     }
 
     /// Advances by one frame, under the control that the scene has for it. Runs on past the last
@@ -147,13 +125,9 @@ impl<S: Solver> Simulation<S> {
     /// # Errors
     /// As [`Self::step`], and [`Error::Invalid`](crate::Error) for a control that makes no sense.
     pub fn step_with(&mut self, change: impl FnOnce(&mut Control)) -> Result<&StepReport> {
-        self.sew()?;
-        let mut control = self.scene.timeline.control(self.run.frame());
+        self.run.begin(StagedSolver::begin)?;
+        let mut control = self.scene().timeline.control(self.run.frame());
         change(&mut control);
-        let weld = self.sewing.stage().weld(&self.scene);
-        if let Some(weld) = weld {
-            crate::sewing::control_map(&mut control, &weld.map);
-        }
         let outcome = match &mut self.rigid {
             Some(rigid) => self.run.step_by(|solver, frame| rigid.step(solver, &control, frame)),
             None => self.run.step(&control),
@@ -164,57 +138,14 @@ impl<S: Solver> Simulation<S> {
         }
     }
 
-    /// Makes the solver one of what is simulated in the next frame: seams that close, those that are welded, another phase.
-    fn sew(&mut self) -> Result<()> {
-        let stage = self.sewing.stage().clone();
-        let frame = self.run.frame();
-        if !stage.may_end(&self.scene, frame) {
-            return Ok(());
-        }
-        let mut next = stage.next(&self.scene, frame, self.run.state()?);
-        if !stage.needs_solver(&self.scene, &next) {
-            self.sewing.stage_set(next);
-            return Ok(());
-        }
-        let mut state = self.run.state()?.clone();
-        if stage.welds(&next)
-            && self.scene.model.has_triangle_contact()
-            && let Some(weld) = &self.scene.weld
-        {
-            let config = stage.config(&self.scene);
-            match self.sewing.gathered((&self.scene, weld), (config, &state))? {
-                Some(gathered) => state = gathered,
-                None => next = next.unwelded(&self.scene, &state),
-            }
-            if !stage.needs_solver(&self.scene, &next) {
-                self.sewing.stage_set(next);
-                return Ok(());
-            }
-        }
-        if stage.differs_in_stitches_alone(&next) {
-            let (model, _) = next.model_and_config(&self.scene);
-            if self.run.solver_mut().stitches_set(&model)? {
-                self.sewing.stage_set(next);
-                return Ok(());
-            }
-        }
-        let (was_welded, weld) = (stage.weld(&self.scene).is_some(), next.weld(&self.scene));
-        let state = match &weld {
-            // Contacts and ghosts have the numbers of the welded model already.
-            Some(weld) if was_welded => State {
-                slips: state.slips.clone(),
-                ghosts: state.ghosts.clone(),
-                ..weld.contract(self.scene.model.masses(), &state)
-            },
-            Some(weld) => weld.contract(self.scene.model.masses(), &state),
-            None => state,
-        };
-        let (model, config) = next.model_and_config(&self.scene);
-        let mut solver = self.sewing.solver(model, &config)?;
-        solver.upload(&state)?;
-        self.run.solver_replace(solver, weld);
-        self.sewing.stage_set(next);
-        Ok(())
+    fn stage(&self) -> &Stage {
+        self.run.solver().stage()
+    }
+
+    /// Number of edges that are torn at the end of the present frame.
+    #[must_use]
+    pub fn torn_edges(&self) -> usize {
+        self.stage().torn().len()
     }
 
     /// Whether all seams are welded that are to be, and the widest stitch of each seam \[m\] at the end of the present frame.
@@ -222,8 +153,8 @@ impl<S: Solver> Simulation<S> {
     /// # Errors
     /// As [`Self::state`].
     pub fn seams(&mut self) -> Result<(bool, Vec<f64>)> {
-        let model = Arc::clone(&self.scene.model);
-        let welded = self.sewing.stage().weld(&self.scene).is_some();
+        let model = Arc::clone(self.model());
+        let welded = self.stage().is_welded();
         Ok((welded, model.seams().gaps(&self.run.state()?.positions)))
     }
 
@@ -232,14 +163,14 @@ impl<S: Solver> Simulation<S> {
     /// # Errors
     /// As [`Self::state`].
     pub fn seam_report(&mut self) -> Result<Option<SeamReport>> {
-        if self.scene.model.seams().is_empty() {
+        if self.scene().model.seams().is_empty() {
             return Ok(None);
         }
-        let model = Arc::clone(&self.scene.model);
-        let is_welded = self.sewing.stage().weld(&self.scene).is_some();
+        let model = Arc::clone(self.model());
+        let is_welded = self.stage().is_welded();
+        let broken = self.stage().broken().to_vec();
         let positions = &self.run.state()?.positions;
         let seams = model.seams();
-        let broken = self.sewing.stage().broken();
         let holds = |stitch: usize| broken.binary_search(&(stitch as u32)).is_err();
         Ok(seams.widest(positions, holds).map(|(stitch, gap)| {
             let [particle, _] = seams.stitches()[stitch];
@@ -258,15 +189,10 @@ impl<S: Solver> Simulation<S> {
     /// The error with what made the simulation diverge, if the state before the frame is known and tells.
     fn explained(&self, error: Error) -> Error {
         let Error::Diverged(mut divergence) = error else { return error };
-        if let Some(weld) = self.sewing.stage().weld(&self.scene)
-            && let Some(before) = weld.map.iter().position(|&became| became == divergence.particle)
-        {
-            divergence.particle = before as u32;
-        }
-        let start = || (self.frame() == 0).then(|| self.scene.model.initial_state());
+        let start = || (self.frame() == 0).then(|| self.scene().model.initial_state());
         if let Some(state) = self.run.state_known().cloned().or_else(start) {
             let (time, time_step) = (divergence.time, divergence.time_step);
-            divergence.origin = divergence_origin(&self.scene.model, &state, time, time_step);
+            divergence.origin = divergence_origin(&self.scene().model, &state, time, time_step);
         }
         Error::Diverged(divergence)
     }
@@ -276,7 +202,14 @@ impl<S: Solver> Simulation<S> {
     /// # Errors
     /// As [`Self::state`].
     pub fn audit(&mut self) -> Result<Audit> {
-        let model = Arc::clone(&self.scene.model);
+        // Folds are between particles that are one.
+        let weld = self.stage().weld().filter(|_| !self.scene().model.tears().is_empty());
+        if let Some(weld) = weld.cloned() {
+            let model = Arc::clone(self.model());
+            let state = weld.contract(model.masses(), self.run.state()?);
+            return Ok(Audit::new(&weld.model, &state.positions));
+        }
+        let model = Arc::clone(self.model());
         Ok(Audit::new(&model, &self.run.state()?.positions))
     }
 
@@ -310,19 +243,19 @@ impl<S: Solver> Simulation<S> {
     /// Whether all frames of the scene are computed.
     #[must_use]
     pub const fn is_finished(&self) -> bool {
-        self.frame() >= self.scene.frames as u64
+        self.frame() >= self.scene().frames as u64
     }
 
     /// The scene.
     #[must_use]
     pub const fn scene(&self) -> &CompiledScene {
-        &self.scene
+        self.run.solver().scene()
     }
 
     /// The model that is simulated.
     #[must_use]
     pub const fn model(&self) -> &Arc<Model> {
-        &self.scene.model
+        &self.scene().model
     }
 
     /// What the solver did in the last frame.
@@ -363,15 +296,15 @@ impl<S: Solver> Simulation<S> {
         self.run.state_and_normals()
     }
 
-    /// The solver.
+    /// The solver of what is simulated at present.
     #[must_use]
     pub const fn solver(&self) -> &S {
-        self.run.solver()
+        self.run.solver().inner()
     }
 
-    /// The solver, as [`ModelSimulation::solver_mut`] gives it. Rigid bodies do not follow a state that is uploaded.
+    /// That solver, as [`ModelSimulation::solver_mut`] gives it. Rigid bodies do not follow a state that is uploaded.
     pub fn solver_mut(&mut self) -> &mut S {
-        self.run.solver_mut()
+        self.run.solver_mut().inner_mut()
     }
 
     /// All that is needed to continue from the present frame later.
@@ -381,12 +314,13 @@ impl<S: Solver> Simulation<S> {
     pub fn checkpoint(&mut self) -> Result<Checkpoint> {
         let rigid = self.rigid().map_or_else(|| Ok(Vec::new()), RigidWorld::snapshot);
         Ok(Checkpoint {
-            fingerprint: self.scene.model.fingerprint(),
-            collider_fingerprint: Some(self.scene.model.collider_fingerprint()),
-            precision: self.scene.config.precision,
+            fingerprint: self.scene().model.fingerprint(),
+            collider_fingerprint: Some(self.scene().model.collider_fingerprint()),
+            precision: self.scene().config.precision,
             frame: self.run.frame(),
             state: self.run.state()?.clone(),
-            broken: self.sewing.stage().broken().to_vec(),
+            broken: self.stage().broken().to_vec(),
+            torn: self.stage().torn().to_vec(),
             rigid: rigid.map_err(|error| Error::Checkpoint { reason: error.to_string() })?,
         })
     }

@@ -32,7 +32,7 @@ fn the_stitches_of_a_dress_can_be_welded() {
     println!("{stitches} stitches, read and checked in {:.1} s", begin.elapsed().as_secs_f64());
     // One of 851 would take the length of an edge, and some are given twice where seams meet.
     assert!(scene.notes.iter().any(|note| note.contains("[990]")), "{:?}", scene.notes);
-    let weld = scene.weld.clone().unwrap();
+    let weld = scene.welds.sewn().cloned().unwrap();
     let [before, after] = [&*scene.model, &weld.model].map(|m| m.masses().iter().sum::<f64>());
     assert!((before / after - 1.0).abs() < 1e-12, "welding keeps the mass");
     let backend = backend_create("cpu", None).unwrap();

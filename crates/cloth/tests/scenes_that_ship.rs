@@ -106,6 +106,17 @@ fn a_flag_tears_at_its_seams() {
     assert!(seams.broken > 5 && seams.broken < stitches / 2, "{seams:?} of {stitches}");
 }
 
+/// A ball breaks the threads of a sheet and is through, and the flaps around the hole are in no one's way.
+#[test]
+fn a_ball_goes_through_a_sheet() {
+    let simulation = run("ball-through-sheet.toml", 30);
+    let edges = simulation.model().tears().edges().len();
+    let torn = simulation.torn_edges();
+    assert!((20..edges / 4).contains(&torn), "{torn} of {edges}");
+    let ball = simulation.colliders().last().unwrap().translation[2];
+    assert!(ball < 0.7, "the ball is at {ball} m");
+}
+
 #[test]
 fn a_pillow_is_sewn_and_bulges() {
     let positions = sewn(run("pillow.toml", 50));

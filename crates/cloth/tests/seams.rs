@@ -93,7 +93,7 @@ fn panels_with_unequal_edges_are_sewn_and_welded_on_every_way_of_stepping() {
         {
             let scene = compile(&folder, &(CONTACT.to_owned() + &text(solver, LINES, ""))).unwrap();
             // Vertices at 0, 1/4 .. 1 meet some at 0, 1/3, 2/3, 1. Near ones are taken for one, the middle needs one.
-            let weld = scene.weld.clone().unwrap();
+            let weld = scene.welds.sewn().cloned().unwrap();
             let stitches = scene.model.seams().stitches().len();
             assert_eq!(scene.model.particle_count() - weld.model.particle_count(), stitches);
             assert!(stitches >= 5, "{stitches}");
@@ -135,7 +135,7 @@ fn a_weld_keeps_momentum_and_the_centre_of_mass_to_rounding() {
     let folder = TempDir::new().unwrap();
     panels(&folder);
     let scene = compile(&folder, &text("implicit", LINES, "")).unwrap();
-    let weld = scene.weld.clone().unwrap();
+    let weld = scene.welds.sewn().cloned().unwrap();
     let mut state = scene.model.initial_state();
     for (i, velocity) in state.velocities.iter_mut().enumerate() {
         *velocity = [1, 2, 3].map(|k| ((7 * i + k) as f64).sin());
@@ -160,7 +160,7 @@ fn a_weld_keeps_momentum_and_the_centre_of_mass_to_rounding() {
         held: weld.expand(&welded.held),
         ..state
     };
-    assert!(weld.is_done_in(&again));
+    assert!(scene.model.seams().are_welded_in(&again));
     assert_eq!(bits(&weld.contract(scene.model.masses(), &again)), bits(&welded));
 }
 
@@ -287,6 +287,32 @@ fn a_seam_carries_the_load() {
     let sum: f64 = scene.model.seams().stitches().iter().map(tension).sum();
     let load = weight(&scene);
     assert!((sum / load - 1.0).abs() < 0.01, "{sum} N for {load} N");
+}
+
+/// Cloth that could tear and does not is sewn and welded as any other.
+#[test]
+fn what_can_tear_is_sewn_too() {
+    let folder = TempDir::new().unwrap();
+    panels(&folder);
+    let text = CONTACT.to_owned() + &text("implicit", LINES, "");
+    let run = |text: &str| {
+        let scene = compile(&folder, text).unwrap();
+        let audit = SceneAudit::new(&scene.model);
+        let backend = backend_create("cpu", None).unwrap();
+        let mut simulation = Simulation::new(scene, backend.as_ref()).unwrap();
+        for _ in 0..20 {
+            simulation.step().unwrap();
+            assert!(simulation.intersections(&audit).unwrap().is_clean());
+        }
+        let (is_welded, gaps) = simulation.seams().unwrap();
+        assert!(is_welded && gaps == [0.0], "{gaps:?}");
+        let model = simulation.solver().model();
+        (model.triangles().to_vec(), model.masses().to_vec())
+    };
+    assert_eq!(
+        run(&text),
+        run(&text.replace("pattern.from", "tear = { strain = 1.0 }\npattern.from"))
+    );
 }
 
 /// Six stitches, 2 cm from each other, bear a sixth of the weight each, those at the ends a little less or more.

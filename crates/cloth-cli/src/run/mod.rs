@@ -146,6 +146,10 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     lines.extend(summary.solver.choice(simulation.scene()));
     if ended.is_ok() {
         lines.extend(seams_line(&mut simulation)?);
+        if can_tear(&simulation) {
+            let edges = simulation.model().tears().edges().len();
+            lines.push(format!("tears        {} of {edges} edges", simulation.torn_edges()));
+        }
     }
     // Frames before an error are worth having here, too.
     if let Err(failure) = feedback.write(&source.scene) {
@@ -164,6 +168,11 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     }
     summary::print(&lines, arguments.json)?;
     ended
+}
+
+/// Whether some cloth can tear.
+fn can_tear(simulation: &Simulation) -> bool {
+    !simulation.model().tears().is_empty()
 }
 
 /// What became of the seams, if there are any.
@@ -259,7 +268,7 @@ fn scene_and_backend(
         return Ok((source.compile(arguments.threads)?, backend));
     }
     let scene = source.compile(arguments.threads)?;
-    let choice = hushed(|| backend_choose(&scene.model, &scene.config, &options))?;
+    let choice = hushed(|| backend_choose(scene.simulated(), &scene.config, &options))?;
     say::note(format_args!("backend: {}", choice.reason));
     Ok((scene, choice.backend))
 }
@@ -283,7 +292,10 @@ fn frame(
     let report = StepReport { audit: simulation.audit()?, ..simulation.report().clone() };
     let intersections = audit.map(|audit| simulation.intersections(audit)).transpose()?;
     let seams = simulation.seam_report()?;
-    reports.write(frame, &report, (intersections.as_ref(), seams.as_ref()))?;
+    let edges_torn = can_tear(simulation).then(|| simulation.torn_edges());
+    let (intersections_now, seams) = (intersections.as_ref(), seams.as_ref());
+    let asked = report::Asked { intersections: intersections_now, seams, edges_torn };
+    reports.write(frame, &report, asked)?;
     summary.add(frame, &report);
     if let (Some(audit), Some(found)) = (audit, &intersections) {
         summary.intersections.add(audit, frame, found);

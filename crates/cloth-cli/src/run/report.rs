@@ -57,6 +57,8 @@ struct ReportLine<'a> {
     fabric: Option<FabricColumns>,
     #[serde(flatten)]
     seams: Option<SeamColumns>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    edges_torn: Option<usize>,
     bodies_at_speed_limit: u32,
     penetration_max: f64,
     energy_kinetic: f64,
@@ -68,11 +70,20 @@ struct ReportLine<'a> {
     wall_time: f64,
 }
 
+/// What is in a report where it is asked for, or where there is such a thing.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Asked<'a> {
+    pub(super) intersections: Option<&'a Intersections>,
+    pub(super) seams: Option<&'a SeamReport>,
+    /// Edges of cloth that tears.
+    pub(super) edges_torn: Option<usize>,
+}
+
 impl<'a> ReportLine<'a> {
     fn new(
         frame: u64,
         report: &'a StepReport,
-        (intersections, seams): (Option<&Intersections>, Option<&SeamReport>),
+        Asked { intersections, seams, edges_torn }: Asked<'_>,
     ) -> Self {
         let Measures {
             strain_max,
@@ -136,6 +147,7 @@ impl<'a> ReportLine<'a> {
             intersections: intersections.map(IntersectionLine::from),
             fabric: report.audit.fabric.map(FabricColumns::from),
             seams: seams.map(SeamColumns::from),
+            edges_torn,
             bodies_at_speed_limit: report.bodies_at_speed_limit,
             penetration_max,
             energy_kinetic,
@@ -251,9 +263,9 @@ impl ReportWriter {
         &mut self,
         frame: u64,
         report: &StepReport,
-        found: (Option<&Intersections>, Option<&SeamReport>),
+        asked: Asked<'_>,
     ) -> Result<(), Failure> {
-        let line = ReportLine::new(frame, report, found);
+        let line = ReportLine::new(frame, report, asked);
         let mut line = serde_json::to_string(&line).map_err(Failure::other)?;
         line.push('\n');
         self.file.write_all(line.as_bytes()).map_err(WriteError::of(&self.path))?;
@@ -292,7 +304,7 @@ mod tests {
         let path = folder.path().join("report.jsonl");
         fs::write(&path, "1\n2\n3\n4\n").unwrap();
         let mut writer = ReportWriter::open(&path, 2, false).unwrap();
-        writer.write(3, &StepReport::default(), (None, None)).unwrap();
+        writer.write(3, &StepReport::default(), Asked::default()).unwrap();
         let text = fs::read_to_string(&path).unwrap();
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[..2], ["1", "2"]);
@@ -313,7 +325,7 @@ mod tests {
             ..SolverReport::default()
         };
         let report = StepReport { solver, ..StepReport::default() };
-        let line = serde_json::to_value(ReportLine::new(1, &report, (None, None))).unwrap();
+        let line = serde_json::to_value(ReportLine::new(1, &report, Asked::default())).unwrap();
         assert!(line.get("intersections_within").is_none(), "not asked for");
         assert_eq!((&line["solver_solves"], &line["solver_unconverged"]), (&3.into(), &1.into()));
         let changes = &line["time_step_changes"];

@@ -59,7 +59,7 @@ impl SolverSummary {
         let chosen = self
             .preconditioner
             .filter(|_| settings.linear.preconditioner == Preconditioner::Auto)?;
-        Some(format!("preconditioner {chosen}: {}", chosen.auto_reason(&scene.model)))
+        Some(format!("preconditioner {chosen}: {}", chosen.auto_reason(scene.simulated())))
     }
 
     /// Nothing for a run in which no linear system was solved and no time step changed.

@@ -12,7 +12,7 @@ use super::{
     Air, Cloth, ClothMaterial, ClothRange, Collider, ColliderShape, ContactMap, ContactRule,
     ContactRules, FabricElements, FabricMaterial, Field, Geometry, GridPatch, Inflation, Mass,
     Material, Meshing, Model, NetworkSpring, RestSource, Seam, SelfContact, SpringClass,
-    SpringCoefficients, SpringKind, SpringNetwork,
+    SpringCoefficients, SpringKind, SpringNetwork, Tear, Tears,
     seams::Seamstress,
     springs::SpringsBuilder,
     winged_edge::{NONE, WingedEdges},
@@ -33,7 +33,8 @@ pub struct ModelBuilder {
     self_contact: Option<SelfContact>,
     collider_impulses: bool,
     pub(super) seams: Vec<Seam>,
-    inflations: Vec<Inflation>,
+    pub(super) tears: Vec<Tear>,
+    pub(super) inflations: Vec<Inflation>,
     pub(super) contact_rules: Vec<ContactRule>,
     pub(super) contact_maps: Vec<ContactMap>,
 }
@@ -163,6 +164,7 @@ impl ModelBuilder {
         let air = self.air;
         let mut model = Model {
             seams,
+            tears: Tears::default(),
             positions: parts.positions,
             masses: parts.masses,
             pins: parts.pins,
@@ -180,6 +182,7 @@ impl ModelBuilder {
             contact_rules: ContactRules::default(),
             collider_impulses: self.collider_impulses,
         };
+        model.tears = Tears::new(&model, &self.tears)?;
         model.contact_rules = ContactRules::new(&model, &self.contact_rules, &self.contact_maps)?;
         Ok(model)
     }

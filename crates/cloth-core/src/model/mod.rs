@@ -31,6 +31,7 @@ mod springs;
 mod stability;
 mod strain;
 mod strain_gauge;
+mod tears;
 mod winged_edge;
 
 use std::{ops::Range, sync::Arc};
@@ -62,10 +63,11 @@ pub use piece_blocks::PieceBlocks;
 pub use regular_patch::RegularPatch;
 pub use seams::{
     BROKEN, STITCH_LENGTH, Seam, SeamError, SeamRange, SeamTie, Seams, Stitching, VertexClasses,
-    Weld,
+    Weld, Welding,
 };
 pub use springs::{Spring, SpringClass, SpringKind, SpringRows, Springs};
 pub use strain_gauge::{FabricAudit, StrainGauge, StrainMeasure, TriangleStrain};
+pub use tears::{SplitMesh, Tear, TearEdge, Tears};
 pub use winged_edge::{NONE, WingedEdge, WingedEdges};
 
 use crate::{FieldProgram, State, TextureMap, fabric::RestWarning};
@@ -104,6 +106,7 @@ pub struct Model {
     springs: Springs,
     elements: FabricElements,
     seams: Seams,
+    tears: Tears,
     inflations: Vec<Inflation>,
     cloths: Vec<ClothRange>,
     colliders: Vec<Collider>,

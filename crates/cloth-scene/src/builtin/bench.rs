@@ -63,6 +63,7 @@ pub fn bench_scene(kind: BenchKind, particles_per_side: u32, contact: bool) -> S
         }),
         pattern: None,
         inflate: None,
+        tear: None,
         layer: None,
         folds: Vec::new(),
         material: SceneMaterial {

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use cloth_core::{Cloth, ClothMaterial, ContactMap, Geometry, TriangleMesh};
+use cloth_core::{Cloth, ClothMaterial, ContactMap, Geometry, Tear, TriangleMesh};
 
 use crate::{Scene, SceneCloth, SceneError, SceneGeometry, SceneModel};
 
@@ -22,6 +22,8 @@ pub(super) struct DescribedCloth {
     pub(super) stitches: Sewn,
     /// What maps make of its contact.
     pub(super) contact: Option<ContactMap>,
+    /// Where it tears.
+    pub(super) tear: Option<Tear>,
 }
 
 /// The cloth for the model. What is worth knowing of it goes to `notes`.
@@ -133,6 +135,29 @@ pub(super) fn compile(
     if let (Geometry::Mesh(mesh), PinSets::Mesh(_, sets)) = (&mut geometry, &mut sets) {
         *sets = MeshSets::take(mesh);
     }
+    let mut tear = None;
+    if let (Geometry::Mesh(mesh), Some(asked)) = (&mut geometry, &cloth.tear) {
+        check.positive(&format!("{key}.tear.strain"), asked.strain)?;
+        let vertices = mesh.positions.len();
+        let split = std::mem::take(mesh).split();
+        let mut corners = vec![Vec::new(); vertices];
+        (0..).zip(&split.origins).for_each(|(corner, &of)| corners[of as usize].push(corner));
+        notes.push(format!(
+            "cloth {:?} can tear: each of its triangles has vertices of its own, {} in all for the {vertices} that are simulated while nothing is torn",
+            cloth.name,
+            split.origins.len()
+        ));
+        if let Some(map) = &mut contact {
+            for values in [&mut map.distance, &mut map.friction] {
+                if !values.is_empty() {
+                    *values = split.origins.iter().map(|&of| values[of as usize]).collect();
+                }
+            }
+        }
+        sets = PinSets::Split(Box::new(sets), corners);
+        *mesh = split.mesh;
+        tear = Some(Tear { cloth: cloth.name.clone(), strain: asked.strain, ..split.tear });
+    }
     let mut pins = Vec::new();
     let mut seen = HashSet::new();
     // A set that is named again holds nothing new.
@@ -147,7 +172,7 @@ pub(super) fn compile(
     pins.extend(attachment::held(scene, check, &cloth.name, &sets)?);
     let name = cloth.name.clone();
     let cloth = Cloth { name, geometry, material, pins, velocity: cloth.velocity };
-    Ok(DescribedCloth { cloth, sets, stitches, contact })
+    Ok(DescribedCloth { cloth, sets, stitches, contact, tear })
 }
 
 impl CompiledCloth {

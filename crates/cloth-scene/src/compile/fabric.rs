@@ -90,6 +90,7 @@ pub(super) fn fabric_alone(
         ("geometry.grid.meshing", meshing),
         ("pattern", cloth.pattern.is_some()),
         ("folds", !cloth.folds.is_empty()),
+        ("tear", cloth.tear.is_some()),
         ("material.maps", !material.maps.is_empty()),
     ];
     match keys.into_iter().find(|(_, is_given)| *is_given) {

@@ -28,12 +28,13 @@ mod settings;
 mod solid;
 mod solver;
 mod timeline;
+mod welds;
 
 use std::{borrow::Cow, path::PathBuf, sync::Arc};
 
 use cloth_core::{
     ClothMaterial, ClothRange, Collider, Inflation, Integrator, Model, ModelBuilder, SolverConfig,
-    TextureMap, Weld,
+    TextureMap,
 };
 use cloth_rigid::{RigidBody, RigidJoint};
 
@@ -41,6 +42,7 @@ pub use choice::SolverChoice;
 pub use memory::MemoryEstimate;
 pub use options::{CompileOptions, CompileProgress};
 pub use phase::CompiledPhase;
+pub use welds::Welds;
 
 use crate::{Scene, SceneColour, SceneError, SceneGeometry, SceneStart, SceneView, Timeline};
 
@@ -59,8 +61,8 @@ pub struct CompiledScene {
     pub model: Arc<Model>,
     /// Folder of the run that it starts from, if it is not its own start.
     pub start: Option<PathBuf>,
-    /// What is simulated once all seams are closed that are to be welded, if any is.
-    pub weld: Option<Arc<Weld>>,
+    /// What is simulated instead of the model, where several of its particles are one.
+    pub welds: Welds,
     /// Spans of time with settings of their own, one after the other from the start.
     pub phases: Vec<CompiledPhase>,
     /// Settings for the solver; threads are left to the caller.
@@ -104,6 +106,12 @@ pub struct CompiledCloth {
 }
 
 impl CompiledScene {
+    /// What is simulated at the start: the model, or what it is while nothing of it is torn.
+    #[must_use]
+    pub fn simulated(&self) -> &Arc<Model> {
+        self.welds.start().map_or(&self.model, |weld| &weld.model)
+    }
+
     /// Texture coordinates of a cloth: those of its mesh, or for a grid (0, 0) at particle 0 to
     /// (1, 1) at the last. `None` for a mesh without, or if there is no such cloth.
     #[must_use]
@@ -159,9 +167,10 @@ impl Scene {
         let mut within = seam::Sewn::default();
         let mut surfaces = ClothSurfaces::default();
         for (index, described) in self.cloths.iter().enumerate() {
-            let cloth::DescribedCloth { cloth, sets, stitches, contact } =
+            let cloth::DescribedCloth { cloth, sets, stitches, contact, tear } =
                 cloth::compile((self, &check), index, described, options, &mut notes)?;
             builder = contact.into_iter().fold(builder, ModelBuilder::contact_map);
+            builder = tear.into_iter().fold(builder, ModelBuilder::tear);
             within.extend(stitches);
             cloths.push(CompiledCloth::new(described, &cloth));
             if let Some(inflate) = &described.inflate {
@@ -219,9 +228,10 @@ impl Scene {
             timeline::compile(self, &check, &model, &pin_sets)?;
             plans.carry_out(&check, &mut colliders, progress)?;
         }
-        let sewn = colliders.iter().cloned().fold(builder.clone(), ModelBuilder::collider);
-        let weld = sewn.weld().map_err(|error| model_error::place(self, error))?.map(Arc::new);
+        let whole = colliders.iter().cloned().fold(builder.clone(), ModelBuilder::collider);
         let (model, recovered) = recover::recovered(self, build(builder, colliders)?);
+        let welds = Welds::new(whole, &model).map_err(|error| model_error::place(self, error))?;
+        let simulated: &Model = welds.start().map_or(&model, |weld| &weld.model);
         let of_cloth = |cloth: &ClothRange| {
             let name = cloth.name.clone();
             cloth
@@ -230,7 +240,7 @@ impl Scene {
                 .map(move |warning| format!("cloth {name:?}: {warning}"))
                 .collect::<Vec<_>>()
         };
-        let mut warnings: Vec<_> = model.cloths().iter().flat_map(of_cloth).collect();
+        let mut warnings: Vec<_> = simulated.cloths().iter().flat_map(of_cloth).collect();
         match recovered {
             Some(found) if found.after > 0 => warnings.push(format!(
                 "cloth that intersects could not be pulled apart in {} rounds: {} of {} crossing edges are left; give its cloths layers, or mend the meshes",
@@ -244,7 +254,7 @@ impl Scene {
             )),
             _ => {}
         }
-        let choice = SolverChoice::new(self, &model);
+        let choice = SolverChoice::new(self, simulated);
         let config = settings::solver_config(self, &choice)?;
         if matches!(config.integrator, Integrator::Midpoint(_)) && !model.colliders().is_empty() {
             warnings.push(
@@ -258,7 +268,7 @@ impl Scene {
         let phases = phase::compile(self, &check, &config)?;
         Ok(CompiledScene {
             start: self.start.as_ref().map(|start| self.start_folder(start)),
-            weld,
+            welds,
             phases,
             name: self.name.clone(),
             description: self.description.clone(),

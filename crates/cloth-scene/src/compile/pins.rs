@@ -12,6 +12,8 @@ pub(super) enum PinSets {
     Grid([u32; 2], u32),
     /// What a mesh or network with so many vertices has.
     Mesh(u32, MeshSets),
+    /// Those of a cloth whose triangles have vertices of their own, with the corners at each vertex that these sets are of.
+    Split(Box<Self>, Vec<Vec<u32>>),
 }
 
 /// The names that a mesh file gives to vertices.
@@ -72,6 +74,18 @@ impl PinSets {
         key: &str,
         pin: &ScenePin,
     ) -> Result<Vec<u32>, SceneError> {
+        if let Self::Split(before, corners) = self {
+            let mut found = Vec::new();
+            for vertex in before.resolve(check, key, pin)? {
+                let Some(corners) = corners.get(vertex as usize) else {
+                    let count = corners.len();
+                    let problem = format!("names vertex {vertex} of {count}: they count from 0");
+                    return Err(check.error(key, &problem));
+                };
+                found.extend(corners);
+            }
+            return Ok(found);
+        }
         let name = match pin {
             ScenePin::Index(index) => return Ok(vec![*index]),
             ScenePin::Name(name) => name,
@@ -83,6 +97,7 @@ impl PinSets {
             Self::Mesh(vertices, sets) => {
                 sets.group(name).or_else(|| (name == "all").then(|| (0..*vertices).collect()))
             }
+            Self::Split(..) => None,
         };
         found.ok_or_else(|| {
             SceneUnknown::error(check.place(key), "set of particles", name, self.known())
@@ -98,7 +113,9 @@ impl PinSets {
         more: impl Iterator<Item = String>,
     ) -> Result<Vec<u32>, SceneError> {
         match (self, mesh.group(name)) {
-            (Self::Grid(..), _) => self.resolve(check, key, &ScenePin::Name(name.to_owned())),
+            (Self::Grid(..) | Self::Split(..), _) => {
+                self.resolve(check, key, &ScenePin::Name(name.to_owned()))
+            }
             (Self::Mesh(..), Some(group)) => Ok(group.vertices.clone()),
             (Self::Mesh(vertices, _), None) if name == "all" => Ok((0..*vertices).collect()),
             (Self::Mesh(..), None) => {
@@ -115,13 +132,24 @@ impl PinSets {
         check: &Check<'_>,
         key: &str,
         name: &str,
-    ) -> Result<&[f32], SceneError> {
+    ) -> Result<Vec<f32>, SceneError> {
         let known: &[VertexAttribute] = match self {
             Self::Grid(..) => &[],
             Self::Mesh(_, sets) => &sets.attributes,
+            Self::Split(before, corners) => {
+                let values = before.values(check, key, name)?;
+                let count = corners.iter().map(Vec::len).sum();
+                let mut found = vec![0.0; count];
+                for (value, corner) in values.iter().zip(corners).flat_map(|(value, corners)| {
+                    corners.iter().map(move |&corner| (*value, corner))
+                }) {
+                    found[corner as usize] = value;
+                }
+                return Ok(found);
+            }
         };
         let found = known.iter().find(|attribute| attribute.name == name);
-        found.map(|attribute| &attribute.values[..]).ok_or_else(|| {
+        found.map(|attribute| attribute.values.clone()).ok_or_else(|| {
             let known = known.iter().map(|attribute| attribute.name.clone()).collect();
             SceneUnknown::error(check.place(key), "attribute", name, known)
         })
@@ -135,6 +163,7 @@ impl PinSets {
         pin: &ScenePinAttribute,
     ) -> Result<Vec<u32>, SceneError> {
         check.finite(key, &[pin.above])?;
+        // A split cloth has asked its sets before.
         let Self::Mesh(_, sets) = self else {
             let problem = "asks for an attribute: only meshes of PLY and glTF files have them";
             return Err(check.error(key, problem));
@@ -165,6 +194,7 @@ impl PinSets {
             Self::Mesh(_, sets) => std::iter::once("all".to_owned())
                 .chain(sets.groups.iter().map(|group| group.name.clone()))
                 .collect(),
+            Self::Split(before, _) => before.known(),
         }
     }
 }

@@ -32,7 +32,7 @@ pub(super) fn recovered(scene: &Scene, model: Model) -> (Model, Option<Recovered
 
 /// For each particle the one that stands for it: the first of those that closed seams join to it.
 fn places(model: &Model) -> Option<Vec<u32>> {
-    if model.seams().is_empty() {
+    if model.seams().is_empty() && model.tears().is_empty() {
         return None;
     }
     let positions = model.positions();

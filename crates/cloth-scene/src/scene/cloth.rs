@@ -35,6 +35,9 @@ pub struct SceneCloth {
     /// Gas under pressure inside it, if it is closed or will be sewn up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inflate: Option<SceneInflation>,
+    /// When it tears, of fabric; it never does if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tear: Option<SceneTear>,
     /// Where it belongs if it intersects another cloth that has a layer, and `contact.recover` pulls them apart: the one of the higher layer in front
     /// of the other one, where triangles are seen counterclockwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -58,6 +61,16 @@ pub struct SceneFold {
     /// counterclockwise, negative with the other one.
     #[cfg_attr(test, schemars(range(min = -180.0, max = 180.0)))]
     pub angle: f64,
+}
+
+/// How a cloth tears: along the edges of its triangles. Each triangle of it has vertices of its own in what is written.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct SceneTear {
+    /// How much longer a thread of warp or weft becomes before it breaks, dimensionless: its breaking elongation. Of cotton .05 to .1, of wool .3.
+    #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
+    pub strain: f64,
 }
 
 /// Gas under pressure inside a cloth, which is where its triangles do not face. Backends cpu and reference have it.

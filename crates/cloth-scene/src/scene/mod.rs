@@ -30,6 +30,7 @@ pub use attachment::SceneAttachment;
 pub use bounds::SceneBounds;
 pub use cloth::{
     SceneCloth, SceneFold, SceneGeometry, SceneGrid, SceneInflation, SceneMesh, SceneStencil,
+    SceneTear,
 };
 pub use collider::{SceneAnimation, SceneCollider, SceneKeyframe, SceneShape};
 pub use colour::SceneColour;

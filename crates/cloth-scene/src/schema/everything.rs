@@ -115,6 +115,7 @@ bending = 20.5
 name = "shirt"
 material.preset = "drape-001"
 inflate = { pressure = 10.5, rise = [0.5, 1.5] }
+tear = { strain = 0.25 }
 geometry.panels = { file = "pieces.svg", edge = 0.25, unit = 0.5, pieces = [{ outline = "a" }, { outline = "a", name = "b", mirror = true, folded = true, warp = 45.5, radius = 0.75, rotation = { axis = [0.0, 0.0, 1.0], degrees = 30.0 }, translation = [0.0, 0.0, 5.0] }] }
 [[cloth]]
 name = "panels"

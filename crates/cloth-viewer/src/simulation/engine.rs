@@ -6,7 +6,8 @@ mod solver;
 use std::{sync::Arc, time::Instant};
 
 use cloth::{
-    Control, ForceControl, Frame, PinAction, PinControl, Pose, RigidExchange, State, StepReport,
+    Control, ForceControl, Frame, PinAction, PinControl, Pose, RigidExchange, Solver, State,
+    StepReport,
     io::{PictureShape, PictureStyle},
     picture_shapes, picture_style,
     scene::{CompileOptions, CompiledScene, Scene},
@@ -189,6 +190,7 @@ impl Engine {
 
     /// Cloth and bodies for a frame.
     fn advance(&mut self, control: &Control, frame: Frame) -> Result<StepReport, ViewerError> {
+        self.solver.begin(self.frame)?;
         let solver = self.solver.get();
         if let Some(rigid) = &mut self.rigid {
             return Ok(rigid.step(solver, control, frame)?);
@@ -204,7 +206,7 @@ impl Engine {
     /// What the device reports.
     pub fn reset(&mut self) -> Result<(), ViewerError> {
         self.state = self.compiled.model.initial_state();
-        self.solver.get().upload(&self.state)?;
+        self.solver.restore((0, &self.state), &Default::default())?;
         self.rigid = RigidExchange::new(&self.compiled, self.solver.get())?;
         self.held.clone_from(&self.state.held);
         self.state_is_current = true;
@@ -325,7 +327,7 @@ impl Engine {
         self.state()?;
         // Halvings count from the time step of the old settings.
         let state = State { time_step_halvings: 0, time_step_good: 0, ..self.state.clone() };
-        solver.get().upload(&state)?;
+        solver.restore((self.frame, &state), &self.solver.gone())?;
         let mut rigid = RigidExchange::new(&compiled, solver.get())?;
         if let (Some(rigid), Some(old)) = (&mut rigid, &self.rigid) {
             rigid.motions_take(&state.colliders, &old.world().motions());

@@ -100,6 +100,52 @@ fn frames_are_kept_within_their_budget() {
     }
 }
 
+/// A cloth that tears does so in the window, and is whole again where the user goes back to.
+#[test]
+fn what_is_torn_is_whole_in_the_past() {
+    let text = r#"
+        name = "strip"
+        gravity = [0, 0, 0]
+        contact = { distance = 0.002, response.triangles.friction = 0.2 }
+        simulation = { frames = 30, frames_per_second = 30, solver = "implicit" }
+        [[cloth]]
+        name = "strip"
+        model = "fabric"
+        material.preset = "cotton-broad"
+        tear.strain = 0.1
+        geometry.grid = { columns = 13, rows = 5, spacing = 0.02 }
+        pins = ["left", "right"]
+        [[event]]
+        time = 0.0
+        cloth = "strip"
+        pins = ["right"]
+        action.move = { offset = [0.12, 0, 0], duration = 0.5 }
+    "#;
+    let scene = Scene::from_toml(text, "strip.toml").unwrap();
+    let gpu = gpu();
+    for backend in ["cpu", "wgpu"] {
+        let mut engine =
+            Engine::new(&gpu, scene.clone(), CompileOptions::default(), backend).unwrap();
+        engine.keep_frames(KEEP).unwrap();
+        let open = |engine: &mut Engine| {
+            let positions = engine.state().unwrap().positions.clone();
+            engine.scene().model.tears().open_in(&positions).len()
+        };
+        while open(&mut engine) == 0 {
+            assert!(engine.frame() < 30, "{backend}");
+            engine.step().unwrap();
+        }
+        let (frame, torn) = (engine.frame(), engine.state().unwrap().positions.clone());
+        assert!(engine.restore(frame - 1).unwrap());
+        assert_eq!(open(&mut engine), 0, "{backend}");
+        engine.step().unwrap();
+        assert_eq!(engine.state().unwrap().positions, torn, "{backend}");
+        engine.reset().unwrap();
+        assert_eq!((open(&mut engine), engine.frame()), (0, 0));
+        engine.snapshot(Overlays::default()).unwrap();
+    }
+}
+
 /// A change that tears the cloth apart costs the frames after it, not those before.
 #[test]
 fn a_divergence_goes_back_to_the_last_good_frame() {

@@ -10,12 +10,12 @@ pub use classes::VertexClasses;
 pub use error::SeamError;
 pub(super) use seamstress::Seamstress;
 pub use stitching::{BROKEN, Stitching};
-pub use weld::Weld;
+pub use weld::{Weld, Welding};
 
 use std::ops::Range;
 
 use crate::{
-    ModelError,
+    ModelError, State,
     error::{finite_all, not_negative, positive},
 };
 
@@ -183,6 +183,19 @@ impl Seams {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.ranges.is_empty()
+    }
+
+    /// Whether the particles of each stitch that is to be welded are one in `state`, to the last bit.
+    #[must_use]
+    pub fn are_welded_in(&self, state: &State) -> bool {
+        let welded = self.ranges.iter().filter(|seam| seam.weld);
+        welded.flat_map(|seam| self.of(seam)).all(|stitch| {
+            let bits = |values: &[[f64; 3]], i: u32| {
+                values.get(i as usize).map(|value| value.map(f64::to_bits))
+            };
+            let [a, b] = stitch.map(|i| (bits(&state.positions, i), bits(&state.velocities, i)));
+            a == b
+        })
     }
 
     /// When the last seam that is welded is closed \[s\], if any is.

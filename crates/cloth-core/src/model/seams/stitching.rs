@@ -45,10 +45,10 @@ impl Model {
         &self.seams
     }
 
-    /// Which particles a seam makes, or will make, one place: those of one class.
+    /// Which particles a seam makes, or will make, one place: those of one class. So are the corners at one place of a cloth that tears, torn or not.
     #[must_use]
     pub fn seam_classes(&self) -> VertexClasses {
-        self.classes_of(|stitch| self.seams.widths.get(stitch) != Some(&BROKEN))
+        self.classes_of(|stitch| self.seams.widths.get(stitch) != Some(&BROKEN), true)
     }
 
     /// The stitches that break at these positions \[m\] and this time \[s\], ascending: those of seams that are closed by then and bear no more.
@@ -70,7 +70,8 @@ impl Model {
     /// Which particles are one place for contact: those of stitches that are nearly closed.
     #[must_use]
     pub(crate) fn joined_classes(&self) -> VertexClasses {
-        self.classes_of(|stitch| self.seams.widths.get(stitch).is_none_or(|width| *width == 0.0))
+        let is_one = |stitch| self.seams.widths.get(stitch).is_none_or(|width| *width == 0.0);
+        self.classes_of(is_one, false)
     }
 
     /// Distance \[m\] at which contact begins between features that have particles of one of [`Self::seam_classes`], by the number of the
@@ -91,8 +92,9 @@ impl Model {
         reaches
     }
 
-    fn classes_of(&self, is_one: impl Fn(usize) -> bool) -> VertexClasses {
+    fn classes_of(&self, is_one: impl Fn(usize) -> bool, counts_torn: bool) -> VertexClasses {
         let mut classes = VertexClasses::new(self.particle_count());
+        self.tears.join(&mut classes, counts_torn);
         let stitches = self.seams.stitches.iter().zip(&self.seams.lengths).enumerate();
         // What keeps a distance stays two places.
         stitches
@@ -130,8 +132,9 @@ impl Model {
     /// The model with its stitches as they are to be.
     #[must_use]
     pub fn sewn_at(&self, stitching: &Stitching<'_>) -> Self {
-        let Stitching { time, pulls, widths } = *stitching;
+        let Stitching { time, pulls, widths, torn } = *stitching;
         let mut model = self.clone();
+        model.tears.torn_set(torn);
         model.seams.widths = widths.to_vec();
         for (stitch, of) in self.seams.kinds.iter().enumerate() {
             let ClosingKind { kind, lengths: [start, end], closing, weld } = of;
@@ -174,6 +177,8 @@ pub struct Stitching<'a> {
     pub pulls: bool,
     /// How wide they are for contact \[m\], as [`Model::stitch_widths`] says, or [`BROKEN`]; all are closed if this is empty.
     pub widths: &'a [f64],
+    /// Edges that are torn, ascending.
+    pub torn: &'a [u32],
 }
 
 #[cfg(test)]

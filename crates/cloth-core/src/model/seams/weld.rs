@@ -1,43 +1,77 @@
-//! A model whose closed seams are gone: the vertices of each stitch are one particle.
+//! A model in which several particles of another one are one: the vertices of each stitch of closed seams, and the corners of triangles at each
+//! vertex of cloth that may tear.
+
+use std::sync::Arc;
 
 use super::{Seam, SeamError, VertexClasses};
 use crate::{
-    Cloth, ClothMaterial, Geometry, Meshing, Model, ModelBuilder, ModelError, RestSource, State,
-    TriangleMesh, contact::Ghost,
+    Cloth, ClothMaterial, ContactMap, Geometry, MeshFold, Meshing, Model, ModelBuilder, ModelError,
+    RestSource, State, Tear, TriangleMesh,
+    contact::Ghost,
+    model::tears::{Tears, part},
 };
+
+/// How far the sides of a tear are moved apart at rest \[m\], each: contact between them begins within that.
+const TEAR_GAP: f64 = 1e-4;
 
 /// A welded model, and where the particles of the model before it are in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weld {
     /// The welded model. Seams that are not welded are in it as closed.
-    pub model: Model,
+    pub model: Arc<Model>,
     /// For each particle of the model before, the one that it became.
     pub map: Vec<u32>,
 }
 
+/// What is one in a [`Weld`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Welding<'a> {
+    /// Whether the seams are welded that are to be.
+    pub sews: bool,
+    /// Edges of the model's [`Tears`] that are torn, ascending.
+    pub torn: &'a [u32],
+}
+
 impl ModelBuilder {
-    /// The model with all seams welded that are to be; `None` if none is.
+    /// The model in which what `welding` says is one; `None` if nothing is.
     ///
     /// # Errors
     /// [`SeamError`] for what cannot be welded, and whatever [`Self::build`] finds in the welded cloths.
-    pub fn weld(&self) -> Result<Option<Weld>, ModelError> {
-        if !self.seams.iter().any(|seam| seam.weld) {
+    pub fn weld(&self, welding: Welding<'_>) -> Result<Option<Weld>, ModelError> {
+        let sewn: Vec<&Seam> = self.seams.iter().filter(|seam| seam.weld && welding.sews).collect();
+        if sewn.is_empty() && self.tears.is_empty() {
             return Ok(None);
         }
         let mut builder = self.clone();
         builder.cloths.clear();
         builder.seams.clear();
+        builder.tears.clear();
+        builder.contact_maps.clear();
         let mut map = Vec::new();
         let mut maps = Vec::with_capacity(self.cloths.len());
+        // Edges are numbered from cloth to cloth, as in the model.
+        let mut first_edge = 0;
         for cloth in &self.cloths {
-            let (cloth, of_cloth) = self.cloth_weld(cloth)?;
+            let tear = self.tears.iter().find(|tear| tear.cloth == cloth.name);
+            let edges = first_edge..first_edge + tear.map_or(0, |tear| tear.edges.len() as u32);
+            let is_own = |&edge: &u32| edges.contains(&edge);
+            let torn = welding.torn.iter().copied().filter(is_own).map(|edge| edge - edges.start);
+            let torn: Vec<u32> = torn.collect();
+            first_edge = edges.end;
+            let (welded, of_cloth) = cloth_weld(cloth, &sewn, tear.map(|tear| (tear, &torn[..])))?;
             let first = maps.iter().map(|(_, _, count)| count).sum::<u32>();
             map.extend(of_cloth.iter().map(|particle| first + particle));
             let count = of_cloth.iter().max().map_or(0, |last| last + 1);
+            for map in self.contact_maps.iter().filter(|map| map.cloth == cloth.name) {
+                builder = builder.contact_map(map.of_welded(&of_cloth, count));
+            }
+            // Gas leaves through a tear.
+            let is_open = tear.is_some() && !torn.is_empty();
+            builder.inflations.retain(|gas| !is_open || gas.cloth != cloth.name);
             maps.push((cloth.name.clone(), of_cloth, count));
-            builder = builder.cloth(cloth);
+            builder = builder.cloth(welded);
         }
-        for seam in self.seams.iter().filter(|seam| !seam.weld) {
+        for seam in self.seams.iter().filter(|seam| !(seam.weld && welding.sews)) {
             let find = |name: &String| maps.iter().find(|(cloth, ..)| cloth == name);
             let [Some((_, first, _)), Some((_, second, _))] = seam.cloths.each_ref().map(find)
             else {
@@ -59,47 +93,76 @@ impl ModelBuilder {
                 builder = builder.seam(Seam { stitches, ties, ..seam.clone() });
             }
         }
-        Ok(Some(Weld { model: builder.build()?, map }))
+        Ok(Some(Weld { model: Arc::new(builder.build()?), map }))
     }
+}
 
-    /// A cloth with its seams welded, and what its vertices become.
-    fn cloth_weld(&self, cloth: &Cloth) -> Result<(Cloth, Vec<u32>), ModelError> {
-        let count = cloth.geometry.particle_count() as u32;
-        let mut classes = VertexClasses::new(count as usize);
-        let mut last = None;
-        for seam in self.seams.iter().filter(|seam| seam.weld && seam.cloths.contains(&cloth.name))
-        {
-            if seam.cloths[0] != seam.cloths[1] {
-                let (seam, cloths) = (seam.name.clone(), seam.cloths.clone());
-                return Err(SeamError::WeldBetweenCloths { seam, cloths }.into());
-            }
-            for &[a, b] in &seam.stitches {
-                if let Some(&vertex) = [a, b].iter().find(|&&vertex| vertex >= count) {
-                    let (seam, cloth) = (seam.name.clone(), cloth.name.clone());
-                    return Err(
-                        SeamError::OutOfRange { seam, cloth, vertex, vertices: count }.into()
-                    );
-                }
-                classes.join(a, b);
-            }
-            last = Some(&seam.name);
+/// A cloth with its seams welded and its corners joined but where they are torn, and what its vertices become.
+fn cloth_weld(
+    cloth: &Cloth,
+    seams: &[&Seam],
+    tear: Option<(&Tear, &[u32])>,
+) -> Result<(Cloth, Vec<u32>), ModelError> {
+    let count = cloth.geometry.particle_count() as u32;
+    let mut classes = VertexClasses::new(count as usize);
+    let mut last = None;
+    for seam in seams.iter().filter(|seam| seam.cloths.contains(&cloth.name)) {
+        if seam.cloths[0] != seam.cloths[1] {
+            let (seam, cloths) = (seam.name.clone(), seam.cloths.clone());
+            return Err(SeamError::WeldBetweenCloths { seam, cloths }.into());
         }
-        let Some(seam) = last else { return Ok((cloth.clone(), (0..count).collect())) };
-        let has_pattern = matches!(&cloth.material, ClothMaterial::Fabric(fabric) if matches!(fabric.rest, RestSource::Pattern { .. }));
-        let mesh = match &cloth.geometry {
-            Geometry::Mesh(mesh) if has_pattern => mesh.clone(),
-            Geometry::Grid(patch) if has_pattern => patch.mesh(Meshing::default()),
-            _ => {
-                let (seam, cloth) = (seam.clone(), cloth.name.clone());
-                return Err(SeamError::WeldWithoutPattern { seam, cloth }.into());
+        for &[a, b] in &seam.stitches {
+            if let Some(&vertex) = [a, b].iter().find(|&&vertex| vertex >= count) {
+                let (seam, cloth) = (seam.name.clone(), cloth.name.clone());
+                return Err(SeamError::OutOfRange { seam, cloth, vertex, vertices: count }.into());
             }
+            classes.join(a, b);
+        }
+        last = Some(&seam.name);
+    }
+    if last.is_none() && tear.is_none() {
+        return Ok((cloth.clone(), (0..count).collect()));
+    }
+    let has_pattern = matches!(&cloth.material, ClothMaterial::Fabric(fabric) if matches!(fabric.rest, RestSource::Pattern { .. }));
+    let mut mesh = match &cloth.geometry {
+        Geometry::Mesh(mesh) if has_pattern || last.is_none() => mesh.clone(),
+        Geometry::Grid(patch) if has_pattern => patch.mesh(Meshing::default()),
+        _ => {
+            let (seam, cloth) = (last.cloned().unwrap_or_default(), cloth.name.clone());
+            return Err(SeamError::WeldWithoutPattern { seam, cloth }.into());
+        }
+    };
+    if let Some((tear, torn)) = tear {
+        let tears = Tears::of_cloth(tear, torn);
+        if tears.corner_max().is_some_and(|corner| corner >= count) {
+            return Err(ModelError::TearOfAnother { cloth: cloth.name.clone() });
+        }
+        tears.join(&mut classes, false);
+        let places = tears.places(count as usize);
+        part((&mesh.triangles, &places), (&classes.all(), None), &mut mesh.positions, TEAR_GAP);
+    }
+    let (mesh, map) = mesh_weld(mesh, &classes, &cloth.name)?;
+    let mut pins: Vec<u32> =
+        cloth.pins.iter().filter_map(|&pin| map.get(pin as usize).copied()).collect();
+    pins.sort_unstable();
+    pins.dedup();
+    Ok((Cloth { geometry: Geometry::Mesh(mesh), pins, ..cloth.clone() }, map))
+}
+
+impl ContactMap {
+    /// The same for a cloth whose vertices became those of `map`, of which there are `count`: what became one has the mean factor.
+    fn of_welded(&self, map: &[u32], count: u32) -> Self {
+        let mean = |values: &[f64]| {
+            let mut sums = vec![[0.0; 2]; if values.is_empty() { 0 } else { count as usize }];
+            for (value, &became) in values.iter().zip(map) {
+                let [sum, members] = &mut sums[became as usize];
+                *sum += value;
+                *members += 1.0;
+            }
+            sums.into_iter().map(|[sum, members]| sum / members).collect()
         };
-        let (mesh, map) = mesh_weld(mesh, &classes, &cloth.name)?;
-        let mut pins: Vec<u32> =
-            cloth.pins.iter().filter_map(|&pin| map.get(pin as usize).copied()).collect();
-        pins.sort_unstable();
-        pins.dedup();
-        Ok((Cloth { geometry: Geometry::Mesh(mesh), pins, ..cloth.clone() }, map))
+        let (distance, friction) = (mean(&self.distance), mean(&self.friction));
+        Self { cloth: self.cloth.clone(), distance, friction }
     }
 }
 
@@ -109,19 +172,17 @@ fn mesh_weld(
     cloth: &str,
 ) -> Result<(TriangleMesh, Vec<u32>), ModelError> {
     let mut map = Vec::with_capacity(mesh.positions.len());
-    let mut sums: Vec<(glam::DVec3, f64)> = Vec::new();
+    let mut members: Vec<Vec<[f64; 3]>> = Vec::new();
     for (vertex, &position) in (0..).zip(&mesh.positions) {
         let name = classes.of(vertex);
         if name == vertex {
-            map.push(sums.len() as u32);
-            sums.push((glam::DVec3::ZERO, 0.0));
+            map.push(members.len() as u32);
+            members.push(Vec::new());
         } else {
             // The name of a class is its smallest vertex, which has been met.
             map.push(map[name as usize]);
         }
-        let (sum, count) = &mut sums[map[vertex as usize] as usize];
-        *sum += glam::DVec3::from(position);
-        *count += 1.0;
+        members[map[vertex as usize] as usize].push(position);
     }
     let mut triangles = mesh.triangles;
     for (index, triangle) in triangles.iter_mut().enumerate() {
@@ -136,11 +197,21 @@ fn mesh_weld(
             .into());
         }
     }
-    let positions = sums.iter().map(|(sum, count)| (*sum / *count).into()).collect();
-    Ok((
-        TriangleMesh { positions, triangles, groups: Vec::new(), attributes: Vec::new(), ..mesh },
-        map,
-    ))
+    // What is one place keeps its bits.
+    let mean = |places: &Vec<[f64; 3]>| match places.iter().all(|place| *place == places[0]) {
+        true => places[0],
+        false => {
+            let sum: glam::DVec3 = places.iter().copied().map(glam::DVec3::from).sum();
+            (sum / places.len() as f64).into()
+        }
+    };
+    let positions = members.iter().map(mean).collect();
+    // Folds beyond the mesh are told by whoever makes cloth of it.
+    let became = |vertex: u32| map.get(vertex as usize).copied().unwrap_or(vertex);
+    let folds = mesh.folds.iter();
+    let folds = folds.map(|fold| MeshFold { edge: fold.edge.map(became), ..*fold }).collect();
+    let (groups, attributes) = (Vec::new(), Vec::new());
+    Ok((TriangleMesh { positions, triangles, folds, groups, attributes, ..mesh }, map))
 }
 
 impl Weld {
@@ -193,15 +264,23 @@ impl Weld {
         ghosts
     }
 
-    /// Whether the particles of each stitch that is welded are one in `state`, to the last bit.
+    /// The first of those that became each particle of the welded model.
     #[must_use]
-    pub fn is_done_in(&self, state: &State) -> bool {
-        let mut first = vec![None; self.model.particle_count()];
-        self.map.iter().enumerate().all(|(i, &became)| {
-            let bits = |values: &[[f64; 3]]| values.get(i).map(|value| value.map(f64::to_bits));
-            let found = (bits(&state.positions), bits(&state.velocities));
-            *first[became as usize].get_or_insert(found) == found
-        })
+    pub fn firsts(&self) -> Vec<u32> {
+        let mut firsts = vec![0; self.model.particle_count()];
+        for (own, &became) in self.map.iter().enumerate().rev() {
+            firsts[became as usize] = own as u32;
+        }
+        firsts
+    }
+
+    /// Ghosts of the welded model as particles of the model before: each by the first of those that became one.
+    #[must_use]
+    pub fn ghosts_expanded(&self, ghosts: &[Ghost]) -> Vec<Ghost> {
+        let firsts = self.firsts();
+        let first = |became: u32| firsts.get(became as usize).copied().unwrap_or_default();
+        let before = |ghost: &Ghost| Ghost { particle: first(ghost.particle), ..ghost.clone() };
+        ghosts.iter().map(before).collect()
     }
 
     /// A value for each particle of the model before, from one for each of the welded model.

@@ -18,6 +18,8 @@ pub(super) struct PastFrame {
     state: State,
     device: Option<DeviceMotion>,
     bodies: Vec<RigidMotion>,
+    /// Stitches that are broken and edges that are torn.
+    gone: [Vec<u32>; 2],
     report: StepReport,
     duration: Duration,
 }
@@ -128,7 +130,8 @@ impl Engine {
             48 * particles + state.held.len() + 56 * state.colliders.len() + 36 * state.slips.len();
         let bytes = (numbers + 104 * bodies.len()) as u64;
         let (report, duration) = (self.report.clone(), self.duration);
-        let frame = PastFrame { state, device, bodies, report, duration };
+        let gone = self.solver.gone();
+        let frame = PastFrame { state, device, bodies, gone, report, duration };
         if let Some(past) = &mut self.past {
             past.push(self.frame, frame, bytes);
         }
@@ -190,9 +193,9 @@ impl Engine {
         let Some(frame) = self.past_frame(number) else { return Ok(false) };
         // Halvings count from a time step that may have been another one.
         let state = State { time_step_halvings: 0, time_step_good: 0, ..frame.state(&self.gpu)? };
-        let (bodies, report, duration) =
-            (frame.bodies.clone(), frame.report.clone(), frame.duration);
-        self.solver.get().upload(&state)?;
+        let (bodies, gone) = (frame.bodies.clone(), frame.gone.clone());
+        let (report, duration) = (frame.report.clone(), frame.duration);
+        self.solver.restore((number, &state), &gone)?;
         if let Some(rigid) = &mut self.rigid {
             rigid.motions_take(&state.colliders, &bodies);
         }

@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use cloth::{AUTO, Backend, Error, Solver, backend_create, scene::CompiledScene, wgpu::WgpuSolver};
+use cloth::{
+    AUTO, Error, Solver, StagedSolver, State, backend_create, scene::CompiledScene,
+    wgpu::WgpuSolver,
+};
 
 use crate::{Gpu, ViewerError};
 
@@ -10,8 +13,8 @@ use crate::{Gpu, ViewerError};
 pub(super) enum EngineSolver {
     /// On the device that draws.
     Shared(Box<WgpuSolver>),
-    /// Anywhere else.
-    Other(Box<dyn Solver>),
+    /// Anywhere else, and wherever what is simulated changes from frame to frame.
+    Other(Box<StagedSolver>),
 }
 
 impl EngineSolver {
@@ -43,17 +46,46 @@ impl EngineSolver {
         backend: &str,
         scene: &CompiledScene,
     ) -> Result<Self, ViewerError> {
-        if !scene.model.seams().is_empty() || !scene.phases.is_empty() {
-            let feature = "seams and phases (`cloth run` does, whose frames can be viewed)".into();
-            return Err(Error::Unsupported { backend: "viewer", feature }.into());
+        let model = &scene.model;
+        let is_one =
+            model.seams().is_empty() && model.tears().is_empty() && scene.phases.is_empty();
+        let solver = match backend {
+            "wgpu" if is_one => {
+                let solver = gpu.backend().create_wgpu_solver(Arc::clone(model), &scene.config)?;
+                return Ok(Self::Shared(Box::new(solver)));
+            }
+            "wgpu" => StagedSolver::new(scene.clone(), gpu.backend())?,
+            other => StagedSolver::new(scene.clone(), backend_create(other, None)?.as_ref())?,
+        };
+        Ok(Self::Other(Box::new(solver)))
+    }
+
+    /// Makes it ready for a frame of the scene.
+    pub(super) fn begin(&mut self, frame: u64) -> Result<(), Error> {
+        match self {
+            Self::Shared(_) => Ok(()),
+            Self::Other(solver) => solver.begin(frame).map(|_| ()),
         }
-        let model = Arc::clone(&scene.model);
-        if backend == "wgpu" {
-            let solver = gpu.backend().create_wgpu_solver(model, &scene.config)?;
-            return Ok(Self::Shared(Box::new(solver)));
+    }
+
+    /// Stitches that are broken and edges that are torn.
+    pub(super) fn gone(&self) -> [Vec<u32>; 2] {
+        match self {
+            Self::Shared(_) => [Vec::new(), Vec::new()],
+            Self::Other(solver) => solver.gone(),
         }
-        let backend: Box<dyn Backend> = backend_create(backend, None)?;
-        Ok(Self::Other(backend.create_solver(model, &scene.config)?))
+    }
+
+    /// Goes on from the state of a frame in which these stitches are broken and these edges torn.
+    pub(super) fn restore(
+        &mut self,
+        (frame, state): (u64, &State),
+        gone: &[Vec<u32>; 2],
+    ) -> Result<(), Error> {
+        match self {
+            Self::Shared(solver) => solver.upload(state),
+            Self::Other(solver) => solver.restore((frame, state), gone),
+        }
     }
 
     pub(super) fn get(&mut self) -> &mut dyn Solver {
