@@ -11,6 +11,7 @@ mod hanging;
 mod invariance;
 mod shear;
 mod spin;
+mod stick_slip;
 mod tensile;
 
 use cloth_core::{
@@ -52,6 +53,7 @@ pub const EXPERIMENTS: &[Experiment] = &[
     spin::FREE_SPIN,
     friction::FRICTION,
     capstan::CAPSTAN,
+    stick_slip::STICK_SLIP,
 ];
 
 /// Acceleration of gravity \[m/s^2\].

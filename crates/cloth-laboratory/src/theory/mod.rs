@@ -2,3 +2,4 @@
 
 pub(crate) mod elastica;
 pub(crate) mod membrane;
+pub(crate) mod pushed;
