@@ -14,11 +14,14 @@ use cloth_scene::CompiledScene;
 /// Stitches wider than this \[m\] are not welded: their vertices would jump.
 const WELD_GAP: f64 = 1e-3;
 
+/// Share of the stitches that may be wider when others are welded.
+const OPEN_MAX: f64 = 0.1;
+
 /// How long what is to be welded takes to come together \[s\]: nothing else moves in it.
 const GATHERING: f64 = 1e-6;
 
-/// Something may be caught between what is to be welded. So many frames after its time that is tried in every frame, then after twice as many each: it takes
-/// longer than a frame.
+/// Something may be caught between what is to be welded. So many frames after its time that is tried in every frame, then in every one of so many: it
+/// takes longer than a frame.
 const ATTEMPTS: u64 = 8;
 
 /// Share of a frame below which a difference of two times is rounding.
@@ -28,6 +31,8 @@ const ROUNDING: f64 = 1e-6;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Stage {
     is_welded: bool,
+    /// Stitches that are to be welded and could not be yet, once others are; ascending.
+    open: Vec<u32>,
     /// What is simulated instead of the model of the scene.
     weld: Option<Arc<Weld>>,
     phase: Option<usize>,
@@ -62,10 +67,14 @@ impl Stage {
     ) -> Result<Self> {
         let time = frame as f64 / scene.frames_per_second;
         let phase = frame.checked_sub(1).and_then(|last| phase_at(scene, last));
-        let is_welded = scene.welds.sewn().is_some() && scene.model.seams().are_welded_in(state);
-        let weld = scene.welds.at(Welding { sews: is_welded, torn })?;
-        let (broken, torn) = (broken.to_vec(), torn.to_vec());
-        let mut stage = Self { is_welded, weld, phase, time, widths: Vec::new(), broken, torn };
+        let seams = scene.model.seams();
+        let open = seams.open_in(state);
+        // Where seams are welded few are left.
+        let is_welded = scene.welds.sewn().is_some() && 2 * open.len() < seams.to_weld().count();
+        let open = if is_welded { open } else { Vec::new() };
+        let weld = scene.welds.at(Welding { sews: is_welded, open: &open, torn })?;
+        let (broken, torn, widths) = (broken.to_vec(), torn.to_vec(), Vec::new());
+        let mut stage = Self { is_welded, open, weld, phase, time, widths, broken, torn };
         stage.widths_set(scene, state);
         Ok(stage)
     }
@@ -96,7 +105,7 @@ impl Stage {
         let closed = ends.fold(0.0, f64::max);
         let end = (frame + 1) as f64 / scene.frames_per_second;
         // Nothing changes any more once all are closed and welded.
-        let waits = scene.welds.sewn().is_some() && !self.is_welded;
+        let waits = scene.welds.sewn().is_some() && !self.is_sewn();
         if waits { end } else { end.min(closed.max(self.time)) }
     }
 
@@ -108,19 +117,25 @@ impl Stage {
         let start_frame = frame as f64 + ROUNDING;
         let seams = scene.model.seams();
         let first = seams.weld_time().map(|time| time * scene.frames_per_second);
-        // Where something is caught between what is to be welded, it is tried again, less and less often.
         let is_turn = |first: f64| {
             let late = frame.saturating_sub((first - ROUNDING).ceil() as u64);
-            late < ATTEMPTS || late.is_power_of_two()
+            late < ATTEMPTS || late.is_multiple_of(ATTEMPTS)
         };
         let is_time = first.is_some_and(|first| first <= start_frame && is_turn(first));
-        let is_close = || {
-            let gaps = seams.ranges().iter().zip(seams.gaps(&state.positions));
-            gaps.into_iter().all(|(seam, gap)| !seam.weld || gap <= WELD_GAP)
-        };
-        let can_weld = scene.welds.sewn().is_some() && is_time && is_close();
+        let waits = scene.welds.sewn().is_some() && !self.is_sewn();
+        let mut open = self.open.clone();
+        let mut is_welded = self.is_welded;
+        if waits && is_time {
+            // All that are close, those that were left before too.
+            let is_wide = |&stitch: &u32| seams.gap(stitch, &state.positions) > WELD_GAP;
+            let wide: Vec<u32> = seams.to_weld().filter(is_wide).collect();
+            if wide.len() as f64 <= OPEN_MAX * seams.to_weld().count() as f64 {
+                (is_welded, open) = (true, wide);
+            }
+        }
         let mut next = Self {
-            is_welded: self.is_welded || can_weld,
+            is_welded,
+            open,
             phase: phase_at(scene, frame),
             time: self.time_of(scene, frame),
             ..self.clone()
@@ -136,7 +151,8 @@ impl Stage {
     }
 
     fn weld_set(&mut self, scene: &CompiledScene, state: &State) -> Result<()> {
-        self.weld = scene.welds.at(Welding { sews: self.is_welded, torn: &self.torn })?;
+        let Self { is_welded: sews, open, torn, .. } = &*self;
+        self.weld = scene.welds.at(Welding { sews: *sews, open, torn })?;
         self.widths_set(scene, state);
         Ok(())
     }
@@ -160,22 +176,57 @@ impl Stage {
 
     /// Whether seams are welded between this stage and the next one.
     pub(crate) const fn welds(&self, next: &Self) -> bool {
-        next.is_welded && !self.is_welded
+        next.is_welded && (!self.is_welded || next.open.len() < self.open.len())
     }
 
-    /// The same stage of a scene at `state`, where seams are not welded yet.
+    /// The same stage of a scene at `state`, where no more is welded than in `before`.
     ///
     /// # Errors
     /// What cannot be welded.
-    pub(crate) fn unwelded(&self, scene: &CompiledScene, state: &State) -> Result<Self> {
-        let mut stage = Self { is_welded: false, ..self.clone() };
+    pub(crate) fn unwelded(
+        &self,
+        scene: &CompiledScene,
+        state: &State,
+        before: &Self,
+    ) -> Result<Self> {
+        let (is_welded, open) = (before.is_welded, before.open.clone());
+        let mut stage = Self { is_welded, open, ..self.clone() };
         stage.weld_set(scene, state)?;
         Ok(stage)
+    }
+
+    /// The same stage without the stitches at any of these particles, whose number comes with it.
+    ///
+    /// # Errors
+    /// What cannot be welded.
+    pub(crate) fn without(
+        &self,
+        scene: &CompiledScene,
+        state: &State,
+        particles: &[u32],
+    ) -> Result<(Self, usize)> {
+        let mut stage = self.clone();
+        let seams = scene.model.seams();
+        if let Some(weld) = &self.weld {
+            let became = |i: &u32| weld.map.get(*i as usize).copied();
+            let places: Vec<u32> = particles.iter().filter_map(became).collect();
+            let meets = |&stitch: &u32| {
+                let ends = seams.stitches()[stitch as usize];
+                ends.iter().filter_map(became).any(|place| places.contains(&place))
+            };
+            stage.open.extend(seams.to_weld().filter(meets));
+            stage.open.sort_unstable();
+            stage.open.dedup();
+            stage.weld_set(scene, state)?;
+        }
+        let left = stage.open.len() - self.open.len();
+        Ok((stage, left))
     }
 
     /// Whether the solver of this stage cannot go on in `next`.
     pub(crate) fn needs_solver(&self, scene: &CompiledScene, next: &Self) -> bool {
         self.is_welded != next.is_welded
+            || self.open != next.open
             || self.torn != next.torn
             || self.phase != next.phase
             || self.widths != next.widths
@@ -184,7 +235,7 @@ impl Stage {
 
     /// Whether a solver of this stage may be able to go on in `next`.
     pub(crate) fn differs_in_stitches_alone(&self, next: &Self) -> bool {
-        self.is_welded == next.is_welded && self.torn == next.torn && self.phase == next.phase
+        self.is_same_weld(next) && self.phase == next.phase
     }
 
     /// What a solver of this stage gets.
@@ -222,22 +273,42 @@ impl Stage {
 
     /// Whether the same particles are one in `next`.
     pub(crate) fn is_same_weld(&self, next: &Self) -> bool {
-        self.is_welded == next.is_welded && self.torn == next.torn
+        self.is_welded == next.is_welded && self.open == next.open && self.torn == next.torn
     }
 
-    /// Whether the seams are welded that are to be.
-    pub(crate) const fn is_welded(&self) -> bool {
-        self.is_welded
+    /// Whether all seams are welded that are to be.
+    pub(crate) const fn is_sewn(&self) -> bool {
+        self.is_welded && self.open.is_empty()
+    }
+
+    /// How many stitches of a scene are welded.
+    pub(crate) fn welded(&self, scene: &CompiledScene) -> usize {
+        if self.is_welded { scene.model.seams().to_weld().count() - self.open.len() } else { 0 }
+    }
+
+    /// Zero for all stitches of a model but those that are open, which are as wide as they are `now`.
+    fn open_alone(&self, model: &Model, now: impl Fn() -> Vec<f64>) -> Vec<f64> {
+        let mut widths = vec![0.0; model.seams().stitches().len()];
+        let all = if self.open.is_empty() { Vec::new() } else { now() };
+        for &stitch in &self.open {
+            if let (Some(width), Some(&own)) =
+                (widths.get_mut(stitch as usize), all.get(stitch as usize))
+            {
+                *width = own;
+            }
+        }
+        widths
     }
 
     /// Sets how wide the stitches of what is simulated are: [`Model::stitch_widths`], or nothing once seams are welded, as those that are held are
     /// closed then. Those that are broken have no end.
     fn widths_set(&mut self, scene: &CompiledScene, state: &State) {
         let model = &scene.model;
+        let now = || model.stitch_widths(&state.positions, is_implicit(scene));
         let mut widths = match self.is_welded {
-            true if self.broken.is_empty() => Vec::new(),
-            true => vec![0.0; model.seams().stitches().len()],
-            false => model.stitch_widths(&state.positions, is_implicit(scene)),
+            true if self.broken.is_empty() && self.open.is_empty() => Vec::new(),
+            true => self.open_alone(model, now),
+            false => now(),
         };
         for &stitch in &self.broken {
             if let Some(width) = widths.get_mut(stitch as usize) {
@@ -302,7 +373,7 @@ impl<S> Sewing<S> {
     }
 
     /// Brings what becomes one in a weld to one place, past all else by the certificate of contact, which carries along what is in its way. Velocities
-    /// stay. Nothing if something is caught between.
+    /// stay.
     ///
     /// # Errors
     /// Those of the solver.
@@ -310,14 +381,16 @@ impl<S> Sewing<S> {
         &self,
         (scene, next): (&CompiledScene, &Stage),
         (config, state): (&SolverConfig, &State),
-    ) -> Result<Option<State>>
+    ) -> Result<Gathered>
     where
         S: Solver,
     {
-        let Some(weld) = next.weld() else { return Ok(None) };
+        let Some(weld) = next.weld() else { return Ok(Gathered::At(state.clone())) };
+        let model = &scene.model;
         let (time, torn) = (state.time, next.torn());
-        let widths = &vec![0.0; scene.model.seams().stitches().len()];
-        let joined = scene.model.sewn_at(&Stitching { time, pulls: false, widths, torn });
+        let now = || model.stitch_widths(&state.positions, is_implicit(scene));
+        let widths = &next.open_alone(model, now);
+        let joined = model.sewn_at(&Stitching { time, pulls: false, widths, torn });
         let config = SolverConfig {
             time_step: GATHERING,
             time_step_control: TimeStepControl::Fixed,
@@ -327,16 +400,28 @@ impl<S> Sewing<S> {
         let mut solver = self.solver(Arc::new(joined), &config)?;
         let still = vec![[0.0; 3]; state.velocities.len()];
         solver.upload(&State { velocities: still, slips: Vec::new(), ..state.clone() })?;
-        solver.set_control(&gathering((weld, scene.model.masses()), state))?;
+        solver.set_control(&gathering((weld, model.masses()), state))?;
         let moved = solver.advance(Frame { duration: GATHERING });
         match moved.and_then(|_| solver.synchronize()) {
             Ok(_) => {}
-            Err(Error::Pinched { .. } | Error::PinchedByBody { .. }) => return Ok(None),
+            Err(Error::Pinched { particles, .. }) => {
+                return Ok(Gathered::Caught(particles.to_vec()));
+            }
+            Err(Error::PinchedByBody { place, .. }) => {
+                let stitches = model.seams().to_weld();
+                let ends = stitches.flat_map(|stitch| model.seams().stitches()[stitch as usize]);
+                let distance = |&i: &u32| {
+                    let at = state.positions[i as usize];
+                    (0..3).map(|k| (at[k] - place[k]) * (at[k] - place[k])).sum::<f64>()
+                };
+                let nearest = ends.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+                return Ok(Gathered::Caught(nearest.into_iter().collect()));
+            }
             Err(error) => return Err(error),
         }
         let mut gathered = State::default();
         solver.download(&mut gathered)?;
-        Ok(Some(State { positions: gathered.positions, ..state.clone() }))
+        Ok(Gathered::At(State { positions: gathered.positions, ..state.clone() }))
     }
 
     /// A solver for another stage.
@@ -347,6 +432,14 @@ impl<S> Sewing<S> {
         };
         factory(model, config)
     }
+}
+
+/// What came of it to bring particles together.
+pub(crate) enum Gathered {
+    /// The state in which they are.
+    At(State),
+    /// Particles that are in each other's way.
+    Caught(Vec<u32>),
 }
 
 /// Moves the particles that become one in a weld to one place. What is held already is left alone.

@@ -18,6 +18,8 @@ use crate::{Checkpoint, ModelSimulation, RigidExchange, SceneAudit, StagedSolver
 pub struct SeamReport {
     /// Whether all seams are welded that are to be.
     pub is_welded: bool,
+    /// How many stitches are welded.
+    pub welded: usize,
     /// The name of the seam with the widest stitch.
     pub seam: String,
     /// How wide that is, or how much wider than it is to be \[m\].
@@ -154,7 +156,7 @@ impl<S: Solver> Simulation<S> {
     /// As [`Self::state`].
     pub fn seams(&mut self) -> Result<(bool, Vec<f64>)> {
         let model = Arc::clone(self.model());
-        let welded = self.stage().is_welded();
+        let welded = self.stage().is_sewn();
         Ok((welded, model.seams().gaps(&self.run.state()?.positions)))
     }
 
@@ -167,8 +169,9 @@ impl<S: Solver> Simulation<S> {
             return Ok(None);
         }
         let model = Arc::clone(self.model());
-        let is_welded = self.stage().is_welded();
+        let is_welded = self.stage().is_sewn();
         let broken = self.stage().broken().to_vec();
+        let welded = self.stage().welded(self.scene());
         let positions = &self.run.state()?.positions;
         let seams = model.seams();
         let holds = |stitch: usize| broken.binary_search(&(stitch as u32)).is_err();
@@ -178,6 +181,7 @@ impl<S: Solver> Simulation<S> {
             let seam = seams.ranges().iter().find(of);
             SeamReport {
                 is_welded,
+                welded,
                 seam: seam.map(|seam| seam.name.clone()).unwrap_or_default(),
                 gap,
                 place: positions.get(particle as usize).copied().unwrap_or_default(),

@@ -10,7 +10,7 @@ use cloth_scene::CompiledScene;
 
 use crate::{
     SceneAudit,
-    sewing::{Sewing, Stage, control_map},
+    sewing::{Gathered, Sewing, Stage, control_map},
 };
 
 /// How far the sides of a tear are moved apart, each \[m\]: less where something else is that near.
@@ -22,6 +22,10 @@ const TEAR_INTERVAL: f64 = 4e-3;
 /// Share of a substep below which a difference is rounding, and most substeps that are counted.
 const ROUNDING: f64 = 1e-6;
 const STEPS_MAX: f64 = 1e6;
+
+/// How often what is to be welded is brought together, each time without the stitches that something was caught between before.
+const GATHERINGS: usize = 16;
+const GATHERINGS_LATER: usize = 3;
 
 /// A solver of a scene. Where seams are welded, edges tear or a phase begins, another solver goes on from the state; whoever calls sees the particles
 /// of the scene's model throughout.
@@ -131,11 +135,7 @@ impl<S: Solver> StagedSolver<S> {
         self.download(&mut state)?;
         let mut next = stage.next(&self.scene, frame, &state)?;
         if stage.welds(&next) && self.scene.model.has_triangle_contact() {
-            let config = stage.config(&self.scene);
-            match self.sewing.gathered((&self.scene, &next), (config, &state))? {
-                Some(gathered) => state = gathered,
-                None => next = next.unwelded(&self.scene, &state)?,
-            }
+            (next, state) = self.welded(&stage, next, state)?;
         }
         if !stage.needs_solver(&self.scene, &next) {
             self.sewing.stage_set(next);
@@ -150,6 +150,28 @@ impl<S: Solver> StagedSolver<S> {
         }
         self.follow(next, state)?;
         Ok(true)
+    }
+
+    /// `next` at `state`, with what becomes one in it at one place. Stitches between which something is caught are left open; nothing is welded if these
+    /// are too many.
+    fn welded(&self, stage: &Stage, next: Stage, state: State) -> Result<(Stage, State)> {
+        let config = stage.config(&self.scene);
+        let mut part = next.clone();
+        // What was caught before mostly still is, and each gathering takes as long as some frames.
+        let gatherings = if stage.welded(&self.scene) > 0 { GATHERINGS_LATER } else { GATHERINGS };
+        for _ in 0..gatherings {
+            match self.sewing.gathered((&self.scene, &part), (config, &state))? {
+                Gathered::At(state) => return Ok((part, state)),
+                Gathered::Caught(particles) => {
+                    let (fewer, left) = part.without(&self.scene, &state, &particles)?;
+                    if left == 0 {
+                        break;
+                    }
+                    part = fewer;
+                }
+            }
+        }
+        Ok((next.unwelded(&self.scene, &state, stage)?, state))
     }
 
     /// Goes on with a solver of another stage from a state by the scene's particles.

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
 
 use cloth::{
-    Checkpoint, STITCH_LENGTH, SceneAudit, Simulation, State, backend_create,
+    Checkpoint, STITCH_LENGTH, SceneAudit, Simulation, State, Welding, backend_create,
     scene::{CompileOptions, CompiledScene, Scene},
 };
 use tempfile::TempDir;
@@ -160,7 +160,7 @@ fn a_weld_keeps_momentum_and_the_centre_of_mass_to_rounding() {
         held: weld.expand(&welded.held),
         ..state
     };
-    assert!(scene.model.seams().are_welded_in(&again));
+    assert!(scene.model.seams().open_in(&again).is_empty());
     assert_eq!(bits(&weld.contract(scene.model.masses(), &again)), bits(&welded));
 }
 
@@ -313,6 +313,44 @@ fn what_can_tear_is_sewn_too() {
         run(&text),
         run(&text.replace("pattern.from", "tear = { strain = 1.0 }\npattern.from"))
     );
+}
+
+/// One stitch that cannot be welded keeps none of the others from it, and a run knows which it was.
+#[test]
+fn stitches_are_welded_without_those_that_are_caught() {
+    let folder = TempDir::new().unwrap();
+    panels(&folder);
+    let scene = compile(&folder, &(CONTACT.to_owned() + &text("implicit", LINES, ""))).unwrap();
+    let sewn = scene.welds.sewn().unwrap();
+    let part = scene.welds.at(Welding { sews: true, open: &[2], torn: &[] }).unwrap().unwrap();
+    assert_eq!(part.model.particle_count(), sewn.model.particle_count() + 1);
+    assert_eq!(part.model.seams().stitches().len(), 1);
+    let mass = |weld: &cloth::Weld| weld.model.masses().iter().sum::<f64>();
+    assert!((mass(sewn) / mass(&part) - 1.0).abs() < 1e-12);
+    let [a, b] = scene.model.seams().stitches()[2].map(|i| part.map[i as usize]);
+    assert_eq!(part.model.seams().stitches(), [[a.min(b), a.max(b)]]);
+
+    // All panels lie together but for that stitch, which is 2 mm wide.
+    let mut state = scene.model.initial_state();
+    for (number, stitch) in (0..).zip(scene.model.seams().stitches()) {
+        let [a, b] = stitch.map(|i| i as usize);
+        state.positions[b] = state.positions[a];
+        if number == 2 {
+            state.positions[b][2] -= 2e-3;
+        }
+    }
+    assert_eq!(scene.model.seams().open_in(&state), [2]);
+    let backend = backend_create("cpu", None).unwrap();
+    let mut simulation = Simulation::start_from(scene, backend.as_ref(), &state).unwrap();
+    let report = simulation.seam_report().unwrap().unwrap();
+    assert!(!report.is_welded && (report.gap - 2e-3).abs() < 1e-9, "{report:?}");
+    assert_eq!(report.welded + 1, simulation.model().seams().stitches().len());
+    // It is pulled shut, and welded then.
+    for _ in 0..20 {
+        simulation.step().unwrap();
+    }
+    let report = simulation.seam_report().unwrap().unwrap();
+    assert!(report.is_welded && report.gap == 0.0, "{report:?}");
 }
 
 /// Six stitches, 2 cm from each other, bear a sixth of the weight each, those at the ends a little less or more.

@@ -55,7 +55,8 @@ fn elongation(scene: &CompiledScene, positions: &[[f64; 3]]) -> f64 {
 /// How many pieces the cloth is in.
 fn pieces(scene: &CompiledScene, positions: &[[f64; 3]]) -> usize {
     let open = scene.model.tears().open_in(positions);
-    let weld = scene.welds.at(cloth::Welding { sews: false, torn: &open }).unwrap().unwrap();
+    let weld =
+        scene.welds.at(cloth::Welding { torn: &open, ..Default::default() }).unwrap().unwrap();
     let mut classes = cloth::VertexClasses::new(weld.model.particle_count());
     for &[a, b, c] in weld.model.triangles() {
         classes.join(a, b);

@@ -181,17 +181,17 @@ fn seams_line(simulation: &mut Simulation) -> Result<Option<String>, Failure> {
     let seams = model.seams();
     let count = seams.stitches().len();
     Ok(simulation.seam_report()?.map(|report| {
-        let SeamReport { is_welded, seam, gap, place: [x, y, z], broken } = report;
-        let waits = !is_welded && seams.weld_time().is_some();
-        let mend = if waits {
-            "; they are welded below 1 mm: give more time or stiffness, or move the panels"
+        let SeamReport { is_welded, welded, seam, gap, place: [x, y, z], broken } = report;
+        let mend = if !is_welded && seams.weld_time().is_some() {
+            "; they are welded below 1 mm, where nothing is caught between: give more time or stiffness, or move the panels"
         } else {
             ""
         };
         let welded = match is_welded {
-            true => "welded",
-            false if seams.weld_time().is_none() => "held",
-            false => "not welded",
+            true => "welded".to_owned(),
+            false if seams.weld_time().is_none() => "held".to_owned(),
+            false if welded > 0 => format!("{welded} welded"),
+            false => "not welded".to_owned(),
         };
         let broken = if broken > 0 { format!(", {broken} of them broken") } else { String::new() };
         format!(

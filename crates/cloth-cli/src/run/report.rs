@@ -197,6 +197,7 @@ impl From<FabricAudit> for FabricColumns {
 #[derive(Serialize)]
 struct SeamColumns {
     seams_welded: bool,
+    stitches_welded: usize,
     seam_widest: f64,
     seam_place: [f64; 3],
     stitches_broken: usize,
@@ -204,9 +205,10 @@ struct SeamColumns {
 
 impl From<&SeamReport> for SeamColumns {
     fn from(report: &SeamReport) -> Self {
-        let &SeamReport { is_welded, seam: _, gap, place, broken } = report;
+        let &SeamReport { is_welded, welded, seam: _, gap, place, broken } = report;
         Self {
             seams_welded: is_welded,
+            stitches_welded: welded,
             seam_widest: gap,
             seam_place: place,
             stitches_broken: broken,

@@ -9,7 +9,7 @@ use cloth_core::{Model, ModelBuilder, ModelError, Weld, Welding};
 pub struct Welds {
     whole: Option<Arc<Weld>>,
     sewn: Option<Arc<Weld>>,
-    /// What other welds are made of, where cloth tears.
+    /// What other welds are made of.
     builder: Option<Arc<ModelBuilder>>,
 }
 
@@ -19,11 +19,11 @@ impl Welds {
     /// # Errors
     /// What cannot be welded.
     pub(super) fn new(builder: ModelBuilder, model: &Model) -> Result<Self, ModelError> {
-        let weld = |sews| builder.weld(Welding { sews, torn: &[] });
+        let weld = |sews| builder.weld(Welding { sews, ..Welding::default() });
         let whole = weld(false)?.map(Arc::new);
         let sews = model.seams().weld_time().is_some();
         let sewn = if sews { weld(true)?.map(Arc::new) } else { None };
-        let builder = whole.is_some().then(|| Arc::new(builder));
+        let builder = (whole.is_some() || sews).then(|| Arc::new(builder));
         Ok(Self { whole, sewn, builder })
     }
 
@@ -44,9 +44,12 @@ impl Welds {
     /// # Errors
     /// What [`ModelBuilder::weld`] reports.
     pub fn at(&self, welding: Welding<'_>) -> Result<Option<Arc<Weld>>, ModelError> {
-        let welding = Welding { sews: welding.sews && self.sewn.is_some(), ..welding };
+        let sews = welding.sews && self.sewn.is_some();
+        let welding = Welding { sews, open: if sews { welding.open } else { &[] }, ..welding };
         match &self.builder {
-            Some(builder) if !welding.torn.is_empty() => Ok(builder.weld(welding)?.map(Arc::new)),
+            Some(builder) if !(welding.torn.is_empty() && welding.open.is_empty()) => {
+                Ok(builder.weld(welding)?.map(Arc::new))
+            }
             _ if welding.sews => Ok(self.sewn.clone()),
             _ => Ok(self.whole.clone()),
         }

@@ -185,17 +185,23 @@ impl Seams {
         self.ranges.is_empty()
     }
 
-    /// Whether the particles of each stitch that is to be welded are one in `state`, to the last bit.
+    /// The stitches that are to be welded and whose particles are not one in `state`, to the last bit; ascending.
     #[must_use]
-    pub fn are_welded_in(&self, state: &State) -> bool {
-        let welded = self.ranges.iter().filter(|seam| seam.weld);
-        welded.flat_map(|seam| self.of(seam)).all(|stitch| {
-            let bits = |values: &[[f64; 3]], i: u32| {
-                values.get(i as usize).map(|value| value.map(f64::to_bits))
-            };
-            let [a, b] = stitch.map(|i| (bits(&state.positions, i), bits(&state.velocities, i)));
-            a == b
-        })
+    pub fn open_in(&self, state: &State) -> Vec<u32> {
+        let bits = |values: &[[f64; 3]], i: u32| {
+            values.get(i as usize).map(|value| value.map(f64::to_bits))
+        };
+        let is_open = |&stitch: &u32| {
+            let [a, b] = self.stitches[stitch as usize]
+                .map(|i| (bits(&state.positions, i), bits(&state.velocities, i)));
+            a != b
+        };
+        self.to_weld().filter(is_open).collect()
+    }
+
+    /// The stitches that are to be welded, ascending.
+    pub fn to_weld(&self) -> impl Iterator<Item = u32> + '_ {
+        self.ranges.iter().filter(|seam| seam.weld).flat_map(|seam| seam.stitches.clone())
     }
 
     /// When the last seam that is welded is closed \[s\], if any is.
@@ -208,7 +214,7 @@ impl Seams {
     /// The widest stitch of each seam \[m\] while particles are at `positions`; of one whose vertices keep a distance, what it is wider than that.
     #[must_use]
     pub fn gaps(&self, positions: &[[f64; 3]]) -> Vec<f64> {
-        let gap = |index: u32| self.gap(index as usize, positions);
+        let gap = |stitch: u32| self.gap(stitch, positions);
         self.ranges.iter().map(|seam| seam.stitches.clone().map(gap).fold(0.0, f64::max)).collect()
     }
 
@@ -220,17 +226,19 @@ impl Seams {
         counts: impl Fn(usize) -> bool,
     ) -> Option<(usize, f64)> {
         let all = (0..self.stitches.len()).filter(|&stitch| counts(stitch));
-        let all = all.map(|stitch| (stitch, self.gap(stitch, positions)));
+        let all = all.map(|stitch| (stitch, self.gap(stitch as u32, positions)));
         all.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    fn gap(&self, stitch: usize, positions: &[[f64; 3]]) -> f64 {
-        let [a, b] = self.stitches[stitch];
-        let (Some(a), Some(b)) = (positions.get(a as usize), positions.get(b as usize)) else {
-            return f64::INFINITY;
-        };
-        let width = glam::DVec3::from(*a).distance(glam::DVec3::from(*b));
-        let length = self.lengths[stitch];
+    /// How wide a stitch is while particles are at `positions`, or what it is wider than its vertices are to be apart \[m\]; infinite where there is
+    /// no such stitch or particle.
+    #[must_use]
+    pub fn gap(&self, stitch: u32, positions: &[[f64; 3]]) -> f64 {
+        let place = |i: u32| positions.get(i as usize).copied().map(glam::DVec3::from);
+        let ends = self.stitches.get(stitch as usize).map(|ends| ends.map(place));
+        let Some([Some(a), Some(b)]) = ends else { return f64::INFINITY };
+        let width = a.distance(b);
+        let length = self.lengths[stitch as usize];
         if length > STITCH_LENGTH { (width - length).max(0.0) } else { width }
     }
 }

@@ -28,6 +28,8 @@ pub struct Weld {
 pub struct Welding<'a> {
     /// Whether the seams are welded that are to be.
     pub sews: bool,
+    /// Their stitches that are not, by their numbers among those of the model, ascending.
+    pub open: &'a [u32],
     /// Edges of the model's [`Tears`] that are torn, ascending.
     pub torn: &'a [u32],
 }
@@ -38,9 +40,30 @@ impl ModelBuilder {
     /// # Errors
     /// [`SeamError`] for what cannot be welded, and whatever [`Self::build`] finds in the welded cloths.
     pub fn weld(&self, welding: Welding<'_>) -> Result<Option<Weld>, ModelError> {
-        let sewn: Vec<&Seam> = self.seams.iter().filter(|seam| seam.weld && welding.sews).collect();
-        if sewn.is_empty() && self.tears.is_empty() {
+        let is_sewn = |seam: &Seam| seam.weld && welding.sews;
+        if !self.seams.iter().any(is_sewn) && self.tears.is_empty() {
             return Ok(None);
+        }
+        let mut first_stitch = 0;
+        // What is welded of each seam, and what is left of it.
+        let mut sewn = Vec::new();
+        let mut left = Vec::new();
+        for seam in &self.seams {
+            let numbers = first_stitch..first_stitch + seam.stitches.len() as u32;
+            first_stitch = numbers.end;
+            if !is_sewn(seam) {
+                left.push(seam.clone());
+                continue;
+            }
+            let both = numbers.zip(seam.stitches.iter().copied());
+            let (open, closed): (Vec<_>, Vec<_>) =
+                both.partition(|(number, _)| welding.open.binary_search(number).is_ok());
+            let of = |stitches: Vec<(u32, [u32; 2])>| {
+                let stitches = stitches.into_iter().map(|(_, stitch)| stitch).collect();
+                Seam { stitches, ..seam.clone() }
+            };
+            sewn.push(of(closed));
+            left.push(of(open));
         }
         let mut builder = self.clone();
         builder.cloths.clear();
@@ -71,7 +94,7 @@ impl ModelBuilder {
             maps.push((cloth.name.clone(), of_cloth, count));
             builder = builder.cloth(welded);
         }
-        for seam in self.seams.iter().filter(|seam| !(seam.weld && welding.sews)) {
+        for seam in &left {
             let find = |name: &String| maps.iter().find(|(cloth, ..)| cloth == name);
             let [Some((_, first, _)), Some((_, second, _))] = seam.cloths.each_ref().map(find)
             else {
@@ -100,7 +123,7 @@ impl ModelBuilder {
 /// A cloth with its seams welded and its corners joined but where they are torn, and what its vertices become.
 fn cloth_weld(
     cloth: &Cloth,
-    seams: &[&Seam],
+    seams: &[Seam],
     tear: Option<(&Tear, &[u32])>,
 ) -> Result<(Cloth, Vec<u32>), ModelError> {
     let count = cloth.geometry.particle_count() as u32;

@@ -36,7 +36,7 @@ fn builder() -> ModelBuilder {
 }
 
 fn weld(torn: &[u32]) -> Weld {
-    builder().weld(Welding { sews: false, torn }).unwrap().unwrap()
+    builder().weld(Welding { torn, ..Welding::default() }).unwrap().unwrap()
 }
 
 /// The edge between two vertices of the mesh before.
