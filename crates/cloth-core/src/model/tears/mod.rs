@@ -168,7 +168,7 @@ impl Model {
 
     /// The edges that tear at the positions of a state, ascending, where `torn` are torn already: at which a thread of warp or weft that crosses the edge
     /// is longer than it bears, in either of the two triangles. What is held does not tear: two particles cannot be held at one place. Of all of
-    /// these, those tear that a [crack](Cracks) reaches.
+    /// these, those tear that a crack reaches, and those that bear twice what they can (NUMERICS §16).
     #[must_use]
     pub fn edges_that_tear(&self, state: &State, torn: &[u32]) -> Vec<u32> {
         let (tears, positions, count) = (&self.tears, &state.positions, self.particle_count());
