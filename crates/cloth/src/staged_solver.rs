@@ -184,19 +184,37 @@ impl<S: Solver> StagedSolver<S> {
         self.hand_over(&self.kept.clone())
     }
 
-    /// Tears what bears no more.
-    fn tear(&mut self) -> Result<()> {
+    /// Tears what bears no more. Returns what was before, if something did.
+    fn tear(&mut self) -> Result<Option<(Stage, State)>> {
         let mut state = State::default();
         self.download(&mut state)?;
         let edges = self.scene.model.edges_that_tear(&state, self.stage().torn());
         if edges.is_empty() {
-            return Ok(());
+            return Ok(None);
         }
         let stage = self.stage().clone();
-        match self.torn(&stage, &state, &edges)? {
-            Some((next, parted)) => self.follow(next, parted),
-            None => Ok(()),
+        let Some((next, parted)) = self.torn(&stage, &state, &edges)? else { return Ok(None) };
+        self.follow(next, parted)?;
+        Ok(Some((stage, state)))
+    }
+
+    /// Advances by a part of a frame, after what bears no more is torn. Where a body then pinches what has just been torn, it holds on until the next part.
+    fn part(&mut self, control: &Control, part: Frame) -> Result<()> {
+        let before = self.tear()?;
+        self.hand_over(control)?;
+        let moved = self.solver.advance(part);
+        let Some((stage, state)) = before else { return moved };
+        match moved.and_then(|()| self.solver.synchronize()) {
+            Err(Error::Pinched { .. } | Error::PinchedByBody { .. }) => {}
+            outcome => return outcome.map(|_| ()),
         }
+        let (model, config) = stage.model_and_config(&self.scene);
+        self.solver = self.sewing.solver(model, &config)?;
+        self.sewing.stage_set(stage);
+        self.upload(&state)?;
+        self.hand_over(&self.kept.clone())?;
+        self.hand_over(control)?;
+        self.solver.advance(part)
     }
 
     /// Tells the solver what holds.
@@ -351,9 +369,8 @@ impl<S: Solver> Solver for StagedSolver<S> {
                 let report = self.synchronize()?;
                 self.earlier = (report.substeps, report.wall_time);
             }
-            self.tear()?;
-            self.hand_over(&control.part(&start, share, is_first))?;
-            self.solver.advance(Frame { duration: (share - done) * frame.duration })?;
+            let control = control.part(&start, share, is_first);
+            self.part(&control, Frame { duration: (share - done) * frame.duration })?;
             done = share;
         }
         self.anchor_offset = self.kept.anchor_offset.unwrap_or_default();

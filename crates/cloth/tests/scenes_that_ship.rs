@@ -109,7 +109,7 @@ fn a_flag_tears_at_its_seams() {
 /// A ball breaks the threads of a sheet and is through, and the flaps around the hole are in no one's way.
 #[test]
 fn a_ball_goes_through_a_sheet() {
-    let simulation = run("ball-through-sheet.toml", 30);
+    let simulation = run("ball-through-sheet.toml", 16);
     let edges = simulation.model().tears().edges().len();
     let torn = simulation.torn_edges();
     assert!((20..edges / 4).contains(&torn), "{torn} of {edges}");
