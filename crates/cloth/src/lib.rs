@@ -56,11 +56,9 @@ mod rigid_exchange;
 #[cfg(feature = "scene")]
 mod scene_audit;
 #[cfg(feature = "scene")]
-mod sewing;
-#[cfg(feature = "scene")]
 mod simulation;
 #[cfg(feature = "scene")]
-mod staged_solver;
+mod staged;
 
 /// How the engine is built.
 pub mod architecture {
@@ -115,4 +113,4 @@ pub use scene_audit::SceneAudit;
 #[cfg(feature = "scene")]
 pub use simulation::{SeamReport, Simulation};
 #[cfg(feature = "scene")]
-pub use staged_solver::StagedSolver;
+pub use staged::StagedSolver;

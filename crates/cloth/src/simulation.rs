@@ -11,7 +11,7 @@ use cloth_io::ContactFrame;
 use cloth_rigid::RigidWorld;
 use cloth_scene::CompiledScene;
 
-use crate::{Checkpoint, ModelSimulation, RigidExchange, SceneAudit, StagedSolver, sewing::Stage};
+use crate::{Checkpoint, ModelSimulation, RigidExchange, SceneAudit, StagedSolver, staged::Stage};
 
 /// How far sewing is.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,5 +1,8 @@
 //! A solver of a scene: of whatever is simulated at a time, by the particles that the scene has.
 
+mod sewing;
+mod stage;
+
 use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
 use cloth_core::{
@@ -8,10 +11,11 @@ use cloth_core::{
 };
 use cloth_scene::CompiledScene;
 
-use crate::{
-    SceneAudit,
-    sewing::{Gathered, Sewing, Stage, control_map},
-};
+use crate::SceneAudit;
+
+pub(crate) use stage::Stage;
+
+use sewing::{Gathered, Sewing, control_map};
 
 /// How far the sides of a tear are moved apart, each \[m\]: less where something else is that near.
 const TEAR_GAPS: [f64; 2] = [1e-4, 2e-5];
