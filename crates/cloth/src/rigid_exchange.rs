@@ -13,6 +13,15 @@ use cloth_scene::CompiledScene;
 /// spring, and a force that comes late feeds its swing: this is a small part of its period.
 const EXCHANGE_INTERVAL: f64 = 2e-3;
 
+/// Where the particles are that a control moves \[m\], for a frame that is done in parts.
+pub(crate) fn moved_from(
+    solver: &mut dyn Solver,
+    control: &Control,
+) -> Result<BTreeMap<u32, [f64; 3]>> {
+    let moves = control.pins.iter().filter(|pin| matches!(pin.action, PinAction::MoveTo(_)));
+    moves.map(|pin| Ok((pin.particle, solver.particle_position(pin.particle)?))).collect()
+}
+
 /// The rigid bodies of a scene, which are the last of its colliders, and what the cloth does to them.
 pub struct RigidExchange {
     world: RigidWorld,
@@ -77,12 +86,7 @@ impl RigidExchange {
         control: &Control,
         frame: Frame,
     ) -> Result<StepReport> {
-        let mut positions = BTreeMap::new();
-        for pin in &control.pins {
-            if let PinAction::MoveTo(_) = pin.action {
-                positions.insert(pin.particle, solver.particle_position(pin.particle)?);
-            }
-        }
+        let positions = moved_from(solver, control)?;
         let poses = solver.colliders().to_vec();
         let start = ControlStart {
             positions: &positions,

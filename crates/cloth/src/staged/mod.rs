@@ -3,15 +3,15 @@
 mod sewing;
 mod stage;
 
-use std::{collections::BTreeMap, sync::Arc, time::Duration};
+use std::{sync::Arc, time::Duration};
 
 use cloth_core::{
-    Backend, ColliderImpulse, Control, ControlStart, Error, Frame, Model, PinAction, Pose, Result,
-    Solver, State, StepReport, contact::Contacts,
+    Backend, ColliderImpulse, Control, ControlStart, Error, Frame, Model, Pose, Result, Solver,
+    State, StepReport, contact::Contacts,
 };
 use cloth_scene::CompiledScene;
 
-use crate::SceneAudit;
+use crate::{SceneAudit, rigid_exchange::moved_from};
 
 pub(crate) use stage::Stage;
 
@@ -355,10 +355,7 @@ impl<S: Solver> Solver for StagedSolver<S> {
             return self.solver.advance(frame);
         }
         let control = std::mem::take(&mut self.control);
-        let mut positions = BTreeMap::new();
-        for pin in control.pins.iter().filter(|pin| matches!(pin.action, PinAction::MoveTo(_))) {
-            positions.insert(pin.particle, self.particle_position(pin.particle)?);
-        }
+        let positions = moved_from(&mut *self, &control)?;
         let colliders = self.colliders().to_vec();
         let start = ControlStart {
             positions: &positions,
