@@ -109,6 +109,9 @@ fn audited(
             row.pairs_max = row.pairs_max.max(found.pairs());
             if let Some(pair) = found.first.filter(|_| row.first.is_empty()) {
                 row.first = format!("frame {frame}: {}", audit.describe(&pair));
+                if response == POINTS && !is_full() {
+                    break; // It has been seen to let triangles pass.
+                }
             }
         }
         Ok(())

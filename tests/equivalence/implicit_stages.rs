@@ -94,7 +94,7 @@ fn stages_of_constraints_with_many_contacts() {
         case.pieces.truncate(1);
         case
     });
-    for_all(6 * CASES, &cases, |candidate, case| {
+    for_all(CASES, &cases, |candidate, case| {
         checks::collider_constraints(candidate, case)?;
         checks::constraint_release(candidate, case)?;
         checks::constraint_impulses(candidate, case)
@@ -212,7 +212,9 @@ fn preconditioner_apply_of_many_groups() {
     for collider in [false, true] {
         for candidate in candidates_with(Feature::Schwarz) {
             let exact = candidate.label.starts_with("cuda");
-            if !(exact || candidate.label.starts_with("wgpu")) {
+            // Where a processor stands for a GPU, that with a collider is enough.
+            let is_asked = collider || candidate.case_divisor == 1;
+            if !(exact || candidate.label.starts_with("wgpu") && is_asked) {
                 continue;
             }
             let patch = PatchFrames {

@@ -235,7 +235,7 @@ pub fn gpu_candidate(label: &str, backend: Box<dyn Backend>) -> Candidate {
     static TURN: Mutex<()> = Mutex::new(());
     Candidate {
         rounding: WGSL_ROUNDING,
-        case_divisor: if gpu().is_processor() { 3 } else { 1 },
+        case_divisor: if gpu().is_processor() { 8 } else { 1 },
         missing: &[
             Feature::Direct,
             Feature::IncompleteCholesky,

@@ -3,7 +3,7 @@
 use cloth_core::{ContactResponse, ImplicitSettings, Integrator, ModelBuilder, SelfContact};
 
 use crate::{
-    pairs::ten_layers,
+    pairs::seven_layers,
     rig::{contact, integrators, others, processor, run, sheet},
 };
 
@@ -50,16 +50,16 @@ fn layers_fall_and_do_not_pass() {
     }
 }
 
-/// Ten layers that fall on a floor, in more groups than a workgroup has threads. Linearised implicit steps of these are looked at one by
+/// Seven layers that fall on a floor, in more groups than a workgroup has threads. Linearised implicit steps of these are looked at one by
 /// one where lists of pairs are.
 #[test]
-fn ten_layers_on_a_floor_do_not_pass() {
-    let model = ten_layers().build().expect("it is valid");
+fn seven_layers_on_a_floor_do_not_pass() {
+    let model = seven_layers().build().expect("it is valid");
     for candidate in others() {
         let _turn = candidate.turn();
-        let [newton, explicit, _, semi_implicit] = integrators(&model);
-        for way in [newton, explicit, semi_implicit] {
-            let (_, found) = run(candidate, ten_layers(), way.clone(), 4);
+        let [newton, explicit, _, _] = integrators(&model);
+        for way in [newton, explicit] {
+            let (_, found) = run(candidate, seven_layers(), way.clone(), 3);
             let what = format!("{} {:?}", candidate.label, way.0);
             println!("{what}: {} shortened", found.truncated);
             assert_eq!((found.intersecting, found.exempt), (0, 0), "{what}");

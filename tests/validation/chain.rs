@@ -115,6 +115,9 @@ fn a_chain_between_two_points_hangs_in_the_catenary() {
     let model = catenary(5000.0, 8.0);
     let sag = |state: &State| -state.positions[CATENARY_LINKS / 2][2];
     for candidate in candidates_with(Feature::Implicit) {
+        if candidate.case_divisor > 1 {
+            continue; // It would take long to come to rest; frames of it are compared elsewhere.
+        }
         let explicit = (Integrator::Explicit, 0.8 * model.stable_time_step(), 1000);
         let large_steps = (implicit(candidate, 1e-6), 0.01, 10);
         for (integrator, time_step, substeps) in [explicit, large_steps] {

@@ -40,7 +40,7 @@ fn a_particle_below_the_angle_of_friction_does_not_creep() {
             let (model, start) = incline(share * friction.atan(), friction);
             for candidate in candidates_with(Feature::Implicit) {
                 let mut solver = solver_of(candidate, &model, TIME_STEP, implicit(candidate, 1e-9));
-                let steps = candidate.work(600);
+                let steps = candidate.work(200);
                 let end = advance(&mut *solver, steps, TIME_STEP);
                 let way = DVec3::from(end.positions[0]).distance(start);
                 // Rounding of the position in each step.
@@ -89,7 +89,7 @@ fn a_falling_cloth_comes_to_rest_on_a_plane_and_on_a_ball() {
     for on_ball in [false, true] {
         let mut fabric = material(1e-3, 50.0, THICKNESS);
         fabric.stretch.damping = 0.01;
-        let patch = GridPatch::horizontal(17, 0.025, 0.4);
+        let patch = GridPatch::horizontal(9, 0.05, 0.4);
         let mut builder = ModelBuilder::new()
             .cloth(grid_cloth("patch", patch, fabric))
             .collider(ground.clone())

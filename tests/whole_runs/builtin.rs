@@ -9,7 +9,7 @@ use harness::{
     scenes,
 };
 
-use crate::resume::SLOW;
+use crate::resume::{FRAMES_PER_SECOND, SLOW};
 
 /// How far the two may be apart \[m\] after a frame.
 const DISTANCE_MAX: f64 = 1e-6;
@@ -25,7 +25,8 @@ fn a_frame_of_every_scene() {
     for builtin in builtin_scenes() {
         let side = if SLOW.contains(&builtin.name) { SIDE_OF_TRIANGLES } else { SIDE };
         let [found, expected] = [&*reference().backend, &cpu].map(|backend| {
-            let scene = scenes::small(builtin.name, side).unwrap();
+            let mut scene = scenes::small(builtin.name, side).unwrap();
+            scene.simulation.frames_per_second = FRAMES_PER_SECOND;
             let mut compiled = scene.compile(&CompileOptions::default()).unwrap();
             compiled.config.precision = Precision::F64;
             // By default systems are solved to a share where triangles touch, and both differ by what is left.

@@ -17,6 +17,9 @@ const SIDE_OF_SLOW: u32 = 10;
 pub(crate) const SLOW: [&str; 8] =
     ["tablecloth", "napkins", "stack", "table", "layers", "drape", "flag", "curtain"];
 
+/// Frames \[1/s\] where all scenes run: a short one has all stages of a long one in fewer substeps.
+pub(crate) const FRAMES_PER_SECOND: f64 = 240.0;
+
 fn compiled(mut scene: Scene, solver: SceneSolver) -> CompiledScene {
     scene.simulation.solver = Some(solver);
     scene.compile(&CompileOptions::default()).unwrap()
@@ -87,7 +90,9 @@ fn every_scene_resumes_with_the_same_bits() {
             }
             let plain = if has_bodies || is_like_others { &vec![] } else { &plain };
             for (candidates, side) in [(&others, side), (plain, SIDE_OF_SLOW)] {
-                let scene = compiled(scenes::small(entry.name, side).unwrap(), solver);
+                let mut scene = scenes::small(entry.name, side).unwrap();
+                scene.simulation.frames_per_second = FRAMES_PER_SECOND;
+                let scene = compiled(scene, solver);
                 for candidate in candidates {
                     let what = format!("{} {} {}", entry.name, solver.name(), candidate.label);
                     stops_at_every_frame(candidate, &scene, 2, &what);

@@ -116,9 +116,15 @@ fn its_commands_do_what_it_says() {
             // All of them take minutes in a program that is built for tests.
             arguments.extend(["--scene", "quad"]);
         }
-        if ["--solver", "--adaptive", "--backend"].iter().any(|word| arguments.contains(word)) {
+        if ["--solver", "--adaptive", "--backend", "--feedback"]
+            .iter()
+            .any(|word| arguments.contains(word))
+        {
             // The same scene once more in another way: its beginning is enough, above all where a processor stands for a GPU.
             arguments.extend(["--frames", "4"]);
+        }
+        if arguments[0] == "render" {
+            arguments.extend(["--frame-stride", "6"]);
         }
         let asked = arguments.iter().position(|&word| word == "--backend");
         let backend = asked.map(|place| arguments[place + 1]);

@@ -11,7 +11,7 @@ use cloth::{
 /// Simulated time \[s\]; the longer ones are run by hand with `CLOTH_DRAPE_SECONDS=10`.
 fn seconds() -> f64 {
     let given = std::env::var("CLOTH_DRAPE_SECONDS").ok();
-    given.and_then(|text| text.parse().ok()).unwrap_or(0.3)
+    given.and_then(|text| text.parse().ok()).unwrap_or(0.2)
 }
 
 const PRESETS: [&str; 5] = ["jersey", "rib-knit", "ponte-roma", "jet-set", "denim"];
