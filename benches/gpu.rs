@@ -235,11 +235,7 @@ fn stage_bytes(stage: &str, report: &StepReport) -> Option<f64> {
         "explicit_substep" => Some(STATE_BYTES * f64::from(report.substeps)),
         // Where a list is built.
         "contact_candidates" => Some(state_read * f64::from(report.contact_rebuilds)),
-        // The factors of 12 springs and the right-hand side are written.
-        "implicit_system" => Some(state_read + 12.0 * 16.0 + 16.0),
         "conjugate_gradient" => Some(ITERATION_BYTES * f64::from(ITERATIONS)),
-        // The solution is read.
-        "implicit_motion" => Some(STATE_BYTES + 16.0),
         "measure" => Some(state_read),
         _ => None,
     }

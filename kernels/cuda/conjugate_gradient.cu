@@ -1,13 +1,8 @@
-// NUMERICS section 5, `conjugate_gradient` and `jacobi`: a whole solve in one cooperative launch, in one of two forms. In general,
-// particles are handed out to blocks in steps, with two meetings of all blocks in each iteration, and with `schwarz` those of that preconditioner. With `teams`, for models that
-// do not fill the device with a thread for each particle, several threads work out a row together. With `resident`, for models of
-// which a multiprocessor has a few hundred particles, all that a particle needs stays in registers from one iteration to the
-// next, and blocks do not meet at all (`shared/resident.cuh`).
+// NUMERICS section 5, `conjugate_gradient` and `jacobi`: a whole solve in one cooperative launch.
+// Particles are handed out to blocks in steps, with two meetings of all blocks in each iteration, and with `schwarz` those of that preconditioner. With `teams`, for models that
+// do not fill the device with a thread for each particle, several threads work out a row together.
 
-#if defined(CLOTH_RESIDENT)
-#define THREADS RESIDENT_THREADS
-#define SOLVER_BLOCKS 1
-#elif defined(CLOTH_F64) || defined(CLOTH_TEAMS) || defined(CLOTH_SCHWARZ)
+#if defined(CLOTH_F64) || defined(CLOTH_TEAMS) || defined(CLOTH_SCHWARZ)
 #define THREADS 512
 #define SOLVER_BLOCKS 1
 #else
@@ -25,93 +20,6 @@ typedef SumMemory<THREADS> Sums;
 #endif
 typedef Passes<Sums> Pass;
 
-#ifdef CLOTH_RESIDENT
-extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_gradient(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution, uint) {
-    extern __shared__ real4 window[];
-    __shared__ Sums memory;
-    Solve solve = Pass::begin(s, l, memory, from_solution);
-    if (!solve.iterates) return;
-    Resident<THREADS> own(s, l, window);
-    Recurrence recurrence = {0, 0};
-    vec3 y = own.load(l.vectors[SOLUTION]), r = own.load(l.vectors[RESIDUAL]), c = own.load(l.vectors[PRECONDITIONED]);
-    vec3 p = {0, 0, 0}, q = {0, 0, 0};
-    double sums[3] = {solve.gamma, solve.residual * solve.residual, 0};
-    double residual = solve.residual;
-    for (uint iteration = 0;; iteration++) {
-        // The image of c is worked out before it is known whether it is needed, so that blocks meet once.
-        bool is_last = iteration == iterations_max;
-        uint stamp = l.stamp + iteration + 1;
-        vec3 image = {0, 0, 0};
-        if (!is_last) own.publish(l, stamp, c);
-        if (iteration > 0) {
-            memory.put(0, 0, dot(r, c));
-            memory.put(0, 1, dot(r, r));
-            __syncthreads();
-            own.sums_publish(l, memory, 0, 0, 2, stamp);
-        }
-        if (!is_last) {
-            own.collect(s, l, stamp);
-            __syncthreads();
-            image = own.filtered(l, own.row(l, c));
-            memory.put(1, 0, dot(c, image));
-            __syncthreads();
-            own.sums_publish(l, memory, 1, 2, 1, stamp);
-        }
-        own.sums_collect(l, memory, iteration > 0 ? 0 : 2, is_last ? 2 : 3, stamp, sums);
-        if (iteration > 0) residual = sqrt(sums[1]);
-        double gamma = sums[0], beta;
-        End end(solve, tolerance, residual, gamma, is_last);
-        if (end.is_reached || !recurrence.advance(gamma, sums[2], beta)) {
-            own.store(l.vectors[SOLUTION], y);
-            finish(l, iteration, residual / solve.reference, end.converged, end.is_reached ? end.breakdown : iteration == 0, !end.is_reached);
-            return;
-        }
-        real a = (real)recurrence.alpha, b = (real)beta;
-        p = b != 0 ? c + b * p : c;
-        q = b != 0 ? image + b * q : image;
-        y = a * p + y;
-        r = (-a) * q + r;
-        c = own.filtered(l, own.preconditioned(l, r));
-    }
-}
-
-extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) jacobi(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
-    extern __shared__ real4 window[];
-    __shared__ Sums memory;
-    Solve solve = Pass::begin(s, l, memory, from_solution);
-    if (!solve.iterates) return;
-    Resident<THREADS> own(s, l, window);
-    Damping damping = {1, 0};
-    vec3 y = own.load(l.vectors[SOLUTION]), c = own.load(l.vectors[PRECONDITIONED]);
-    vec3 right_side = own.load(l.vectors[RIGHT_SIDE]);
-    double sums[3] = {solve.gamma, 0, 0};
-    double residual = solve.residual;
-    for (uint iteration = 0;; iteration++) {
-        double norm = sums[0];
-        End end(solve, tolerance, residual, norm, iteration == iterations_max);
-        if (!end.is_reached) {
-            uint stamp = l.stamp + iteration + 1;
-            y = (real)damping.omega * c + y;
-            own.publish(l, stamp, y);
-            own.collect(s, l, stamp);
-            __syncthreads();
-            vec3 r = own.filtered(l, right_side - own.row(l, y));
-            c = own.filtered(l, own.preconditioned(l, r));
-            memory.put(0, 0, dot(r, c));
-            memory.put(0, 1, dot(r, r));
-            __syncthreads();
-            own.sums_publish(l, memory, 0, 0, 2, stamp);
-            own.sums_collect(l, memory, 0, 2, stamp, sums);
-            residual = sqrt(sums[1]);
-        }
-        if (end.is_reached || !damping.advance(norm, sums[0])) {
-            own.store(l.vectors[SOLUTION], y);
-            finish(l, iteration, residual / solve.reference, end.converged, end.breakdown);
-            return;
-        }
-    }
-}
-#else
 // From one iteration to the next, y is kept in the last numbers of p, q and r, which would be read and written for nothing. Puts it
 // where it belongs.
 __device__ __forceinline__ void solution_unpack(const Solver& s, const Linear& l) {
@@ -217,5 +125,4 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) jacobi(cons
         }
     }
 }
-#endif
 #endif

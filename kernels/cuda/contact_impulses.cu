@@ -25,10 +25,9 @@ extern "C" __global__ void contact_impulses(const __grid_constant__ Solver s, re
 }
 
 // Sets the count of contacts back, and those of the meetings of a frame; if wanted, that of the pairs that are looked at, and of builds.
-extern "C" __global__ void counts_clear(const __grid_constant__ Solver s, uint with_candidates, uint with_rebuilds) {
+extern "C" __global__ void counts_clear(const __grid_constant__ Solver s, uint with_rebuilds) {
     if (blockIdx.x + threadIdx.x > 0) return;
     s.status->contacts = 0;
-    if (with_candidates) s.status->candidates = 0;
     if (with_rebuilds) s.status->rebuilds = 0;
     s.status->meetings[0] = s.status->meetings[1] = 0;
     for (uint k = 0; k < 3; k++) s.status->searched[k] = s.status->taken[k] = 0;

@@ -4,10 +4,8 @@
 // All blocks are resident; each owns a run of particles, or of tiles of a regular patch, which it holds in shared
 // memory with their surroundings. Without contact a block waits for those whose particles it reads, and for no
 // others; with contact all wait for all, as anything may touch anything, and so that they can build the list of groups
-// together when some group has left its region. In a tile with contact a warp has the particles of a group. Where nothing but
-// fields, springs and colliders acts, patches of few and of many tiles and large meshes have kernels of their own:
-// `explicit_substep_patch.cu`, `explicit_substep_tiles.cu`, `explicit_substep_mesh.cu`; patches also with contact:
-// `explicit_substep_contact.cu`, `explicit_substep_flat.cu`.
+// together when some group has left its region. In a tile with contact a warp has the particles of a group. A patch of many
+// tiles with contact has a kernel of its own, `explicit_substep_flat.cu`.
 
 #ifdef CLOTH_PENALTY
 #define PENALTY true
@@ -41,8 +39,6 @@
 #if defined(CLOTH_PENALTY) && defined(CLOTH_MANY_REGISTERS)
 #define KEEPS_GROUP
 #endif
-
-extern __shared__ __align__(16) unsigned char frame_memory[];
 
 // Puts the springs of shared rows into shared memory, where all threads of a warp read the same one. In a tile an
 // offset a + b columns is a + b strides.

@@ -39,8 +39,6 @@
 #define BLOCKS_PER_SM 2
 #endif
 
-extern __shared__ __align__(16) unsigned char frame_memory[];
-
 // What the parts of one substep have in common.
 struct Part {
     const SubstepData& substep;

@@ -37,8 +37,7 @@ modules! {
     "collider_constraints" [],
     "collider_impulses" [],
     "collider_response" [],
-    "conjugate_gradient" ["teams", "resident", "schwarz"],
-    "conjugate_gradient_patch" in "patch" [],
+    "conjugate_gradient" ["teams", "schwarz"],
     "constraint_filter" [],
     "constraint_impulses" [],
     "constraint_project" [],
@@ -52,12 +51,8 @@ modules! {
     "contact_pairs" [],
     "control_forces" [],
     "explicit_substep" ["penalty", "extras", "table", "grid", "many_registers", "stencil", "packed"],
-    "explicit_substep_contact" in "patch" [],
     "explicit_substep_flat" in "patch" [],
-    "explicit_substep_mesh" [],
-    "explicit_substep_patch" in "patch" [],
     "explicit_substep_stages" ["penalty", "impulses", "limits", "fabric", "extras", "packed", "many_registers"],
-    "explicit_substep_tiles" in "patch" [],
     "field_forces" [],
     "implicit_assemble" [],
     "implicit_motion" [],
@@ -94,11 +89,8 @@ macro_rules! shared {
 shared! {
     "shared": "ptx" "real" "solver" "spring" "field" "procedural" "fabric" "bending" "air" "collider" "contact" "group" "list" "limit" "sync" "meeting" "build"
     "substep" "frame",
-    "patch": "stencil" "packet" "tile" "flat" "pairs" "strip" "tile_list" "around" "area" "area_expected" "sketch" "area_view" "area_search"
-    "far_search" "area_sum" "area_sum_few" "area_sum_many",
-    "shared": "certificate" "triangles" "team" "contact_rows" "linear" "fabric_matrix" "sum" "schwarz" "solve" "resident",
-    "patch": "neighbours24",
-    "shared": "constraint",
+    "patch": "stencil" "tile" "flat" "pairs" "strip" "tile_list" "around",
+    "shared": "certificate" "triangles" "team" "contact_rows" "linear" "fabric_matrix" "sum" "schwarz" "solve" "constraint",
 }
 
 /// Options of every module.
@@ -165,8 +157,7 @@ impl CudaModule {
         Ok(text)
     }
 
-    /// Every set of options that backends use: `fast` and the `resident` form of the linear solver are for single precision;
-    /// the tiles of `grid` read their springs from the table, or, in single precision, have those of `stencil`; springs that
+    /// Every set of options that backends use: `fast` is for single precision; the tiles of `grid` read their springs from the table, or, in single precision, have those of `stencil`; springs that
     /// are not in the table may be `packed`; kernels with `fabric` are in one form for all sizes, have all `extras` and springs of any kind, so that few
     /// of them are built.
     #[must_use]
@@ -178,9 +169,8 @@ impl CudaModule {
         };
         let is_used = |set: &Vec<&str>| {
             let has = |option| set.contains(&option);
-            let single = has("fast") || has("resident") || has("stencil");
+            let single = has("fast") || has("stencil");
             !(has("f64") && single
-                || has("resident") && (has("teams") || has("schwarz"))
                 || has("schwarz") && has("teams")
                 || has("grid") && !has("table")
                 || has("stencil") && !has("grid")
@@ -263,7 +253,7 @@ mod tests {
         let stages = CudaModule::find("explicit_substep_stages").unwrap();
         assert_eq!(stages.option_sets().len(), 3 * (4 * 2 * 2 * 2 + 6));
         let solver = CudaModule::find("conjugate_gradient").unwrap();
-        assert_eq!(solver.option_sets().len(), 3 * 3 + 2);
+        assert_eq!(solver.option_sets().len(), 3 * 3);
     }
 
     /// Two options that are wrong together are found by few sets.

@@ -52,7 +52,7 @@ modules! {
     "constraint_impulses" [],
     "constraint_project" ["colliders"],
     "constraint_release" [],
-    "contact_candidates_boxes" ["crews"],
+    "contact_candidates_boxes" [],
     "contact_candidates_groups" [],
     "contact_candidates_list" ["exclusions"],
     "contact_candidates_regions" [],
@@ -74,12 +74,9 @@ modules! {
     "control_forces_restore" [],
     "explicit_substep" ["air", "buckling", "fabric", "grids", "feedback", "penalty"],
     "explicit_substep_fabric" [],
-    "explicit_substep_crews" ["air", "buckling", "grids", "feedback"],
     "field_forces" [],
     "implicit_assemble" ["air", "buckling", "colliders", "fabric", "penalty", "triangles"],
     "implicit_assemble_fabric" [],
-    "implicit_motion" [],
-    "implicit_system" ["air", "buckling"],
     "integrate_explicit" [],
     "jacobi" [],
     "linear_begin" [],
@@ -133,14 +130,13 @@ shared! {
     "air" "air_add" "air_add_none" "air_jacobian" "air_jacobian_none" "arctangent" "assemble"
     "bending_store" "call" "cells" "certificate" "collider" "colour"
     "constraint" "constraint_change" "constraint_none" "contact_counts" "contact_exclusions"
-    "contact_exclusions_none" "contact_force" "contact_force_crews" "contact_kept" "contact_next"
+    "contact_exclusions_none" "contact_force" "contact_kept" "contact_next"
     "contact_pair" "contact_partners" "contact_penalty" "contact_row" "contact_row_none" "contact_search"
-    "contact_search_crews" "contact_spill" "contact_table" "contact_turn" "contact_turn_crews" "contact_wanted"
-    "control_forces" "crews" "curvature" "distance_grid" "distance_grid_none" "element_own" "element_own_none" "element_pull" "element_pull_none" "element_row"
+    "contact_spill" "contact_table" "contact_turn" "contact_wanted"
+    "control_forces" "curvature" "distance_grid" "distance_grid_none" "element_own" "element_own_none" "element_pull" "element_pull_none" "element_row"
     "element_row_none" "element_sums" "fabric" "fabric_add" "fabric_add_none"
     "fabric_gather" "fabric_tangents" "fabric_vectors" "feedback" "feedback_none" "field" "filter" "finite" "fold" "fold_moments" "fold_numbers" "fold_tables" "force" "group"
-    "group_box" "group_boxes" "group_boxes_out" "group_check" "group_positions" "group_positions_out"
-    "group_region" "group_rows" "integrate" "link_kinds" "links" "matrix"
+    "group_box" "group_boxes" "group_boxes_out" "group_check" "group_region" "group_rows" "integrate" "link_kinds" "links" "matrix"
     "matrix_diagonal" "matrix_entry" "matrix_row" "matrix_springs" "measure_sum" "membrane" "membrane_element" "membrane_motion" "membrane_store" "model" "motion" "motion_out"
     "particle_advance" "particle_force" "piece" "pair_box" "pair_boxes" "pair_each" "pair_found" "pair_list" "pair_references" "pair_results" "pair_task" "pair_way_box" "pair_ways" "plate"
     "position_start" "position_start_none" "preconditioner" "preconditioner_block" "procedural" "schwarz" "schwarz_factor" "schwarz_prolong" "schwarz_residual" "solve"

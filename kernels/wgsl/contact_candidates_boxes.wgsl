@@ -1,9 +1,5 @@
-// NUMERICS section 8, first pass: the box around each group, and whether it stays in its region. With `crews` also what
-// `explicit_substep_crews` finds particles by.
+// NUMERICS section 8, first pass: the box around each group, and whether it stays in its region.
 //!include model substep status motion group contact_turn group_box group_boxes_out group_rows group_region group_check
-//!if crews
-//!include group_positions_out
-//!end
 
 @compute @workgroup_size(GROUP)
 fn main(
@@ -23,8 +19,5 @@ fn main(
     // Threads without a particle do what the first one does.
     let particle = select(member, group_members[group * GROUP], member == NONE);
     let position = position_in[particle].xyz;
-//!if crews
-    position_keep(group, lane, member, position);
-//!end
     group_check(group, lane, position, velocity_in[particle].xyz, substep.contact_tick);
 }

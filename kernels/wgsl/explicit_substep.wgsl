@@ -1,5 +1,5 @@
 // The composite stage: all forces, integration and, where nothing comes between, colliders, in one
-// pass over the particles. `explicit_substep_crews.wgsl` is the same for small models with contact.
+// pass over the particles.
 //!include model substep status motion motion_out finite field spring spring_batch integrate collider procedural
 //!if grids
 //!include distance_grid

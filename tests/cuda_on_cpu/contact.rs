@@ -17,10 +17,10 @@ use cloth_core::{
 use cloth_kernels::CudaModule;
 use harness::random::Random;
 
-use crate::{compiler, replaced, scene};
+use crate::{compiler, replaced};
 
 /// Shared parts that these kernels do without: all but five.
-const NOT_HERE: [&str; 43] = [
+const NOT_HERE: [&str; 31] = [
     "ptx",
     "schwarz",
     "spring",
@@ -39,30 +39,18 @@ const NOT_HERE: [&str; 43] = [
     "substep",
     "frame",
     "stencil",
-    "packet",
     "tile",
     "flat",
     "pairs",
     "strip",
     "tile_list",
     "around",
-    "area",
-    "area_expected",
-    "sketch",
-    "area_view",
-    "area_search",
-    "far_search",
-    "area_sum",
-    "area_sum_few",
-    "area_sum_many",
     "team",
     "contact_rows",
     "linear",
     "fabric_matrix",
     "sum",
     "solve",
-    "resident",
-    "neighbours24",
     "constraint",
 ];
 const SPACING: f64 = 0.01;
@@ -155,7 +143,7 @@ fn by_kernels<T: Real>(
         .expect("the module has these options");
     text += find("contact_geometry").file();
     text += find("contact_certify").file();
-    let text = edit(text.replace(scene::FRAME_MEMORY, ""));
+    let text = edit(text);
     let program = compiler::program(&format!(
         "#include \"runtime.h\"\n{text}\n{}\n",
         include_str!("contact.h")

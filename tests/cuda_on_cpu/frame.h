@@ -240,7 +240,6 @@ int main(int, char** arguments) {
 #else
     uint motions = 1;
 #endif
-    s.packets = device<uint4>(4 * (size_t)s.count + 6 * s.group_count + 2 * blocks);
     dependencies_describe(s, blocks);
     s.status = device<Status>(1);
     s.status->non_finite_step = ~0ull;

@@ -14,7 +14,7 @@ use harness::{backends::cpu, bits::first_difference, checks::PatchFrames};
 use crate::{compiler, replaced, scene};
 
 /// Shared parts that these kernels do without.
-const NOT_HERE: [&str; 6] = ["ptx", "sum", "schwarz", "solve", "resident", "neighbours24"];
+const NOT_HERE: [&str; 4] = ["ptx", "sum", "schwarz", "solve"];
 /// Length of the step \[s\].
 const LENGTH: f64 = 0.01;
 
@@ -121,8 +121,7 @@ fn by_kernels(words: &[u32], edit: impl Fn(String) -> String) -> State {
     for name in ["membrane_linearise", "bending_linearise", "matrix_apply", "contact_forces"] {
         text += find(name).file();
     }
-    // The runtime has it.
-    let text = edit(text.replace(scene::FRAME_MEMORY, ""));
+    let text = edit(text);
     let program = compiler::program(&format!(
         "#include \"runtime.h\"\n{text}\n{}\n",
         include_str!("linear.h")

@@ -23,8 +23,6 @@ const fn mesh(module: &'static str, options: &'static [&'static str], threads: u
 /// Sides of a patch of several tiles along both, the last ones not full; and one that is small enough for a block for each tile.
 const LARGE: [u32; 2] = [70, 43];
 const SMALL: [u32; 2] = [43, 20];
-/// Another of as many tiles, folded where two of them meet.
-const SEAM: [u32; 2] = [53, 20];
 /// One that is folded far from most of its tiles: some touch others, some nothing.
 const BROAD: [u32; 2] = [200, 19];
 /// Tiles of the small one.
@@ -58,23 +56,6 @@ fn replaced(text: &str, right: &str, wrong: &str) -> String {
     text.replace(right, wrong)
 }
 
-/// The same for several parts.
-fn all_replaced(text: String, edits: &[(&str, &str)]) -> String {
-    edits.iter().fold(text, |text, (right, wrong)| replaced(&text, right, wrong))
-}
-
-/// The few partners of a particle, four at most in the scenes, lie apart among those that it has room for, and all of these are put in
-/// order.
-const SPREAD: [(&str, &str); 4] = [
-    (
-        "uint keys[PARTNERS_FEW];",
-        "uint keys[PARTNERS_FEW]; for (uint k = 0; k < PARTNERS_FEW; k++) keys[k] = NONE;",
-    ),
-    ("        keys[k] = NONE;\n", ""),
-    ("keys[k] = listed", "keys[5 * k % PARTNERS_FEW] = listed"),
-    ("if (most > 4) {", "if (most > 0) {"),
-];
-
 fn check(form: &Form, sides: [u32; 2], contact: bool, blocks: &[u32]) {
     check_edited(form, sides, contact, blocks, |text| text);
 }
@@ -82,18 +63,11 @@ fn check(form: &Form, sides: [u32; 2], contact: bool, blocks: &[u32]) {
 #[test]
 fn meshes() {
     check(&mesh("explicit_substep", &["packed"], 256), LARGE, false, &[3, 2]);
-    check(&mesh("explicit_substep_mesh", &[], 640), LARGE, false, &[2, 3, 4]);
 }
 
 #[test]
 fn patches() {
     check(&form("explicit_substep", &["table", "grid", "stencil"], 256), LARGE, false, &[4, 6]);
-    check(&form("explicit_substep_tiles", &[], 128), LARGE, false, &[4, 1, 3, 7]);
-    let small = form("explicit_substep_patch", &[], 256);
-    check(&small, SMALL, false, &[TILES, TILES]);
-    check_edited(&small, SMALL, false, &[TILES], |text| {
-        replaced(&text, "s.collider_count <= COLLIDERS_NEAR", "false")
-    });
 }
 
 /// A bead that every particle would have passed unseen is found on their paths, by each way through a substep; without the look at paths
@@ -104,9 +78,7 @@ fn paths_through_a_collider() {
         |sides| PatchFrames { thrown: true, frames: &[1, 2], ..PatchFrames::explicit(sides) };
     for (form, sides) in [
         (mesh("explicit_substep", &["packed"], 256), LARGE),
-        (mesh("explicit_substep_mesh", &[], 640), LARGE),
-        (form("explicit_substep_tiles", &[], 128), LARGE),
-        (form("explicit_substep_patch", &[], 256), SMALL),
+        (form("explicit_substep", &["table", "grid", "stencil"], 256), SMALL),
     ] {
         let patch = patch(sides);
         let expected = patch.run(&cpu(2)).expect("the CPU simulates the patch");
@@ -161,29 +133,6 @@ fn large_patches_with_contact() {
     ] {
         check_edited(&flat, BROAD, true, &[3], |text| replaced(&text, right, wrong));
     }
-}
-
-#[test]
-fn small_patches_with_contact() {
-    let form = form("explicit_substep_contact", &[], 512);
-    check(&form, SMALL, true, &[TILES, TILES, TILES]);
-    check(&form, SEAM, true, &[TILES, TILES]);
-    // Where there is no room for all partners, for particles and groups that are near, and for the groups near a tile; and sums by ranks.
-    for (most, least) in [
-        ("PARTNERS_HERE 15", "PARTNERS_HERE 1"),
-        ("PARTNERS_FAR 16", "PARTNERS_FAR 1"),
-        ("AREA_FAR_KEPT 64", "AREA_FAR_KEPT 3"),
-        ("AREA_FAR_GROUPS 48", "AREA_FAR_GROUPS 1"),
-        ("LISTS_NEAR (TILE_GROUPS * AREA_PAIRS / 2u)", "LISTS_NEAR 3u"),
-        ("found > PARTNERS_FEW", "found > 0"),
-        // More colliders than are kept.
-        ("s.collider_count <= COLLIDERS_NEAR", "false"),
-        // Particles that are hardly ever where they were expected.
-        ("EXPECTED_MARGIN (real)0.3", "EXPECTED_MARGIN (real)1e-4"),
-    ] {
-        check_edited(&form, SMALL, true, &[TILES], |text| replaced(&text, most, least));
-    }
-    check_edited(&form, SMALL, true, &[TILES], |text| all_replaced(text, &SPREAD));
 }
 
 /// Threads of a block, fewer than on a device.
@@ -292,60 +241,13 @@ fn faults_of_several_stages_are_found() {
     }
 }
 
-/// Orders in which threads take turns that are tried until a fault is found.
-const ORDERS: u32 = 12;
-
-/// Each of the searches of the kernel for small patches finds partners in the scene.
-#[test]
-fn faults_of_small_patches_are_found() {
-    let form = form("explicit_substep_contact", &[], 512);
-    let patches = [SMALL, SEAM].map(|sides| PatchFrames { frames: &[1, 9], ..patch(sides, true) });
-    let expected =
-        patches.each_ref().map(|patch| patch.run(&cpu(2)).expect("the CPU simulates the patch"));
-    let by_ranks = ("found > PARTNERS_FEW", "found > 0");
-    for faults in [
-        &[("& ~skipped;", "& (skipped != 0 ? 0u : ~0u);")][..],
-        &[("search.take_around(s, !around", "if (around) search.take_around(s, !around")],
-        &[("search.take_around(s, !around", "if (!around) search.take_around(s, !around")],
-        &[("far.search(s, packets, groups);", "far.found = 0;")],
-        &[("float far = 1.001f", "float far = 0.5f")],
-        &[(
-            "[first + count + lane] = SKETCH_NOWHERE",
-            "[first + max(count, 8) - 8 + lane] = SKETCH_NOWHERE",
-        )],
-        &[("order(1, 2);", "order(2, 1);")],
-        &[&SPREAD[..], &[("order(2, 4), order(3, 5);", "order(4, 2), order(5, 3);")]].concat(),
-        &[
-            ("EXPECTED_MARGIN (real)0.3", "EXPECTED_MARGIN (real)-4"),
-            ("&& expected_holds(", "|| expected_holds("),
-        ],
-        &[("gate_wait(&shared.gates_far[part], searches_before);", "")],
-        &[by_ranks, ("TILE_PARTICLES] < key;", "TILE_PARTICLES] > key;")],
-    ] {
-        let program = Program::of(&form, |text| all_replaced(text, faults));
-        // Who is early where nobody waits is a matter of the order, and of what else the machine does.
-        let is_found = (1..=ORDERS).any(|seed| {
-            patches.iter().zip(&expected).any(|(patch, expected)| {
-                let (state, _) = program.run(patch, TILES, seed);
-                first_difference(expected, &state).is_some()
-            })
-        });
-        assert!(is_found, "{faults:?} are not found");
-    }
-}
-
 /// Faults in a kernel are found: a sum in another order, a barrier that is not there, and contacts that are not looked for.
 #[test]
 fn faults_are_found() {
-    let tiles = form("explicit_substep_tiles", &[], 128);
+    let pass = form("explicit_substep", &["table", "grid", "stencil"], 256);
     let flat = form("explicit_substep_flat", &[], 128);
     let faults = [
-        (&tiles, "STENCIL_KINDS - 1 - n, first", "n, first"),
-        (
-            &tiles,
-            "int above = slot_above(place);\n            __syncthreads();",
-            "int above = slot_above(place);",
-        ),
+        (&pass, "uint kind = STENCIL_KINDS - 1 - k;", "uint kind = k;"),
         (&flat, "STENCIL_KINDS - 1 - n, first", "n, first"),
         (&flat, "if (roughs != 0 || !is_alone) {", "if (roughs != 0) {"),
         (&flat, "if (roughs != 0 || !is_alone) {", "if (!is_alone) {"),

@@ -9,20 +9,11 @@ use harness::checks::PatchFrames;
 use crate::{compiler, scene};
 
 /// Modules whose frames can leave the state that they begin with as it is.
-const KEEPING: [&str; 2] = ["explicit_substep_contact", "explicit_substep_flat"];
+const KEEPING: [&str; 1] = ["explicit_substep_flat"];
 
 /// Shared parts that the runtime has in its own way, and those of linear systems, which the kernels of frames do without.
-const NOT_HERE: [&str; 9] = [
-    "ptx",
-    "linear",
-    "fabric_matrix",
-    "sum",
-    "schwarz",
-    "solve",
-    "resident",
-    "neighbours24",
-    "constraint",
-];
+const NOT_HERE: [&str; 7] =
+    ["ptx", "linear", "fabric_matrix", "sum", "schwarz", "solve", "constraint"];
 
 /// What blocks of a form share out.
 #[derive(Clone, Copy)]
@@ -57,9 +48,7 @@ impl Program {
         let module = CudaModule::find(form.module).expect("the module exists");
         let kernel = module
             .compose_with(form.options.to_vec(), &NOT_HERE.map(|part| (part, "")))
-            .expect("the module has these options")
-            // The runtime has it.
-            .replace(scene::FRAME_MEMORY, "");
+            .expect("the module has these options");
         let mesh = match form.share {
             Share::Tiles => "",
             Share::Particles => "#define FRAME_OF_MESH\n",

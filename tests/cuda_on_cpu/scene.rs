@@ -7,10 +7,6 @@ use cloth_core::{
 };
 use harness::checks::PatchFrames;
 
-/// How kernels declare the shared memory whose size the launch says.
-pub(crate) const FRAME_MEMORY: &str =
-    "extern __shared__ __align__(16) unsigned char frame_memory[];";
-
 /// Rows and columns to the later of 12 neighbours, as in `patch/stencil.cuh`.
 const STENCIL: [[i64; 2]; 6] = [[0, 1], [0, 2], [1, -1], [1, 0], [1, 1], [2, 0]];
 

@@ -9,7 +9,7 @@ use cloth_core::{
 use cloth_kernels::CudaModule;
 use harness::random::Random;
 
-use crate::{compiler, replaced, scene};
+use crate::{compiler, replaced};
 
 /// Particles along both sides: with them there are three levels of groups.
 const SIDE: u32 = 130;
@@ -175,10 +175,8 @@ fn by_program(
 ) -> Vec<u8> {
     let module = CudaModule::find(module).expect("the module exists");
     let kernel = module
-        .compose_with(options.to_vec(), &["ptx", "resident", "neighbours24"].map(|part| (part, "")))
-        .expect("the module has this option")
-        // The runtime has it.
-        .replace(scene::FRAME_MEMORY, "");
+        .compose_with(options.to_vec(), &["ptx"].map(|part| (part, "")))
+        .expect("the module has this option");
     let text = format!("#include \"runtime.h\"\n{}\n{}\n", edit(kernel), main);
     let program = compiler::program(&text);
     let folder = tempfile::tempdir().expect("there is room for temporary files");

@@ -93,7 +93,7 @@ fn contact_gives_the_bits_of_the_cpu() {
 }
 
 #[test]
-fn a_solve_that_is_not_resident_gives_the_bits_of_the_cpu() {
+fn a_large_solve_gives_the_bits_of_the_cpu() {
     let Some(gpu) = cuda(CudaOptions::default()) else { return };
     let (response, precision) =
         (ContactResponse::Impulse { restitution: 0.1, friction: 0.3 }, Precision::F32);

@@ -59,7 +59,7 @@ fn large_patches() {
     }
 }
 
-/// Implicit steps whose solve is resident, one of tiles, and a general one.
+/// Implicit steps with rows of teams, and of single threads.
 #[test]
 fn implicit_patches() {
     for (sides, stencil) in [

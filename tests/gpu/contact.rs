@@ -180,7 +180,7 @@ fn layers(others: &[u32]) -> Arc<cloth_core::Model> {
 }
 
 #[test]
-fn the_forms_for_few_and_for_many_groups_give_the_same_bits() {
+fn few_and_many_groups_give_the_same_bits() {
     let particles = 6 * 20 * 20;
     let config = SolverConfig { time_step: 1e-4, strain_bound: 1e3, ..SolverConfig::default() };
     let [few, many] = [&[][..], &[FAR_SIDE]].map(|others| {

@@ -7,22 +7,14 @@ use cloth_core::{Feature, FeatureSet, FormChoice};
 
 use crate::{
     layout::{CudaReal, Real4},
-    patch::{CONTACT_GROUPS, CONTACT_PARTICLES_MAX, CONTACT_STATIC, Patch, contact_shared_bytes},
+    patch::Patch,
 };
 
 /// A form of the kernel of explicit frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FrameForm {
-    /// One patch of few tiles that is in contact with itself.
-    PatchContact,
-    /// One patch of few tiles.
-    Patch,
     /// One patch of many tiles that is in contact with itself.
     PatchFlat,
-    /// One patch of many tiles.
-    PatchTiles,
-    /// A large mesh on which nothing but fields, springs and colliders act.
-    Mesh,
     /// One pass makes a substep.
     Pass,
     /// Every model: other stages follow the pass.
@@ -32,17 +24,9 @@ pub(crate) enum FrameForm {
 /// What is computed by all forms of this table.
 const PHASE: &str = "explicit_substep";
 
-/// Features of what every form knows.
-const PLAIN: [Feature; 3] = [Feature::Springs, Feature::Colliders, Feature::ProceduralFields];
+/// Features of a patch that touches itself.
 const PENALTY: [Feature; 4] =
     [Feature::Springs, Feature::Colliders, Feature::ProceduralFields, Feature::PenaltyContact];
-const MESH: [Feature; 5] = [
-    Feature::Springs,
-    Feature::Colliders,
-    Feature::ProceduralFields,
-    Feature::AnyMesh,
-    Feature::UnlikeSprings,
-];
 
 /// Sizes of a model and a device that forms depend on.
 #[derive(Clone, Copy, Debug)]
@@ -53,8 +37,6 @@ pub(crate) struct FrameSizes {
     /// Whether entries of springs are packed into one word.
     pub(crate) is_packed: bool,
     pub(crate) multiprocessors: usize,
-    /// Bytes of shared memory of a block, at most.
-    pub(crate) shared_max: usize,
 }
 
 /// Threads of a block, where nothing else is said.
@@ -76,16 +58,6 @@ impl FrameSizes {
         self.items() <= self.multiprocessors * unit
     }
 
-    fn small(&self) -> Result<(), String> {
-        if self.patch.is_none() {
-            return Err("springs are not in a table".into());
-        }
-        if self.is_small() {
-            return Ok(());
-        }
-        Err(format!("{} tiles on {} multiprocessors", self.items(), self.multiprocessors))
-    }
-
     fn many_tiles(&self) -> Result<(), String> {
         let least = TILES_MIN * self.multiprocessors;
         if self.patch.is_some() && self.items() >= least {
@@ -93,38 +65,16 @@ impl FrameSizes {
         }
         Err(format!("{} tiles, fewer than {least}", self.items()))
     }
-
-    fn contact(&self) -> Result<(), String> {
-        self.small()?;
-        if self.particles >= CONTACT_PARTICLES_MAX {
-            return Err(format!("{} particles", self.particles));
-        }
-        let shared = contact_shared_bytes::<f32>(self.items() * CONTACT_GROUPS) + CONTACT_STATIC;
-        if shared > self.shared_max {
-            return Err(format!("{shared} bytes of shared memory, of {}", self.shared_max));
-        }
-        Ok(())
-    }
 }
 
 impl FrameForm {
     /// All forms, the fastest first.
-    pub(crate) const TABLE: [Self; 7] = [
-        Self::PatchContact,
-        Self::Patch,
-        Self::PatchFlat,
-        Self::PatchTiles,
-        Self::Mesh,
-        Self::Pass,
-        Self::Stages,
-    ];
+    pub(crate) const TABLE: [Self; 3] = [Self::PatchFlat, Self::Pass, Self::Stages];
 
     /// The features that it takes.
     pub(crate) const fn takes(self) -> FeatureSet {
         match self {
-            Self::PatchContact | Self::PatchFlat => FeatureSet::of(&PENALTY),
-            Self::Patch | Self::PatchTiles => FeatureSet::of(&PLAIN),
-            Self::Mesh => FeatureSet::of(&MESH),
+            Self::PatchFlat => FeatureSet::of(&PENALTY),
             Self::Pass => FeatureSet::all_but(&[
                 Feature::Fabric,
                 Feature::ImpulseContact,
@@ -137,36 +87,27 @@ impl FrameForm {
     /// The feature that it is made for, without which another form is faster.
     const fn is_for(self) -> Option<Feature> {
         match self {
-            Self::PatchContact | Self::PatchFlat => Some(Feature::PenaltyContact),
-            Self::Patch | Self::PatchTiles | Self::Mesh | Self::Pass | Self::Stages => None,
+            Self::PatchFlat => Some(Feature::PenaltyContact),
+            Self::Pass | Self::Stages => None,
         }
     }
 
     /// Why a model of such sizes is too small or too large for it.
     fn fits(self, sizes: &FrameSizes) -> Result<(), String> {
         match self {
-            Self::PatchContact => sizes.contact(),
-            Self::Patch => sizes.small(),
             Self::PatchFlat => {
                 sizes.many_tiles()?;
                 let (tiles, most) = (sizes.items(), TILES_MAX);
                 if tiles > most { Err(format!("{tiles} tiles, more than {most}")) } else { Ok(()) }
             }
-            Self::PatchTiles => sizes.many_tiles(),
-            Self::Mesh if sizes.is_small() => Err("few particles".into()),
-            Self::Mesh if !sizes.is_packed => Err("springs in a table".into()),
-            Self::Mesh | Self::Pass | Self::Stages => Ok(()),
+            Self::Pass | Self::Stages => Ok(()),
         }
     }
 
     /// It in words.
     pub(crate) const fn name(self) -> &'static str {
         match self {
-            Self::PatchContact => "one patch of few tiles, with contact",
-            Self::Patch => "one patch of few tiles",
             Self::PatchFlat => "one patch of many tiles, with contact",
-            Self::PatchTiles => "one patch of many tiles",
-            Self::Mesh => "large mesh",
             Self::Pass => "general, one pass",
             Self::Stages => "general, all stages",
         }
@@ -175,11 +116,7 @@ impl FrameForm {
     /// The module of its kernel.
     pub(crate) const fn module(self) -> &'static str {
         match self {
-            Self::PatchContact => "explicit_substep_contact",
-            Self::Patch => "explicit_substep_patch",
             Self::PatchFlat => "explicit_substep_flat",
-            Self::PatchTiles => "explicit_substep_tiles",
-            Self::Mesh => "explicit_substep_mesh",
             Self::Pass => "explicit_substep",
             Self::Stages => "explicit_substep_stages",
         }
@@ -214,12 +151,7 @@ impl FrameForm {
 
     /// Whether it leaves the state that a frame begins with as it is.
     pub(crate) const fn keeps_first(self) -> bool {
-        matches!(self, Self::PatchContact | Self::PatchFlat)
-    }
-
-    /// Whether it counts the pairs that each frame looks at; others have lists whose pairs were counted when they were built.
-    pub(crate) const fn counts_candidates(self) -> bool {
-        matches!(self, Self::PatchContact)
+        matches!(self, Self::PatchFlat)
     }
 
     /// How often it writes to the other motion in a substep that has such parts.
@@ -255,7 +187,6 @@ mod tests {
         patch: Some(Patch { columns: 1 << 10, rows: 1 << 10 }),
         is_packed: false,
         multiprocessors: 132,
-        shared_max: 227 << 10,
     };
     const SMALL: FrameSizes = FrameSizes {
         particles: 160 * 160,
@@ -265,20 +196,16 @@ mod tests {
     const MESH: FrameSizes = FrameSizes { patch: None, is_packed: true, ..LARGE };
 
     #[test]
-    fn plain_models_get_the_form_for_their_size() {
-        let plain = FeatureSet::of(&PLAIN);
-        assert_eq!(FrameForm::choose(plain, &SMALL), FrameForm::Patch);
-        assert_eq!(FrameForm::choose(plain, &LARGE), FrameForm::PatchTiles);
+    fn a_large_patch_that_touches_itself_has_a_form_of_its_own() {
         let penalty = FeatureSet::of(&PENALTY);
-        assert_eq!(FrameForm::choose(penalty, &SMALL), FrameForm::PatchContact);
         assert_eq!(FrameForm::choose(penalty, &LARGE), FrameForm::PatchFlat);
-        let mesh = FeatureSet::of(&super::MESH);
-        assert_eq!(FrameForm::choose(mesh, &MESH), FrameForm::Mesh);
         // Where patches are not looked for.
-        let hidden = FrameSizes { patch: None, ..SMALL };
-        for features in [plain, penalty] {
-            assert_eq!(FrameForm::choose(features, &hidden), FrameForm::Pass);
+        let hidden = FrameSizes { patch: None, ..LARGE };
+        for sizes in [SMALL, MESH, hidden] {
+            assert_eq!(FrameForm::choose(penalty, &sizes), FrameForm::Pass);
         }
+        let plain = FeatureSet::of(&[Feature::Springs]);
+        assert_eq!(FrameForm::choose(plain, &LARGE), FrameForm::Pass);
     }
 
     /// Each feature that a form does not list sends a model to a form that lists it, whatever else the model has.

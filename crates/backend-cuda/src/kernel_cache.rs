@@ -49,7 +49,7 @@ impl KernelCache {
     /// # Errors
     /// `KernelCompile`; what the device reports.
     pub(crate) fn kernel(&mut self, module: &'static str, name: &'static str) -> Result<Kernel> {
-        let solver = self.solver.option().filter(|_| module == self.solver.module());
+        let solver = self.solver.option().filter(|_| module == SolverForm::MODULE);
         if let Some(kernel) = self.kernels.get(&(module, name, solver)) {
             return Ok(*kernel);
         }

@@ -165,7 +165,7 @@ impl Backend for CudaBackend {
         if config.integrator != Integrator::Explicit || model.has_triangle_contact() {
             return Vec::new();
         }
-        let device = (self.device.multiprocessors as usize, self.device.shared_max);
+        let device = self.device.multiprocessors as usize;
         let patches = self.options.patches;
         let sizes = match config.precision {
             Precision::F32 => {

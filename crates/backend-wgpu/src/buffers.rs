@@ -11,7 +11,7 @@ use wgpu::util::DeviceExt;
 use crate::{
     contact::policy::{COVER_MAX, ContactSizes},
     device::DeviceContext,
-    dispatch::{GROUP, MEASURE_BLOCK},
+    dispatch::MEASURE_BLOCK,
     fault::{BACKEND, fault},
     layout::{Collider, Pin, Status, Substep},
     tables::Tables,
@@ -33,7 +33,6 @@ pub(crate) struct Buffers {
     /// The boxes around groups at these positions.
     boxes: Vec<wgpu::Buffer>,
     /// The particles of groups at these positions, side by side, in the form for few groups.
-    group_positions: Vec<wgpu::Buffer>,
     /// Bytes taken so far.
     bytes: u64,
 }
@@ -156,7 +155,6 @@ impl Buffers {
             positions: vec![],
             velocities: vec![],
             boxes: vec![],
-            group_positions: vec![],
             bytes: 0,
         };
         for (name, size, contents) in plan.0 {
@@ -179,10 +177,6 @@ impl Buffers {
                 let size = 2 * VECTOR_SIZE * u64::from(sizes.groups);
                 let boxes = buffers.allocate(context, "boxes of groups", size, None)?;
                 buffers.boxes.push(boxes);
-                let places = if sizes.has_crews() { u64::from(GROUP * sizes.groups) } else { 0 };
-                let size = VECTOR_SIZE * places;
-                let positions = buffers.allocate(context, "particles of groups", size, None)?;
-                buffers.group_positions.push(positions);
             }
         }
         Ok(buffers)
@@ -254,8 +248,6 @@ impl Buffers {
             "velocity_out" => self.velocities.get(output),
             "group_boxes_in" => self.boxes.get(input),
             "group_boxes_out" => self.boxes.get(output),
-            "group_positions_in" => self.group_positions.get(input),
-            "group_positions_out" => self.group_positions.get(output),
             _ => self.named.get(name),
         };
         found.ok_or_else(|| Error::Unsupported {

@@ -2,67 +2,50 @@
 
 use cloth_core::{Feature, FeatureSet, FormChoice, Integrator, Model, ModelFeatures, SolverConfig};
 
-use crate::{contact::policy::GROUPS_WIDE, dispatch::GROUP};
+use crate::{dispatch::iterates_at_once, tables::links::LinkTables};
 
-/// `explicit_substep_crews.wgsl`: four threads for each particle of a model of few groups that is in contact with itself.
-pub(crate) const SUBSTEP_CREWS: FeatureSet = FeatureSet::of(&[
-    Feature::Springs,
-    Feature::Buckling,
-    Feature::Air,
+/// `conjugate_gradient_iteration.wgsl`: an iteration of conjugate gradients in one kernel, where springs join particles of near numbers.
+pub(crate) const ITERATION: FeatureSet = FeatureSet::all_but(&[
+    Feature::Fabric,
     Feature::PenaltyContact,
-    Feature::StrainLimit,
-    Feature::Colliders,
-    Feature::ColliderImpulses,
-    Feature::ProceduralFields,
-    Feature::AnyMesh,
-    Feature::UnlikeSprings,
+    Feature::TriangleContact,
+    Feature::DoublePrecision,
 ]);
 
-/// `implicit_system.wgsl` and `implicit_motion.wgsl`: one kernel before the iterations of an implicit substep, and one after them.
-pub(crate) const IMPLICIT_STEP: FeatureSet = FeatureSet::of(&[
-    Feature::Springs,
-    Feature::Buckling,
-    Feature::Air,
-    Feature::ColliderImpulses,
-    Feature::AnyMesh,
-    Feature::UnlikeSprings,
-]);
-
-/// They in words.
-const EXPLICIT_FORM: &str = "few groups, with contact";
-const IMPLICIT_FORM: &str = "one kernel before the iterations and one after them";
+/// It in words.
+const ITERATION_FORM: &str = "an iteration in one kernel";
 const GENERAL: &str = "general";
+const PHASE: &str = "conjugate_gradient";
 
-/// Whether a form with these features takes a model.
-pub(crate) fn takes(form: FeatureSet, model: &Model, config: &SolverConfig) -> bool {
-    ModelFeatures::new(model, config).set().first_beyond(form).is_none()
+/// Whether an iteration is one kernel on a device with so much workgroup memory \[bytes\]; or why not.
+pub(crate) fn iteration(
+    model: &Model,
+    config: &SolverConfig,
+    links: &LinkTables,
+    memory: u32,
+) -> Result<(), String> {
+    let features = ModelFeatures::new(model, config).set();
+    if let Some(feature) = features.first_beyond(ITERATION) {
+        return Err(feature.name().to_owned());
+    }
+    if iterates_at_once(model.particle_count() as u32, links.reach, memory) {
+        Ok(())
+    } else {
+        Err("particles of far numbers are joined, or there are many".into())
+    }
 }
 
 /// The forms that a model gets.
-pub(crate) fn choices(model: &Model, config: &SolverConfig) -> Vec<FormChoice> {
-    let features = ModelFeatures::new(model, config).set();
-    let groups: usize =
-        model.cloths().iter().map(|cloth| cloth.particles.len().div_ceil(GROUP as usize)).sum();
-    let beyond = |form| features.first_beyond(form).map(|feature| feature.name().to_owned());
-    let choice = |phase, special, objection: Option<String>| match objection {
-        Some(why) => FormChoice { phase, form: GENERAL, ruled_out: vec![(special, why)] },
-        None => FormChoice { phase, form: special, ruled_out: Vec::new() },
-    };
+pub(crate) fn choices(model: &Model, config: &SolverConfig, memory: u32) -> Vec<FormChoice> {
     match config.integrator {
         Integrator::Explicit => {
-            let objection = beyond(SUBSTEP_CREWS).or_else(|| {
-                if !features.has(Feature::PenaltyContact) {
-                    Some(format!("no {}", Feature::PenaltyContact.name()))
-                } else if groups > GROUPS_WIDE as usize {
-                    Some(format!("{groups} groups of particles, more than {GROUPS_WIDE}"))
-                } else {
-                    None
-                }
-            });
-            vec![choice("explicit_substep", EXPLICIT_FORM, objection)]
+            vec![FormChoice { phase: "explicit_substep", form: GENERAL, ruled_out: Vec::new() }]
         }
         Integrator::Implicit(_) => {
-            vec![choice("implicit_substep", IMPLICIT_FORM, beyond(IMPLICIT_STEP))]
+            let objection = iteration(model, config, &LinkTables::new(model), memory).err();
+            let form = if objection.is_some() { GENERAL } else { ITERATION_FORM };
+            let ruled_out = objection.into_iter().map(|why| (ITERATION_FORM, why)).collect();
+            vec![FormChoice { phase: PHASE, form, ruled_out }]
         }
         _ => Vec::new(),
     }
@@ -71,7 +54,8 @@ pub(crate) fn choices(model: &Model, config: &SolverConfig) -> Vec<FormChoice> {
 #[cfg(test)]
 mod tests {
     use cloth_core::{
-        Cloth, ContactResponse, GridPatch, MaterialPreset, ModelBuilder, SelfContact,
+        Cloth, ContactResponse, GridPatch, ImplicitSettings, MaterialPreset, ModelBuilder,
+        SelfContact,
     };
 
     use super::*;
@@ -80,31 +64,28 @@ mod tests {
     #[test]
     fn the_page_has_the_table() {
         let page = include_str!("../BACKEND.md");
-        for (phase, form, takes) in [
-            ("explicit_substep", EXPLICIT_FORM, SUBSTEP_CREWS),
-            ("implicit_substep", IMPLICIT_FORM, IMPLICIT_STEP),
-        ] {
-            let names = takes.iter().map(Feature::name).collect::<Vec<_>>().join(", ");
-            let rows = format!(
-                "| `{phase}` | {form} | {names} |\n| `{phase}` | {GENERAL} | everything |\n"
-            );
-            assert!(page.contains(&rows), "{rows}");
-        }
+        let names = ITERATION.iter().map(Feature::name).collect::<Vec<_>>().join(", ");
+        let rows = format!(
+            "| `{PHASE}` | {ITERATION_FORM} | {names} |\n| `{PHASE}` | {GENERAL} | everything |\n"
+        );
+        assert!(page.contains(&rows), "{rows}");
     }
 
     #[test]
     fn what_a_form_does_not_list_goes_to_the_general_one() {
-        let patch = GridPatch::horizontal(8, 0.02, 0.0);
-        let cloth = Cloth::grid("cloth", patch, &MaterialPreset::JERSEY);
-        let response = ContactResponse::Impulse { restitution: 0.0, friction: 0.3 };
-        let model = ModelBuilder::new().cloth(cloth.clone()).build().unwrap();
+        let cloth = |side| {
+            Cloth::grid("cloth", GridPatch::horizontal(side, 0.02, 0.0), &MaterialPreset::JERSEY)
+        };
+        let response = ContactResponse::Penalty { stiffness: 10.0, damping: 0.0 };
         let contact = SelfContact { distance: 0.01, response };
-        let touching = ModelBuilder::new().cloth(cloth).self_contact(contact).build().unwrap();
-        let config = SolverConfig::default();
-        assert!(takes(SUBSTEP_CREWS, &model, &config));
-        assert!(!takes(SUBSTEP_CREWS, &touching, &config));
-        let choice = &choices(&touching, &config)[0];
-        assert_eq!(choice.form, "general");
-        assert_eq!(choice.ruled_out[0].1, Feature::ImpulseContact.name());
+        let small = ModelBuilder::new().cloth(cloth(8)).build().unwrap();
+        let large = ModelBuilder::new().cloth(cloth(200)).build().unwrap();
+        let touching = ModelBuilder::new().cloth(cloth(8)).self_contact(contact).build().unwrap();
+        let integrator = Integrator::Implicit(ImplicitSettings::default());
+        let config = SolverConfig { integrator, ..SolverConfig::default() };
+        let of = |model: &Model| choices(model, &config, 16 << 10).remove(0);
+        assert_eq!((of(&small).form, of(&small).ruled_out.len()), (ITERATION_FORM, 0));
+        assert_eq!((of(&large).form, of(&large).ruled_out.len()), (GENERAL, 1));
+        assert_eq!(of(&touching).ruled_out[0].1, Feature::PenaltyContact.name());
     }
 }

@@ -233,7 +233,8 @@ impl Backend for WgpuBackend {
     }
 
     fn forms(&self, model: &Model, config: &SolverConfig) -> Vec<FormChoice> {
-        forms::choices(model, config)
+        let memory = self.context.limits.max_compute_workgroup_storage_size;
+        forms::choices(model, config, memory)
     }
 }
 

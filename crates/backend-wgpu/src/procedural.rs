@@ -58,7 +58,7 @@ mod tests {
         let sources = ["m * vec3(noise(x), sin(t), exp(-dot(v, v)))", "-v * dt * id"];
         let programs = sources.map(|source| FieldProgram::compile(source).unwrap());
         let part = part_of(&programs.each_ref());
-        for name in ["procedural_forces", "explicit_substep", "explicit_substep_crews"] {
+        for name in ["procedural_forces", "explicit_substep"] {
             let module = WgslModule::find(name).unwrap();
             let text = module.compose_with(&[], &[(PART, &part)]).unwrap();
             let parsed = naga::front::wgsl::parse_str(&text)

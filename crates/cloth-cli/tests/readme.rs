@@ -22,7 +22,7 @@ const IN_A_CLONE: &str = "cargo run --release -- ";
 /// takes 5 s as it is handed out.
 const TIME_LIMIT: Duration = Duration::from_secs(240);
 /// Longest time of the first command, in a program whose pictures are drawn by code that is hardly optimised, beside another test.
-const FIRST_LIMIT: Duration = Duration::from_secs(60);
+const FIRST_LIMIT: Duration = Duration::from_secs(120);
 /// Commands that other tests run: this one is the test, and that one is a window.
 const ELSEWHERE: [&str; 2] = ["cargo xtask test", "cloth view napkin.toml"];
 

@@ -1,13 +1,11 @@
 // The composite stage for a regular patch of many tiles with contact, where nothing but fields, springs, contact and colliders acts:
-// a whole frame in one launch. Each substep first does what `explicit_substep_tiles.cu` does, and finds the tiles in which something
+// a whole frame in one launch. Each substep first advances all tiles as if nothing touched, and finds the tiles in which something
 // may touch (`patch/flat.cuh`): few, where cloth lies smooth. When all blocks have met, each group of these is looked at by a warp, and
 // the particles that touch something are done again. As no search is in the first part, its threads have their registers to
 // themselves.
 
 // As many as leave a thread the registers that it needs.
 #define BLOCKS_PER_SM 4
-
-extern __shared__ __align__(16) unsigned char frame_memory[];
 
 // What is known of the tile that comes next, in shared memory.
 struct NearTile {

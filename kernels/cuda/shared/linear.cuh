@@ -28,12 +28,6 @@ struct Symmetric {
     vec3 off;
 };
 
-// A sum and the stamp that says which one it is.
-struct __align__(16) Sum {
-    double value;
-    ulong stamp;
-};
-
 // What a solver of linear systems did.
 struct Outcome {
     double residual;
@@ -91,9 +85,6 @@ struct Linear {
     uint* pair_counts;
     Outcome* outcome;
     double* partials;
-    // What blocks tell each other in the middle of an iteration: vectors of all particles, and sums. Two of each in turn.
-    real4* exchange[2];
-    Sum* sums[2];
     // Triangles of fabric: what their blocks are made of; three vectors for each particle, diagonal block (two) and right-hand side; blocks off the
     // diagonal in slices of 32 rows: for each slice its first entry, and the end; the columns of an entry, NONE behind the last one of a
     // row; and nine numbers of each, SLICE apart.
@@ -120,10 +111,6 @@ struct Linear {
     uint has_pairs;
     // Whether the preconditioner has entries off its diagonal.
     uint has_blocks;
-    // The largest distance of two neighbours by index.
-    uint reach;
-    // Stamps of what is exchanged in a solve are larger than this.
-    uint stamp;
     // Whether there are triangles of fabric.
     uint has_elements;
     // Whether triangles touch.
@@ -131,11 +118,9 @@ struct Linear {
     real length;
     // rho of contacts.
     real pair_share;
-    // In a patch of 24 neighbours: `along` of the slots.
-    real stencil[12];
 };
 
-static_assert(sizeof(Linear) == (sizeof(real) > 4 ? 504 : 448), "`linear/data.rs` of the backend has another layout");
+static_assert(sizeof(Linear) == (sizeof(real) > 4 ? 368 : 360), "`linear/data.rs` of the backend has another layout");
 
 #define SOLUTION 0
 #define RIGHT_SIDE 1

@@ -1,6 +1,9 @@
 // Instructions of the device that CUDA C++ has no words for. Nothing else is written in them, so that kernels can run where there
 // is no device, with other functions of these names.
 
+// The shared memory of a block whose size the launch says.
+extern __shared__ __align__(16) unsigned char frame_memory[];
+
 // One divided by the square root, and one divided by the number, roughly.
 __device__ __forceinline__ float root_inverse_rough(float a) {
     float r;

@@ -175,9 +175,6 @@ struct Solver {
     // Number 6 c + q of component q of what collider c did to each particle, impulse and moment; null if nobody
     // asks.
     double* collider_impulses;
-    // Of a small patch, two each for two substeps in turn and every particle: position or velocity, and the substep that
-    // it is of.
-    uint4* packets;
     // Triangles of fabric; what was last computed of each at its corners, and at the vertices of its patch: forces, or impulses of
     // an implicit step; and for each particle, ascending, the places among these that are its own.
     const FabricLaw* fabric_laws;
@@ -252,7 +249,7 @@ struct Solver {
     real stretch_ratio;
 };
 
-static_assert(sizeof(Solver) == (720 + 33 * sizeof(real) + 7) / 8 * 8, "`layout.rs` of the backend has another layout");
+static_assert(sizeof(Solver) == (712 + 33 * sizeof(real) + 7) / 8 * 8, "`layout.rs` of the backend has another layout");
 
 // Positions and velocities that a kernel reads.
 struct Motion {

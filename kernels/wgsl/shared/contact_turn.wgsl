@@ -1,3 +1,3 @@
-// Groups near by whose particles are compared at a time. `contact_turn_crews.wgsl` is the other half of this choice.
+// Groups near by whose particles are compared at a time.
 
 const TURN: u32 = 2u;

@@ -23,7 +23,7 @@ const SUBSTEPS_MAX: usize = 1024;
 pub(crate) fn sizes<T: CudaReal>(
     model: &Model,
     springs: &SpringTables<T>,
-    (multiprocessors, shared_max): (usize, usize),
+    multiprocessors: usize,
 ) -> FrameSizes {
     let in_shared = pass::is_in_shared(springs);
     FrameSizes {
@@ -31,7 +31,6 @@ pub(crate) fn sizes<T: CudaReal>(
         patch: if in_shared { Patch::of(model) } else { None },
         is_packed: !in_shared && !springs.packed.is_empty(),
         multiprocessors,
-        shared_max,
     }
 }
 
@@ -85,7 +84,7 @@ impl FrameLaunch {
     ) -> Result<(Self, Option<Patch>)> {
         let device = &queue.device;
         let multiprocessors = device.multiprocessors as usize;
-        let sizes = sizes(of.model, of.springs, (multiprocessors, device.shared_max));
+        let sizes = sizes(of.model, of.springs, multiprocessors);
         // Kernels of other integrators look for contact in the groups that the frame kernel has.
         let is_frame =
             config.integrator == Integrator::Explicit && !of.model.has_triangle_contact();

@@ -1,4 +1,4 @@
-//! The forms whose substep is one pass: those of a patch, that of a large mesh, and the general one.
+//! The forms whose substep is one pass: that of a large patch that touches itself, and the general one.
 
 use cloth_core::{BlockDependencies, Result};
 
@@ -7,21 +7,17 @@ use crate::{
     forms::{FrameForm, FrameSizes},
     kernel_cache::KernelCache,
     layout::{CudaReal, SolverData},
-    patch::{CONTACT_GROUPS, STENCIL_FORCES, contact_shared_bytes},
+    patch::STENCIL_FORCES,
     queue::{Buffer, Launch, Queue, THREADS},
     tables::SpringTables,
 };
 
 /// Particles of a tile and around it, as in `explicit_substep.cu`.
 const TILE_ENTRIES: usize = 37 * 12;
-/// Threads of a block of `explicit_substep_tiles.cu` and `explicit_substep_flat.cu`, and forces that it keeps, as in
-/// `patch/pairs.cuh`.
+/// Threads of a block of `explicit_substep_flat.cu`, and forces that it keeps, as in `patch/pairs.cuh`.
 const PAIR_THREADS: u32 = 128;
 const PAIR_FORCES: usize = 5 * 11 * 35;
-/// Threads of a block of `explicit_substep_contact.cu`, and of `explicit_substep_mesh.cu`.
-const CONTACT_THREADS: u32 = 512;
-const MESH_THREADS: u32 = 640;
-/// Blocks of the forms for many tiles, `LIST_RUNS` of `patch/tile_list.cuh`.
+/// Blocks of the form for many tiles, `LIST_RUNS` of `patch/tile_list.cuh`.
 const RUNS_MAX: usize = 1024;
 /// Bytes of shared memory that the table of springs may take in the frame kernel.
 const TABLE_MAX: usize = 20 << 10;
@@ -47,7 +43,6 @@ pub(super) fn launch<T: CudaReal>(
     data: &mut SolverData<T>,
 ) -> Result<FrameLaunch> {
     let multiprocessors = sizes.multiprocessors;
-    let n = sizes.particles;
     let table = table_bytes(of.springs);
     let in_shared = is_in_shared(of.springs);
     let patch = sizes.patch;
@@ -83,24 +78,11 @@ pub(super) fn launch<T: CudaReal>(
         options.push("many_registers");
     }
     let mut threads = THREADS;
-    let groups = items * CONTACT_GROUPS;
-    let mut packets = 1;
-    match form {
-        FrameForm::PatchContact => {
-            packets = 4 * n + 6 * groups + 2 * items;
-            threads = CONTACT_THREADS;
-            shared = contact_shared_bytes::<T>(groups);
-        }
-        FrameForm::Patch => packets = 4 * n,
-        FrameForm::PatchFlat | FrameForm::PatchTiles => {
-            threads = PAIR_THREADS;
-            shared = tile + 3 * PAIR_FORCES * size_of::<T>();
-        }
-        FrameForm::Mesh => threads = MESH_THREADS,
-        FrameForm::Pass | FrameForm::Stages => {}
+    let has_runs = form == FrameForm::PatchFlat;
+    if has_runs {
+        threads = PAIR_THREADS;
+        shared = tile + 3 * PAIR_FORCES * size_of::<T>();
     }
-    let packets = Buffer::<[u32; 4]>::zeros(queue, packets)?;
-    data.packets = packets.address();
     if let Some(patch) = patch {
         data.columns = patch.columns as u32;
         data.rows = patch.rows as u32;
@@ -110,13 +92,12 @@ pub(super) fn launch<T: CudaReal>(
         launch: Launch::over(1),
         substeps_max: SUBSTEPS_MAX,
         motions: 1,
-        held: vec![Box::new(packets)],
+        held: Vec::new(),
     };
     if of.model.has_triangle_contact() {
         // Its substeps are made of single stages: the frame kernel takes long to compile, for nothing.
         return Ok(frame);
     }
-    let has_runs = matches!(form, FrameForm::PatchFlat | FrameForm::PatchTiles);
     cache.frame_options = options;
     let kernel = cache.kernel(form.module(), "explicit_frame")?;
     let resident = queue.device.resident_blocks(kernel, threads, shared)? as usize;

@@ -72,22 +72,20 @@ impl<T: CudaReal> CudaKernels<T> {
         }
     }
 
-    /// Sets the count of contacts back, if wanted those of pairs that are looked at, and of builds, too.
-    fn counts_clear(&mut self, candidates: bool, rebuilds: bool) -> Result<()> {
-        let [candidates, rebuilds] = [candidates, rebuilds].map(u32::from);
-        let arguments = [argument(&candidates), argument(&rebuilds)];
-        self.start(("contact_impulses", "counts_clear"), Launch::over(1), &arguments)
+    /// Sets the count of contacts back, if wanted that of builds, too.
+    fn counts_clear(&mut self, rebuilds: bool) -> Result<()> {
+        let rebuilds = u32::from(rebuilds);
+        self.start(("contact_impulses", "counts_clear"), Launch::over(1), &[argument(&rebuilds)])
     }
 
     /// Sets the counts back for a frame that comes next, where they are not yet.
     pub(super) fn frame_counts_begin(&mut self) -> Result<()> {
-        let form = self.frame.form;
         // Blocks meet where stages follow the pass, and where there is contact.
-        if self.memory.contact.is_none() && form != FrameForm::Stages {
+        if self.memory.contact.is_none() && self.frame.form != FrameForm::Stages {
             return Ok(());
         }
         if self.counts != Counts::Clear {
-            self.counts_clear(form.counts_candidates(), false)?;
+            self.counts_clear(false)?;
         }
         self.counts = Counts::OfFrame;
         Ok(())
@@ -95,7 +93,7 @@ impl<T: CudaReal> CudaKernels<T> {
 
     /// Counts the partners of every particle.
     pub(super) fn contacts_count(&mut self) -> Result<()> {
-        self.counts_clear(false, false)?;
+        self.counts_clear(false)?;
         self.counts = Counts::OfList;
         let launch = Launch::over(self.count());
         self.start(("contact_impulses", "contact_impulses_count"), launch, &[])
@@ -121,10 +119,10 @@ impl<T: CudaReal> CudaKernels<T> {
         self.status_book(&status);
         if self.counts == Counts::OfFrame {
             // Now, so that the frame that comes next need not wait for it.
-            self.counts_clear(self.frame.form.counts_candidates(), true)?;
+            self.counts_clear(true)?;
             self.counts = Counts::Clear;
         } else {
-            self.counts_clear(false, true)?;
+            self.counts_clear(true)?;
         }
         Ok(self.statistics)
     }

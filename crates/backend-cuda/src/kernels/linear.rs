@@ -13,6 +13,7 @@ use crate::{
     layout::CudaReal,
     linear::{self, LinearMemory, Outcome},
     queue::{Launch, argument},
+    solver_form::SolverForm,
 };
 
 pub(super) fn unsupported<R>(feature: impl Into<String>) -> Result<R> {
@@ -66,7 +67,7 @@ impl<T: CudaReal> CudaKernels<T> {
         self.linear()?;
         let Some(linear) = &mut self.linear else { unreachable!("it was just made") };
         let by_energy = settings.stop == LinearStop::Energy;
-        let launch = linear::choose(name, &self.memory, &mut self.cache, linear, by_energy)?;
+        let launch = linear::choose(name, &self.memory, &mut self.cache, linear)?;
         self.memory.status.solver_barrier_prepare(&self.memory.queue, launch.blocks)?;
         let from_solution = u32::from(start == LinearStart::Solution);
         let energy = u32::from(by_energy);
@@ -77,12 +78,9 @@ impl<T: CudaReal> CudaKernels<T> {
             argument(&energy),
         ];
         self.stage(name, |kernels| {
-            kernels.linear_start((kernels.cache.solver.module(), name), launch, &arguments)
+            kernels.linear_start((SolverForm::MODULE, name), launch, &arguments)
         })?;
         let outcome = self.outcome()?;
-        // Those of the next solve are larger than the last one of this.
-        let stamp = &mut self.linear()?.data.stamp;
-        *stamp = stamp.wrapping_add(outcome.iterations).wrapping_add(2);
         let done = LinearOutcome {
             iterations: outcome.iterations,
             residual: outcome.residual,

@@ -8,6 +8,7 @@ use crate::{
     linear,
     queue::{Launch, argument},
     schwarz::SchwarzMemory,
+    solver_form::SolverForm,
 };
 
 const MODULE: &str = "preconditioner_build_schwarz";
@@ -121,12 +122,15 @@ impl<T: CudaReal> CudaKernels<T> {
         self.settle()?;
         let name = "preconditioner_apply_schwarz";
         let Some(linear) = &mut self.linear else { return unsupported("a matrix out of nothing") };
-        let launch = linear::choose(name, &self.memory, &mut self.cache, linear, false)?;
+        let launch = linear::choose(name, &self.memory, &mut self.cache, linear)?;
         self.memory.status.solver_barrier_prepare(&self.memory.queue, launch.blocks)?;
         let (from, to) = (from as u32, to as u32);
         self.stage("preconditioner_apply", |kernels| {
-            let module = kernels.cache.solver.module();
-            kernels.linear_start((module, name), launch, &[argument(&from), argument(&to)])
+            kernels.linear_start(
+                (SolverForm::MODULE, name),
+                launch,
+                &[argument(&from), argument(&to)],
+            )
         })
     }
 

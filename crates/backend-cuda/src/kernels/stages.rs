@@ -269,9 +269,8 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
     }
 
     fn stitches_set(&mut self, model: &Arc<Model>) -> Result<bool> {
-        // What does whole frames, or knows a pattern, has kinds of springs of its own.
+        // What does whole frames has kinds of springs of its own.
         let has_own = !matches!(self.config.integrator, Integrator::Implicit(_))
-            || self.linear()?.is_patch()
             || !self.triangle_stitches_set(model);
         if has_own {
             return Ok(false);

@@ -40,8 +40,6 @@ pub(crate) struct LinearData<T> {
     pub(crate) pair_counts: u64,
     pub(crate) outcome: u64,
     pub(crate) partials: u64,
-    pub(crate) exchange: [u64; 2],
-    pub(crate) sums: [u64; 2],
     pub(crate) membrane_tangents: u64,
     pub(crate) bending_tangents: u64,
     pub(crate) element_sums: u64,
@@ -58,13 +56,10 @@ pub(crate) struct LinearData<T> {
     pub(crate) has_constraints: u32,
     pub(crate) has_pairs: u32,
     pub(crate) has_blocks: u32,
-    pub(crate) reach: u32,
-    pub(crate) stamp: u32,
     pub(crate) has_elements: u32,
     pub(crate) has_contacts: u32,
     pub(crate) length: T,
     pub(crate) pair_share: T,
-    pub(crate) stencil: [T; 12],
 }
 
 #[cfg(test)]
@@ -74,7 +69,7 @@ mod tests {
     /// The CUDA sources assert the same.
     #[test]
     fn kernels_are_given_as_many_bytes_as_they_take() {
-        assert_eq!(size_of::<LinearData<f32>>(), 448);
-        assert_eq!(size_of::<LinearData<f64>>(), 504);
+        assert_eq!(size_of::<LinearData<f32>>(), 360);
+        assert_eq!(size_of::<LinearData<f64>>(), 368);
     }
 }

@@ -11,10 +11,9 @@ use cloth_core::{LinearVector, Model, Preconditioner, Result};
 use crate::{
     layout::{BLOCK, CudaReal, Real4},
     memory::Memory,
-    patch::Patch,
     queue::{Buffer, Launch},
     schwarz::SchwarzMemory,
-    solver_form::{SolveNeeds, SolverForm},
+    solver_form::SolverForm,
     triangle_contact::ContactTable,
 };
 
@@ -49,25 +48,16 @@ pub(crate) struct LinearMemory<T> {
     pub(crate) pairs: Option<PairMemory<T>>,
     /// What triangles of fabric add, if there are any.
     pub(crate) elements: Option<ElementMemory<T>>,
-    /// Form and launch of the solvers that have been used, for each of what they are asked for.
-    pub(crate) launches: HashMap<(&'static str, SolveNeeds), (SolverForm, Launch)>,
+    /// Launches of the solvers that have been used, for each of their forms.
+    pub(crate) launches: HashMap<(&'static str, SolverForm), Launch>,
     /// The preconditioner of that name, if it was ever asked for.
     pub(crate) schwarz: Option<Box<SchwarzMemory<T>>>,
     /// The one that is there.
     pub(crate) preconditioner: Preconditioner,
-    exchange: Option<Exchange<T>>,
     _others: Vec<Buffer<Real4<T>>>,
     _links: Buffer<[u32; 2]>,
     _constraints: Buffer<T>,
     pub(crate) released: u64,
-    /// Stiffness and damping of the springs to the later of 24 neighbours, if the model is a patch of them.
-    stencil: Option<[[T; 2]; 12]>,
-}
-
-/// What blocks tell each other in the middle of an iteration, held by the data through its addresses.
-struct Exchange<T> {
-    _vectors: [Buffer<Real4<T>>; 2],
-    _sums: [Buffer<[u64; 2]>; 2],
 }
 
 /// Memory of the pairs in contact.
@@ -107,16 +97,6 @@ impl<T: CudaReal> LinearMemory<T> {
         let shares = !tables.can_buckle && tables.entries.len() <= n;
         let factors = Buffer::zeros(queue, if shares { places } else { 2 * places })?;
         let along = shares.then(|| Buffer::zeros(queue, tables.entries.len())).transpose()?;
-        let patch = Some(&memory.data).filter(|data| data.columns > 0 && shares);
-        let stencil = patch
-            .map(|data| Patch { columns: data.columns as usize, rows: data.rows as usize })
-            .and_then(|patch| patch.neighbours(tables))
-            .map(|kinds| {
-                kinds.map(|kind| {
-                    let [_, stiffness, damping, _] = tables.kinds[kind as usize];
-                    [stiffness, damping]
-                })
-            });
         let origin = Buffer::zeros(queue, n)?;
         let links = Buffer::of(queue, &links)?;
         let mut vectors = Vec::with_capacity(LinearVector::ALL.len());
@@ -147,8 +127,6 @@ impl<T: CudaReal> LinearMemory<T> {
             pair_counts: 0,
             outcome: outcome.address(),
             partials: partials.address(),
-            exchange: [0; 2],
-            sums: [0; 2],
             membrane_tangents: 0,
             bending_tangents: 0,
             element_sums: 0,
@@ -165,13 +143,10 @@ impl<T: CudaReal> LinearMemory<T> {
             has_constraints: u32::from(has_colliders),
             has_pairs: 0,
             has_blocks: 1,
-            reach: tables.reach(),
-            stamp: 0,
             has_elements: 0,
             has_contacts: 0,
             length: T::ONE,
             pair_share: T::ZERO,
-            stencil: [T::ZERO; 12],
         };
         let elements = model.has_fabric().then(|| ElementMemory::new(queue, model)).transpose()?;
         if let Some(elements) = &elements {
@@ -196,18 +171,11 @@ impl<T: CudaReal> LinearMemory<T> {
             launches: HashMap::new(),
             schwarz: None,
             preconditioner: Preconditioner::Block,
-            exchange: None,
             _others: others,
             _links: links,
             _constraints: constraints,
             released: 0,
-            stencil,
         })
-    }
-
-    /// Whether rows have pairs in contact, of points or of triangles.
-    pub(crate) const fn has_contact(&self) -> bool {
-        self.data.has_pairs != 0 || self.data.has_contacts != 0
     }
 
     /// Whether the preconditioner that is there is `schwarz`.
@@ -215,37 +183,9 @@ impl<T: CudaReal> LinearMemory<T> {
         self.preconditioner == Preconditioner::Schwarz
     }
 
-    /// Whether the model is a patch of 24 neighbours.
-    pub(crate) const fn is_patch(&self) -> bool {
-        self.stencil.is_some()
-    }
-
     /// The length of the step that the springs are about to be linearised for.
     pub(crate) fn length_set(&mut self, length: T) {
         self.data.length = length;
-        if let Some(stencil) = &self.stencil {
-            // As `along_write`.
-            self.data.stencil =
-                stencil.map(|[stiffness, damping]| length * length * stiffness + length * damping);
-        }
-    }
-
-    /// Room for what blocks tell each other in the middle of an iteration.
-    ///
-    /// # Errors
-    /// `OutOfMemory`.
-    pub(crate) fn exchange_prepare(&mut self, memory: &Memory<T>) -> Result<()> {
-        if self.exchange.is_some() {
-            return Ok(());
-        }
-        let (queue, n) = (&memory.queue, memory.data.count as usize);
-        let vectors = [Buffer::zeros(queue, n)?, Buffer::zeros(queue, n)?];
-        let units = SUMS * n.div_ceil(SUM_UNIT);
-        let sums = [Buffer::zeros(queue, units)?, Buffer::zeros(queue, units)?];
-        self.data.exchange = vectors.each_ref().map(Buffer::address);
-        self.data.sums = sums.each_ref().map(Buffer::address);
-        self.exchange = Some(Exchange { _vectors: vectors, _sums: sums });
-        Ok(())
     }
 
     /// Room for so many pairs in contact of each particle.

@@ -140,17 +140,6 @@ impl<T: CudaReal> SpringTables<T> {
         tables
     }
 
-    /// The largest distance of two neighbours by index.
-    pub(crate) fn reach(&self) -> u32 {
-        let offsets = self.entries.iter().map(|&[offset, _]| (offset as i32).unsigned_abs());
-        offsets.max().unwrap_or(0)
-    }
-
-    /// Springs of the particle that has most.
-    pub(crate) fn longest_row(&self) -> u32 {
-        self.headers.iter().map(|header| header[1] & 0xff_ffff).max().unwrap_or(0)
-    }
-
     fn push_slice(
         &mut self,
         slice: &[(usize, Vec<Entry>)],

@@ -44,7 +44,6 @@ pub(crate) enum Command {
     ColliderConstraints(Substep),
     ConstraintImpulses(NewtonStart),
     ImplicitSolve(Substep, SolveRequest),
-    ImplicitStep(Substep, SolveRequest),
     VelocityAdd(f64),
     PositionAdvance(f64),
     PositionFromKept(f64),

@@ -27,7 +27,7 @@ impl ContactSizes {
     }
 
     /// Whether the model has so few groups that their number does not matter.
-    pub(crate) const fn has_crews(&self) -> bool {
+    pub(crate) const fn is_small(&self) -> bool {
         self.groups <= GROUPS_WIDE
     }
 }
@@ -44,8 +44,8 @@ pub(crate) const COVER_MAX: u32 = 27;
 const CELLS_PER_GROUP: u32 = 4;
 /// What is added to a region on all sides, in units of the contact distance.
 const MARGIN: f64 = 2.0;
-/// Most groups for which a pass takes hardly more time than any pass, however little it does. Such models are searched in
-/// another form, and have longer regions and fewer opportunities to build the list. Measured on an H200: with 800 groups
+/// Most groups for which a pass takes hardly more time than any pass, however little it does. Such models
+/// have longer regions and fewer opportunities to build the list. Measured on an H200: with 800 groups
 /// regions for 48 substeps and an opportunity every 32 take 8 % less than 32 and 16, which took 12 to 16 % less than 20 and
 /// 8; with 32,768, regions for 48 substeps doubled the time of a frame.
 pub(crate) const GROUPS_WIDE: u32 = 1024;
@@ -60,7 +60,7 @@ struct Span {
 }
 
 const SPAN: Span = Span { horizon: 20.0, interval_max: 8 };
-const SPAN_CREWS: Span = Span { horizon: 48.0, interval_max: 32 };
+const SPAN_SMALL: Span = Span { horizon: 48.0, interval_max: 32 };
 
 /// Good frames after which a longer interval is tried: so many at first, twice as many after each trial
 /// that failed, up to the largest number; the first number again after that many good frames.
@@ -110,13 +110,13 @@ impl ContactPolicy {
         }
     }
 
-    /// As [`ContactSizes::has_crews`].
-    pub(crate) const fn has_crews(&self) -> bool {
-        self.sizes.has_crews()
+    /// As [`ContactSizes::is_small`].
+    pub(crate) const fn is_small(&self) -> bool {
+        self.sizes.is_small()
     }
 
     const fn span(&self) -> Span {
-        if self.has_crews() { SPAN_CREWS } else { SPAN }
+        if self.is_small() { SPAN_SMALL } else { SPAN }
     }
 
     /// The constants of `shared/group.wgsl`.
@@ -231,7 +231,7 @@ mod tests {
         // 1024 groups of 32, and 1036.
         for (side, horizon, interval_max) in [(181, 48e-3, 32), (182, 20e-3, 8)] {
             let mut policy = policy_of(side);
-            assert_eq!(policy.has_crews(), side == 181);
+            assert_eq!(policy.is_small(), side == 181);
             assert!((policy.constants().horizon - horizon).abs() < 1e-8);
             (0..100).for_each(|_| policy.frame_was_good());
             assert_eq!(policy.interval, interval_max);
@@ -254,7 +254,7 @@ mod tests {
         policy.list_was_broken(2);
         let second = frames_until(&mut policy, 4);
         assert!(first < second, "{first:?} {second:?}");
-        assert!(frames_until(&mut policy, SPAN_CREWS.interval_max).is_some());
+        assert!(frames_until(&mut policy, SPAN_SMALL.interval_max).is_some());
     }
 
     #[test]

@@ -243,10 +243,6 @@ impl Kernels for WgpuKernels {
         let is_warm = settings.linear.warm_start && substep.index > 0;
         let start = if is_warm { LinearStart::Solution } else { LinearStart::Constraints };
         let request = SolveRequest::new(settings, start);
-        if self.stages.steps_at_once() {
-            self.stages.execute(Command::ImplicitStep(*substep, request))?;
-            return Ok(true);
-        }
         stepper::collider_start(self)?;
         if self.model().has_collider_constraints() {
             self.collider_constraints(substep)?;

@@ -68,7 +68,7 @@ impl Stages {
     pub(super) fn groups_advance(&mut self, slot: usize) -> Result<()> {
         self.groups_prepare(slot)?;
         let next = self.free_motion();
-        let name = self.substep_kernel();
+        let name = "explicit_substep";
         self.over_groups("explicit_substep", name, next, slot)?;
         self.has_boxes[next] = true;
         self.present = next;

@@ -149,7 +149,6 @@ impl Stages {
             Command::ColliderConstraints(substep) => self.collider_constraints(substep),
             Command::ConstraintImpulses(start) => self.constraint_impulses(*start),
             Command::ImplicitSolve(substep, request) => self.solve_record(substep, request),
-            Command::ImplicitStep(substep, request) => self.implicit_step(substep, request),
             Command::VelocityAdd(scale) => self.motion_change("velocity_add", *scale),
             Command::PositionAdvance(length) => self.motion_change("position_advance", *length),
             Command::SemiImplicitFactorise(length) => self.semi_implicit_factorise(*length),

@@ -34,7 +34,7 @@ use crate::{
     dispatch::{Groups, MEASURE_BLOCK, WORKGROUP, groups, solve_blocks},
     fault::BACKEND,
     figures::Figures,
-    forms, layout,
+    layout,
     linear::{SolvePolicy, linear_check},
     procedural,
     readback::Readback,
@@ -72,10 +72,6 @@ pub(crate) struct Stages {
     control_forces: control_forces::InEffect,
     /// Whether one kernel does the composite stage; false on a device that cannot bind enough buffers.
     is_fused: bool,
-    /// Whether the model has nothing that the form of the fused substep for few groups does not take.
-    takes_crews: bool,
-    /// Whether two kernels do all of an implicit substep but its iterations.
-    is_step_fused: bool,
     has_force: bool,
     /// Whether it is known where the substep that is under way has started.
     has_start: bool,
@@ -185,8 +181,7 @@ impl Stages {
         let sizes = contact.as_ref().map(|policy| policy.sizes);
         let repeats = contact.is_some() || solve_policy.is_some();
         // Where a frame is short the device would stand still while the host learns how the last ones went.
-        let is_short =
-            sizes.as_ref().is_some_and(ContactSizes::has_crews) && solve_policy.is_none();
+        let is_short = sizes.as_ref().is_some_and(ContactSizes::is_small) && solve_policy.is_none();
         let motions = match (repeats, is_short && !model.collider_impulses()) {
             (_, true) => MOTIONS_MAX,
             (true, false) => 3,
@@ -209,8 +204,6 @@ impl Stages {
             held: vec![false; model.particle_count()],
             control_forces: control_forces::InEffect::default(),
             is_fused: true,
-            takes_crews: forms::takes(forms::SUBSTEP_CREWS, &model, config),
-            is_step_fused: false,
             has_force: false,
             has_start: false,
             contact,
@@ -242,7 +235,6 @@ impl Stages {
         };
         if stages.solve_policy.is_some() {
             stages.linear_prepare()?;
-            stages.is_step_fused = stages.implicit_step_prepare()?;
         }
         stages.triangles_prepare()?;
         stages.kernels_prepare()?;
@@ -257,7 +249,7 @@ impl Stages {
     /// Compiles what every frame needs, so that what a device cannot do shows at once.
     fn kernels_prepare(&mut self) -> Result<()> {
         self.is_fused = self.triangles.is_none()
-            && match self.kernel(self.substep_kernel()) {
+            && match self.kernel("explicit_substep") {
                 Err(Error::LimitExceeded { .. }) => false,
                 other => other.map(|_| true)?,
             };
@@ -333,11 +325,9 @@ impl Stages {
         let feedback = self.model.collider_impulses().then_some("feedback");
         let fabric = self.model.has_fabric().then_some("fabric");
         match name {
-            "explicit_substep" | "explicit_substep_crews" => {
+            "explicit_substep" => {
                 let air = self.model.air().is_some().then_some("air");
-                let is_general = name == "explicit_substep";
-                let general = [is_penalty.then_some("penalty"), fabric];
-                let general = general.into_iter().flatten().filter(|_| is_general);
+                let general = [is_penalty.then_some("penalty"), fabric].into_iter().flatten();
                 let forces = air.into_iter().chain(buckling).chain(general);
                 forces.chain(grids).chain(feedback).collect()
             }
@@ -350,10 +340,6 @@ impl Stages {
                 buckling.into_iter().chain(fabric).collect()
             }
             "spring_forces" | "spring_linearise" => buckling.into_iter().collect(),
-            "implicit_system" => {
-                let air = self.model.air().is_some().then_some("air");
-                air.into_iter().chain(buckling).collect()
-            }
             "implicit_assemble" => {
                 let air = self.model.air().is_some().then_some("air");
                 let penalty = is_penalty.then_some("penalty");
@@ -379,7 +365,6 @@ impl Stages {
             "measure" => {
                 buckling.into_iter().chain(contact.map(|_| "contact")).chain(grids).collect()
             }
-            "contact_candidates_boxes" => self.has_crews().then_some("crews").into_iter().collect(),
             "contact_candidates_list" => {
                 let excludes = contact.is_some_and(cloth_core::SelfContact::excludes_neighbours);
                 excludes.then_some("exclusions").into_iter().collect()
@@ -396,24 +381,11 @@ impl Stages {
         self.model.self_contact().is_some_and(is_penalty)
     }
 
-    /// The form of the fused substep for this model.
-    fn substep_kernel(&self) -> &'static str {
-        if self.has_crews() { "explicit_substep_crews" } else { "explicit_substep" }
-    }
-
-    /// Whether the fused substep is in the form for few groups.
-    fn has_crews(&self) -> bool {
-        self.is_penalty()
-            && self.takes_crews
-            && self.contact.as_ref().is_some_and(ContactPolicy::has_crews)
-    }
-
     fn kernel(&mut self, name: &'static str) -> Result<Arc<Kernel>> {
         if let Some(kernel) = self.kernels.get(name) {
             return Ok(Arc::clone(kernel));
         }
-        let has_procedural =
-            ["explicit_substep", "explicit_substep_crews", "procedural_forces"].contains(&name);
+        let has_procedural = ["explicit_substep", "procedural_forces"].contains(&name);
         let procedural = self.procedural.as_ref().filter(|_| has_procedural);
         let kernel = self.context.kernel(name, &self.options(name), procedural)?;
         self.kernels.insert(name, Arc::clone(&kernel));

@@ -5,7 +5,8 @@ use cloth_core::Result;
 use super::{CALLS_MAX, Stages};
 use crate::{
     buffers::{VECTOR_SIZE, uniform_stride},
-    dispatch::{PARTIALS_MAX, iterates_at_once},
+    dispatch::PARTIALS_MAX,
+    forms,
     layout::{Call, Solve},
     linear::{VECTOR_COPIES, VECTOR_COUNT},
     tables::{links::LinkTables, spring_kinds},
@@ -25,9 +26,7 @@ impl Stages {
         let kinds = spring_kinds(&self.model);
         let calls = uniform_stride(&self.context.limits, size_of::<Call>()) * CALLS_MAX as u64;
         let memory = self.context.limits.max_compute_workgroup_storage_size;
-        let fits = iterates_at_once(particles as u32, links.reach, memory);
-        let is_general = self.is_penalty() || self.triangles.is_some() || self.model.has_fabric();
-        let at_once = fits && !is_general;
+        let at_once = forms::iteration(&self.model, &self.config, &links, memory).is_ok();
         self.solve_reach = at_once.then_some(links.reach);
         let copies = if at_once { VECTOR_COPIES } else { 0 };
         let mut zeroed = vec![

@@ -5,7 +5,6 @@ mod memory;
 mod read;
 mod schwarz;
 mod solve;
-mod step;
 
 use cloth_core::{LinearVector, MatrixForm, NewtonStart, Preconditioner, Result, stepper::Substep};
 
