@@ -16,7 +16,7 @@ use crate::{
 };
 
 const SIDE: u32 = 17;
-const FRAMES: u32 = 12;
+const FRAMES: u32 = 6;
 /// The limit.
 const LARGEST: f64 = 1.03;
 

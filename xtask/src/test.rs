@@ -46,7 +46,7 @@ const COMBINATIONS: [&str; 5] = ["", "cpu", "reference", "wgpu", "cuda"];
 #[derive(Args)]
 pub(crate) struct TestArguments {
     /// How long inputs that nobody would write are tried beside the tests, in seconds.
-    #[arg(long, default_value_t = 300)]
+    #[arg(long, default_value_t = 120)]
     fuzz_seconds: u64,
     /// Run what passed before, too, though nothing has changed since.
     #[arg(long)]
