@@ -57,7 +57,7 @@ fn a_moving_table_carries_the_cloth_on_it() {
     let model = build(ModelBuilder::new().cloth(cloth).collider(plane(friction, 0.0)));
     for candidate in candidates() {
         for integrator in integrators(candidate) {
-            let time_step = if integrator == Integrator::Explicit { 1e-3 } else { 4e-3 };
+            let time_step = if integrator == Integrator::Explicit { 1e-3 } else { 2e-3 };
             let mut solver = solver_of(candidate, &model, time_step, integrator);
             let frames = 20;
             let frame = Frame { duration: 0.02 };

@@ -19,7 +19,7 @@ const SPACING: f64 = 0.0135;
 const DISTANCE: f64 = 0.013;
 const BOX_TOP: f64 = 0.1;
 const SHEETS: u32 = 4;
-const SIDES: [u32; SHEETS as usize] = [15, 13, 11, 9];
+const SIDES: [u32; SHEETS as usize] = [21, 18, 15, 12];
 /// They lie after half of it.
 const FRAMES: u32 = 40;
 
@@ -29,7 +29,7 @@ fn stack(response: ContactResponse) -> Arc<Model> {
         .field(Field::Drag { rate: [1.5; 3] })
         .collider(Collider {
             name: "box".into(),
-            shape: ColliderShape::Box { half_extents: [0.048, 0.048, 0.5 * BOX_TOP] },
+            shape: ColliderShape::Box { half_extents: [0.065, 0.065, 0.5 * BOX_TOP] },
             pose: Pose::from_translation([0.0, 0.0, 0.5 * BOX_TOP]),
             friction: 0.5,
             restitution: 0.0,

@@ -10,6 +10,8 @@
 //! What one side gains the other loses, so that momentum is conserved to rounding, and with the implicit
 //! integrator to what its linear solver leaves. A body feels the cloth
 //! one part of a frame late, so that it must not be much lighter than the cloth that rests on it.
+//!
+//! Where cloth between a body and something else cannot make way, [`RigidWorld::stop`] takes back what the body has come nearer.
 
 mod closest;
 mod distance_grid;
@@ -19,6 +21,7 @@ mod mesh;
 mod motion;
 mod shape;
 mod snapshot;
+mod stop;
 mod world;
 
 pub use closest::{ClosestPoint, ClosestPoints};
@@ -27,4 +30,5 @@ pub use error::RigidError;
 pub use joint::{RigidJoint, RigidJointKind};
 pub use motion::RigidMotion;
 pub use shape::{RigidBody, RigidShape};
+pub use stop::Stop;
 pub use world::RigidWorld;

@@ -26,8 +26,8 @@ pub(crate) const SPEED_MAX: f64 = 400.0;
 /// Bodies that collide with each other and with the colliders of a scene. Deterministic: the same
 /// calls give the same bits.
 pub struct RigidWorld {
-    world: PhysicsWorld,
-    bodies: Vec<RigidBodyHandle>,
+    pub(crate) world: PhysicsWorld,
+    pub(crate) bodies: Vec<RigidBodyHandle>,
     /// The colliders of the scene, moved from outside, with where they are.
     kinematic: Vec<(RigidBodyHandle, Pose)>,
     /// Stands for everything that the world was made of.

@@ -4,14 +4,25 @@ use std::collections::BTreeMap;
 
 use cloth_core::{
     ColliderControl, ColliderImpulse, Control, ControlStart, Error, Frame, PinAction, Pose, Result,
-    Solver, StepReport,
+    Solver, State, StepReport,
 };
-use cloth_rigid::{RigidError, RigidMotion, RigidWorld};
+use cloth_rigid::{RigidError, RigidMotion, RigidWorld, Stop};
 use cloth_scene::CompiledScene;
 
 /// Longest time that a body waits for the reaction of the cloth \[s\]. A body on a cloth is a mass on a
 /// spring, and a force that comes late feeds its swing: this is a small part of its period.
 const EXCHANGE_INTERVAL: f64 = 2e-3;
+
+/// Places that are found to stop bodies in a part of a frame at most.
+const STOPS_MAX: usize = 24;
+/// As many of these show that a body lies flat.
+const STOPS_BROAD: usize = 4;
+
+/// Where all was before a part of a frame.
+struct Before {
+    state: State,
+    bodies: Vec<RigidMotion>,
+}
 
 /// Where the particles are that a control moves \[m\], for a frame that is done in parts.
 pub(crate) fn moved_from(
@@ -101,12 +112,10 @@ impl RigidExchange {
         let part = Frame { duration: frame.duration / parts };
         let mut report = StepReport::default();
         let (mut substeps, mut wall_time) = (0, std::time::Duration::ZERO);
+        let mut stops = Vec::new();
         for number in 1..=parts as u32 {
-            let mut control = control.part(&start, f64::from(number) / parts, number == 1);
-            self.advance(part, &mut control);
-            solver.set_control(&control)?;
-            solver.advance(part)?;
-            report = solver.synchronize()?;
+            let control = control.part(&start, f64::from(number) / parts, number == 1);
+            report = self.part(solver, &control, part, &mut stops)?;
             self.react(solver)?;
             substeps += report.substeps;
             wall_time += report.wall_time;
@@ -117,8 +126,55 @@ impl RigidExchange {
         Ok(report)
     }
 
-    /// Moves the bodies, and lets the cloth feel them on their way.
-    fn advance(&mut self, frame: Frame, control: &mut Control) {
+    /// Advances bodies and cloth by a part of a frame. Where a body would pinch cloth it is stopped, and the part is done again.
+    fn part(
+        &mut self,
+        solver: &mut dyn Solver,
+        control: &Control,
+        part: Frame,
+        stops: &mut Vec<Stop>,
+    ) -> Result<StepReport> {
+        // Contact of points lets cloth through instead.
+        let mut before = Before { state: State::default(), bodies: self.world.motions() };
+        let pinches = solver.model().has_triangle_contact();
+        if pinches {
+            solver.download(&mut before.state)?;
+        }
+        let mut found = 0;
+        loop {
+            let control = self.advance(part, control, (&before.bodies, stops));
+            let moved = solver.set_control(&control).and_then(|()| solver.advance(part));
+            let error = match moved.and_then(|()| solver.synchronize()) {
+                Ok(report) => return Ok(report),
+                Err(error) => error,
+            };
+            let place = match &error {
+                Error::Pinched { place, .. } | Error::PinchedByBody { place, .. } if pinches => {
+                    *place
+                }
+                _ => return Err(error),
+            };
+            // If none is there that moves it is a matter of others.
+            let stop = self.world.stop_at(place, part.duration).filter(|_| found < STOPS_MAX);
+            let Some(stop) = stop else { return Err(error) };
+            stops.push(stop);
+            found += 1;
+            if found % STOPS_BROAD == 0 {
+                stops.extend(self.world.stop_broadly(&stop));
+            }
+            self.world.motions_take(&before.state.colliders[..self.own], &before.bodies);
+            solver.upload(&before.state)?;
+        }
+    }
+
+    /// Moves the bodies, and tells the cloth of their way.
+    fn advance(
+        &mut self,
+        frame: Frame,
+        control: &Control,
+        (before, stops): (&[RigidMotion], &mut Vec<Stop>),
+    ) -> Control {
+        let mut control = control.clone();
         let mut targets: Vec<Option<Pose>> = vec![None; self.own];
         for control in &control.colliders {
             if let Some(target) = targets.get_mut(control.collider as usize) {
@@ -126,9 +182,13 @@ impl RigidExchange {
             }
         }
         self.world.advance(frame.duration, &targets);
+        if !stops.is_empty() {
+            self.world.stop(stops, before, frame.duration);
+        }
         for (index, pose) in (self.own..).zip(self.world.poses()) {
             control.colliders.push(ColliderControl { collider: index as u32, pose });
         }
+        control
     }
 
     /// Gives the bodies what the cloth took from them.

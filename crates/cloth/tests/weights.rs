@@ -1,0 +1,66 @@
+//! Rigid bodies that press cloth against what does not give way are stopped by it.
+
+#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
+
+use cloth::{
+    SceneAudit, Simulation, backend_create,
+    scene::{CompileOptions, Scene},
+};
+
+/// A weight \[kg\] that falls some millimetres onto a mat on a table.
+fn scene(mass: f64) -> String {
+    format!(
+        r#"
+name = "weight"
+simulation = {{ frames = 12, frames_per_second = 30 }}
+[[cloth]]
+name = "mat"
+material.preset = "denim"
+geometry.grid = {{ columns = 13, rows = 13, spacing = 0.015, centre = [0, 0, 0.102] }}
+[contact]
+[[collider]]
+name = "table"
+shape.box.half_extents = [0.2, 0.2, 0.05]
+translation = [0, 0, 0.05]
+[[rigid]]
+name = "weight"
+shape.box.half_extents = [0.05, 0.05, 0.05]
+mass = {mass}
+translation = [0, 0, 0.156]
+"#
+    )
+}
+
+/// Each of them once ended the run: the cloth below was pinched.
+#[test]
+fn a_weight_on_cloth_comes_to_rest() {
+    for name in ["cpu", "wgpu", "cuda"] {
+        let backend = match backend_create(name, None) {
+            Ok(backend) => backend,
+            Err(error) => {
+                println!("not run here: {name}: {error}");
+                continue;
+            }
+        };
+        let masses = if name == "cpu" { &[0.05, 10.0][..] } else { &[10.0] };
+        for mass in masses {
+            let scene = Scene::from_toml(&scene(*mass), "weight.toml").unwrap();
+            let scene = scene.compile(&CompileOptions::default()).unwrap();
+            let mut simulation = Simulation::new(scene, backend.as_ref()).unwrap();
+            let audit = SceneAudit::new(simulation.model());
+            // A GPU that a processor stands for takes its time: until the weight has landed.
+            let frames = if name == "wgpu" { 5 } else { 12 };
+            while simulation.frame() < frames {
+                simulation.step().unwrap();
+                let found = simulation.intersections(&audit).unwrap();
+                assert_eq!(found.pairs(), 0, "{name} {mass} kg: {found:?}");
+            }
+            let motion = simulation.rigid().unwrap().motions()[0];
+            let [height, upright] = [motion.pose.translation[2], motion.pose.rotation[3]];
+            assert!((0.15..0.155).contains(&height), "{name} {mass} kg: at {height} m");
+            assert!(upright.abs() > 0.9999, "{name} {mass} kg: {:?}", motion.pose);
+            let speed = motion.velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
+            assert!(speed < 0.02, "{name} {mass} kg: {speed} m/s");
+        }
+    }
+}
