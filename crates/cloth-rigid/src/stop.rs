@@ -62,7 +62,7 @@ impl RigidWorld {
         points.map(|point| Stop { point, is_broad: true, ..*stop }).to_vec()
     }
 
-    /// Takes back what bodies have come nearer to `stops` in the last step, which was `duration` \[s\] long and began with `before`. Forgets the stops that
+    /// Takes back what bodies have come nearer to `stops` in the last step, which was `duration` \[s\] long and began with `before`, one for each body. Forgets the stops that
     /// bodies have left.
     pub fn stop(&mut self, stops: &mut Vec<Stop>, before: &[RigidMotion], duration: f64) {
         stops.retain(|stop| {
@@ -77,10 +77,10 @@ impl RigidWorld {
             let found = collider.shape().project_point(body.position(), point, false);
             found.is_inside || (found.point - point).length() <= LEFT
         });
-        for (number, &handle) in self.bodies.iter().enumerate() {
+        for ((number, &handle), before) in self.bodies.iter().enumerate().zip(before) {
             let own: Vec<_> = stops.iter().filter(|stop| stop.body == number).collect();
             let body = &mut self.world.bodies[handle];
-            if let Some(motion) = stopped(body, &own, &before[number].pose, duration) {
+            if let Some(motion) = stopped(body, &own, &before.pose, duration) {
                 body.set_position(pose(&motion.pose), true);
                 body.set_linvel(vector(motion.velocity), true);
                 body.set_angvel(vector(motion.angular_velocity), true);

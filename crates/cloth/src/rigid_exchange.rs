@@ -18,12 +18,6 @@ const STOPS_MAX: usize = 24;
 /// As many of these show that a body lies flat.
 const STOPS_BROAD: usize = 4;
 
-/// Where all was before a part of a frame.
-struct Before {
-    state: State,
-    bodies: Vec<RigidMotion>,
-}
-
 /// Where the particles are that a control moves \[m\], for a frame that is done in parts.
 pub(crate) fn moved_from(
     solver: &mut dyn Solver,
@@ -135,14 +129,14 @@ impl RigidExchange {
         stops: &mut Vec<Stop>,
     ) -> Result<StepReport> {
         // Contact of points lets cloth through instead.
-        let mut before = Before { state: State::default(), bodies: self.world.motions() };
+        let (mut state, bodies) = (State::default(), self.world.motions());
         let pinches = solver.model().has_triangle_contact();
         if pinches {
-            solver.download(&mut before.state)?;
+            solver.download(&mut state)?;
         }
         let mut found = 0;
         loop {
-            let control = self.advance(part, control, (&before.bodies, stops));
+            let control = self.advance(part, control, (&bodies, stops));
             let moved = solver.set_control(&control).and_then(|()| solver.advance(part));
             let error = match moved.and_then(|()| solver.synchronize()) {
                 Ok(report) => return Ok(report),
@@ -162,8 +156,8 @@ impl RigidExchange {
             if found % STOPS_BROAD == 0 {
                 stops.extend(self.world.stop_broadly(&stop));
             }
-            self.world.motions_take(&before.state.colliders[..self.own], &before.bodies);
-            solver.upload(&before.state)?;
+            self.world.motions_take(&state.colliders, &bodies);
+            solver.upload(&state)?;
         }
     }
 
