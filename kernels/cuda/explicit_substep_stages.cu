@@ -179,11 +179,11 @@ extern "C" __global__ void __launch_bounds__(THREADS, BLOCKS_PER_SM) explicit_fr
         for (uint k = own; k < s.fold_count && !now.stopped; k += all) fold_state_store(s, now.motion, k);
         meet();
         for (uint k = own; k < s.element_count && !now.stopped; k += all) {
-            fold_moments_store(s, k);
+            fold_moments_store(s, k, 1, 1, 0);
             membrane_force_store(s, now.motion, k);
         }
         meet();
-        for (uint k = own; k < s.fold_count && !now.stopped; k += all) fold_force_store(s, now.motion, k);
+        for (uint k = own; k < s.fold_count && !now.stopped; k += all) fold_force_store(s, k);
         // With penalties all meet before the pass anyway.
         if (!PENALTY) meet();
 #endif

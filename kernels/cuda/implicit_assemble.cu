@@ -116,7 +116,7 @@ extern "C" __global__ void implicit_assemble(const __grid_constant__ Solver s, c
         on = on + block_on;
         off = off + block_off;
     }
-    if (l.has_elements) right = right + xyz(l.element_sums[2 * (size_t)s.count + i]);
+    if (l.has_elements) right = right + (fabric_gather(s.membrane_rows, s.membrane_entries, s.membrane_forces, i) + bending_force(s, i));
     l.diagonal[0][i] = with_w(on, 0);
     l.diagonal[1][i] = with_w(off, 0);
     l.vectors[RIGHT_SIDE][i] = with_w(right, 0);
@@ -125,35 +125,120 @@ extern "C" __global__ void implicit_assemble(const __grid_constant__ Solver s, c
     }
 }
 
-// What triangles of fabric add: a thread for each block of row i and a larger column, which is that of the row of the column too, and one for the
-// diagonal block and the right-hand side.
-extern "C" __global__ void implicit_assemble_fabric(const __grid_constant__ Solver s, const __grid_constant__ Linear l) {
-    uint at = blockIdx.x * blockDim.x + threadIdx.x;
-    uint rows = (s.count + SLICE - 1) / SLICE * SLICE;
-    uint i = at % rows, k = at / rows;
-    if (i >= s.count) return;
-    if (k == 0) {
-        ElementBlock block = element_block(s, l, l.element_rows[i]);
-        vec3 right = {0, 0, 0};
-        for (uint k = s.membrane_rows[i], end = s.membrane_rows[i + 1]; k < end; k++) right = right + xyz(s.membrane_forces[s.membrane_entries[k]]);
-        for (uint k = s.bending_rows[i], end = s.bending_rows[i + 1]; k < end; k++) right = right + xyz(s.bending_forces[s.bending_entries[k]]);
-        const real(*b)[3] = block.entries;
-        l.element_sums[i] = {b[0][0], b[1][1], b[2][2], 0};
-        l.element_sums[s.count + i] = {b[0][1], b[0][2], b[1][2], 0};
-        l.element_sums[2 * (size_t)s.count + i] = with_w(right, 0);
-        return;
-    }
-    uint entry = l.element_slices[i / SLICE] + k - 1;
-    if (entry >= l.element_slices[i / SLICE + 1]) return;
-    uint j = l.element_columns[entry * SLICE + i % SLICE];
-    if (j == NONE || j < i) return;
-    ElementBlock block = element_block(s, l, l.element_rows[i] + k);
-    real* own = l.element_blocks + element_place(entry, i);
-    real* other = l.element_blocks + element_place(element_find(l, j, i), j);
-    for (uint row = 0; row < 3; row++) {
-        for (uint column = 0; column < 3; column++) {
-            own[(3 * row + column) * SLICE] = block.entries[row][column];
-            other[(3 * column + row) * SLICE] = block.entries[row][column];
+// Rows of a block, each with half a warp, a lane for each place of a patch; and blocks off the diagonal of a row that are summed up at once.
+#define ROW_LANES 16
+#define ASSEMBLED_ROWS 16
+#ifdef CLOTH_F64
+#define ROW_BLOCKS 32
+#else
+#define ROW_BLOCKS 64
+#endif
+
+// The sums of a row; the diagonal block comes last.
+struct RowSums {
+    real blocks[ROW_BLOCKS + 1][9];
+    uint columns[ROW_BLOCKS];
+
+    // The block of a column; none if it is not among these.
+    __device__ __forceinline__ real* block(uint j, bool is_own) {
+        if (is_own) return blocks[ROW_BLOCKS];
+        uint place = 0;
+#pragma unroll
+        for (uint step = ROW_BLOCKS / 2; step > 0; step /= 2) {
+            if (columns[place + step - 1] < j) place += step;
         }
+        return columns[place] == j ? blocks[place] : nullptr;
+    }
+};
+
+// What triangles of fabric add to the rows of the matrix, in the order of the triangles. Vertices of a patch that come again have nothing of their own.
+extern "C" __global__ void __launch_bounds__(ROW_LANES * ASSEMBLED_ROWS) implicit_assemble_fabric(const __grid_constant__ Solver s, const __grid_constant__ Linear l) {
+    __shared__ RowSums rows[ASSEMBLED_ROWS];
+    uint t = threadIdx.x, lane = t % ROW_LANES, first = blockIdx.x * ASSEMBLED_ROWS, i = first + t / ROW_LANES;
+    RowSums& row = rows[t / ROW_LANES];
+    bool exists = i < s.count;
+    // Both rows of a warp take as many turns.
+    auto turns = [&](const uint* starts) {
+        uint count = exists ? starts[i + 1] - starts[i] : 0;
+        return max(count, __shfl_xor_sync(ALL_LANES, count, ROW_LANES));
+    };
+    uint membranes = turns(s.membrane_rows), patches = turns(s.bending_rows);
+    uint begin = l.element_slices[first / SLICE], end = l.element_slices[first / SLICE + 1];
+    // Once for rows without any neighbours as well.
+    for (uint base = begin; base == begin || base < end; base += ROW_BLOCKS) {
+        for (uint at = t; at < ROW_BLOCKS * ASSEMBLED_ROWS; at += ROW_LANES * ASSEMBLED_ROWS) {
+            uint entry = base + at / ASSEMBLED_ROWS, k = at % ASSEMBLED_ROWS;
+            rows[k].columns[at / ASSEMBLED_ROWS] = entry < end ? l.element_columns[entry * SLICE + (first + k) % SLICE] : NONE;
+        }
+        for (uint at = lane; at < 9 * (ROW_BLOCKS + 1); at += ROW_LANES) row.blocks[0][at] = 0;
+        __syncthreads();
+        for (uint k = 0; k < membranes; k++) {
+            uint at = exists ? s.membrane_rows[i] + k : 0;
+            if (exists && at < s.membrane_rows[i + 1] && lane < 3) {
+                uint number = s.membrane_entries[at] / 3, own = s.membrane_entries[at] % 3;
+                const MembraneTriangle& triangle = s.membranes[number];
+                uint j = triangle.particles[lane];
+                real* to = row.block(j, j == i);
+                if (to) {
+                    // Below the diagonal it is that of the other row, turned around.
+                    bool is_below = j < i;
+                    ElementBlock block = membrane_block(triangle, l.membrane_tangents[number], is_below ? lane : own, is_below ? own : lane);
+#pragma unroll
+                    for (uint n = 0; n < 9; n++) to[n] += is_below ? block.entries[n % 3][n / 3] : block.entries[n / 3][n % 3];
+                }
+            }
+            __syncwarp();
+        }
+        for (uint k = 0; k < patches; k++) {
+            uint at = exists ? s.bending_rows[i] + k : 0;
+            bool is_there = exists && at < s.bending_rows[i + 1];
+            uint own = 0, j = COMES_AGAIN;
+            real of[9] = {};
+            if (is_there && lane < PATCH_VERTICES) {
+                uint entry = s.bending_entries[at], number = entry / PATCH_VERTICES;
+                own = entry % PATCH_VERTICES;
+                j = ((const uint*)s.patches[number].particles)[lane];
+                const real* tangent = l.bending_tangents + (size_t)number * BENDING_TANGENT;
+                const real4 a = ((const real4*)tangent)[lane], b = ((const real4*)tangent)[PATCH_VERTICES + lane];
+                of[0] = a.x;
+                of[1] = a.y;
+                of[2] = a.z;
+                of[3] = a.w;
+                of[4] = b.x;
+                of[5] = b.y;
+                of[6] = b.z;
+                of[7] = b.w;
+                of[8] = tangent[tangent_place(lane, 8)];
+            }
+            uint source = t % WARP / ROW_LANES * ROW_LANES + own;
+            bool comes_again = __shfl_sync(ALL_LANES, j, source) & COMES_AGAIN;
+            real self[9];
+#pragma unroll
+            for (uint n = 0; n < 9; n++) self[n] = __shfl_sync(ALL_LANES, of[n], source);
+            if (!comes_again && !(j & COMES_AGAIN)) {
+                real* to = row.block(j, j == i);
+                if (to) {
+#pragma unroll
+                    for (uint n = 0; n < 9; n++) {
+                        uint r = n / 3, c = n % 3;
+                        to[n] += of[c] * self[r] + of[3 + c] * self[3 + r] + of[6 + c] * self[6 + r];
+                    }
+                }
+            }
+            __syncwarp();
+        }
+        __syncthreads();
+        if (base == begin && t < ASSEMBLED_ROWS && first + t < s.count) {
+            const real* b = rows[t].blocks[ROW_BLOCKS];
+            l.element_sums[first + t] = {b[0], b[4], b[8], 0};
+            l.element_sums[s.count + first + t] = {b[1], b[2], b[5], 0};
+        }
+        // Rows are side by side in memory.
+        for (uint at = t; at < 9 * ROW_BLOCKS * ASSEMBLED_ROWS; at += ROW_LANES * ASSEMBLED_ROWS) {
+            uint k = at % ASSEMBLED_ROWS, n = at / ASSEMBLED_ROWS % 9, place = at / (9 * ASSEMBLED_ROWS);
+            if (base + place >= end) break;
+            if (rows[k].columns[place] != NONE) l.element_blocks[element_place(base + place, first + k) + n * SLICE] = rows[k].blocks[place][n];
+        }
+        __syncthreads();
     }
 }

@@ -170,8 +170,8 @@ extern "C" __global__ void __launch_bounds__(512) measure_fabric(const __grid_co
         value = (double)root(maximum(mean + radius, (real)0)) - 1.0;
         double stored = (double)fabric_response(s.fabric_laws[triangle.fabric], strain).energy * (double)triangle.area;
         Plate plate = plate_of(s, number);
-        Plane k = curvature_of(motion, s.patches[number], plate, 1, 0, false, nullptr), m = plate.moment(k);
-        energy = stored + (double)((real)0.5 * (m.uu * k.uu + m.vv * k.vv + m.uv * k.uv));
+        Plane roots = energy_roots(s, number, plate, 1, 0);
+        energy = stored + (double)((real)0.5 * (roots.uu * roots.uu + roots.vv * roots.vv + roots.uv * roots.uv));
     }
     values[t] = number < s.element_count ? fabs(value) : 0;
     values[BLOCK + t] = energy;

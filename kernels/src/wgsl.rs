@@ -42,6 +42,7 @@ modules! {
     "bending_forces_gather" [],
     "bending_forces_moments" [],
     "bending_linearise" [],
+    "bending_linearise_moments" [],
     "collider_constraints" ["grids"],
     "collider_impulses" [],
     "collider_response" ["grids", "feedback", "start"],
@@ -128,14 +129,14 @@ macro_rules! shared {
 
 shared! {
     "air" "air_add" "air_add_none" "air_jacobian" "air_jacobian_none" "arctangent" "assemble"
-    "bending_store" "call" "cells" "certificate" "collider" "colour"
+    "call" "cells" "certificate" "collider" "colour"
     "constraint" "constraint_change" "constraint_none" "contact_counts" "contact_exclusions"
     "contact_exclusions_none" "contact_force" "contact_kept" "contact_next"
     "contact_pair" "contact_partners" "contact_penalty" "contact_row" "contact_row_none" "contact_search"
     "contact_spill" "contact_table" "contact_turn" "contact_wanted"
-    "control_forces" "curvature" "distance_grid" "distance_grid_none" "element_own" "element_own_none" "element_pull" "element_pull_none" "element_row"
+    "control_forces" "distance_grid" "distance_grid_none" "element_own" "element_own_none" "element_pull" "element_pull_none" "element_row"
     "element_row_none" "element_sums" "fabric" "fabric_add" "fabric_add_none"
-    "fabric_gather" "fabric_tangents" "fabric_vectors" "feedback" "feedback_none" "field" "filter" "finite" "fold" "fold_moments" "fold_numbers" "fold_tables" "force" "group"
+    "fabric_gather" "fabric_tangents" "fabric_vectors" "feedback" "feedback_none" "field" "filter" "finite" "fold" "fold_apexes" "fold_moments" "fold_numbers" "fold_tables" "force" "group"
     "group_box" "group_boxes" "group_boxes_out" "group_check" "group_region" "group_rows" "integrate" "link_kinds" "links" "matrix"
     "matrix_diagonal" "matrix_entry" "matrix_row" "matrix_springs" "measure_sum" "membrane" "membrane_element" "membrane_motion" "membrane_store" "model" "motion" "motion_out"
     "particle_advance" "particle_force" "piece" "pair_box" "pair_boxes" "pair_each" "pair_found" "pair_list" "pair_references" "pair_results" "pair_task" "pair_way_box" "pair_ways" "plate"

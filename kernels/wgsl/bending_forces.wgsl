@@ -1,5 +1,5 @@
 // NUMERICS section 12, bending_forces, the third part: what patches ask of each fold, on its vertices. Behind the vectors of triangles there is one for each vertex.
-//!include model status motion arctangent fold fold_tables fold_numbers fabric_vectors
+//!include model status arctangent fold fold_tables fold_numbers fold_apexes fabric_vectors
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -14,8 +14,7 @@ fn main(
     for (var k = 0u; k < FOLD_PLACES_MAX; k += 1u) {
         moment += fold_numbers[fold_place(number, k)];
     }
-    let at = fold_vertices(number);
-    let fold = fold_of(position_in[at.x].xyz, position_in[at.y].xyz, position_in[at.z].xyz, position_in[at.w].xyz).fold;
+    let fold = fold_apexes(number);
     let place = 3u * model.element_count + 4u * number;
     fabric_vector_set(place, -moment * fold_start(fold));
     fabric_vector_set(place + 1u, -moment * fold_end(fold));

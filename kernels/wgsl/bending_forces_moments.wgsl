@@ -8,6 +8,6 @@ fn main(
 ) {
     let number = particle_index(id, groups);
     if number < model.element_count && !is_stopped() {
-        fold_moments(number);
+        fold_moments(number, 1.0, 1.0, 0.0);
     }
 }

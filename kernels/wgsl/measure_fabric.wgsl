@@ -1,5 +1,5 @@
-// NUMERICS section 10: energies and stretches of triangles of fabric, over blocks of them that follow those of particles.
-//!include model motion measure_sum fabric membrane membrane_motion arctangent fold plate curvature
+// NUMERICS section 10: energies and stretches of triangles of fabric, over blocks of them that follow those of particles, after the first part of bending_forces.
+//!include model motion measure_sum fabric membrane membrane_motion plate fold_tables fold_numbers fold_moments
 
 // The results of each block, MEASURE_WORDS each.
 @group(0) @binding(30) var<storage, read_write> measure_partials: array<vec4<u32>>;
@@ -26,9 +26,8 @@ fn main(
             let across = 2.0 * strain.z;
             let radius = sqrt(fma(across, across, apart * apart));
             let stretch = sqrt(max(1.0 + (strain.x + strain.y) + radius, 0.0)) - 1.0;
-            var folds: array<Fold, PATCH_FOLDS>;
-            let curvature = curvature_of(number, 1.0, 0.0, &folds);
-            let bent = 0.5 * dot_product(plate_moment(number, curvature), curvature);
+            let roots = energy_roots(number, 1.0, 0.0);
+            let bent = 0.5 * dot_product(roots, roots);
             let energy = fma(fabric_response(triangle.fabric, strain).energy, triangle.area, bent);
             sum = sum_add(sum, Sum(vec4f(2.0 * abs(stretch), 4.0 * energy, 0.0, 0.0), vec4f(0.0)));
             let own = Extremes(stretch, triangle.particles.x, 0.0, NO_PARTICLE, 0u);

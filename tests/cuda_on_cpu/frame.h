@@ -130,8 +130,9 @@ static void fabric_describe(Solver& s, Input& input) {
     s.fold_rows = list();
     s.fold_entries = list();
     s.membrane_forces = device<real4>(3 * (size_t)s.element_count);
-    s.bending_forces = device<real4>(PATCH_VERTICES * (size_t)s.element_count);
+    s.bending_forces = device<real4>(4 * (size_t)s.fold_count);
     s.fold_states = device<real2>(s.fold_count + 1);
+    s.fold_apexes = device<real4>(2 * ((size_t)s.fold_count + 1));
     s.fold_moments = device<real>(PATCH_FOLDS * (size_t)s.element_count + 1);
 }
 

@@ -27,16 +27,17 @@ static uint* input_list() {
     return words;
 }
 
+static Solver s = {};
+static Linear l = {};
+
 int main(int, char** arguments) {
     FILE* file = fopen(arguments[1], "rb");
     uint word;
     while (file && fread(&word, sizeof word, 1, file) == 1) input_words.push_back(word);
     if (file) fclose(file);
-    Solver s = {};
-    Linear l = {};
     s.count = input_integer();
     uint from_start = input_integer();
-    uint longest = input_integer();
+    uint seed = input_integer();
     l.length = input_number();
     for (real& a : s.acceleration) a = input_number();
     s.fabric_laws = (const FabricLaw*)input_list();
@@ -56,13 +57,13 @@ int main(int, char** arguments) {
     s.fold_rows = input_list();
     s.fold_entries = input_list();
     s.membrane_forces = zeros<real4>(3 * (size_t)s.element_count);
-    s.bending_forces = zeros<real4>(PATCH_VERTICES * (size_t)s.element_count);
+    s.bending_forces = zeros<real4>(4 * (size_t)s.fold_count);
+    s.fold_states = zeros<real2>(s.fold_count + 1);
+    s.fold_apexes = zeros<real4>(2 * ((size_t)s.fold_count + 1));
+    s.fold_moments = zeros<real>(PATCH_FOLDS * (size_t)s.element_count + 1);
     l.element_slices = input_list();
     l.element_columns = input_list();
     l.element_blocks = zeros<real>(9 * (size_t)list_length);
-    l.element_rows = input_list();
-    l.element_offsets = input_list();
-    l.element_terms = input_list();
     s.position[0] = (real4*)input_list();
     s.velocity[0] = (real4*)input_list();
     s.kept_velocity = (real4*)input_list();
@@ -79,8 +80,8 @@ int main(int, char** arguments) {
     l.has_elements = l.is_full = 1;
     l.origin = s.position[0];
     l.membrane_tangents = zeros<MembraneTangent>(s.element_count);
-    l.bending_tangents = zeros<BendingTangent>(s.element_count);
-    l.element_sums = zeros<real4>(3 * (size_t)s.count);
+    l.bending_tangents = zeros<real>(BENDING_TANGENT * (size_t)s.element_count);
+    l.element_sums = zeros<real4>(2 * (size_t)s.count);
     for (uint k = 0; k < 2; k++) {
         l.base[k] = zeros<real4>(s.count);
         l.diagonal[k] = zeros<real4>(s.count);
@@ -89,8 +90,11 @@ int main(int, char** arguments) {
     for (uint i = 0; i < s.count; i++) s.force[i] = with_w(field_force(s, s.velocity[0][i].w, xyz(s.velocity[0][i])), 0);
     if (l.has_contacts) launch_over(s.count, [&] { contact_forces_triangles(s, l.contacts); });
     launch_over(s.element_count, [&] { membrane_linearise(s, l, from_start); });
-    launch_over(s.element_count, [&] { bending_linearise(s, l, from_start); });
-    launch_over((s.count + 31) / 32 * 32 * (longest + 1), [&] { implicit_assemble_fabric(s, l); });
+    launch_over(s.fold_count, [&] { bending_forces_folds(s); });
+    launch_over(s.element_count, [&] { bending_forces_moments(s, l.length, l.length, from_start ? l.length * l.length : 0); });
+    launch_over(s.fold_count, [&] { bending_forces(s); });
+    launch([] { bending_linearise(s, l); }, (s.element_count + PATCHES - 1) / PATCHES, 3 * PATCHES, seed);
+    launch([] { implicit_assemble_fabric(s, l); }, (s.count + ASSEMBLED_ROWS - 1) / ASSEMBLED_ROWS, ROW_LANES * ASSEMBLED_ROWS, seed);
     launch_over(s.count, [&] { implicit_assemble(s, l, !from_start); });
     launch_over(s.count, [&] { matrix_apply(s, l, RIGHT_SIDE, IMAGE); });
     file = fopen(arguments[2], "wb");

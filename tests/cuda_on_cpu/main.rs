@@ -208,7 +208,7 @@ fn substeps_of_fabric() {
             "for (uint k = own; k < s.fold_count",
         ),
         ("gradient[vertex] * -sum", "gradient[3 - vertex] * -sum"),
-        ("state.x + damping * state.y", "state.x"),
+        ("still * state.x + moving * state.y", "still * state.x"),
         ("real with_sign = steep != (x < 0) ? -within : within;", "real with_sign = -within;"),
         ("if (law.damping > 0)", "if (law.damping < 0)"),
     ] {

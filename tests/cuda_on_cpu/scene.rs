@@ -3,7 +3,7 @@
 use cloth_core::{
     ColliderShape, ColourRegions, Colouring, ContactResponse, FabricTriangle, Incidence,
     InteractionKind, Model, NONE, SelfContact, SpringColouring, State,
-    fabric::{Fabric, Locking, bending::PATCH},
+    fabric::{Fabric, Locking, bending::marked},
 };
 use harness::checks::PatchFrames;
 
@@ -116,20 +116,16 @@ pub(crate) fn fabric(model: &Model) -> Vec<u32> {
         let names = triangle.particles.into_iter().chain([triangle.fabric]);
         names.chain(rest.map(bits)).collect::<Vec<_>>()
     };
-    let patch = |(triangle, particles): (&FabricTriangle, &[u32; PATCH])| {
-        particles.iter().copied().chain(triangle.angles.map(bits)).collect::<Vec<_>>()
-    };
     let plate = |triangle: &FabricTriangle| {
         let damping = elements.fabrics()[triangle.fabric as usize].damping[1];
-        let bending = &triangle.bending;
-        let stiffness = bending.map.into_iter().flatten().chain(bending.plate);
-        stiffness.chain([damping]).map(bits).collect::<Vec<_>>()
+        let rooted = triangle.bending.rooted::<f32>().into_iter().flatten();
+        rooted.chain([damping as f32]).map(f32::to_bits).collect::<Vec<_>>()
     };
     let triangles = elements.triangles();
     let mut lists: Vec<Vec<u32>> = vec![
         elements.fabrics().iter().flat_map(law).collect(),
         triangles.iter().flat_map(membrane).collect(),
-        triangles.iter().zip(elements.patches()).flat_map(patch).collect(),
+        elements.patches().iter().flat_map(marked).collect(),
         transposed(&triangles.iter().map(plate).collect::<Vec<_>>()),
     ];
     let interactions = model.interactions();
@@ -148,11 +144,12 @@ pub(crate) fn fabric(model: &Model) -> Vec<u32> {
     };
     let places: Vec<_> =
         elements.fold_places().iter().map(|places| places.map(place).to_vec()).collect();
-    let there = |patch: &[u32; 9]| patch.map(|fold| fold.min(folds.len() as u32)).to_vec();
+    let none = folds.len() as u32;
+    let there = |patch: [u32; 9]| patch.map(|fold| if fold == NONE { none } else { fold }).to_vec();
     lists.extend([
         vertices.concat(),
         folds.iter().map(|fold| bits(fold.angle)).collect(),
-        transposed(&of_patches.iter().map(there).collect::<Vec<_>>()),
+        transposed(&elements.turned_folds().map(there).collect::<Vec<_>>()),
         transposed(&places),
         around.offsets().to_vec(),
         around.entries().to_vec(),

@@ -190,6 +190,7 @@ pub(crate) struct SolverData<T> {
     pub(crate) fold_angles: u64,
     pub(crate) patch_folds: u64,
     pub(crate) fold_states: u64,
+    pub(crate) fold_apexes: u64,
     pub(crate) fold_moments: u64,
     pub(crate) moment_places: u64,
     pub(crate) fold_rows: u64,
@@ -266,7 +267,7 @@ mod tests {
     /// The CUDA sources assert the same.
     #[test]
     fn kernels_are_given_as_many_bytes_as_they_take() {
-        assert_eq!(size_of::<SolverData<f32>>(), 712 + 34 * 4);
-        assert_eq!(size_of::<SolverData<f64>>(), 712 + 33 * 8);
+        assert_eq!(size_of::<SolverData<f32>>(), 720 + 34 * 4);
+        assert_eq!(size_of::<SolverData<f64>>(), 720 + 33 * 8);
     }
 }

@@ -2,10 +2,7 @@
 
 use std::collections::HashMap;
 
-use cloth_core::{
-    Error, Model, Result,
-    fabric::{FOLDS, bending::PATCH},
-};
+use cloth_core::{Error, Model, Result, fabric::FOLDS};
 use wgpu::util::DeviceExt;
 
 use crate::{
@@ -73,10 +70,10 @@ impl<'a> Plan<'a> {
             plan.filled("fabric_laws", bytemuck::cast_slice(&tables.fabric.laws));
             plan.filled("fabric_rows", bytemuck::cast_slice(&tables.fabric.rows));
             let folds = model.elements().folds().len() as u64;
-            let (corners, vertices) = (3 * elements, (PATCH as u64 * elements).max(4 * folds));
+            let (corners, vertices) = (3 * elements, 4 * folds);
             plan.zeroed("fabric_vectors", VECTOR_SIZE * (corners + vertices));
             plan.filled("fold_tables", bytemuck::cast_slice(&tables.fabric.folds));
-            plan.zeroed("fold_numbers", 4 * (2 * (folds + 1) + FOLDS as u64 * elements + 1));
+            plan.zeroed("fold_numbers", 4 * (10 * (folds + 1) + FOLDS as u64 * elements + 1));
         }
         if model.collider_impulses() {
             let colliders = model.colliders().len() as u64;

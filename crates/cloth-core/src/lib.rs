@@ -58,8 +58,8 @@ pub use mesh::{
     MeshFold, MeshStitch, PanelFabrics, TextureMap, TriangleMesh, VertexAttribute, VertexGroup,
 };
 pub use model::{
-    Aerodynamics, Air, BROKEN, BUCKLING_COEFFICIENTS, BendModel, BlockDependencies, BlockTerms,
-    BodySurface, Buckling, Cloth, ClothMaterial, ClothRange, Collider, ColliderShape, ColourRegion,
+    Aerodynamics, Air, BROKEN, BUCKLING_COEFFICIENTS, BendModel, BlockDependencies, BodySurface,
+    Buckling, Cloth, ClothMaterial, ClothRange, Collider, ColliderShape, ColourRegion,
     ColourRegions, Colouring, ContactFeature, ContactMap, ContactResponse, ContactRule,
     DistanceGrid, FOLD_PLACES_MAX, FabricAudit, FabricElements, FabricFold, FabricMaterial,
     FabricMatrix, FabricTriangle, Feature, FeatureSet, Field, Geometry, GridPatch, GridSets,
@@ -68,8 +68,8 @@ pub use model::{
     Neighbours, NetworkSpring, PieceBlocks, Pose, RegularPatch, RestSource, STITCH_LENGTH,
     ScalarEntry, Seam, SeamError, SeamRange, SeamTie, Seams, SelfContact, SlicedRows, SplitMesh,
     Spring, SpringClass, SpringCoefficients, SpringColouring, SpringKind, SpringNetwork,
-    SpringRows, Springs, Stencil, Stitching, StrainGauge, StrainMeasure, Tear, TearEdge, Tears,
-    TriangleStrain, VertexClasses, Weld, Welding, WingedEdge, WingedEdges,
+    SpringRows, Springs, Stencil, Stitching, StrainGauge, StrainMeasure, TURNED, Tear, TearEdge,
+    Tears, TriangleStrain, VertexClasses, Weld, Welding, WingedEdge, WingedEdges,
 };
 pub use real::Real;
 pub use report::{Measures, SolverReport, StageTime, StepReport, TimeStepChange, TimeStepReason};

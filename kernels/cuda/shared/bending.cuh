@@ -7,11 +7,13 @@
 #define FOLD_PLACES_MAX 6
 
 // A triangle with the folds that tell its curvature: its corners, the vertices beyond its edges, and those beyond the other edges of these
-// neighbours; angles at rest [rad].
+// neighbours. Where one comes again, the mark and the place where it came first.
 struct BendingPatch {
-    uint particles[PATCH_VERTICES];
-    real angles[PATCH_FOLDS];
+    uint4 particles[PATCH_VERTICES / 4];
 };
+#define COMES_AGAIN 0x80000000u
+// Marks a fold of which a patch has the vertices the other way around.
+#define TURNED 0x80000000u
 
 #ifdef CLOTH_F64
 #define REAL_MIN 2.2250738585072014e-308
@@ -130,78 +132,33 @@ __device__ __forceinline__ constexpr uint fold_place(uint fold, uint vertex) {
     return vertex == 3 ? 3 + fold : (vertex == 0 ? 0524130210u : vertex == 1 ? 0052413021u : 0201201102u) >> 3 * fold & 7;
 }
 
-// Positions or velocities of the vertices of a fold.
-__device__ __forceinline__ void fold_load(const real4* from, const BendingPatch& patch, uint fold, vec3* to) {
-#pragma unroll
-    for (uint vertex = 0; vertex < 4; vertex++) to[vertex] = xyz(from[patch.particles[fold_place(fold, vertex)]]);
-}
-
-// What a patch makes of its folds, by its number: k11, k22 and k12 [1/m] for each fold [rad]; A D11, A D22, A D12, 4 A D66 [N m^3]; damping
-// of bending [s]. Numbers of one meaning are side by side for all patches.
+// What a patch makes of its folds, by its number: for each fold [rad] the three numbers [J^(1/2)] half the sum of whose squares is the energy;
+// damping of bending [s]. Numbers of one meaning are side by side for all patches.
 struct Plate {
     const real* numbers;
     uint stride;
 
     __device__ __forceinline__ real map(uint row, uint fold) const { return numbers[(size_t)(row * PATCH_FOLDS + fold) * stride]; }
 
-    __device__ __forceinline__ real rigidity(uint k) const { return numbers[(size_t)(3 * PATCH_FOLDS + k) * stride]; }
-
-    __device__ __forceinline__ real damping() const { return numbers[(size_t)(3 * PATCH_FOLDS + 4) * stride]; }
-
-    // The moments of a curvature, times the area [N m^2].
-    __device__ __forceinline__ Plane moment(const Plane& k) const {
-        real d11 = rigidity(0), d22 = rigidity(1), d12 = rigidity(2);
-        return {d11 * k.uu + d12 * k.vv, d12 * k.uu + d22 * k.vv, rigidity(3) * k.uv};
-    }
-
-    // What moments ask of a fold [N m].
-    __device__ __forceinline__ real fold_moment(uint fold, const Plane& m) const {
-        return map(0, fold) * m.uu + map(1, fold) * m.vv + map(2, fold) * m.uv;
-    }
-
-    // The curvature with that of one more fold.
-    __device__ __forceinline__ Plane curvature_add(const Plane& sum, uint fold, real bent) const {
-        Plane part = {map(0, fold) * bent, map(1, fold) * bent, map(2, fold) * bent};
-        return fold == 0 ? part : sum + part;
-    }
+    __device__ __forceinline__ real damping() const { return numbers[(size_t)(3 * PATCH_FOLDS) * stride]; }
 };
 
 __device__ __forceinline__ Plate plate_of(const Solver& s, uint number) { return {s.plates + number, s.element_count}; }
 
-// The curvature for the folds of a patch: `still` times what they are beyond rest, plus `moving` times their rates if `moves`. The folds are
-// kept where `folds` points, if anywhere. One fold at a time: nine of them at once would take more registers than there are.
-__device__ __forceinline__ Plane curvature_of(const Motion& motion, const BendingPatch& patch, const Plate& plate, real still, real moving, bool moves, Fold* folds) {
-    Plane curvature = {0, 0, 0};
-#pragma unroll 1
-    for (uint k = 0; k < PATCH_FOLDS; k++) {
-        vec3 x[4];
-        fold_load(motion.x, patch, k, x);
-        Fold fold = fold_of(x[0], x[1], x[2], x[3]);
-        real bent = still * angle_difference(fold.angle, patch.angles[k]);
-        if (moves) {
-            vec3 v[4], g[4];
-            fold_load(motion.v, patch, k, v);
-            fold_gradient(fold, g);
-            bent = bent + moving * (dot(g[0], v[0]) + dot(g[1], v[1]) + dot(g[2], v[2]) + dot(g[3], v[3]));
-        }
-        if (folds) folds[k] = fold;
-        curvature = plate.curvature_add(curvature, k, bent);
-    }
-    return curvature;
-}
-
-// Adds `share` times the derivatives of a fold to the sums of its vertices.
-__device__ __forceinline__ void fold_add(const Fold& fold, uint number, real share, vec3* sums) {
-    vec3 gradient[4];
-    fold_gradient(fold, gradient);
+// Those three numbers, for folds that are `still` times as far from rest as they are, and `moving` times their rates.
+__device__ __forceinline__ Plane energy_roots(const Solver& s, uint number, const Plate& plate, real still, real moving) {
+    Plane sum = {0, 0, 0};
 #pragma unroll
-    for (uint vertex = 0; vertex < 4; vertex++) {
-        vec3& sum = sums[fold_place(number, vertex)];
-        sum = sum + gradient[vertex] * share;
+    for (uint k = 0; k < PATCH_FOLDS; k++) {
+        // Behind the last fold is one that does not fold, for those that are not there.
+        real2 state = s.fold_states[s.patch_folds[(size_t)k * s.element_count + number] & ~TURNED];
+        real bent = still * state.x + moving * state.y;
+        sum = {sum.uu + plate.map(0, k) * bent, sum.vv + plate.map(1, k) * bent, sum.uv + plate.map(2, k) * bent};
     }
+    return sum;
 }
 
-// `bending_forces`, the first part: how far a fold is from rest [rad], and how fast it folds [rad/s].
+// `bending_forces`, the first part: how far a fold is from rest [rad], how fast it folds [rad/s], and of what its derivatives consist.
 __device__ __forceinline__ void fold_state_store(const Solver& s, const Motion& motion, uint number) {
     uint4 at = s.fold_particles[number];
     Fold fold = fold_of(xyz(motion.x[at.x]), xyz(motion.x[at.y]), xyz(motion.x[at.z]), xyz(motion.x[at.w]));
@@ -209,35 +166,34 @@ __device__ __forceinline__ void fold_state_store(const Solver& s, const Motion& 
     fold_gradient(fold, g);
     real rate = dot(g[0], xyz(motion.v[at.x])) + dot(g[1], xyz(motion.v[at.y])) + dot(g[2], xyz(motion.v[at.z])) + dot(g[3], xyz(motion.v[at.w]));
     s.fold_states[number] = {angle_difference(fold.angle, s.fold_angles[number]), rate};
+    s.fold_apexes[2 * (size_t)number] = with_w(fold.apex, fold.foot);
+    s.fold_apexes[2 * (size_t)number + 1] = with_w(fold.beyond, fold.foot_beyond);
 }
 
-// The second part: what a patch asks of its folds.
-__device__ __forceinline__ void fold_moments_store(const Solver& s, uint number) {
+// The derivatives of a fold by its vertices, from what the first part has left.
+__device__ __forceinline__ void fold_gradient(const Solver& s, uint number, vec3* gradient) {
+    real4 apex = s.fold_apexes[2 * (size_t)number], beyond = s.fold_apexes[2 * (size_t)number + 1];
+    fold_gradient({0, xyz(apex), xyz(beyond), apex.w, beyond.w}, gradient);
+}
+
+// The second part: what a patch asks of its folds. Rates count `moving` times the damping of the patch, and `ahead` more.
+__device__ __forceinline__ void fold_moments_store(const Solver& s, uint number, real still, real moving, real ahead) {
     Plate plate = plate_of(s, number);
-    real damping = plate.damping();
-    Plane curvature = {0, 0, 0};
+    Plane roots = energy_roots(s, number, plate, still, moving * plate.damping() + ahead);
 #pragma unroll
     for (uint k = 0; k < PATCH_FOLDS; k++) {
-        // Behind the last fold is one that does not fold, for those that are not there.
-        real2 state = s.fold_states[s.patch_folds[(size_t)k * s.element_count + number]];
-        real bent = damping > 0 ? state.x + damping * state.y : state.x;
-        curvature = plate.curvature_add(curvature, k, bent);
+        s.fold_moments[(size_t)k * s.element_count + number] = plate.map(0, k) * roots.uu + plate.map(1, k) * roots.vv + plate.map(2, k) * roots.uv;
     }
-    Plane m = plate.moment(curvature);
-#pragma unroll
-    for (uint k = 0; k < PATCH_FOLDS; k++) s.fold_moments[(size_t)k * s.element_count + number] = plate.fold_moment(k, m);
 }
 
 // The third part: what all patches ask of a fold, on its vertices.
-__device__ __forceinline__ void fold_force_store(const Solver& s, const Motion& motion, uint number) {
+__device__ __forceinline__ void fold_force_store(const Solver& s, uint number) {
     // Behind the last place of a fold are those of a zero.
     real sum = 0;
 #pragma unroll
     for (uint k = 0; k < FOLD_PLACES_MAX; k++) sum = sum + s.fold_moments[s.moment_places[(size_t)k * s.fold_count + number]];
-    uint4 at = s.fold_particles[number];
-    Fold fold = fold_of(xyz(motion.x[at.x]), xyz(motion.x[at.y]), xyz(motion.x[at.z]), xyz(motion.x[at.w]));
     vec3 gradient[4];
-    fold_gradient(fold, gradient);
+    fold_gradient(s, number, gradient);
 #pragma unroll
     for (uint vertex = 0; vertex < 4; vertex++) s.bending_forces[4 * (size_t)number + vertex] = with_w(gradient[vertex] * -sum, 0);
 }

@@ -8,14 +8,12 @@ struct MembraneTangent {
     Plane stress;
 };
 
-// The derivatives of the three curvatures of a triangle by the vertices of its patch [1/m^2], and A D11, A D22, A D12 and 4 A D66 times what they are
-// multiplied by in the matrix [kg m^4].
-struct BendingTangent {
-    vec3 gradients[PATCH_VERTICES][3];
-    real plate[4];
-    // An odd number of words: with 112 of them assembly takes 1.7 times as long, as the same parts of all tangents share banks.
-    real unused;
-};
+// What a patch adds to the matrix is the sum of three products of a vector and itself. Nine numbers of these are those of a place of the patch [kg^(1/2)]: the first
+// four for all places, the next four, the last ones. Where the number of a place is:
+#define BENDING_TANGENT (9 * PATCH_VERTICES)
+__device__ __forceinline__ constexpr uint tangent_place(uint place, uint number) {
+    return number < 8 ? number / 4 * 4 * PATCH_VERTICES + 4 * place + number % 4 : 8 * PATCH_VERTICES + place;
+}
 
 struct ElementBlock {
     real entries[3][3];
@@ -63,43 +61,14 @@ __device__ __forceinline__ void membrane_tangent_store(const Solver& s, const Li
     tangent.stress = {square * stress.uu, square * stress.vv, square * stress.uv};
 }
 
-// `bending_linearise` of one triangle.
-__device__ __forceinline__ void bending_tangent_store(const Solver& s, const Linear& l, const Motion& motion, uint number, bool from_start) {
-    const BendingPatch& patch = s.patches[number];
-    Plate plate = plate_of(s, number);
-    real length = l.length, damped = length * plate.damping();
-    real along = from_start ? length * length + damped : damped;
-    Fold folds[PATCH_FOLDS];
-    Plane curvature = curvature_of(motion, patch, plate, length, along, true, folds);
-    Plane m = plate.moment(curvature);
-    vec3 forces[PATCH_VERTICES] = {};
-#pragma unroll
-    for (uint k = 0; k < PATCH_FOLDS; k++) fold_add(folds[k], k, -plate.fold_moment(k, m), forces);
-#pragma unroll
-    for (uint place = 0; place < PATCH_VERTICES; place++) s.bending_forces[PATCH_VERTICES * (size_t)number + place] = with_w(forces[place], 0);
-    BendingTangent& tangent = l.bending_tangents[number];
-    real weight = length * length + damped;
-#pragma unroll
-    for (uint k = 0; k < 4; k++) tangent.plate[k] = weight * plate.rigidity(k);
-    // One curvature at a time, for the same reason.
-#pragma unroll 1
-    for (uint row = 0; row < 3; row++) {
-        vec3 sums[PATCH_VERTICES] = {};
-#pragma unroll
-        for (uint k = 0; k < PATCH_FOLDS; k++) fold_add(folds[k], k, plate.map(row, k), sums);
-#pragma unroll
-        for (uint place = 0; place < PATCH_VERTICES; place++) tangent.gradients[place][row] = sums[place];
-    }
-}
-
-
 __device__ __forceinline__ real2 corner_gradient(const MembraneTriangle& t, uint corner) {
     if (corner == 0) return {-(t.inverse[0] + t.inverse[2]), -(t.inverse[1] + t.inverse[3])};
     return {t.inverse[2 * corner - 2], t.inverse[2 * corner - 1]};
 }
 
-// Adds the block of corners a and b of a triangle.
-__device__ __forceinline__ void membrane_block_add(const MembraneTriangle& t, const MembraneTangent& tangent, uint a, uint b, ElementBlock& block) {
+// The block of corners a and b of a triangle.
+__device__ __forceinline__ ElementBlock membrane_block(const MembraneTriangle& t, const MembraneTangent& tangent, uint a, uint b) {
+    ElementBlock block;
     const Gradient& f = tangent.gradient;
     real2 at = corner_gradient(t, a), to = corner_gradient(t, b);
     const real* k = tangent.stiffness;
@@ -113,68 +82,8 @@ __device__ __forceinline__ void membrane_block_add(const MembraneTriangle& t, co
 #pragma unroll
         for (uint column = 0; column < 3; column++) {
             real sum = pu * component(along_u, column) + pv * component(along_v, column) + ps * component(shear_b, column);
-            block.entries[row][column] += row == column ? sum + isotropic : sum;
+            block.entries[row][column] = row == column ? sum + isotropic : sum;
         }
-    }
-}
-
-// Adds the block of places a and b of a patch.
-__device__ __forceinline__ void bending_block_add(const BendingTangent& tangent, uint a, uint b, ElementBlock& block) {
-    const vec3* to = tangent.gradients[b];
-    const real* plate = tangent.plate;
-    vec3 moments[3] = {
-        combination(to[0], plate[0], to[1], plate[2]),
-        combination(to[0], plate[2], to[1], plate[1]),
-        to[2] * plate[3],
-    };
-    ElementBlock sum = {};
-#pragma unroll
-    for (uint k = 0; k < 3; k++) {
-        vec3 gradient = tangent.gradients[a][k];
-#pragma unroll
-        for (uint row = 0; row < 3; row++)
-#pragma unroll
-            for (uint column = 0; column < 3; column++) {
-                sum.entries[row][column] = sum.entries[row][column] + component(moments[k], column) * component(gradient, row);
-            }
-    }
-#pragma unroll
-    for (uint row = 0; row < 3; row++)
-#pragma unroll
-        for (uint column = 0; column < 3; column++) block.entries[row][column] += sum.entries[row][column];
-}
-
-#define TERM_FOLDS 0x80000000u
-#define TERM_PAIRS (PATCH_VERTICES * PATCH_VERTICES)
-
-// A block by its number.
-__device__ __forceinline__ ElementBlock element_block(const Solver& s, const Linear& l, uint number) {
-    ElementBlock block = {};
-    uint at = l.element_offsets[number], end = l.element_offsets[number + 1];
-    for (; at < end; at++) {
-        uint term = l.element_terms[at];
-        if (term & TERM_FOLDS) break;
-        uint pair = term % TERM_PAIRS, triangle = term / TERM_PAIRS;
-        membrane_block_add(s.membranes[triangle], l.membrane_tangents[triangle], pair / PATCH_VERTICES, pair % PATCH_VERTICES, block);
-    }
-    for (; at < end; at++) {
-        uint term = l.element_terms[at] & ~TERM_FOLDS, pair = term % TERM_PAIRS, triangle = term / TERM_PAIRS;
-        bending_block_add(l.bending_tangents[triangle], pair / PATCH_VERTICES, pair % PATCH_VERTICES, block);
     }
     return block;
-}
-
-// The entry of row j whose column is i.
-__device__ __forceinline__ uint element_find(const Linear& l, uint j, uint i) {
-    uint first = l.element_slices[j / SLICE], last = l.element_slices[j / SLICE + 1];
-    while (first < last) {
-        uint middle = (first + last) / 2;
-        // Empty places are behind all columns.
-        if (l.element_columns[middle * SLICE + j % SLICE] < i) {
-            first = middle + 1;
-        } else {
-            last = middle;
-        }
-    }
-    return first;
 }

@@ -55,7 +55,6 @@ struct SpringBlock {
 };
 
 struct MembraneTangent;
-struct BendingTangent;
 struct Schwarz;
 
 struct Linear {
@@ -85,21 +84,15 @@ struct Linear {
     uint* pair_counts;
     Outcome* outcome;
     double* partials;
-    // Triangles of fabric: what their blocks are made of; three vectors for each particle, diagonal block (two) and right-hand side; blocks off the
-    // diagonal in slices of 32 rows: for each slice its first entry, and the end; the columns of an entry, NONE behind the last one of a
-    // row; and nine numbers of each, SLICE apart.
+    // Triangles of fabric: what their blocks are made of; the diagonal block of each particle, two vectors; blocks off the diagonal in slices of 32
+    // rows: for each slice its first entry, and the end; the columns of an entry, ascending, NONE behind the last one of a row; and nine numbers of
+    // each, SLICE apart.
     MembraneTangent* membrane_tangents;
-    BendingTangent* bending_tangents;
+    real* bending_tangents;
     real4* element_sums;
     const uint* element_slices;
     const uint* element_columns;
     real* element_blocks;
-    // What blocks are the sum of: the first block of each row, that on the diagonal, before those of its neighbours; where the terms of each block begin, and the
-    // end; these are 144 times the number of a triangle, plus 12 times the place of the row in it, plus that of the column; those of folds have a mark and
-    // come last. What is below the diagonal has none.
-    const uint* element_rows;
-    const uint* element_offsets;
-    const uint* element_terms;
     // Contacts of triangles.
     ContactTable contacts;
     // The preconditioner of that name, or null.
@@ -120,7 +113,7 @@ struct Linear {
     real pair_share;
 };
 
-static_assert(sizeof(Linear) == (sizeof(real) > 4 ? 368 : 360), "`linear/data.rs` of the backend has another layout");
+static_assert(sizeof(Linear) == (sizeof(real) > 4 ? 344 : 336), "`linear/data.rs` of the backend has another layout");
 
 #define SOLUTION 0
 #define RIGHT_SIDE 1

@@ -175,7 +175,7 @@ struct Solver {
     // Number 6 c + q of component q of what collider c did to each particle, impulse and moment; null if nobody
     // asks.
     double* collider_impulses;
-    // Triangles of fabric; what was last computed of each at its corners, and at the vertices of its patch: forces, or impulses of
+    // Triangles of fabric; what was last computed of each at its corners, and of each fold at its vertices: forces, or impulses of
     // an implicit step; and for each particle, ascending, the places among these that are its own.
     const FabricLaw* fabric_laws;
     const MembraneTriangle* membranes;
@@ -187,13 +187,14 @@ struct Solver {
     const uint* membrane_entries;
     const uint* bending_rows;
     const uint* bending_entries;
-    // Folds, each once: vertices, angle at rest; those of the patches; how far they are from rest and how fast they fold, with a last one that never
-    // does; what patches ask of theirs, with a last number that is zero, and for each fold up to six places of that; for each particle the places among
+    // Folds, each once: vertices, angle at rest; those of the patches; how far they are from rest and how fast they fold, and of what their derivatives
+    // consist, with a last one that never does; what patches ask of theirs, with a last number that is zero, and for each fold up to six places of that; for each particle the places among
     // forces on the vertices of folds, which are in `bending_forces` too.
     const uint4* fold_particles;
     const real* fold_angles;
     const uint* patch_folds;
     real2* fold_states;
+    real4* fold_apexes;
     real* fold_moments;
     const uint* moment_places;
     const uint* fold_rows;
@@ -249,7 +250,7 @@ struct Solver {
     real stretch_ratio;
 };
 
-static_assert(sizeof(Solver) == (712 + 33 * sizeof(real) + 7) / 8 * 8, "`layout.rs` of the backend has another layout");
+static_assert(sizeof(Solver) == (720 + 33 * sizeof(real) + 7) / 8 * 8, "`layout.rs` of the backend has another layout");
 
 // Positions and velocities that a kernel reads.
 struct Motion {

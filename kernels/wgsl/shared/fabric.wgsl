@@ -1,17 +1,19 @@
 // NUMERICS sections 11 and 12: triangles of fabric.
 
-// ELEMENT_WORDS entries for each triangle: the twelve particles of its patch, corners first; fabric, area, damping of bending; D_m^-1 by rows; A D11,
-// A D22, A D12 and 4 A D66 [N m^3]; then, for each of the nine folds of its patch, the angle at rest and its k11, k22, k12 [1/m].
+// ELEMENT_WORDS entries for each triangle: the twelve particles of its patch, corners first, and where one comes again a mark and its first place; fabric,
+// area, damping of bending; D_m^-1 by rows; then, for each of the nine folds of its patch [rad], the three numbers [J^(1/2)] half the sum of whose
+// squares is the energy.
 @group(0) @binding(61) var<storage, read> fabric_elements: array<vec4<u32>>;
 // Three entries for each fabric: the tensile curves of warp and weft with c and G behind them; the damping of stretching and how threads jam:
 // the strain at which they begin to, that from there to the largest one, the coefficient of the stress [N/m].
 @group(0) @binding(62) var<storage, read> fabric_laws: array<vec4f>;
 
-const ELEMENT_WORDS: u32 = 15u;
+const ELEMENT_WORDS: u32 = 14u;
 const ELEMENT_LAW: u32 = 3u;
 const ELEMENT_INVERSE: u32 = 4u;
-const ELEMENT_PLATE: u32 = 5u;
-const ELEMENT_FOLDS: u32 = 6u;
+const ELEMENT_FOLDS: u32 = 5u;
+const PATCH_VERTICES: u32 = 12u;
+const COMES_AGAIN: u32 = 0x80000000u;
 
 // The corners, fabric and rest state of a triangle.
 struct Membrane {

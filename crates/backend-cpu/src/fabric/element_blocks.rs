@@ -4,12 +4,12 @@ use std::cmp::Ordering;
 
 use cloth_core::{
     FabricElements, Incidence, InteractionKind, Model, Neighbours, Real,
-    fabric::bending::{FOLD_PLACES, PATCH},
+    fabric::bending::{self, COMES_AGAIN, FOLD_PLACES, PATCH},
 };
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
-use super::{Fabric, bending::ascending};
+use super::Fabric;
 use crate::memory::{FieldView, LANES, Lanes, VectorField};
 
 /// A 3 x 3 block, row by row.
@@ -20,6 +20,9 @@ type LaneBlock<T> = [[Lanes<T>; 3]; 3];
 
 /// Rows in one task.
 const ROWS: usize = 128;
+
+/// Bits for the slot of a block in a row; those above are for the place of a patch.
+const PLACE_SHIFT: u32 = 28;
 
 /// There is no such place.
 const NONE: u32 = u32::MAX;
@@ -37,8 +40,9 @@ pub(crate) struct ElementBlocks<T> {
     blocks: Vec<Block<T>>,
     /// For each triangle of each particle where the blocks of its three particles go in the row, or [`NONE`].
     membrane_slots: Vec<[u32; 3]>,
-    /// The same for the patches of each particle, and the place of the particle, whose order is that of ascending particles.
-    bending_slots: Vec<([u32; PATCH], usize)>,
+    /// The same for the patches of each particle: where what is to be added begins for each, and the end; then places of patches, and where in the row
+    /// each of these goes.
+    bending_slots: (Vec<u32>, Vec<u32>),
     /// Where the entries of each packet start, and the end.
     slices: Vec<u32>,
     entries: Vec<Entry<T>>,
@@ -108,13 +112,10 @@ impl<T: Real> ElementBlocks<T> {
         };
         let membrane = incidence(InteractionKind::Membrane);
         let bending = incidence(InteractionKind::Bending);
+        let bending_slots = slots(&neighbours, &bending, elements.patches());
         Self {
             membrane_slots: slots(&neighbours, &membrane, &corners),
-            bending_slots: patch_slots(
-                slots(&neighbours, &bending, elements.patches()),
-                &bending,
-                elements,
-            ),
+            bending_slots: patch_slots(&bending_slots, &bending, elements),
             blocks: vec![[[T::ZERO; 3]; 3]; upper[count] as usize],
             diagonal: vec![[T::ZERO; 6]; count],
             right_side: vec![[T::ZERO; 3]; count],
@@ -129,7 +130,7 @@ impl<T: Real> ElementBlocks<T> {
     /// Sums up what the triangles have been linearised to, row by row, in the order of the triangles.
     pub(crate) fn assemble(&mut self, fabric: &Fabric<T>, arch: pulp::Arch) {
         let Self { upper, blocks, entries, slices, sources, diagonal, right_side, .. } = self;
-        let slots = (&*self.membrane_slots, &*self.bending_slots);
+        let slots = (&*self.membrane_slots, (&*self.bending_slots.0, &*self.bending_slots.1));
         let mut rest = &mut **blocks;
         let tasks: Vec<_> = (upper[..upper.len() - 1].chunks(ROWS).enumerate())
             .map(|(number, starts)| {
@@ -222,26 +223,34 @@ fn slots<const N: usize>(
     slots
 }
 
-/// The slots of patches with their particles ascending, and where the particle itself is among them. Places without any stiffness have none.
+/// The slots of patches that are there, each with its place. Places without any stiffness have none, and what comes again is with the first place.
 fn patch_slots(
-    slots: Vec<[u32; PATCH]>,
+    slots: &[[u32; PATCH]],
     incidence: &Incidence,
     elements: &FabricElements,
-) -> Vec<([u32; PATCH], usize)> {
-    let sorted = |(slots, &entry): ([u32; PATCH], &u32)| {
-        let (patch, place) = (entry as usize / PATCH, entry as usize % PATCH);
+) -> (Vec<u32>, Vec<u32>) {
+    let (mut ends, mut all) = (vec![0], Vec::new());
+    for (slots, &entry) in slots.iter().zip(incidence.entries()) {
+        let (patch, own) = (entry as usize / PATCH, entry as usize % PATCH);
         let map = &elements.triangles()[patch].bending.map;
-        let is_idle = |place: usize| {
+        let marked = bending::marked(&elements.patches()[patch]);
+        let bends = |place: usize| {
             let mut folds =
                 FOLD_PLACES.iter().enumerate().filter(|(_, fold)| fold.contains(&place));
-            folds.all(|(fold, _)| map.iter().all(|row| row[fold] == 0.0))
+            folds.any(|(fold, _)| map.iter().any(|row| row[fold] != 0.0))
         };
-        let order = ascending(&elements.patches()[patch]);
-        let own = order.iter().position(|&other| other == place).unwrap_or_default();
-        let slot = |of: usize| if is_idle(of) || is_idle(place) { NONE } else { slots[of] };
-        (order.map(slot), own)
-    };
-    slots.into_iter().zip(incidence.entries()).map(sorted).collect()
+        let acts = |place: usize| {
+            let again = COMES_AGAIN | place as u32;
+            let mut same = (0..PATCH).filter(|&other| other == place || marked[other] == again);
+            marked[place] & COMES_AGAIN == 0 && same.any(bends)
+        };
+        if acts(own) {
+            let places = (0..PATCH).filter(|&place| slots[place] != NONE && acts(place));
+            all.extend(places.map(|place| (place as u32) << PLACE_SHIFT | slots[place]));
+        }
+        ends.push(all.len() as u32);
+    }
+    (ends, all)
 }
 
 /// How many columns of a row are smaller.
@@ -265,7 +274,10 @@ impl<T: Real> Entry<T> {
 }
 
 /// Where the blocks of triangles and of patches go.
-type Slots<'a> = (&'a [[u32; 3]], &'a [([u32; PATCH], usize)]);
+type Slots<'a> = (&'a [[u32; 3]], PatchSlots<'a>);
+
+/// As [`ElementBlocks::bending_slots`].
+type PatchSlots<'a> = (&'a [u32], &'a [u32]);
 
 /// A block whose rows fill vector registers; the fourth column is zero.
 type PaddedBlock<T> = [[T; 4]; 3];
@@ -299,7 +311,8 @@ impl<T: Real> NullaryFnOnce for RowsTask<'_, T> {
             let mut row = Row { blocks: &mut sums, right_side: [T::ZERO; 3] };
             fabric.membrane_row(i, slots.0, &mut row);
             fabric.bending_row(i, slots.1, &mut row);
-            *right_side = row.right_side;
+            let bent = fabric.bending_force(i);
+            *right_side = std::array::from_fn(|axis| row.right_side[axis] + bent[axis]);
             let [x, y, z] = sums[0];
             *diagonal = [x[0], y[1], z[2], x[1], x[2], y[2]];
             for (block, [x, y, z]) in own.iter_mut().zip(&sums[1..]) {
@@ -338,34 +351,24 @@ impl<T: Real> Fabric<T> {
         }
     }
 
-    /// The blocks of two places of a patch: the sum over the three curvatures of gradient times moment. All blocks together are symmetric
-    /// and positive semi-definite. Moments are computed again for each row: to read them would take longer.
+    /// The blocks of two places of a patch: three products of a vector of one and one of the other. All blocks together are symmetric to the last bit, and
+    /// positive semi-definite.
     #[inline(always)]
-    fn bending_row(&self, i: usize, slots: &[([u32; PATCH], usize)], row: &mut Row<'_, T>) {
+    fn bending_row(&self, i: usize, (ends, slots): PatchSlots<'_>, row: &mut Row<'_, T>) {
         let first = self.rows[1].offsets()[i] as usize;
-        for (&entry, &(slots, own)) in self.rows[1].row(i).iter().zip(&slots[first..]) {
-            if slots[own] == NONE {
-                continue;
-            }
+        for (&entry, ends) in self.rows[1].row(i).iter().zip(ends[first..].windows(2)) {
             let tangent = self.patches.tangent(entry as usize / PATCH);
-            row.push(tangent.impulses[own]);
-            let [a, b, c] = &tangent.gradients;
-            let (g, h, k) = (a[own], b[own], c[own]);
-            let [d11, d22, d12, d66] = tangent.plate;
-            for (place, &slot) in slots.iter().enumerate().filter(|&(_, &slot)| slot != NONE) {
-                // Copies, of which the compiler knows that they do not overlap.
-                let (g_of, h_of, k_of) = (a[place], b[place], c[place]);
+            let [g, h, k] = tangent[entry as usize % PATCH];
+            for &place_and_slot in &slots[ends[0] as usize..ends[1] as usize] {
+                let [g_of, h_of, k_of] = tangent[(place_and_slot >> PLACE_SHIFT) as usize % PATCH];
+                let slot = place_and_slot & !(u32::MAX << PLACE_SHIFT);
+                // A copy, of which the compiler knows that it does not overlap.
                 let mut sum = row.blocks[slot as usize];
-                let (mut p, mut q, mut r) = ([T::ZERO; 4], [T::ZERO; 4], [T::ZERO; 4]);
-                for column in 0..4 {
-                    p[column] = g_of[column] * d11 + h_of[column] * d12;
-                    q[column] = g_of[column] * d12 + h_of[column] * d22;
-                    r[column] = k_of[column] * d66;
-                }
                 for axis in 0..3 {
                     for column in 0..4 {
-                        sum[axis][column] +=
-                            p[column] * g[axis] + q[column] * h[axis] + r[column] * k[axis];
+                        sum[axis][column] += g_of[column] * g[axis]
+                            + h_of[column] * h[axis]
+                            + k_of[column] * k[axis];
                     }
                 }
                 row.blocks[slot as usize] = sum;

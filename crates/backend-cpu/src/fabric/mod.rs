@@ -142,7 +142,9 @@ impl<T: Real> Fabric<T> {
 
     /// Computes the forces of all folded triangles.
     pub(crate) fn bending_forces(&mut self, motion: &Motion<T>, arch: pulp::Arch) {
-        self.folds.forces(self.patches.plates(), motion, arch);
+        self.folds.look(motion, arch);
+        self.patches.moments_find(self.folds.states(), arch);
+        self.folds.push(self.patches.moments());
     }
 
     /// Linearises all triangles for a substep of `length` \[s\].
@@ -163,7 +165,9 @@ impl<T: Real> Fabric<T> {
         (length, start): (T, NewtonStart),
         arch: pulp::Arch,
     ) {
-        self.patches.linearise(motion, (length, start), arch);
+        self.folds.look(motion, arch);
+        self.patches.linearise(self.folds.states(), (length, start), arch);
+        self.folds.push(self.patches.moments());
     }
 
     /// Sum of the forces of stretched triangles on a particle \[N\].
@@ -172,7 +176,7 @@ impl<T: Real> Fabric<T> {
         gather(self.rows[0].row(particle), self.membrane.as_flattened())
     }
 
-    /// Sum of the forces of folded triangles on a particle \[N\].
+    /// Sum of the forces of folded triangles on a particle \[N\], or of their impulses in an implicit step \[N s\].
     #[inline(always)]
     pub(crate) fn bending_force(&self, particle: usize) -> [T; 3] {
         gather(self.folds.around(particle), self.folds.forces_of_all())
@@ -180,7 +184,7 @@ impl<T: Real> Fabric<T> {
 
     /// Energies and stretches.
     pub(crate) fn figures(&self, motion: &Motion<T>, arch: pulp::Arch) -> FabricFigures {
-        let bent = self.patches.energies(motion, arch);
+        let bent = self.patches.energies(&self.folds.states_in(motion, arch), arch);
         let one = |(triangle, bent): (&MembraneTriangle<T>, &T)| {
             let [x, _] = at(motion, triangle.particles);
             let law = &self.laws[triangle.fabric as usize].law;

@@ -72,11 +72,11 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
     }
 
     fn membrane_linearise(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
-        self.fabric_linearise("membrane_linearise", substep, start)
+        self.membranes_linearise(substep, start)
     }
 
     fn bending_linearise(&mut self, substep: &Substep, start: NewtonStart) -> Result<()> {
-        self.fabric_linearise("bending_linearise", substep, start)
+        self.patches_linearise(substep, start)
     }
 
     fn contact_linearise(&mut self, substep: &Substep) -> Result<()> {

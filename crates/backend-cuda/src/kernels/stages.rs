@@ -92,22 +92,11 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
     }
 
     fn membrane_forces(&mut self) -> Result<()> {
-        let over = self.memory.data.element_count;
-        self.fabric_forces(
-            "membrane_forces",
-            &[("membrane_forces", over)],
-            "membrane_forces_gather",
-        )
+        self.membranes_pull()
     }
 
     fn bending_forces(&mut self) -> Result<()> {
-        let [triangles, folds] = [self.memory.data.element_count, self.memory.data.fold_count];
-        let parts = [
-            ("bending_forces_folds", folds),
-            ("bending_forces_moments", triangles),
-            ("bending_forces", folds),
-        ];
-        self.fabric_forces("bending_forces", &parts, "bending_forces_gather")
+        self.patches_push()
     }
 
     fn aerodynamic_forces(&mut self, substep: &Substep) -> Result<()> {

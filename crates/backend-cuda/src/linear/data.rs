@@ -46,9 +46,6 @@ pub(crate) struct LinearData<T> {
     pub(crate) element_slices: u64,
     pub(crate) element_columns: u64,
     pub(crate) element_blocks: u64,
-    pub(crate) element_rows: u64,
-    pub(crate) element_offsets: u64,
-    pub(crate) element_terms: u64,
     pub(crate) contacts: ContactTable,
     pub(crate) schwarz: u64,
     pub(crate) slot_count: u32,
@@ -69,7 +66,7 @@ mod tests {
     /// The CUDA sources assert the same.
     #[test]
     fn kernels_are_given_as_many_bytes_as_they_take() {
-        assert_eq!(size_of::<LinearData<f32>>(), 360);
-        assert_eq!(size_of::<LinearData<f64>>(), 368);
+        assert_eq!(size_of::<LinearData<f32>>(), 336);
+        assert_eq!(size_of::<LinearData<f64>>(), 344);
     }
 }

@@ -1,7 +1,7 @@
 //! The blocks of the matrix that triangles of fabric add, as `shared/linear.cuh` lays them out.
 
 use cloth_core::{
-    BlockTerms, FabricMatrix, Model, Neighbours, Result, SlicedRows, fabric::bending::PATCH,
+    FabricMatrix, Model, Neighbours, Result, SlicedRows, fabric::bending::PATCH,
     schwarz::ElementRows,
 };
 
@@ -11,9 +11,9 @@ use crate::{
     queue::{Buffer, Queue},
 };
 
-/// Numbers of what the blocks of a triangle and those of its folds are made of, one of them unused, and of a block.
+/// Numbers of what the blocks of a triangle and those of its patch are made of, and of a block.
 const MEMBRANE: usize = 13;
-const BENDING: usize = 9 * PATCH + 5;
+const BENDING: usize = 9 * PATCH;
 const BLOCK: usize = 9;
 
 /// Device memory of these blocks, whose pattern never changes.
@@ -23,7 +23,6 @@ pub(crate) struct ElementMemory<T> {
     sums: Buffer<Real4<T>>,
     pattern: [Buffer<u32>; 2],
     blocks: Buffer<T>,
-    terms: [Buffer<u32>; 3],
 }
 
 impl<T: CudaReal> ElementMemory<T> {
@@ -35,18 +34,14 @@ impl<T: CudaReal> ElementMemory<T> {
         let neighbours = Neighbours::new(&model.interactions().of_fabric());
         let rows = SlicedRows::new(&neighbours);
         let triangles = model.elements().triangles().len();
-        let BlockTerms { rows: starts, offsets, terms } =
-            BlockTerms::new(&model.interactions(), &neighbours)?;
-        let list = |words: &[u32]| Buffer::of(queue, words);
         Ok(Self {
             tangents: [
                 Buffer::zeros(queue, MEMBRANE * triangles)?,
                 Buffer::zeros(queue, BENDING * triangles)?,
             ],
-            sums: Buffer::zeros(queue, 3 * model.particle_count())?,
+            sums: Buffer::zeros(queue, 2 * model.particle_count())?,
             pattern: [Buffer::of(queue, &rows.slices)?, Buffer::of(queue, &rows.columns)?],
             blocks: Buffer::zeros(queue, BLOCK * rows.columns.len())?,
-            terms: [list(&starts)?, list(&offsets)?, list(&terms)?],
             rows,
         })
     }
@@ -59,8 +54,6 @@ impl<T: CudaReal> ElementMemory<T> {
         data.element_sums = self.sums.address();
         [data.element_slices, data.element_columns] = self.pattern.each_ref().map(Buffer::address);
         data.element_blocks = self.blocks.address();
-        [data.element_rows, data.element_offsets, data.element_terms] =
-            self.terms.each_ref().map(Buffer::address);
     }
 
     /// Writes the blocks of the constant matrix for substeps of `length` \[s\]: each a number times the unit matrix.
@@ -93,11 +86,6 @@ impl<T: CudaReal> ElementMemory<T> {
         fabric.sliced(&self.rows, |entry| -entry.stiffness)
     }
 
-    /// Threads that assemble it: for each row, whole slices of them, one more than the longest has blocks.
-    pub(crate) fn assemble_items(&self, particles: usize) -> usize {
-        particles.next_multiple_of(SlicedRows::SLICE) * (self.rows.longest as usize + 1)
-    }
-
     /// What they are, for the host.
     ///
     /// # Errors
@@ -106,7 +94,7 @@ impl<T: CudaReal> ElementMemory<T> {
         let (mut numbers, mut sums) = (Vec::new(), Vec::new());
         self.blocks.read(queue, &mut numbers)?;
         self.sums.read(queue, &mut sums)?;
-        let (on, rest) = sums.split_at(sums.len() / 3);
+        let (on, rest) = sums.split_at(sums.len() / 2);
         let diagonal = on
             .iter()
             .zip(rest)

@@ -2,10 +2,7 @@
 
 use std::any::Any;
 
-use cloth_core::{
-    ColliderShape, DistanceGrid, Model, Result,
-    fabric::{FOLDS, bending::PATCH},
-};
+use cloth_core::{ColliderShape, DistanceGrid, Model, Result, fabric::FOLDS};
 
 use crate::{
     layout::{CudaReal, GridData, Real4, SolverData},
@@ -131,9 +128,9 @@ impl<T: CudaReal> TableMemory<T> {
             let (count, folds) = (fabric.membranes.len(), fabric.folds.particles.len());
             for (address, length) in [
                 (&mut data.membrane_forces, 4 * 3 * count),
-                // On the vertices of patches in implicit steps, on those of folds in others.
-                (&mut data.bending_forces, 4 * (PATCH * count).max(4 * folds)),
+                (&mut data.bending_forces, 4 * 4 * folds),
                 (&mut data.fold_states, 2 * (folds + 1)),
+                (&mut data.fold_apexes, 2 * 4 * (folds + 1)),
                 (&mut data.fold_moments, FOLDS * count + 1),
             ] {
                 let buffer = Buffer::<T>::zeros(queue, length)?;

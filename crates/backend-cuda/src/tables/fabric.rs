@@ -3,7 +3,10 @@
 use bytemuck::{Pod, Zeroable};
 use cloth_core::{
     FOLD_PLACES_MAX, FabricTriangle, Incidence, InteractionKind, Model, NONE,
-    fabric::{FOLDS, bending::PATCH},
+    fabric::{
+        FOLDS,
+        bending::{PATCH, marked},
+    },
 };
 
 use crate::layout::CudaReal;
@@ -18,25 +21,13 @@ pub(crate) struct MembraneData<T> {
     area: T,
 }
 
-/// The same triangle with its folds.
-#[derive(Clone, Copy, Debug)]
-#[repr(C)]
-pub(crate) struct BendingData<T> {
-    particles: [u32; PATCH],
-    angles: [T; FOLDS],
-}
-
-/// Numbers of what a patch makes of its folds: its map, rigidities, damping.
-const PLATE: usize = 3 * FOLDS + 5;
+/// Numbers of what a patch makes of its folds: its map, damping.
+const PLATE: usize = 3 * FOLDS + 1;
 
 // SAFETY: numbers alone, without padding in either precision (tested below).
 unsafe impl<T: CudaReal> Zeroable for MembraneData<T> {}
 // SAFETY: as above.
 unsafe impl<T: CudaReal> Pod for MembraneData<T> {}
-// SAFETY: as above.
-unsafe impl<T: CudaReal> Zeroable for BendingData<T> {}
-// SAFETY: as above.
-unsafe impl<T: CudaReal> Pod for BendingData<T> {}
 
 /// Numbers of a law: curves of warp and weft, coupling, shear, damping; how threads jam.
 const LAW: usize = 12;
@@ -46,7 +37,8 @@ const LAW: usize = 12;
 pub(crate) struct FabricTables<T> {
     pub(crate) laws: Vec<[T; LAW]>,
     pub(crate) membranes: Vec<MembraneData<T>>,
-    pub(crate) patches: Vec<BendingData<T>>,
+    /// The vertices of patches, those that come again marked.
+    pub(crate) patches: Vec<[u32; PATCH]>,
     /// For all patches the first of their [`PLATE`] numbers, then the second ones.
     pub(crate) plates: Vec<T>,
     /// Triangles, then patches, around each particle.
@@ -59,7 +51,7 @@ pub(crate) struct FabricTables<T> {
 pub(crate) struct FoldTables<T> {
     pub(crate) particles: Vec<[u32; 4]>,
     pub(crate) angles: Vec<T>,
-    /// For all patches the first of their folds, then the second ones; the number of folds where there is none.
+    /// For all patches the first of their folds, then the second ones, marked where they are turned; the number of folds where there is none.
     pub(crate) of_patches: Vec<u32>,
     /// For all folds the first of the places of their moments, which stand as `of_patches` do, then the second ones; that behind all moments where
     /// there is none.
@@ -80,10 +72,12 @@ impl<T: CudaReal> FoldTables<T> {
             (if none { FOLDS * patches.len() } else { fold * patches.len() + patch }) as u32
         };
         let moment_places = (0..FOLD_PLACES_MAX).flat_map(|k| places.iter().map(move |of| of[k]));
-        let of_patches = (0..FOLDS).flat_map(|k| patches.iter().map(move |patch| patch[k]));
+        let turned: Vec<_> = elements.turned_folds().collect();
+        let none = folds.len() as u32;
+        let of_patches = (0..FOLDS).flat_map(|k| turned.iter().map(move |patch| patch[k]));
         Self {
             angles: folds.iter().map(|fold| T::from_f64(fold.angle)).collect(),
-            of_patches: of_patches.map(|fold| fold.min(folds.len() as u32)).collect(),
+            of_patches: of_patches.map(|fold| if fold == NONE { none } else { fold }).collect(),
             moment_places: moment_places.map(place).collect(),
             rows: Incidence::of(&particles, model.particle_count()),
             particles,
@@ -105,11 +99,9 @@ impl<T: CudaReal> FabricTables<T> {
         };
         let triangles = elements.triangles();
         let plate = |triangle: &FabricTriangle| -> [T; PLATE] {
-            let stiffness = triangle.bending.rounded();
             let damping = elements.fabrics()[triangle.fabric as usize].damping[1];
             let mut numbers = [T::from_f64(damping); PLATE];
-            numbers[..3 * FOLDS].copy_from_slice(stiffness.map.as_flattened());
-            numbers[3 * FOLDS..PLATE - 1].copy_from_slice(&stiffness.plate);
+            numbers[..3 * FOLDS].copy_from_slice(triangle.bending.rooted().as_flattened());
             numbers
         };
         let plates: Vec<_> = triangles.iter().map(plate).collect();
@@ -133,14 +125,7 @@ impl<T: CudaReal> FabricTables<T> {
                     }
                 })
                 .collect(),
-            patches: triangles
-                .iter()
-                .zip(elements.patches())
-                .map(|(triangle, &particles)| BendingData {
-                    particles,
-                    angles: triangle.angles.map(T::from_f64),
-                })
-                .collect(),
+            patches: elements.patches().iter().map(marked).collect(),
             plates: (0..PLATE).flat_map(|k| plates.iter().map(move |plate| plate[k])).collect(),
             folds: FoldTables::new(model),
             rows: [rows(InteractionKind::Membrane), rows(InteractionKind::Bending)],
@@ -156,7 +141,5 @@ mod tests {
     fn nothing_that_is_copied_has_padding() {
         assert_eq!(size_of::<MembraneData<f32>>(), 16 + 5 * 4);
         assert_eq!(size_of::<MembraneData<f64>>(), 16 + 5 * 8);
-        assert_eq!(size_of::<BendingData<f32>>(), 48 + 9 * 4);
-        assert_eq!(size_of::<BendingData<f64>>(), 48 + 9 * 8);
     }
 }

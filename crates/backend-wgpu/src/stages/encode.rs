@@ -138,12 +138,8 @@ impl Stages {
             Command::VelocityKeep => self.iterate_copy(true),
             Command::VelocityRestore => self.iterate_copy(false),
             Command::SpringLinearise(substep) => self.spring_linearise(substep),
-            Command::MembraneLinearise(substep, start) => {
-                self.fabric_linearise("membrane_linearise", substep, *start)
-            }
-            Command::BendingLinearise(substep, start) => {
-                self.fabric_linearise("bending_linearise", substep, *start)
-            }
+            Command::MembraneLinearise(substep, start) => self.membrane_linearise(substep, *start),
+            Command::BendingLinearise(substep, start) => self.bending_linearise(substep, *start),
             Command::ContactLinearise(substep) => self.contact_linearise(substep),
             Command::ImplicitAssemble(substep, start) => self.implicit_assemble(substep, *start),
             Command::ColliderConstraints(substep) => self.collider_constraints(substep),

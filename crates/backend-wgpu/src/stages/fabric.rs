@@ -57,30 +57,53 @@ impl Stages {
         self.dispatch(stage, "bending_forces_gather", items, self.present, (0, 0))
     }
 
-    /// Tangents and impulses of all triangles.
-    pub(super) fn fabric_linearise(
+    /// The slot and the call of a stage that linearises triangles.
+    fn linearise_at(&mut self, substep: &Substep, start: NewtonStart) -> Result<(usize, usize)> {
+        self.linear_prepare()?;
+        let slot = self.slot(substep)?;
+        let flags = if start == NewtonStart::Iterate { CALL_ITERATE } else { 0 };
+        Ok((slot, self.call(Call { flags, ..Call::default() })?))
+    }
+
+    /// `membrane_linearise`.
+    pub(super) fn membrane_linearise(
         &mut self,
-        stage: &'static str,
         substep: &Substep,
         start: NewtonStart,
     ) -> Result<()> {
         if self.element_count() == 0 {
             return Ok(());
         }
-        self.linear_prepare()?;
-        let slot = self.slot(substep)?;
-        let flags = if start == NewtonStart::Iterate { CALL_ITERATE } else { 0 };
-        let call = self.call(Call { flags, ..Call::default() })?;
+        let at = self.linearise_at(substep, start)?;
         let items = (self.element_count(), WORKGROUP);
-        self.dispatch(stage, stage, items, self.present, (slot, call))
+        let stage = "membrane_linearise";
+        self.dispatch(stage, stage, items, self.present, at)
+    }
+
+    /// `bending_linearise`.
+    pub(super) fn bending_linearise(
+        &mut self,
+        substep: &Substep,
+        start: NewtonStart,
+    ) -> Result<()> {
+        if self.element_count() == 0 {
+            return Ok(());
+        }
+        let at = self.linearise_at(substep, start)?;
+        let (elements, stage) = (self.element_count(), "bending_linearise");
+        self.over_folds(stage, "bending_forces_folds")?;
+        let moments = "bending_linearise_moments";
+        self.dispatch(stage, moments, (elements, WORKGROUP), self.present, at)?;
+        self.over_folds(stage, "bending_forces")?;
+        self.dispatch(stage, stage, (3 * elements, WORKGROUP), self.present, at)
     }
 
     /// What they add to the matrix and the right-hand side.
     pub(super) fn fabric_assemble(&mut self, slot: usize) -> Result<()> {
-        let Some(rows) = &self.element_rows else { return Ok(()) };
-        // For each row, whole slices of them, one thread more than the longest has blocks.
-        let count = self.particle_count().next_multiple_of(SlicedRows::SLICE as u32);
-        let items = (count * (rows.longest + 1), WORKGROUP);
+        if self.element_rows.is_none() {
+            return Ok(());
+        }
+        let items = (ROW_THREADS * self.particle_count(), WORKGROUP);
         let name = "implicit_assemble_fabric";
         self.dispatch("implicit_assemble", name, items, self.present, (slot, 0))
     }
@@ -160,7 +183,9 @@ impl Stages {
 }
 
 /// Bytes of what the blocks of a triangle are made of (`shared/fabric_tangents.wgsl`).
-const TANGENT_SIZE: u64 = 4 * 122;
+const TANGENT_SIZE: u64 = 4 * 121;
+/// Threads of a row (`implicit_assemble_fabric.wgsl`).
+const ROW_THREADS: u32 = 16;
 /// Words of an entry of all rows of a slice: columns and blocks (`shared/element_row.wgsl`).
 const ENTRY_WORDS: usize = 10 * SlicedRows::SLICE;
 

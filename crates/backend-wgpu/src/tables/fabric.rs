@@ -2,11 +2,14 @@
 
 use cloth_core::{
     FOLD_PLACES_MAX, FabricTriangle, Incidence, InteractionKind, InteractionList, Model, NONE,
-    fabric::{FOLDS, bending::PATCH},
+    fabric::{
+        FOLDS,
+        bending::{PATCH, marked},
+    },
 };
 
-/// Entries of `fabric_elements` for a triangle: its patch, three more, and one for each fold.
-const ELEMENT_WORDS: usize = PATCH / 4 + 3 + FOLDS;
+/// Entries of `fabric_elements` for a triangle: its patch, two more, and one for each fold.
+const ELEMENT_WORDS: usize = PATCH / 4 + 2 + FOLDS;
 
 /// Contents of the buffers of fabric; empty without any.
 #[derive(Debug, Default)]
@@ -31,17 +34,14 @@ impl FabricTables {
         let element = |(triangle, particles): (&FabricTriangle, &[u32; PATCH])| {
             let rest = triangle.rest.rounded::<f32>();
             let damping = elements.fabrics()[triangle.fabric as usize].damping[1] as f32;
-            let stiffness = triangle.bending.rounded::<f32>();
-            let [k11, k22, k12] = stiffness.map;
+            let [p, q, r] = triangle.bending.rooted::<f32>();
             let mut words = [[0; 4]; ELEMENT_WORDS];
-            words.as_flattened_mut()[..PATCH].copy_from_slice(particles);
+            words.as_flattened_mut()[..PATCH].copy_from_slice(&marked(particles));
             words[3] = [triangle.fabric, rest.area.to_bits(), damping.to_bits(), 0];
-            let [[p, q], [r, s]] = rest.inverse;
-            words[4] = [p, q, r, s].map(f32::to_bits);
-            words[5] = stiffness.plate.map(f32::to_bits);
-            for (fold, words) in words[6..].iter_mut().enumerate() {
-                let angle = triangle.angles[fold] as f32;
-                *words = [angle, k11[fold], k22[fold], k12[fold]].map(f32::to_bits);
+            let [[a, b], [c, d]] = rest.inverse;
+            words[4] = [a, b, c, d].map(f32::to_bits);
+            for (fold, words) in words[5..].iter_mut().enumerate() {
+                *words = [p[fold], q[fold], r[fold], 0.0].map(f32::to_bits);
             }
             words
         };
@@ -82,8 +82,9 @@ fn folds(model: &Model) -> Vec<u32> {
     for k in 0..FOLD_PLACES_MAX {
         words.extend(places.iter().map(|places| place(places[k])));
     }
+    let turned: Vec<_> = elements.turned_folds().collect();
     for k in 0..FOLDS {
-        words.extend(patches.iter().map(|patch| patch[k].min(count)));
+        words.extend(turned.iter().map(|patch| if patch[k] == NONE { count } else { patch[k] }));
     }
     words
 }

@@ -199,13 +199,22 @@ impl CurvatureStiffness<f64> {
         Self { map, plate: [warp, weft, coupling, 4.0 * twist].map(|d| area * d) }
     }
 
-    /// The same, rounded to the precision of a solver.
+    /// L^T times the map, A D = L L^T (Cholesky), rounded to the precision of a solver: three numbers \[J^(1/2)\] for the differences of folds from rest
+    /// \[rad\], half the sum of whose squares is the energy. Moments are this, transposed, times the numbers, and the matrix of a triangle is the sum of
+    /// three products of a vector and itself: symmetric to the last bit, and never indefinite.
     #[must_use]
-    pub fn rounded<T: Real>(&self) -> CurvatureStiffness<T> {
-        CurvatureStiffness {
-            map: self.map.map(|row| row.map(T::from_f64)),
-            plate: self.plate.map(T::from_f64),
-        }
+    pub fn rooted<T: Real>(&self) -> [[T; FOLDS]; 3] {
+        let [d11, d22, d12, d66] = self.plate;
+        let root = |square: f64| square.max(0.0).sqrt();
+        let l11 = root(d11);
+        let l21 = if l11 > 0.0 { d12 / l11 } else { 0.0 };
+        let [l22, l33] = [root(d22 - l21 * l21), root(d66)];
+        let [k11, k22, k12] = &self.map;
+        [
+            std::array::from_fn(|fold| T::from_f64(l11 * k11[fold] + l21 * k22[fold])),
+            k22.map(|entry| T::from_f64(l22 * entry)),
+            k12.map(|entry| T::from_f64(l33 * entry)),
+        ]
     }
 }
 
@@ -303,6 +312,31 @@ mod tests {
             for j in 0..3 {
                 let sum: f64 = (0..3).map(|k| values[k] * vectors[k][i] * vectors[k][j]).sum();
                 assert!((sum - matrix[i][j]).abs() < 1e-14);
+            }
+        }
+    }
+
+    #[test]
+    fn half_the_squares_of_rooted_numbers_are_the_energy() {
+        let mut stiffness = CurvatureStiffness::default();
+        let mut number = 0.0;
+        for entry in stiffness.map.iter_mut().flatten() {
+            number += 1.0;
+            *entry = f64::sin(7.0 * number);
+        }
+        let folds: [f64; FOLDS] = std::array::from_fn(|fold| f64::cos(3.0 * fold as f64));
+        // An ordinary plate, one without coupling or warp, and one at the edge of what is definite.
+        for plate in [[3.0, 2.0, 0.7, 1.1], [0.0, 2.0, 0.0, 1.1], [4.0, 1.0, 2.0, 0.0]] {
+            stiffness.plate = plate;
+            let rooted = stiffness.rooted::<f64>();
+            let numbers = rooted.map(|row| row.iter().zip(folds).map(|(k, f)| k * f).sum::<f64>());
+            let energy = 0.5 * numbers.iter().map(|number| number * number).sum::<f64>();
+            let expected = stiffness.energy(folds);
+            assert!((energy - expected).abs() < 1e-13 * expected, "{energy} {expected}");
+            let moments = stiffness.moments(folds);
+            for (fold, moment) in moments.into_iter().enumerate() {
+                let found: f64 = (0..3).map(|k| rooted[k][fold] * numbers[k]).sum();
+                assert!((found - moment).abs() < 1e-13 * expected, "{found} {moment}");
             }
         }
     }

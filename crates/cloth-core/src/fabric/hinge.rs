@@ -15,6 +15,9 @@ pub struct Fold<T> {
     pub angle: T,
     /// Its derivatives by the four vertices \[1/m\]; their sum is zero.
     pub gradient: [Vector<T>; 4],
+    /// Where the feet of the heights of both triangles lie on the edge: 0 at vertex 0, 1 at vertex 1. With the derivatives by the third vertices they tell
+    /// the other two.
+    pub feet: [T; 2],
 }
 
 /// The fold of the triangles (0, 1, 2) and (1, 0, 3) about their edge 0-1. Triangles without area have no normal: their angle is
@@ -33,9 +36,20 @@ pub fn fold<T: Real>(vertices: [Vector<T>; 4]) -> Fold<T> {
     let apex2 = scaled(n2, over(length, dot(n2, n2)));
     // Where the feet of the apexes lie on the edge: 0 at vertex 0, 1 at vertex 1.
     let [w1, w2] = [over(dot(a, e), square), over(dot(b, e), square)];
+    Fold { angle, gradient: gradient_of(apex1, apex2, [w1, w2]), feet: [w1, w2] }
+}
+
+/// The derivatives of a fold by its four vertices, of which those by the third vertices of both triangles, and the feet of their heights, are known.
+#[inline(always)]
+#[must_use]
+pub fn gradient_of<T: Real>(
+    apex1: Vector<T>,
+    apex2: Vector<T>,
+    [w1, w2]: [T; 2],
+) -> [Vector<T>; 4] {
     let end0 = combination(apex1, w1 - T::ONE, apex2, w2 - T::ONE);
     let end1 = combination(apex1, -w1, apex2, -w2);
-    Fold { angle, gradient: [end0, end1, apex1, apex2] }
+    [end0, end1, apex1, apex2]
 }
 
 /// How far a fold is from its rest angle \[rad\], the shorter way around.

@@ -12,6 +12,9 @@ use crate::{
 /// Places of patches that one fold can have.
 pub const FOLD_PLACES_MAX: usize = 6;
 
+/// Marks a fold of which a patch has the ends of the edge, and the third corners, the other way around than the fold itself.
+pub const TURNED: u32 = 1 << 31;
+
 /// All triangles of fabric of a model. A cloth of springs has none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FabricElements {
@@ -93,6 +96,19 @@ impl FabricElements {
     #[must_use]
     pub fn patch_folds(&self) -> &[[u32; FOLDS]] {
         &self.patch_folds
+    }
+
+    /// The same with [`TURNED`] for those of which the patch has the vertices the other way around: the angle is the same, its derivatives stand at
+    /// other places.
+    pub fn turned_folds(&self) -> impl Iterator<Item = [u32; FOLDS]> + '_ {
+        self.patch_folds.iter().zip(&self.patches).map(|(folds, patch)| {
+            std::array::from_fn(|k| match self.folds.get(folds[k] as usize) {
+                Some(fold) if fold.particles != FOLD_PLACES[k].map(|place| patch[place]) => {
+                    folds[k] | TURNED
+                }
+                _ => folds[k],
+            })
+        })
     }
 
     /// For each fold where it stands in the patches of triangles, ascending: [`FOLDS`] times the triangle plus the place; [`NONE`] behind the last one.
@@ -198,12 +214,16 @@ mod tests {
         }
         assert!(found.iter().zip(of_patches).all(|(found, fold)| *found == (*fold != NONE)));
         // The fold of a patch has the vertices that its places say, whichever of both triangles sees it.
-        for (patch, folds) in elements.patches().iter().zip(elements.patch_folds()) {
+        let mut turned = [0, 0];
+        for (patch, folds) in elements.patches().iter().zip(elements.turned_folds()) {
             for (fold, places) in folds.iter().zip(FOLD_PLACES).filter(|(fold, _)| **fold != NONE) {
-                let [a, b, c, d] = elements.folds()[*fold as usize].particles;
+                let [a, b, c, d] = elements.folds()[(fold & !TURNED) as usize].particles;
+                let is_turned = fold & TURNED != 0;
                 let seen = places.map(|place| patch[place]);
-                assert!(seen == [a, b, c, d] || seen == [b, a, d, c], "{seen:?}");
+                assert_eq!(seen, if is_turned { [b, a, d, c] } else { [a, b, c, d] });
+                turned[usize::from(is_turned)] += 1;
             }
         }
+        assert!(turned[0] > 0 && turned[1] > 0, "{turned:?}");
     }
 }

@@ -45,7 +45,7 @@ pub use contact::{ContactResponse, SelfContact};
 pub(crate) use contact_rules::ContactRules;
 pub use contact_rules::{ContactMap, ContactRule};
 pub use distance_grid::{DistanceGrid, GridSets};
-pub use elements::{FOLD_PLACES_MAX, FabricElements, FabricFold, FabricTriangle};
+pub use elements::{FOLD_PLACES_MAX, FabricElements, FabricFold, FabricTriangle, TURNED};
 pub use environment::{Air, Field, Gust};
 pub use fabric_matrix::{FabricMatrix, ScalarEntry};
 pub use features::{ContactFeature, Feature, FeatureSet, ModelFeatures, ModelShape};
@@ -53,8 +53,8 @@ pub use geometry::{Geometry, GridPatch, NetworkSpring, SpringNetwork, Stencil};
 pub use hierarchy::GroupHierarchy;
 pub use inflation::Inflation;
 pub use interactions::{
-    BlockDependencies, BlockTerms, ColourRegion, ColourRegions, Colouring, Incidence,
-    InteractionKind, InteractionList, Interactions, Neighbours, SlicedRows, SpringColouring,
+    BlockDependencies, ColourRegion, ColourRegions, Colouring, Incidence, InteractionKind,
+    InteractionList, Interactions, Neighbours, SlicedRows, SpringColouring,
 };
 pub use material::{Aerodynamics, BendModel, Mass, Material, SpringCoefficients};
 pub use material_preset::MaterialPreset;

@@ -4,7 +4,6 @@
 //! the matrix, how far a particle reaches, what can be changed at the same time: all of that is derived from the list, and so
 //! holds for the new kind as soon as it is in it.
 
-mod block_terms;
 mod blocks;
 mod colouring;
 mod incidence;
@@ -13,7 +12,6 @@ mod pieces;
 mod regions;
 mod sliced;
 
-pub use block_terms::BlockTerms;
 pub use blocks::BlockDependencies;
 pub use colouring::{Colouring, SpringColouring};
 pub use incidence::Incidence;

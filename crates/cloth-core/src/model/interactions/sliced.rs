@@ -13,8 +13,6 @@ pub struct SlicedRows {
     pub slices: Vec<u32>,
     /// Columns: entry e of row i is at 32 e + i mod 32; `u32::MAX` behind the last one of a row.
     pub columns: Vec<u32>,
-    /// Entries of the longest row.
-    pub longest: u32,
 }
 
 impl SlicedRows {
@@ -25,7 +23,7 @@ impl SlicedRows {
     #[must_use]
     pub fn new(neighbours: &Neighbours) -> Self {
         let count = neighbours.len();
-        let (mut slices, mut columns, mut longest) = (vec![0], Vec::new(), 0);
+        let (mut slices, mut columns) = (vec![0], Vec::new());
         for first in (0..count).step_by(SLICE) {
             let rows = || (first..(first + SLICE).min(count)).map(|i| neighbours.row(i));
             let length = rows().map(<[u32]>::len).max().unwrap_or(0);
@@ -36,10 +34,9 @@ impl SlicedRows {
                     columns[start + entry * SLICE + lane] = column;
                 }
             }
-            longest = longest.max(length as u32);
             slices.push((columns.len() / SLICE) as u32);
         }
-        Self { slices, columns, longest }
+        Self { slices, columns }
     }
 
     /// Entries of all slices.
