@@ -37,14 +37,14 @@ pub use scene::{
     SceneBend, SceneBounds, SceneCloth, SceneCollider, SceneColour, SceneContact,
     SceneContactResponse, SceneContactRule, SceneDust, SceneElastic, SceneEvent,
     SceneFabricDamping, SceneField, SceneFold, SceneGeometry, SceneGrid, SceneGust, SceneImplicit,
-    SceneInflation, SceneJoint, SceneKeyframe, SceneMap, SceneMapOf, SceneMass, SceneMaterial,
-    SceneMesh, SceneMeshing, SceneMidpoint, SceneModel, SceneNetwork, SceneOrigin, ScenePanel,
-    ScenePanels, ScenePattern, ScenePatternSource, ScenePhase, ScenePiece, ScenePin,
-    ScenePinAttribute, ScenePinch, ScenePrecision, ScenePrototype, SceneRigid, SceneRigidJoint,
-    SceneRigidJointKind, SceneRigidShape, SceneRotation, SceneSeam, SceneSeamEnd, SceneSeamPoint,
-    SceneSemiImplicit, SceneShape, SceneSimulation, SceneSolidMesh, SceneSolver, SceneSpring,
-    SceneSpringClass, SceneStart, SceneStencil, SceneStrainLimit, SceneTear, SceneTriangles,
-    SceneView, SceneWind,
+    SceneInflation, SceneJoint, SceneKeyframe, SceneMannequin, SceneMannequinPose,
+    SceneMannequinSwing, SceneMap, SceneMapOf, SceneMass, SceneMaterial, SceneMesh, SceneMeshing,
+    SceneMidpoint, SceneModel, SceneNetwork, SceneOrigin, ScenePanel, ScenePanels, ScenePattern,
+    ScenePatternSource, ScenePhase, ScenePiece, ScenePin, ScenePinAttribute, ScenePinch,
+    ScenePrecision, ScenePrototype, SceneRigid, SceneRigidJoint, SceneRigidJointKind,
+    SceneRigidShape, SceneRotation, SceneSeam, SceneSeamEnd, SceneSeamPoint, SceneSemiImplicit,
+    SceneShape, SceneSimulation, SceneSolidMesh, SceneSolver, SceneSpring, SceneSpringClass,
+    SceneStart, SceneStencil, SceneStrainLimit, SceneTear, SceneTriangles, SceneView, SceneWind,
 };
 pub use schema::{scene_reference, scene_schema};
 pub use timeline::Timeline;

@@ -14,7 +14,7 @@ use super::{
 };
 
 /// Most key frames of an animation.
-const FRAMES_MAX: u32 = 10_000;
+pub(super) const FRAMES_MAX: u32 = 10_000;
 
 /// Sets of distances that an animation takes, as far as can be told before its files are read.
 pub(super) fn sets(animation: &SceneAnimation) -> u64 {

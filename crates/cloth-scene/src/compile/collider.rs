@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 use crate::{SceneCollider, SceneError, SceneRotation, SceneShape};
 
 use super::{
-    Check, CompileOptions, animation,
+    Check, CompileOptions, animation, mannequin,
     solid::{self, Plans},
 };
 
@@ -44,6 +44,13 @@ pub(super) fn compile(
                 let key = format!("{key}.shape.animation");
                 animation::compile(check, &key, name, animation, options, plans)?
             }
+            SceneShape::Mannequin(described) => mannequin::compile(
+                check,
+                &format!("{key}.shape.mannequin"),
+                name,
+                described,
+                plans,
+            )?,
             SceneShape::Tetrahedron { vertices } => {
                 let mesh = (&solid::tetrahedron(vertices), solid::CELLS);
                 solid::distances(check, &format!("{key}.shape"), name, mesh, plans)?

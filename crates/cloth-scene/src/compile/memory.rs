@@ -117,6 +117,13 @@ impl Scene {
                 let vertices = self.file_vertices(&first, options);
                 super::animation::sets(animation).saturating_mul(VERTEX_BYTES * vertices)
             }
+            SceneShape::Mannequin(described) => {
+                let each = match of_triangles {
+                    true => VERTEX_BYTES * super::mannequin::vertices(described),
+                    false => solid::bytes(described.cells),
+                };
+                super::mannequin::sets(described).saturating_mul(each)
+            }
             SceneShape::Animation(animation) => super::animation::sets(animation)
                 .saturating_mul(solid::bytes(Some(animation.cells))),
             _ => 0,

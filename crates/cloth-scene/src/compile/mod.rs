@@ -9,6 +9,7 @@ mod collider;
 mod fabric;
 mod fold;
 mod grid;
+mod mannequin;
 mod map;
 mod material;
 mod memory;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{SceneRotation, SceneSolidMesh};
+use super::{SceneMannequin, SceneRotation, SceneSolidMesh};
 
 /// An obstacle, at rest or moved by keyframes.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -69,6 +69,8 @@ pub enum SceneShape {
     Mesh(SceneSolidMesh),
     /// A mesh that changes its shape, from a file for each frame.
     Animation(SceneAnimation),
+    /// A body of given measures.
+    Mannequin(SceneMannequin),
     /// A tetrahedron, known in the same way; either order of its vertices.
     Tetrahedron {
         /// Its corners \[m\].

@@ -9,6 +9,7 @@ mod contact;
 mod environment;
 mod event;
 mod fabric;
+mod mannequin;
 mod material;
 mod named;
 mod network;
@@ -40,6 +41,7 @@ pub use event::{SceneAction, SceneEvent};
 pub use fabric::{
     SceneFabricDamping, SceneMeshing, SceneModel, ScenePanel, ScenePattern, ScenePatternSource,
 };
+pub use mannequin::{SceneMannequin, SceneMannequinPose, SceneMannequinSwing};
 pub use material::{
     SceneAerodynamics, SceneBend, SceneMap, SceneMapOf, SceneMass, SceneMaterial, SceneSpring,
 };

@@ -228,6 +228,9 @@ shape.mesh = { vertices = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0
 name = "file"
 shape.mesh = { file = "solid1.obj", cells = 5 }
 [[collider]]
+name = "mannequin"
+shape.mannequin = { height = 1.75, neck = 0.37, chest = 1.0, waist = 0.85, hips = 1.05, shoulders = 0.375, edge = 0.03, rate = 1.5, cells = 5, pose = [{ time = 0.5, shoulder_left = { raise = 60.5, forwards = 5.5 }, shoulder_right = { raise = 60.5, forwards = 5.5 }, elbow_left = 5.5, elbow_right = 5.5, hip_left = { raise = 5.5, forwards = 5.5 }, hip_right = { raise = 5.5, forwards = 5.5 }, knee_left = 5.5, knee_right = 5.5, head = 5.5 }] }
+[[collider]]
 name = "animation"
 shape.animation = { file = "solid{}.obj", first = 1, frames = 2, rate = 2.0, rest = "solid1.obj", blend = 0.5, start = 0.25, skin = 0.01, cells = 5, scale = 2.0, rotation = { axis = [0.0, 0.0, 1.0], degrees = 30.0 }, translation = [0.0, 0.0, 1.0] }
 "##,
