@@ -63,6 +63,19 @@ fn it_has_its_measures_and_takes_its_poses() {
 }
 
 #[test]
+fn the_wearer_of_the_shirt_never_goes_through_itself() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/garments/tshirt.toml");
+    let scene = Scene::read(path.as_ref()).unwrap();
+    let scene = scene.compile(&CompileOptions::default()).unwrap();
+    let body = surface(&scene);
+    assert!(body.sets.len() > 10, "it raises its arms");
+    for set in body.sets.iter().step_by(5).chain(body.sets.last()) {
+        let surface = cloth_audit::Surface::cloth(set, &body.triangles);
+        assert_eq!(cloth_audit::intersections(&[surface]).pairs(), 0);
+    }
+}
+
+#[test]
 fn it_is_a_solid_of_distances_where_contact_is_not_of_triangles() {
     let text = VALID
         .replace("triangles.friction = 0.3", "impulse.friction = 0.3\ncontact.distance = 0.01");
