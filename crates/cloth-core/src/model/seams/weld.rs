@@ -1,7 +1,7 @@
 //! A model in which several particles of another one are one: the vertices of each stitch of closed seams, and the corners of triangles at each
 //! vertex of cloth that may tear.
 
-use std::sync::Arc;
+use std::{collections::BTreeSet, sync::Arc};
 
 use super::{Seam, SeamError, VertexClasses};
 use crate::{
@@ -94,6 +94,8 @@ impl ModelBuilder {
             maps.push((cloth.name.clone(), of_cloth, count));
             builder = builder.cloth(welded);
         }
+        // Where four pieces meet, two open stitches of two seams may be between the same two vertices now: one of them is enough.
+        let mut known = BTreeSet::new();
         for seam in &left {
             let find = |name: &String| maps.iter().find(|(cloth, ..)| cloth == name);
             let [Some((_, first, _)), Some((_, second, _))] = seam.cloths.each_ref().map(find)
@@ -109,7 +111,12 @@ impl ModelBuilder {
                 .filter(|([a, b], _)| a != b || seam.cloths[0] != seam.cloths[1])
                 .collect();
             tied.sort_by_key(|(stitch, _)| *stitch);
-            tied.dedup_by_key(|(stitch, _)| *stitch);
+            let mut is_new = |&([a, b], _): &([u32; 2], _)| {
+                let mut ends = [(&seam.cloths[0], a), (&seam.cloths[1], b)];
+                ends.sort_unstable();
+                known.insert(ends)
+            };
+            tied.retain(&mut is_new);
             let (stitches, ties): (Vec<_>, Vec<_>) = tied.into_iter().unzip();
             if !stitches.is_empty() {
                 let ties = if seam.ties.is_empty() { Vec::new() } else { ties };
