@@ -4,6 +4,8 @@ mod classes;
 mod error;
 mod seamstress;
 mod stitching;
+#[cfg(test)]
+mod tests;
 mod weld;
 
 pub use classes::VertexClasses;
