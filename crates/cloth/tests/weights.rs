@@ -7,12 +7,12 @@ use cloth::{
     scene::{CompileOptions, Scene},
 };
 
-/// A weight \[kg\] that falls some millimetres onto a mat on a table.
+/// A weight \[kg\] that falls some millimetres onto a mat on a table. What it sways after that, by a millimetre on what it sticks to, dies away within a second.
 fn scene(mass: f64) -> String {
     format!(
         r#"
 name = "weight"
-simulation = {{ frames = 12, frames_per_second = 30 }}
+simulation = {{ frames = 30, frames_per_second = 30 }}
 [[cloth]]
 name = "mat"
 material.preset = "denim"

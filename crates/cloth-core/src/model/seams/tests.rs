@@ -2,12 +2,12 @@
 
 use super::{Seam, Welding};
 use crate::{
-    Cloth, GridPatch, Meshing, ModelBuilder, RestSource,
+    Cloth, GridPatch, Meshing, ModelBuilder, RestSource, TextureMap, TriangleMesh,
     fabric::{BendingSheet, FabricSheet, TensileSheet},
 };
 
-/// A square of fabric of 2 x 2 vertices.
-fn square(name: &str) -> Cloth {
+/// Four pieces of fabric of 2 x 2 vertices, beside and behind each other, in one cloth.
+fn pieces() -> Cloth {
     let sheet = FabricSheet {
         area_density: 0.15,
         tensile: [Some(TensileSheet::Slope(800.0)), Some(TensileSheet::Slope(300.0))],
@@ -15,39 +15,36 @@ fn square(name: &str) -> Cloth {
         bending: [Some(BendingSheet::Rigidity(1e-5)), None, None],
         ..FabricSheet::default()
     };
-    let (fabric, _) = sheet.fit(name).unwrap();
-    let mesh = GridPatch::new([2, 2], 0.05).mesh(Meshing::Alternating);
-    Cloth::fabric_mesh(name, mesh, fabric, RestSource::Pattern { scale: 1.0 })
-}
-
-fn seam(cloths: [&str; 2], stitches: [[u32; 2]; 2]) -> Seam {
-    Seam {
-        name: cloths.concat(),
-        cloths: cloths.map(Into::into),
-        stitches: stitches.to_vec(),
-        stiffness: 100.0,
-        damping: None,
-        closing: [0.0, 1.0],
-        weld: true,
-        ties: Vec::new(),
-        strength: None,
+    let (fabric, _) = sheet.fit("shirt").unwrap();
+    let piece = GridPatch::new([2, 2], 0.05).mesh(Meshing::Alternating);
+    let (mut mesh, mut pattern) = (TriangleMesh::default(), TextureMap::default());
+    for place in [[0.0, 0.0], [0.06, 0.0], [0.0, 0.06], [0.06, 0.06]] {
+        let first = mesh.positions.len() as u32;
+        let moved = |[x, y, z]: &[f64; 3]| [x + place[0], y + place[1], *z];
+        mesh.positions.extend(piece.positions.iter().map(moved));
+        pattern.coordinates.extend(piece.positions.iter().map(|[x, y, _]| [*x, *y]));
+        mesh.triangles.extend(piece.triangles.iter().map(|t| t.map(|vertex| first + vertex)));
     }
+    pattern.triangles.clone_from(&mesh.triangles);
+    mesh.texture = Some(pattern);
+    Cloth::fabric_mesh("shirt", mesh, fabric, RestSource::Pattern { scale: 1.0 })
 }
 
 /// Four pieces meet at a corner. Two of its stitches are welded, so that the two others are between the same two vertices.
 #[test]
 fn open_stitches_of_two_seams_may_come_to_be_one() {
     let seams = [
-        seam(["a", "b"], [[3, 2], [1, 0]]),
-        seam(["c", "d"], [[3, 2], [1, 0]]),
-        seam(["a", "c"], [[3, 1], [2, 0]]),
-        seam(["b", "d"], [[2, 0], [3, 1]]),
+        ("left to right in front", [[1, 4], [3, 6]]),
+        ("left to right behind", [[9, 12], [11, 14]]),
+        ("front to back on the left", [[2, 8], [3, 9]]),
+        ("front to back on the right", [[6, 12], [7, 13]]),
     ];
-    let pieces = ["a", "b", "c", "d"].map(square);
-    let builder = pieces.into_iter().fold(ModelBuilder::new(), ModelBuilder::cloth);
-    let builder = seams.iter().cloned().fold(builder, ModelBuilder::seam);
+    let seams = seams
+        .map(|(name, stitches)| Seam { weld: true, ..Seam::new(name, "shirt", stitches.to_vec()) });
+    let builder = ModelBuilder::new().cloth(pieces());
+    let builder = seams.into_iter().fold(builder, ModelBuilder::seam);
     let before = builder.clone().build().unwrap();
-    // Open are those of the corner between a and c, and between b and d.
+    // Open are those of the corner between front and back.
     let of = |ends: [u32; 2]| before.seams().stitches().iter().position(|s| *s == ends).unwrap();
     let mut open = [of([3, 9]), of([6, 12])].map(|stitch| stitch as u32);
     open.sort_unstable();
