@@ -12,7 +12,21 @@ pub(crate) fn sheet(columns: u32, stretch_limit: f64) -> Model {
 
 /// The same before it becomes part of a model.
 pub(crate) fn sheet_cloth(name: &str, columns: u32, stretch_limit: f64) -> Cloth {
-    let fabric = Fabric {
+    let fabric = fabric(stretch_limit);
+    let rest = RestSource::Pattern { scale: 1.0 };
+    let material = FabricMaterial { fabric, rest, aerodynamics: Aerodynamics::default() };
+    Cloth {
+        name: name.into(),
+        geometry: Geometry::Grid(GridPatch::horizontal(columns, 0.02, 0.0)),
+        material: material.into(),
+        pins: vec![],
+        velocity: [0.0; 3],
+    }
+}
+
+/// The fabric of these sheets.
+pub(crate) fn fabric(stretch_limit: f64) -> Fabric {
+    Fabric {
         area_density: 0.2,
         thickness: 1e-3,
         warp: TensileCurve::linear(100.0),
@@ -23,14 +37,5 @@ pub(crate) fn sheet_cloth(name: &str, columns: u32, stretch_limit: f64) -> Cloth
         friction: InternalFriction::default(),
         damping: [0.0; 2],
         stretch_limit,
-    };
-    let rest = RestSource::Pattern { scale: 1.0 };
-    let material = FabricMaterial { fabric, rest, aerodynamics: Aerodynamics::default() };
-    Cloth {
-        name: name.into(),
-        geometry: Geometry::Grid(GridPatch::horizontal(columns, 0.02, 0.0)),
-        material: material.into(),
-        pins: vec![],
-        velocity: [0.0; 3],
     }
 }

@@ -2,20 +2,11 @@
 
 use super::{Seam, Welding};
 use crate::{
-    Cloth, GridPatch, Meshing, ModelBuilder, RestSource, TextureMap, TriangleMesh,
-    fabric::{BendingSheet, FabricSheet, TensileSheet},
+    Cloth, GridPatch, Meshing, ModelBuilder, RestSource, TextureMap, TriangleMesh, example::fabric,
 };
 
 /// Four pieces of fabric of 2 x 2 vertices, beside and behind each other, in one cloth.
 fn pieces() -> Cloth {
-    let sheet = FabricSheet {
-        area_density: 0.15,
-        tensile: [Some(TensileSheet::Slope(800.0)), Some(TensileSheet::Slope(300.0))],
-        shear: Some(40.0),
-        bending: [Some(BendingSheet::Rigidity(1e-5)), None, None],
-        ..FabricSheet::default()
-    };
-    let (fabric, _) = sheet.fit("shirt").unwrap();
     let piece = GridPatch::new([2, 2], 0.05).mesh(Meshing::Alternating);
     let (mut mesh, mut pattern) = (TriangleMesh::default(), TextureMap::default());
     for place in [[0.0, 0.0], [0.06, 0.0], [0.0, 0.06], [0.06, 0.06]] {
@@ -27,7 +18,7 @@ fn pieces() -> Cloth {
     }
     pattern.triangles.clone_from(&mesh.triangles);
     mesh.texture = Some(pattern);
-    Cloth::fabric_mesh("shirt", mesh, fabric, RestSource::Pattern { scale: 1.0 })
+    Cloth::fabric_mesh("shirt", mesh, fabric(f64::INFINITY), RestSource::Pattern { scale: 1.0 })
 }
 
 /// Four pieces meet at a corner. Two of its stitches are welded, so that the two others are between the same two vertices.
