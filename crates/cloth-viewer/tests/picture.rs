@@ -142,16 +142,17 @@ fn buffers_of_the_solver_and_uploads_give_the_same_picture() {
     assert!(found > 2.0, "{found}");
 }
 
-/// Pictures that were looked at, made by `cloth render flag --still --frames 10 --picture-size 320x180
+/// Pictures that were looked at, made by `cloth render flag --still --frames 3 --picture-size 320x180
 /// --backend cpu --overlay strain` and the like; to be made and looked at again when a scene or the
-/// look changes.
+/// look changes. They are of the third frame: from the fifth on the flag ripples, and a millionth more
+/// mass puts its ripples elsewhere, as does a sum in another order.
 #[test]
 fn pictures_are_as_they_were() {
     let gpu = Gpu::headless(None).unwrap();
     let picture = |name: &str, overlays: Overlays| {
         let source = Source::open(name).unwrap();
         let mut studio = Studio::new(&gpu, source, &options("cpu", overlays)).unwrap();
-        for _ in 0..10 {
+        for _ in 0..3 {
             studio.step().unwrap();
         }
         studio.picture().unwrap()
@@ -165,7 +166,7 @@ fn pictures_are_as_they_were() {
         let golden = image::open(golden).unwrap().into_rgb8();
         let found = difference(&picture(name, overlays), &golden);
         let other = difference(&picture(name, others), &golden);
-        assert!(found < 1.5, "{name}: {found}");
+        assert!(found < 0.5, "{name}: {found}");
         assert!(other > 2.5, "{name}: the measure must tell pictures apart, {other}");
     }
 }
