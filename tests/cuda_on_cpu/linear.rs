@@ -87,10 +87,11 @@ fn contacts(model: &Model, [state, before]: [&State; 2], start: NewtonStart) -> 
     let (x, v) = (single(&state.positions), single(&state.velocities));
     let from = single(&before.positions);
     let at = |i: u32| x[i as usize];
-    let found = surface.candidates().filter_map(|candidate| surface.contact(candidate, at));
+    let found = surface.candidates().map(|candidate| surface.contact(candidate, at));
+    let found: Vec<_> = found.collect();
     let mut set = ContactSet::new(model.particle_count());
     let integrator = Integrator::Implicit(cloth_core::ImplicitSettings::default());
-    set.stencils_set(ContactLaw::new(&integrator, LENGTH, LENGTH), found.collect());
+    let law = ContactLaw::new(&integrator, LENGTH, LENGTH);
     let inverse = |i: u32| {
         let is_held = state.held[i as usize] != 0;
         if is_held { 0.0 } else { 1.0 / model.masses()[i as usize] as f32 }
@@ -98,7 +99,7 @@ fn contacts(model: &Model, [state, before]: [&State; 2], start: NewtonStart) -> 
     let velocity = |i: u32| v[i as usize];
     let from = |i: u32| from[i as usize];
     let motion = ContactMotion { position: at, velocity, start: from, inverse_mass: inverse };
-    set.states_find(&motion, start);
+    set.find(&law, &found, &motion, start);
     assert!(set.states().iter().any(|state| state.action.sticks));
     assert!(set.states().iter().any(|state| !state.action.sticks));
     let (offsets, places) = set.rows();

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use cloth_core::{
     Error, Result,
     contact::{
-        ContactEquation, ContactSet,
+        ContactAction, ContactEquation, ContactSet, ContactState,
         device::{DeviceContact, MOVED_NUMBERS, PAIR_WORDS, PAIRS_MAX, PairAnswer, PairTask},
     },
 };
@@ -57,7 +57,7 @@ pub(crate) struct ContactTable {
 }
 
 /// Contacts that a thread of the host puts in words, at least.
-const TASK: usize = 1024;
+const TASK: usize = 256;
 
 /// Words of a pair.
 pub(crate) type PairData = [u32; PAIR_WORDS];
@@ -76,6 +76,8 @@ pub(crate) struct TriangleMemory<T> {
     offsets: Buffer<u32>,
     places: Buffer<u32>,
     contacts: Buffer<ContactData<T>>,
+    /// The contacts as they were last written.
+    written: Vec<ContactData<T>>,
 }
 
 /// Words of the counts of the results.
@@ -109,6 +111,7 @@ impl<T: CudaReal> TriangleMemory<T> {
             offsets: Buffer::zeros(queue, count + 1)?,
             places: Buffer::zeros(queue, 0)?,
             contacts: Buffer::zeros(queue, 0)?,
+            written: Vec::new(),
         })
     }
 
@@ -177,23 +180,20 @@ impl<T: CudaReal> TriangleMemory<T> {
         &mut self,
         queue: &Queue,
         set: &ContactSet<T>,
-        equations: &[ContactEquation<T>],
+        equation: impl Fn(usize) -> ContactEquation<T> + Sync,
     ) -> Result<()> {
         let (offsets, places) = set.rows();
-        let all = equations.par_iter().zip(set.states()).with_min_len(TASK);
-        let contacts: Vec<_> = all
-            .map(|(&ContactEquation { particles, weights, carried }, state)| ContactData {
-                particles,
-                weights,
-                rows: state.action.rows,
-                force: state.action.force,
-                carried,
-            })
-            .collect();
+        let data = |(contact, state): (usize, &ContactState<T>)| {
+            let ContactEquation { particles, weights, carried } = equation(contact);
+            let ContactAction { rows, force, .. } = state.action;
+            ContactData { particles, weights, rows, force, carried }
+        };
+        let all = set.states().par_iter().enumerate().with_min_len(TASK);
+        all.map(data).collect_into_vec(&mut self.written);
         // Behind those of particles come those of nodes of bodies.
         self.offsets.write(queue, 0, &offsets[..self.offsets.len()])?;
         self.places.write_growing(queue, places)?;
-        self.contacts.write_growing(queue, &contacts)
+        self.contacts.write_growing(queue, &self.written)
     }
 
     /// Where the contacts are.

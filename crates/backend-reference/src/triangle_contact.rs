@@ -93,16 +93,15 @@ impl TriangleContact {
             false => now[i as usize - count],
         };
         let found = self.surface.candidates();
-        let found = found.filter_map(|candidate| self.surface.contact(candidate, position));
+        let found = found.map(|candidate| self.surface.contact(candidate, position));
         let mut found: Vec<_> = found.collect();
         let start = |i: u32| match is_particle(i) {
             true => start[i as usize].0,
             false => bodies.start()[i as usize - count],
         };
         self.surface.plane_contacts(position, start, &mut found);
-        found.retain(|stencil| self.certifier.acts(stencil));
+        self.certifier.acting_keep(&mut found);
         let law = ContactLaw::of(model, config, substep.length);
-        self.set.stencils_set(law, found);
         let motion = ContactMotion {
             position,
             velocity: |i: u32| match is_particle(i) {
@@ -114,7 +113,7 @@ impl TriangleContact {
                 if is_particle(i) { particles.inverse_masses[i as usize] } else { 0.0 }
             },
         };
-        self.set.states_find(&motion, newton);
+        self.set.find(&law, &found, &motion, newton);
     }
 
     /// `contact_forces`.

@@ -145,8 +145,7 @@ impl<T: Real> TriangleContact<T> {
         };
         let mut found = self.list.contacts(&self.surface, position);
         self.surface.plane_contacts(|i: u32| position[i as usize], start, &mut found);
-        found.retain(|stencil| self.certifier.acts(stencil));
-        self.set.stencils_set(law, found);
+        self.certifier.acting_keep(&mut found);
         let motion = ContactMotion {
             position: |i: u32| position[i as usize],
             velocity: |i: u32| match is_particle(i) {
@@ -156,7 +155,7 @@ impl<T: Real> TriangleContact<T> {
             start,
             inverse_mass: |i: u32| if is_particle(i) { inverse_mass[i as usize] } else { T::ZERO },
         };
-        self.set.states_find(&motion, newton);
+        self.set.find(&law, &found, &motion, newton);
         self.statistics.contacts = self.set.stencils().len() as u64;
     }
 

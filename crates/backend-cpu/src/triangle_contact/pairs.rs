@@ -189,7 +189,7 @@ impl<T: Real> PairList<T> {
         &mut self,
         surface: &ContactSurface,
         x: &[[T; 3]],
-    ) -> Vec<ContactStencil<T>> {
+    ) -> Vec<Option<ContactStencil<T>>> {
         let distance = T::from_f64(surface.reach());
         pad(x, &mut self.padded);
         let places = &*self.padded;
@@ -199,7 +199,8 @@ impl<T: Real> PairList<T> {
                 move |pair| near(vertex_triangle(pair, places)),
                 move |pair| near(edge_edge(pair, places)),
             );
-            close.filter_map(move |pair| surface.contact(pair.candidate, |i: u32| x[i as usize]))
+            let contact = move |pair: UnprovenPair| surface.contact(pair.candidate, |i: u32| x[i as usize]);
+            close.map(contact).filter(Option::is_some)
         });
         found.collect()
     }

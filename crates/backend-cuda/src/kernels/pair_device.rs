@@ -6,7 +6,7 @@ use cloth_core::{
     Error, NewtonStart, Result,
     contact::{
         ContactEquation, ContactSet,
-        device::{GROUP, PAIR_WORDS, PairAnswer, PairDevice, PairLook, PairTask, WaysFrom},
+        device::{GROUP, MotionVector, PAIR_WORDS, PairAnswer, PairDevice, PairLook, PairTask, WaysFrom},
     },
 };
 
@@ -169,20 +169,19 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
         Ok(counts[1])
     }
 
-    fn ends_read(&mut self, position: &mut Vec<[T; 4]>, start: &mut Vec<[T; 4]>) -> Result<()> {
+    fn motion_read(&mut self, wanted: &mut [(MotionVector, &mut Vec<[T; 4]>)]) -> Result<()> {
         let memory = &self.kernels.memory;
-        memory.state.position[memory.present()].read(&memory.queue, position)?;
-        memory.state.start.as_ref().map_or(Ok(()), |from| from.read(&memory.queue, start))
-    }
-
-    fn iterate_read(&mut self, iterate: &mut Vec<[T; 4]>) -> Result<()> {
-        let memory = &self.kernels.memory;
-        memory.state.proven.as_ref().map_or(Ok(()), |from| from.read(&memory.queue, iterate))
-    }
-
-    fn velocities_read(&mut self, velocity: &mut Vec<[T; 4]>) -> Result<()> {
-        let memory = &self.kernels.memory;
-        memory.state.velocity[memory.present()].read(&memory.queue, velocity)
+        let (state, present) = (&memory.state, memory.present());
+        for (which, out) in wanted {
+            let from = match which {
+                MotionVector::Position => Some(&state.position[present]),
+                MotionVector::Velocity => Some(&state.velocity[present]),
+                MotionVector::Start => state.start.as_ref(),
+                MotionVector::Iterate => state.proven.as_ref(),
+            };
+            from.map_or(Ok(()), |from| from.read(&memory.queue, out))?;
+        }
+        Ok(())
     }
 
     fn motion_write(&mut self, position: &[Real4<T>], velocity: &[Real4<T>]) -> Result<()> {
@@ -194,9 +193,9 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
     fn contacts_write(
         &mut self,
         set: &ContactSet<T>,
-        equations: &[ContactEquation<T>],
+        equation: impl Fn(usize) -> ContactEquation<T> + Sync,
         _: NewtonStart,
     ) -> Result<()> {
-        self.memory.contacts_write(&self.kernels.memory.queue, set, equations)
+        self.memory.contacts_write(&self.kernels.memory.queue, set, equation)
     }
 }

@@ -98,6 +98,8 @@ pub(crate) struct Stages {
     semi_implicit: SemiImplicit,
     /// Contact of triangles, if there is any.
     triangles: Option<Box<DeviceContact<f32>>>,
+    /// The table of its contacts as it was last written.
+    contact_words: Vec<u32>,
     /// What came of recorded solves, for the next one who asks.
     deferred: DeferredOutcome,
     /// Particles that colliders constrain, if the host knows it.
@@ -219,6 +221,7 @@ impl Stages {
             element_rows: None,
             semi_implicit: SemiImplicit::default(),
             triangles: DeviceContact::new(&model, config.pinch).map(Box::new),
+            contact_words: Vec::new(),
             deferred: DeferredOutcome::default(),
             constrained: None,
             released: 0,
@@ -450,10 +453,15 @@ impl Stages {
 
     /// Writes to a buffer that grows when it must.
     fn write_growing(&mut self, name: &'static str, contents: &[u8]) -> Result<()> {
+        self.write_growing_to(name, contents, contents.len() as u64)
+    }
+
+    /// The same; where the buffer grows, it gets this size.
+    fn write_growing_to(&mut self, name: &'static str, contents: &[u8], room: u64) -> Result<()> {
         let size = self.buffers.get(name, 0, 0).map_or(0, wgpu::Buffer::size);
         if size < contents.len() as u64 {
             self.recorder.submit(&self.context)?;
-            self.buffers.create(&self.context, name, contents.len() as u64, None)?;
+            self.buffers.create(&self.context, name, room, None)?;
             self.bind_groups.clear();
         }
         self.write(name, 0, contents)

@@ -63,6 +63,9 @@ pub(super) const KEPT: [&str; 2] = ["position_kept", "velocity_kept"];
 /// The copy of positions that `iterate_keep` makes.
 pub(super) const PROVEN: &str = "position_proven";
 
+/// Most bytes of several buffers that are read together.
+const TOGETHER_MAX: u64 = 1 << 26;
+
 /// The copy of positions that `start_keep` makes.
 pub(super) const START: &str = "position_start";
 
@@ -170,18 +173,38 @@ impl Stages {
         self.dispatch("vertex_normals", "vertex_normals", items, self.present, (0, 0))
     }
 
-    /// Reads buffers of vectors, `size` bytes each.
+    /// Reads buffers of vectors, `size` bytes each: together, as each time that the host waits costs more than what is read, if that is not more than a
+    /// buffer can hold.
     pub(super) fn read_vectors(
         &mut self,
         sources: &[&wgpu::Buffer],
         size: u64,
         mut take: impl FnMut(usize, &[u8]),
     ) -> Result<()> {
-        // One at a time: both together may be more than a buffer can hold.
-        for (part, source) in sources.iter().enumerate() {
-            self.read_part(source, 0, size, |bytes| take(part, bytes))?;
+        let total = size * sources.len() as u64;
+        if total > TOGETHER_MAX || total == 0 {
+            for (part, source) in sources.iter().enumerate() {
+                self.read_part(source, 0, size, |bytes| take(part, bytes))?;
+            }
+            return Ok(());
         }
-        Ok(())
+        self.large_ensure(total);
+        let Some(large) = &self.large else { return Ok(()) };
+        for (part, source) in sources.iter().enumerate() {
+            self.recorder.copy(&self.context, source, 0, large.buffer(), part as u64 * size, size);
+        }
+        self.recorder.submit(&self.context)?;
+        large.read(&self.context, total, |bytes| {
+            let parts = bytes.chunks_exact(size as usize).enumerate();
+            parts.for_each(|(part, bytes)| take(part, bytes));
+        })
+    }
+
+    /// Makes room for `size` bytes that are read.
+    fn large_ensure(&mut self, size: u64) {
+        if self.large.as_ref().is_none_or(|large| large.buffer().size() < size) {
+            self.large = Some(Readback::new(&self.context, size));
+        }
     }
 
     /// Reads `size` bytes of a buffer.
@@ -192,9 +215,7 @@ impl Stages {
         size: u64,
         take: impl FnOnce(&[u8]),
     ) -> Result<()> {
-        if self.large.as_ref().is_none_or(|large| large.buffer().size() < size) {
-            self.large = Some(Readback::new(&self.context, size));
-        }
+        self.large_ensure(size);
         let Some(large) = &self.large else { return Ok(()) };
         self.recorder.copy(&self.context, source, offset, large.buffer(), 0, size);
         self.recorder.submit(&self.context)?;

@@ -8,7 +8,7 @@ use cloth_core::{
     contact::{
         Candidate, ContactEquation, ContactLaw, ContactSet, ContactSlip, Contacts, Ghost,
         device::{
-            DeviceContact, GROUP, PAIR_WORDS, PAIRS_MAX, PairAnswer, PairDevice, PairLook,
+            DeviceContact, GROUP, MotionVector, PAIR_WORDS, PAIRS_MAX, PairAnswer, PairDevice, PairLook,
             PairTask, WaysFrom, pairs_of,
         },
     },
@@ -332,21 +332,19 @@ impl PairDevice<f32> for Stages {
         Ok(self.read_words::<u32>("pair_results", 2)?[1])
     }
 
-    fn ends_read(&mut self, position: &mut Vec<[f32; 4]>, start: &mut Vec<[f32; 4]>) -> Result<()> {
-        let from = self.buffers.position(self.present).clone();
-        self.vectors_read(&from, position)?;
-        let from = self.buffers.get(START, 0, 0)?.clone();
-        self.vectors_read(&from, start)
-    }
-
-    fn iterate_read(&mut self, iterate: &mut Vec<[f32; 4]>) -> Result<()> {
-        let from = self.buffers.get(PROVEN, 0, 0)?.clone();
-        self.vectors_read(&from, iterate)
-    }
-
-    fn velocities_read(&mut self, velocity: &mut Vec<[f32; 4]>) -> Result<()> {
-        let from = self.buffers.velocity(self.present).clone();
-        self.vectors_read(&from, velocity)
+    fn motion_read(&mut self, wanted: &mut [(MotionVector, &mut Vec<[f32; 4]>)]) -> Result<()> {
+        let from = |(which, _): &(MotionVector, _)| match which {
+            MotionVector::Position => Ok(self.buffers.position(self.present).clone()),
+            MotionVector::Velocity => Ok(self.buffers.velocity(self.present).clone()),
+            MotionVector::Start => self.buffers.get(START, 0, 0).cloned(),
+            MotionVector::Iterate => self.buffers.get(PROVEN, 0, 0).cloned(),
+        };
+        let sources = wanted.iter().map(from).collect::<Result<Vec<_>>>()?;
+        let size = VECTOR_SIZE * self.model.particle_count() as u64;
+        self.read_vectors(&sources.iter().collect::<Vec<_>>(), size, |part, bytes| {
+            wanted[part].1.clear();
+            wanted[part].1.extend_from_slice(bytemuck::cast_slice(bytes));
+        })
     }
 
     fn motion_write(&mut self, position: &[[f32; 4]], velocity: &[[f32; 4]]) -> Result<()> {
@@ -361,10 +359,20 @@ impl PairDevice<f32> for Stages {
     fn contacts_write(
         &mut self,
         set: &ContactSet<f32>,
-        equations: &[ContactEquation<f32>],
+        equation: impl Fn(usize) -> ContactEquation<f32> + Sync,
         newton: NewtonStart,
     ) -> Result<()> {
-        let table = table(set, equations, self.model.particle_count(), newton);
-        self.write_growing("contact_table", bytemuck::cast_slice(&table))
+        let mut words = std::mem::take(&mut self.contact_words);
+        table(set, equation, (self.model.particle_count(), newton), &mut words);
+        // There are more of them each time while cloth falls on something.
+        let size = 4 * words.len() as u64;
+        let limits = &self.context.limits;
+        let max = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let room = (size + size / 4).next_multiple_of(16);
+        let room = if room <= max { room } else { size };
+        let contents = bytemuck::cast_slice(&words);
+        let written = self.write_growing_to("contact_table", contents, room);
+        self.contact_words = words;
+        written
     }
 }

@@ -82,6 +82,11 @@ impl<T: Real> ContactLaw<T> {
         }
     }
 
+    /// Whether what a contact does depends on how many there are of its particles.
+    pub(super) const fn shares_particles(&self) -> bool {
+        !self.is_implicit
+    }
+
     /// Length of the substep \[s\].
     pub(super) const fn length(&self) -> T {
         self.length

@@ -42,18 +42,33 @@ impl ParticleContacts {
         &self.places[self.offsets[node] as usize..self.offsets[node + 1] as usize]
     }
 
-    /// Takes in these contacts. Each thread has the rows of some nodes and looks at all contacts for them.
-    pub(super) fn link<T: Real>(&mut self, stencils: &[ContactStencil<T>]) {
+    /// No contacts any more.
+    pub(super) fn clear(&mut self) {
+        if !self.places.is_empty() {
+            self.offsets.fill(0);
+            self.places.clear();
+        }
+    }
+
+    /// Takes in the contacts of this `order`, whose stencils are given. Each thread has the rows of some nodes and looks at all contacts for them.
+    pub(super) fn link<T: Real>(
+        &mut self,
+        order: &[u128],
+        stencil: impl Fn(u128) -> ContactStencil<T> + Sync,
+    ) {
         let Self { offsets, places, corners } = self;
         let corner = |stencil: &ContactStencil<T>, k: usize| match stencil.weights[k] == T::ZERO {
             true => NOBODY,
             false => stencil.particles[k],
         };
-        let all = stencils.par_iter().with_min_len(TASK);
-        all.map(|stencil| [0, 1, 2, 3].map(|k| corner(stencil, k))).collect_into_vec(corners);
+        let nodes = |&key: &u128| {
+            let stencil = stencil(key);
+            [0, 1, 2, 3].map(|k| corner(&stencil, k))
+        };
+        order.par_iter().with_min_len(TASK).map(nodes).collect_into_vec(corners);
         let corners = corners.as_flattened();
         let count = offsets.len() - 1;
-        let threads = stencils.len().div_ceil(4 * TASK).clamp(1, rayon::current_num_threads());
+        let threads = order.len().div_ceil(4 * TASK).clamp(1, rayon::current_num_threads());
         let share = count.div_ceil(threads).max(1);
         let mut rest = &mut offsets[..count];
         let mut parts = Vec::with_capacity(threads);
@@ -118,7 +133,8 @@ mod tests {
         let linked = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let mut rows = ParticleContacts::new(count as usize);
-            pool.install(|| rows.link::<f64>(&stencils));
+            let order: Vec<_> = (0..stencils.len() as u128).collect();
+            pool.install(|| rows.link::<f64>(&order, |key| stencils[key as usize]));
             rows
         };
         let alone = linked(1);

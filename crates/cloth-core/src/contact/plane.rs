@@ -39,14 +39,14 @@ impl ContactSurface {
         &self,
         at: impl Fn(u32) -> [T; 3] + Sync,
         start: impl Fn(u32) -> [T; 3] + Sync,
-        out: &mut Vec<ContactStencil<T>>,
+        out: &mut Vec<Option<ContactStencil<T>>>,
     ) {
         let reach = T::from_f64(self.reach());
         for body in self.bodies() {
             let Some(nodes) = body.plane() else { continue };
             let (now, before) = (Frame::new(nodes, &at), Frame::new(nodes, &start));
             let particles = (0..self.own_particles()).into_par_iter().with_min_len(TASK);
-            out.par_extend(particles.filter_map(|i| {
+            let contact = |i| {
                 let x = at(i);
                 let gap = now.height(x);
                 if !(gap < reach && before.height(start(i)) > T::ZERO) {
@@ -69,7 +69,8 @@ impl ContactSurface {
                     reach,
                     friction: T::from_f64(friction),
                 })
-            }));
+            };
+            out.par_extend(particles.filter_map(contact).map(Some));
         }
     }
 }

@@ -13,16 +13,15 @@ use super::{
 const TASK: usize = 256;
 
 /// Fewer are sorted by one thread.
-const SORTED_ALONE: usize = 4096;
+const SORTED_ALONE: usize = 16384;
 
 /// All contacts of a substep, ascending by key, and friction's memory from one substep to the next.
 #[derive(Clone, Debug)]
 pub struct ContactSet<T> {
-    law: Option<ContactLaw<T>>,
     stencils: Vec<ContactStencil<T>>,
-    /// How far each had slipped when the substep started \[m\].
-    slips_start: Vec<[T; 3]>,
-    /// How far it has slipped, and what it does.
+    /// The key of each, above its place in what was found.
+    order: Vec<u128>,
+    /// What each does.
     states: Vec<ContactState<T>>,
     rows: ParticleContacts,
     memory: Memory<T>,
@@ -34,9 +33,24 @@ pub struct ContactSet<T> {
 /// What friction remembers: slips by key, ascending.
 type Memory<T> = Vec<(ContactKey, [T; 3])>;
 
+/// How far a contact had slipped when the substep started \[m\]. `cursor` is where the memory was read last, for a contact before this one.
+fn slip_of<T: Real>(
+    memory: &[(ContactKey, [T; 3])],
+    cursor: &mut Option<usize>,
+    key: ContactKey,
+) -> [T; 3] {
+    let at = cursor.get_or_insert_with(|| memory.partition_point(|(other, _)| *other < key));
+    while memory.get(*at).is_some_and(|(other, _)| *other < key) {
+        *at += 1;
+    }
+    memory.get(*at).filter(|(other, _)| *other == key).map_or([T::ZERO; 3], |(_, slip)| *slip)
+}
+
 /// What a contact does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactState<T> {
+    /// How far it had slipped when the substep started \[m\].
+    pub slip_start: [T; 3],
     /// How far it has slipped \[m\].
     pub slip: [T; 3],
     /// Its forces.
@@ -66,6 +80,40 @@ pub struct ContactMotion<X, V, S, M> {
     pub inverse_mass: M,
 }
 
+impl<T: Real> ContactState<T> {
+    /// What a contact does in this motion. It had slipped by `before` when the substep started; each of its particles has some `crowd` of contacts.
+    #[inline(always)]
+    fn of<X, V, S, M>(
+        stencil: &ContactStencil<T>,
+        (law, start): (&ContactLaw<T>, NewtonStart),
+        motion: &ContactMotion<X, V, S, M>,
+        before: [T; 3],
+        crowd: impl Fn(u32) -> u32,
+    ) -> Self
+    where
+        X: Fn(u32) -> [T; 3],
+        V: Fn(u32) -> [T; 3],
+        S: Fn(u32) -> [T; 3],
+        M: Fn(u32) -> T,
+    {
+        let (mut inverse, mut largest) = (T::ZERO, 1);
+        for (particle, weight) in stencil.particles.into_iter().zip(stencil.weights) {
+            if weight != T::ZERO {
+                inverse += weight * weight * (motion.inverse_mass)(particle);
+                largest = largest.max(crowd(particle));
+            }
+        }
+        let mass = if inverse > T::ZERO { T::ONE / inverse } else { T::ZERO };
+        let velocity = stencil.relative(&motion.velocity);
+        let way = |i: u32| sub((motion.position)(i), (motion.start)(i));
+        let moved = stencil.relative(way);
+        let slip: [T; 3] = std::array::from_fn(|k| before[k] + moved[k]);
+        let slip = stencil.tangential(slip);
+        let action = law.action(stencil, (mass, largest), (velocity, slip), start);
+        Self { slip_start: before, slip, action }
+    }
+}
+
 impl<T: Real> ContactSet<T> {
     /// No contacts, of so many particles.
     #[must_use]
@@ -78,9 +126,8 @@ impl<T: Real> ContactSet<T> {
     pub fn with_nodes(particles: usize, count: usize) -> Self {
         Self {
             particles: particles as u32,
-            law: None,
             stencils: Vec::new(),
-            slips_start: Vec::new(),
+            order: Vec::new(),
             states: Vec::new(),
             rows: ParticleContacts::new(count),
             memory: Vec::new(),
@@ -88,35 +135,63 @@ impl<T: Real> ContactSet<T> {
         }
     }
 
-    /// Takes in all contacts, in any order, which act by this law.
-    pub fn stencils_set(&mut self, law: ContactLaw<T>, stencils: Vec<ContactStencil<T>>) {
-        // Stencils are large: their numbers are sorted, each with the key above it.
-        let keys = stencils.par_iter().enumerate().with_min_len(TASK);
-        let keys = keys.map(|(at, stencil)| stencil.key.number() << 32 | at as u128);
-        let mut order: Vec<_> = keys.collect();
-        match order.len() {
-            0..SORTED_ALONE => order.sort_unstable(),
-            _ => order.par_sort_unstable(),
-        }
-        let order = order.par_iter().with_min_len(TASK);
-        order.map(|&at| stencils[at as u32 as usize]).collect_into_vec(&mut self.stencils);
-        self.law = Some(law);
+    /// No contacts any more; what friction remembers stays.
+    pub fn clear(&mut self) {
+        self.stencils.clear();
         self.states.clear();
-        let memory = &*self.memory;
-        let slips = self.stencils.par_chunks(TASK).flat_map_iter(|stencils| {
-            let first = memory.partition_point(|(key, _)| *key < stencils[0].key);
-            let mut memory = memory[first..].iter().peekable();
-            stencils.iter().map(move |stencil| {
-                while memory.next_if(|(key, _)| *key < stencil.key).is_some() {}
-                match memory.peek() {
-                    Some((key, slip)) if *key == stencil.key => *slip,
-                    _ => [T::ZERO; 3],
-                }
-            })
-        });
-        self.slips_start.clear();
-        self.slips_start.par_extend(slips);
-        self.rows.link(&self.stencils);
+        self.rows.clear();
+    }
+
+    /// Takes in all contacts that were `found`, in any order, and works out what they do in this motion by this law.
+    ///
+    /// All of them are a few thousand numbers in most steps: what threads do for them is in one piece, as to wake them takes as long.
+    pub fn find<X, V, S, M>(
+        &mut self,
+        law: &ContactLaw<T>,
+        found: &[Option<ContactStencil<T>>],
+        motion: &ContactMotion<X, V, S, M>,
+        start: NewtonStart,
+    ) where
+        X: Fn(u32) -> [T; 3] + Sync,
+        V: Fn(u32) -> [T; 3] + Sync,
+        S: Fn(u32) -> [T; 3] + Sync,
+        M: Fn(u32) -> T + Sync,
+    {
+        // Stencils are large: their numbers are sorted, each with the key above it.
+        let keys = found.iter().enumerate();
+        let key = |(at, stencil): (usize, &Option<ContactStencil<T>>)| {
+            stencil.as_ref().map(|stencil| stencil.key.number() << 32 | at as u128)
+        };
+        self.order.clear();
+        self.order.extend(keys.filter_map(key));
+        match self.order.len() {
+            0..SORTED_ALONE => self.order.sort_unstable(),
+            _ => self.order.par_sort_unstable(),
+        }
+        let Self { stencils, order, states, rows, memory, particles, .. } = self;
+        let stencil = |key: u128| found[key as u32 as usize].unwrap_or(ContactStencil::NONE);
+        let (order, memory, particles) = (&**order, &**memory, *particles);
+        let mut link = || rows.link(order, stencil);
+        let mut act = |crowd: &(dyn Fn(u32) -> u32 + Sync)| {
+            let all = order.par_iter().with_min_len(TASK);
+            let all = all.map_init(
+                || None,
+                |cursor, &key| {
+                    let stencil = stencil(key);
+                    let before = slip_of(memory, cursor, stencil.key);
+                    let crowd = |particle: u32| if particle < particles { crowd(particle) } else { 1 };
+                    let state = ContactState::of(&stencil, (law, start), motion, before, crowd);
+                    (stencil, state)
+                },
+            );
+            all.unzip_into_vecs(stencils, states);
+        };
+        if law.shares_particles() {
+            link();
+            act(&|particle| rows.of(particle as usize).len() as u32);
+        } else {
+            rayon::join(link, || act(&|_| 1));
+        }
     }
 
     /// Whether a number is that of a particle, not of a node of a body.
@@ -130,42 +205,6 @@ impl<T: Real> ContactSet<T> {
     #[must_use]
     pub fn stencils(&self) -> &[ContactStencil<T>] {
         &self.stencils
-    }
-
-    #[inline(always)]
-    fn state<X, V, S, M>(
-        &self,
-        contact: usize,
-        law: &ContactLaw<T>,
-        motion: &ContactMotion<X, V, S, M>,
-        start: NewtonStart,
-    ) -> ContactState<T>
-    where
-        X: Fn(u32) -> [T; 3],
-        V: Fn(u32) -> [T; 3],
-        S: Fn(u32) -> [T; 3],
-        M: Fn(u32) -> T,
-    {
-        let stencil = &self.stencils[contact];
-        let (mut inverse, mut crowd) = (T::ZERO, 1);
-        for (particle, weight) in stencil.particles.into_iter().zip(stencil.weights) {
-            if weight != T::ZERO {
-                inverse += weight * weight * (motion.inverse_mass)(particle);
-                // What cannot move has any number of them.
-                if particle < self.particles {
-                    crowd = crowd.max(self.places_of(particle as usize).len() as u32);
-                }
-            }
-        }
-        let mass = if inverse > T::ZERO { T::ONE / inverse } else { T::ZERO };
-        let velocity = stencil.relative(&motion.velocity);
-        let way = |i: u32| sub((motion.position)(i), (motion.start)(i));
-        let moved = stencil.relative(way);
-        let before = self.slips_start[contact];
-        let slip: [T; 3] = std::array::from_fn(|k| before[k] + moved[k]);
-        let slip = stencil.tangential(slip);
-        let action = law.action(stencil, (mass, crowd), (velocity, slip), start);
-        ContactState { slip, action }
     }
 
     /// What a contact is in the equations of particles, in a substep of `length` \[s\].
@@ -202,24 +241,6 @@ impl<T: Real> ContactSet<T> {
         equation
     }
 
-    /// Works out what all contacts do in this motion.
-    pub fn states_find<X, V, S, M>(
-        &mut self,
-        motion: &ContactMotion<X, V, S, M>,
-        start: NewtonStart,
-    ) where
-        X: Fn(u32) -> [T; 3] + Sync,
-        V: Fn(u32) -> [T; 3] + Sync,
-        S: Fn(u32) -> [T; 3] + Sync,
-        M: Fn(u32) -> T + Sync,
-    {
-        let Some(law) = self.law else { return };
-        let mut states = std::mem::take(&mut self.states);
-        let all = (0..self.stencils.len()).into_par_iter().with_min_len(TASK);
-        all.map(|contact| self.state(contact, &law, motion, start)).collect_into_vec(&mut states);
-        self.states = states;
-    }
-
     /// The pairs of different groups that a contact couples, one of whose particles is in each; some may be there more than once.
     #[must_use]
     pub fn coupled(&self, group_of: impl Fn(u32) -> u32 + Sync) -> Vec<[u32; 2]> {
@@ -250,11 +271,6 @@ impl<T: Real> ContactSet<T> {
         &self.states
     }
 
-    #[inline(always)]
-    fn places_of(&self, particle: usize) -> &[u32] {
-        self.rows.of(particle)
-    }
-
     /// Where the contacts of each particle begin, and the end; then these: 4 c + a for place a of contact c.
     #[must_use]
     pub fn rows(&self) -> (&[u32], &[u32]) {
@@ -264,7 +280,7 @@ impl<T: Real> ContactSet<T> {
     /// The contacts of a particle, ascending, with its weight in each.
     #[inline(always)]
     pub fn of(&self, particle: usize) -> impl Iterator<Item = (usize, T)> + '_ {
-        self.places_of(particle).iter().map(|&place| {
+        self.rows.of(particle).iter().map(|&place| {
             let contact = place as usize / 4;
             (contact, self.stencils[contact].weights[place as usize % 4])
         })
@@ -282,12 +298,10 @@ impl<T: Real> ContactSet<T> {
     #[must_use]
     pub fn force_on(&self, particle: usize) -> [T; 3] {
         let mut sum = [T::ZERO; 3];
-        if self.states.len() == self.stencils.len() {
-            for (contact, weight) in self.of(particle) {
-                let force = self.states[contact].action.force;
-                for axis in 0..3 {
-                    sum[axis] += weight * force[axis];
-                }
+        for (contact, weight) in self.of(particle) {
+            let force = self.states[contact].action.force;
+            for axis in 0..3 {
+                sum[axis] += weight * force[axis];
             }
         }
         sum
@@ -301,10 +315,10 @@ impl<T: Real> ContactSet<T> {
     ) {
         let mut memory = std::mem::take(&mut self.memory);
         memory.clear();
-        let contacts = self.stencils.par_iter().zip(&self.slips_start).zip(&self.states);
-        memory.par_extend(contacts.with_min_len(TASK).filter_map(|((stencil, before), state)| {
+        let contacts = self.stencils.par_iter().zip(&self.states);
+        memory.par_extend(contacts.with_min_len(TASK).filter_map(|(stencil, state)| {
             let moved = stencil.relative(|i| sub(position(i), start(i)));
-            let slip: [T; 3] = std::array::from_fn(|k| before[k] + moved[k]);
+            let slip: [T; 3] = std::array::from_fn(|k| state.slip_start[k] + moved[k]);
             let slip = state.action.slip_left(stencil, stencil.tangential(slip));
             (slip != [T::ZERO; 3]).then_some((stencil.key, slip))
         }));
@@ -403,7 +417,11 @@ mod tests {
         };
         let law = ContactLaw::new(&crate::Integrator::Explicit, 1e-3, 1e-3);
         let mut set = ContactSet::<f64>::new(6);
-        set.stencils_set(law, vec![stencil(4, [4, 0, 1, 2]), stencil(3, [3, 1, 0, 2])]);
+        let found = [(4, [4, 0, 1, 2]), (3, [3, 1, 0, 2])].map(|(first, all)| stencil(first, all));
+        let zero = |_| [0.0; 3];
+        let motion =
+            ContactMotion { position: zero, velocity: zero, start: zero, inverse_mass: |_| 1.0 };
+        set.find(&law, &[Some(found[0]), None, Some(found[1])], &motion, NewtonStart::StepStart);
         let found: Vec<_> = (0..6).map(|i| set.of(i).collect::<Vec<_>>()).collect();
         assert_eq!(found[0], [(0, -0.5), (1, -0.5)]);
         assert_eq!(found[1], [(0, -0.5), (1, -0.5)]);

@@ -66,6 +66,17 @@ pub struct ContactStencil<T> {
 }
 
 impl<T: Real> ContactStencil<T> {
+    /// What does nothing.
+    pub(super) const NONE: Self = Self {
+        key: ContactKey { kind: ContactKind::VertexFace, first: 0, second: 0 },
+        particles: [0; 4],
+        weights: [T::ZERO; 4],
+        normal: [T::ZERO; 3],
+        gap: T::ZERO,
+        reach: T::ZERO,
+        friction: T::ZERO,
+    };
+
     /// Sum w_a v_a of some vectors of the particles.
     #[inline(always)]
     pub fn relative(&self, mut at: impl FnMut(u32) -> [T; 3]) -> [T; 3] {

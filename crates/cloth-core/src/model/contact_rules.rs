@@ -256,7 +256,7 @@ mod tests {
         };
         let mut found = Vec::new();
         surface.plane_contacts(at(1e-3), at(start), &mut found);
-        let all = found.iter().map(|stencil| {
+        let all = found.iter().flatten().map(|stencil| {
             assert_eq!(stencil.particles[0], middle);
             // The place of the plane that the weights say is below the vertex.
             let [x, y, z] = stencil.relative(at(1e-3));

@@ -165,10 +165,13 @@ impl<T: Real> Certifier<T> {
         self.ghosts.set(ghosts.to_vec());
     }
 
-    /// Whether a contact acts: not one of a body with what it has pinched.
-    #[must_use]
-    pub fn acts(&self, stencil: &ContactStencil<T>) -> bool {
-        !self.ghosts.leave_out_contact(stencil)
+    /// Leaves the contacts that act: not those of a body with what it has pinched.
+    pub fn acting_keep(&self, found: &mut [Option<ContactStencil<T>>]) {
+        if !self.ghosts().is_empty() {
+            for place in found {
+                place.take_if(|stencil| self.ghosts.leave_out_contact(stencil));
+            }
+        }
     }
 
     /// `state_keep`.

@@ -11,7 +11,7 @@ mod task;
 pub use list::DeviceList;
 pub use moved::{MOVED_NUMBERS, Moved};
 pub use task::{
-    EDGES, GROUP, NO_TRIANGLE, PAIR_WORDS, PAIRS_MAX, PairAnswer, PairDevice, PairLook, PairTask,
+    EDGES, GROUP, MotionVector, NO_TRIANGLE, PAIR_WORDS, PAIRS_MAX, PairAnswer, PairDevice, PairLook, PairTask,
     TASK_MARKED, TASK_NEW, TRIANGLE_WORDS, WaysFrom, pairs_of, surface_words,
 };
 
@@ -25,7 +25,7 @@ use crate::{
 
 use super::{
     BodyImpulses, BodyMotion, CertifiedWays, Certifier, ContactEquation, ContactLaw, ContactMotion,
-    ContactSet, ContactSurface, Ghost, UnprovenPair, certificate_distance,
+    ContactSet, ContactStencil, ContactSurface, Ghost, UnprovenPair, certificate_distance,
 };
 use list::Look;
 use search::DeviceSearch;
@@ -57,8 +57,8 @@ pub struct DeviceContact<T> {
     near: Vec<UnprovenPair>,
     /// Whether the device has contacts.
     pub has_contacts: bool,
-    /// The contacts as it was last given them.
-    equations: Vec<ContactEquation<T>>,
+    /// What contacts were last found among, and where there were none.
+    found: Vec<Option<ContactStencil<T>>>,
     truncated: u64,
     motion: HostMotion<T>,
     /// Where the nodes of bodies are, whose numbers come behind those of particles.
@@ -77,6 +77,13 @@ struct HostMotion<T> {
     start: Vec<[T; 4]>,
     /// Where a certificate goes on from.
     iterate: Vec<[T; 4]>,
+}
+
+impl<T: Real> HostMotion<T> {
+    fn ends_read(&mut self, device: &mut impl PairDevice<T>) -> Result<()> {
+        let Self { position, start, .. } = self;
+        device.motion_read(&mut [(MotionVector::Position, position), (MotionVector::Start, start)])
+    }
 }
 
 impl<T: Real> DeviceContact<T> {
@@ -99,7 +106,7 @@ impl<T: Real> DeviceContact<T> {
             sent: SentWays::new(),
             near: Vec::new(),
             has_contacts: false,
-            equations: Vec::new(),
+            found: Vec::new(),
             truncated: 0,
             motion: HostMotion {
                 position: Vec::new(),
@@ -273,12 +280,15 @@ impl<T: Real> DeviceContact<T> {
     ) -> Result<()> {
         let length = law.length();
         if self.near.is_empty() && !self.surface.has_planes() {
-            self.set.stencils_set(law, Vec::new());
+            self.set.clear();
             return self.contacts_write(device, length, newton);
         }
-        let Self { surface, set, motion, near, bodies, particles, certifier, .. } = self;
-        device.ends_read(&mut motion.position, &mut motion.start)?;
-        device.velocities_read(&mut motion.velocity)?;
+        let Self { surface, set, motion, near, bodies, particles, certifier, found, .. } = self;
+        device.motion_read(&mut [
+            (MotionVector::Position, &mut motion.position),
+            (MotionVector::Velocity, &mut motion.velocity),
+            (MotionVector::Start, &mut motion.start),
+        ])?;
         let (bodies, particles) = (&*bodies, *particles as u32);
         let nodes = match newton {
             NewtonStart::StepStart => bodies.start(),
@@ -290,12 +300,11 @@ impl<T: Real> DeviceContact<T> {
         };
         let position = |i: u32| of(i, &motion.position, nodes);
         let start = |i: u32| of(i, &motion.start, bodies.start());
-        let found = near.par_iter().with_min_len(TASK);
-        let found = found.filter_map(|pair| surface.contact(pair.candidate, position));
-        let mut found: Vec<_> = found.collect();
-        surface.plane_contacts(position, start, &mut found);
-        found.retain(|stencil| certifier.acts(stencil));
-        set.stencils_set(law, found);
+        let all = near.par_iter().with_min_len(TASK);
+        let all = all.map(|pair| surface.contact(pair.candidate, position));
+        all.collect_into_vec(found);
+        surface.plane_contacts(position, start, found);
+        certifier.acting_keep(found);
         let motion = ContactMotion {
             position,
             velocity: |i: u32| match i < particles {
@@ -305,7 +314,7 @@ impl<T: Real> DeviceContact<T> {
             start,
             inverse_mass: |i: u32| motion.position.get(i as usize).map_or(T::ZERO, |x| x[3]),
         };
-        set.states_find(&motion, newton);
+        set.find(&law, found, &motion, newton);
         self.contacts_write(device, length, newton)
     }
 
@@ -317,10 +326,8 @@ impl<T: Real> DeviceContact<T> {
     ) -> Result<()> {
         if self.touches() || self.has_contacts {
             self.has_contacts = self.touches();
-            let Self { set, bodies, equations, .. } = self;
-            let all = (0..set.states().len()).into_par_iter().with_min_len(TASK);
-            all.map(|contact| set.equation(contact, bodies, length)).collect_into_vec(equations);
-            device.contacts_write(set, equations, newton)?;
+            let Self { set, bodies, .. } = self;
+            device.contacts_write(set, |contact| set.equation(contact, bodies, length), newton)?;
         }
         Ok(())
     }
@@ -340,7 +347,7 @@ impl<T: Real> DeviceContact<T> {
         let mut proof = self.proof(device)?;
         let limits_stretch = self.certifier.limits_stretch();
         if !matches!(proof, Proof::Given) || self.touches() || limits_stretch {
-            device.ends_read(&mut self.motion.position, &mut self.motion.start)?;
+            self.motion.ends_read(device)?;
         }
         if matches!(proof, Proof::Given) && limits_stretch {
             let Self { certifier, motion, .. } = self;
@@ -383,7 +390,7 @@ impl<T: Real> DeviceContact<T> {
     ) -> Result<u64> {
         self.bodies_put(model, device, substep, self.goes_on)?;
         let Proof::Missing(first) = self.proof(device)? else { return Ok(0) };
-        device.ends_read(&mut self.motion.position, &mut self.motion.start)?;
+        self.motion.ends_read(device)?;
         let length = T::from_f64(substep.length);
         let shortened = self.shorten(device, (first, length), held, false);
         shortened.map_err(|error| self.bodies.error_name(model, error))
@@ -431,7 +438,7 @@ impl<T: Real> DeviceContact<T> {
     ) -> Result<u64> {
         let Self { motion, list, certifier, bodies, impulses, sent, .. } = self;
         if self.goes_on {
-            device.iterate_read(&mut motion.iterate)?;
+            device.motion_read(&mut [(MotionVector::Iterate, &mut motion.iterate)])?;
         }
         let from = if self.goes_on { &motion.iterate } else { &motion.start };
         let all = |own: &[[T; 4]], nodes: &[[T; 3]]| -> Vec<[T; 3]> {
@@ -449,7 +456,7 @@ impl<T: Real> DeviceContact<T> {
         if changed == 0 {
             return Ok(0);
         }
-        device.velocities_read(&mut motion.velocity)?;
+        device.motion_read(&mut [(MotionVector::Velocity, &mut motion.velocity)])?;
         let moved = motion.position.iter_mut().zip(&mut motion.velocity).zip(&end).enumerate();
         for (i, ((wanted, velocity), end)) in moved.filter(|(i, _)| !held[*i]) {
             if vector(wanted) == *end {

@@ -95,6 +95,19 @@ pub enum WaysFrom {
     Device,
 }
 
+/// Vectors of all particles that a device has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MotionVector {
+    /// Present positions, with inverse masses.
+    Position,
+    /// Present velocities, with masses.
+    Velocity,
+    /// Positions at the start of the substep.
+    Start,
+    /// Positions of the iterate that was kept last.
+    Iterate,
+}
+
 /// What a device answers to a look.
 #[derive(Clone, Debug, Default)]
 pub struct PairAnswer<T> {
@@ -167,23 +180,11 @@ pub trait PairDevice<T: Real> {
     /// What the device reports.
     fn list_fill(&mut self, task: &PairTask<T>) -> Result<u32>;
 
-    /// Reads positions with inverse masses, and the start of the substep.
+    /// Reads vectors of all particles.
     ///
     /// # Errors
     /// What the device reports.
-    fn ends_read(&mut self, position: &mut Vec<[T; 4]>, start: &mut Vec<[T; 4]>) -> Result<()>;
-
-    /// Reads the positions of the iterate that was kept last.
-    ///
-    /// # Errors
-    /// What the device reports.
-    fn iterate_read(&mut self, iterate: &mut Vec<[T; 4]>) -> Result<()>;
-
-    /// Reads velocities with masses.
-    ///
-    /// # Errors
-    /// What the device reports.
-    fn velocities_read(&mut self, velocity: &mut Vec<[T; 4]>) -> Result<()>;
+    fn motion_read(&mut self, wanted: &mut [(MotionVector, &mut Vec<[T; 4]>)]) -> Result<()>;
 
     /// Writes positions and velocities.
     ///
@@ -191,14 +192,14 @@ pub trait PairDevice<T: Real> {
     /// What the device reports.
     fn motion_write(&mut self, position: &[[T; 4]], velocity: &[[T; 4]]) -> Result<()>;
 
-    /// Takes in what contacts do, for forces and the matrix.
+    /// Takes in what contacts do, for forces and the matrix. `equation` tells what each is in the equations of particles.
     ///
     /// # Errors
     /// What the device reports.
     fn contacts_write(
         &mut self,
         set: &ContactSet<T>,
-        equations: &[ContactEquation<T>],
+        equation: impl Fn(usize) -> ContactEquation<T> + Sync,
         newton: NewtonStart,
     ) -> Result<()>;
 }
