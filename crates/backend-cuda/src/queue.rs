@@ -1,6 +1,6 @@
 //! A stream of work on a device, and device memory.
 
-use std::{ffi::c_void, marker::PhantomData, sync::Arc};
+use std::{cell::Cell, ffi::c_void, marker::PhantomData, sync::Arc};
 
 use bytemuck::Pod;
 use cloth_core::Result;
@@ -18,6 +18,8 @@ pub(crate) const THREADS: u32 = 256;
 pub(crate) struct Queue {
     pub(crate) device: Arc<Device>,
     stream: sys::CUstream,
+    /// Whether data was moved or waited for since somebody asked.
+    moved_data: Cell<bool>,
 }
 
 // SAFETY: a stream may be used from any thread that has made its context current, which every use does.
@@ -51,11 +53,26 @@ impl Queue {
     pub(crate) fn new(device: Arc<Device>) -> Result<Self> {
         device.bind()?;
         let stream = result::stream::create(result::stream::StreamKind::NonBlocking).engine()?;
-        Ok(Self { device, stream })
+        Ok(Self { device, stream, moved_data: Cell::new(false) })
     }
 
     pub(crate) const fn stream(&self) -> sys::CUstream {
         self.stream
+    }
+
+    /// Whether data was moved, or the host has waited, since [`Self::moved_data_forget`]: the device may have been idle.
+    pub(crate) const fn moved_data(&self) -> bool {
+        self.moved_data.get()
+    }
+
+    pub(crate) fn moved_data_forget(&self) {
+        self.moved_data.set(false);
+    }
+
+    /// Makes the context current for a move of data.
+    fn bind(&self) -> Result<()> {
+        self.moved_data.set(true);
+        self.device.bind()
     }
 
     /// Starts a kernel.
@@ -86,7 +103,7 @@ impl Queue {
     /// # Errors
     /// `DeviceLost` if something went wrong on the device.
     pub(crate) fn synchronize(&self) -> Result<()> {
-        self.device.bind()?;
+        self.bind()?;
         // SAFETY: the stream lives as long as this.
         unsafe { result::stream::synchronize(self.stream) }.engine()
     }
@@ -117,7 +134,7 @@ impl<T: Pod> Buffer<T> {
     /// # Errors
     /// `OutOfMemory`.
     pub(crate) fn zeros(queue: &Queue, length: usize) -> Result<Self> {
-        queue.device.bind()?;
+        queue.bind()?;
         let bytes = (length * size_of::<T>()).max(16);
         // SAFETY: freed once, when this is dropped.
         let address = unsafe { result::malloc_sync(bytes) }.map_err(|error| fault(error, bytes))?;
@@ -160,7 +177,7 @@ impl<T: Pod> Buffer<T> {
         if entries.is_empty() {
             return Ok(());
         }
-        queue.device.bind()?;
+        queue.bind()?;
         let to = self.at(first, entries.len());
         // SAFETY: the range was checked. From pageable memory the driver has taken a copy, or is done, when
         // the call returns.
@@ -185,7 +202,7 @@ impl<T: Pod> Buffer<T> {
     /// `DeviceLost`.
     pub(crate) fn clear_bytes(&mut self, queue: &Queue, first: usize, bytes: usize) -> Result<()> {
         assert!(first + bytes <= self.length * size_of::<T>(), "access beyond a device array");
-        queue.device.bind()?;
+        queue.bind()?;
         let at = self.address + first as u64;
         // SAFETY: the range was checked.
         unsafe { result::memset_d8_async(at, 0, bytes, queue.stream) }.engine()
@@ -196,7 +213,7 @@ impl<T: Pod> Buffer<T> {
     /// # Errors
     /// `DeviceLost`.
     pub(crate) fn copy_from(&mut self, queue: &Queue, other: &Self) -> Result<()> {
-        queue.device.bind()?;
+        queue.bind()?;
         let bytes = self.length.min(other.length) * size_of::<T>();
         if bytes == 0 {
             return Ok(());
@@ -213,7 +230,7 @@ impl<T: Pod> Buffer<T> {
     pub(crate) fn read_first(&self, queue: &Queue, count: usize, out: &mut Vec<T>) -> Result<()> {
         out.resize(count, T::zeroed());
         if count > 0 {
-            queue.device.bind()?;
+            queue.bind()?;
             let from = self.at(0, count);
             // SAFETY: the range was checked; it is waited for below.
             unsafe { result::memcpy_dtoh_async(out, from, queue.stream) }.engine()?;
@@ -227,6 +244,82 @@ impl<T: Pod> Buffer<T> {
     /// `DeviceLost`.
     pub(crate) fn read(&self, queue: &Queue, out: &mut Vec<T>) -> Result<()> {
         self.read_first(queue, self.length, out)
+    }
+}
+
+/// An array on the device that the host writes as a whole: by way of memory that the device reads by itself, which is several times as fast as from any
+/// other.
+pub(crate) struct Staged<T> {
+    host: *mut T,
+    room: usize,
+    buffer: Buffer<T>,
+}
+
+// SAFETY: the memory of the host is owned by this alone, and its address holds in all threads.
+unsafe impl<T: Send> Send for Staged<T> {}
+
+impl<T: Pod> Staged<T> {
+    /// Of no length.
+    ///
+    /// # Errors
+    /// `OutOfMemory`.
+    pub(crate) fn new(queue: &Queue) -> Result<Self> {
+        Ok(Self { host: std::ptr::null_mut(), room: 0, buffer: Buffer::zeros(queue, 0)? })
+    }
+
+    /// The address on the device.
+    pub(crate) const fn address(&self) -> u64 {
+        self.buffer.address()
+    }
+
+    /// Lets `fill` write `count` entries, whatever they hold before, and gives them to the device. The caller has waited for the queue since the last time:
+    /// what the device has not yet read would change.
+    ///
+    /// # Errors
+    /// `OutOfMemory`, `DeviceLost`.
+    pub(crate) fn write(
+        &mut self,
+        queue: &Queue,
+        count: usize,
+        fill: impl FnOnce(&mut [T]),
+    ) -> Result<()> {
+        if self.room < count {
+            let room = count + count / 4;
+            let bytes = room * size_of::<T>();
+            let old = std::mem::replace(&mut self.host, std::ptr::null_mut());
+            self.room = 0;
+            host_free(old);
+            // SAFETY: freed once, when this is dropped or grows.
+            let host = unsafe { result::malloc_host(bytes, 0) };
+            self.host = host.map_err(|error| fault(error, bytes))?.cast();
+            // SAFETY: so many bytes were just allocated; zeros are entries of a plain type.
+            unsafe { std::ptr::write_bytes(self.host, 0, room) };
+            self.room = room;
+            self.buffer = Buffer::zeros(queue, room)?;
+        }
+        if count == 0 {
+            return Ok(());
+        }
+        // SAFETY: there is room for so many entries, which were written when it was made, and nobody else on the host has them.
+        let entries = unsafe { std::slice::from_raw_parts_mut(self.host, count) };
+        fill(entries);
+        self.buffer.write(queue, 0, entries)
+    }
+}
+
+impl<T> Drop for Staged<T> {
+    fn drop(&mut self) {
+        if self.buffer.device.bind().is_ok() {
+            host_free(self.host);
+        }
+    }
+}
+
+/// Frees memory of [`Staged`]. The driver waits for what reads it.
+fn host_free<T>(host: *mut T) {
+    if !host.is_null() {
+        // SAFETY: allocated once by `malloc_host`, and not used after this.
+        let _ = unsafe { result::free_host(host.cast()) };
     }
 }
 

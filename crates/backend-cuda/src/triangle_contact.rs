@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use crate::{
     layout::{CudaReal, Real4},
-    queue::{Buffer, Queue},
+    queue::{Buffer, Queue, Staged},
 };
 
 /// The second argument of the kernels that find pairs.
@@ -73,11 +73,9 @@ pub(crate) struct TriangleMemory<T> {
     /// What the host asks for, side by side so that it is read at once: how many pairs were found and are in the list, how far particles have moved,
     /// the pairs that were found.
     pub(crate) results: Buffer<u32>,
-    offsets: Buffer<u32>,
-    places: Buffer<u32>,
-    contacts: Buffer<ContactData<T>>,
-    /// The contacts as they were last written.
-    written: Vec<ContactData<T>>,
+    offsets: Staged<u32>,
+    places: Staged<u32>,
+    contacts: Staged<ContactData<T>>,
 }
 
 /// Words of the counts of the results.
@@ -94,11 +92,11 @@ fn pairs(count: u32) -> Result<usize> {
 }
 
 impl<T: CudaReal> TriangleMemory<T> {
-    /// Memory for the contact of `count` particles.
+    /// Memory for contact.
     ///
     /// # Errors
     /// `OutOfMemory`.
-    pub(crate) fn new(queue: &Queue, contact: &DeviceContact<T>, count: usize) -> Result<Self> {
+    pub(crate) fn new(queue: &Queue, contact: &DeviceContact<T>) -> Result<Self> {
         let task = &contact.list.task;
         let nodes = task.node_count as usize;
         Ok(Self {
@@ -108,10 +106,9 @@ impl<T: CudaReal> TriangleMemory<T> {
             boxes: Buffer::zeros(queue, contact.box_count())?,
             list: Buffer::zeros(queue, pairs(task.pair_capacity)?)?,
             results: Self::results_of(queue, task)?,
-            offsets: Buffer::zeros(queue, count + 1)?,
-            places: Buffer::zeros(queue, 0)?,
-            contacts: Buffer::zeros(queue, 0)?,
-            written: Vec::new(),
+            offsets: Staged::new(queue)?,
+            places: Staged::new(queue)?,
+            contacts: Staged::new(queue)?,
         })
     }
 
@@ -178,22 +175,25 @@ impl<T: CudaReal> TriangleMemory<T> {
     /// `OutOfMemory`.
     pub(crate) fn contacts_write(
         &mut self,
-        queue: &Queue,
+        (queue, particles): (&Queue, usize),
         set: &ContactSet<T>,
         equation: impl Fn(usize) -> ContactEquation<T> + Sync,
     ) -> Result<()> {
         let (offsets, places) = set.rows();
-        let data = |(contact, state): (usize, &ContactState<T>)| {
+        queue.synchronize()?;
+        // Behind those of particles come those of nodes of bodies.
+        let offsets = &offsets[..=particles];
+        self.offsets.write(queue, offsets.len(), |out| out.copy_from_slice(offsets))?;
+        self.places.write(queue, places.len(), |out| out.copy_from_slice(places))?;
+        let data = |(contact, (out, state)): (usize, (&mut _, &ContactState<T>))| {
             let ContactEquation { particles, weights, carried } = equation(contact);
             let ContactAction { rows, force, .. } = state.action;
-            ContactData { particles, weights, rows, force, carried }
+            *out = ContactData { particles, weights, rows, force, carried };
         };
-        let all = set.states().par_iter().enumerate().with_min_len(TASK);
-        all.map(data).collect_into_vec(&mut self.written);
-        // Behind those of particles come those of nodes of bodies.
-        self.offsets.write(queue, 0, &offsets[..self.offsets.len()])?;
-        self.places.write_growing(queue, places)?;
-        self.contacts.write_growing(queue, &self.written)
+        self.contacts.write(queue, set.states().len(), |out| {
+            let all = out.par_iter_mut().zip(set.states()).enumerate();
+            all.with_min_len(TASK).for_each(data);
+        })
     }
 
     /// Where the contacts are.

@@ -199,7 +199,8 @@ impl<T: Real> PairList<T> {
                 move |pair| near(vertex_triangle(pair, places)),
                 move |pair| near(edge_edge(pair, places)),
             );
-            let contact = move |pair: UnprovenPair| surface.contact(pair.candidate, |i: u32| x[i as usize]);
+            let contact =
+                move |pair: UnprovenPair| surface.contact(pair.candidate, |i: u32| x[i as usize]);
             close.map(contact).filter(Option::is_some)
         });
         found.collect()

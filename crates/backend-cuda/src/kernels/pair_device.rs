@@ -6,7 +6,9 @@ use cloth_core::{
     Error, NewtonStart, Result,
     contact::{
         ContactEquation, ContactSet,
-        device::{GROUP, MotionVector, PAIR_WORDS, PairAnswer, PairDevice, PairLook, PairTask, WaysFrom},
+        device::{
+            GROUP, MotionVector, PAIR_WORDS, PairAnswer, PairDevice, PairLook, PairTask, WaysFrom,
+        },
     },
 };
 
@@ -56,7 +58,8 @@ impl<T: CudaReal> Working<'_, T> {
     }
 
     fn count_clear(&mut self, which: usize) -> Result<()> {
-        self.memory.results.write(&self.kernels.memory.queue, which, &[0])
+        let word = size_of::<u32>();
+        self.memory.results.clear_bytes(&self.kernels.memory.queue, word * which, word)
     }
 
     /// Puts the ways in place.
@@ -196,6 +199,7 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
         equation: impl Fn(usize) -> ContactEquation<T> + Sync,
         _: NewtonStart,
     ) -> Result<()> {
-        self.memory.contacts_write(&self.kernels.memory.queue, set, equation)
+        let place = (&self.kernels.memory.queue, self.kernels.count());
+        self.memory.contacts_write(place, set, equation)
     }
 }

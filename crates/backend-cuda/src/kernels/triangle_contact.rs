@@ -71,7 +71,7 @@ impl<T: CudaReal> CudaKernels<T> {
     pub(super) fn triangles_prepare(&mut self) -> Result<()> {
         let pinch = self.config.pinch;
         let Some(contact) = DeviceContact::new(&self.model, pinch) else { return Ok(()) };
-        let memory = TriangleMemory::new(&self.memory.queue, &contact, self.count())?;
+        let memory = TriangleMemory::new(&self.memory.queue, &contact)?;
         self.triangles = Some(Box::new(Triangles { contact, memory }));
         Ok(())
     }

@@ -8,8 +8,8 @@ use cloth_core::{
     contact::{
         Candidate, ContactEquation, ContactLaw, ContactSet, ContactSlip, Contacts, Ghost,
         device::{
-            DeviceContact, GROUP, MotionVector, PAIR_WORDS, PAIRS_MAX, PairAnswer, PairDevice, PairLook,
-            PairTask, WaysFrom, pairs_of,
+            DeviceContact, GROUP, MotionVector, PAIR_WORDS, PAIRS_MAX, PairAnswer, PairDevice,
+            PairLook, PairTask, WaysFrom, pairs_of,
         },
     },
     stepper::Substep,

@@ -179,7 +179,8 @@ impl<T: Real> ContactSet<T> {
                 |cursor, &key| {
                     let stencil = stencil(key);
                     let before = slip_of(memory, cursor, stencil.key);
-                    let crowd = |particle: u32| if particle < particles { crowd(particle) } else { 1 };
+                    let crowd =
+                        |particle: u32| if particle < particles { crowd(particle) } else { 1 };
                     let state = ContactState::of(&stencil, (law, start), motion, before, crowd);
                     (stencil, state)
                 },

@@ -183,8 +183,15 @@ impl Engine {
             self.held[pin.particle as usize] = u8::from(held);
         }
         control.wind_velocity = self.settings.air.map(|air| air.velocity);
-        control.forces = self.forces.take();
-        control.anchor_offset = self.grab.as_mut().map(|grab| grab.follow(frame.duration));
+        let grab = self.grab.as_mut();
+        let own = self.forces.take();
+        if let Some(forces) = &mut control.forces {
+            // The scene gives its own anew for each frame, which an offset of all anchors must not move.
+            forces.extend(grab.into_iter().flat_map(|grab| grab.springs_along(frame.duration)));
+        } else {
+            control.forces = own;
+            control.anchor_offset = grab.map(|grab| grab.follow(frame.duration));
+        }
         control
     }
 
@@ -270,9 +277,16 @@ impl Engine {
     pub fn grab_begin(&mut self, ray: &Ray) -> Result<Option<u32>, ViewerError> {
         self.grab_end();
         let Some(pick) = self.meet(ray)? else { return Ok(None) };
-        let (grab, springs) = Grab::new(&self.compiled.model, ray, pick);
+        let scene_pulls = self.compiled.timeline.control(self.frame).forces.is_some();
+        let grab = match scene_pulls {
+            true => {
+                self.state()?;
+                Grab::new(&self.compiled.model, ray, pick).with_anchors(&self.state.positions)
+            }
+            false => Grab::new(&self.compiled.model, ray, pick),
+        };
+        self.forces = Some(grab.springs().to_vec());
         self.grab = Some(grab);
-        self.forces = Some(springs);
         Ok(Some(pick.particle))
     }
 

@@ -36,12 +36,13 @@ pub(super) struct Grab {
     offset: DVec3,
     /// Highest speed of the anchors \[m/s\].
     speed: f64,
+    springs: Vec<ForceControl>,
 }
 
 impl Grab {
-    /// A hold on what a ray met, and its springs: together as stiff as it takes for the whole cloth to swing three times a second,
+    /// A hold on what a ray met. Its springs are together as stiff as it takes for the whole cloth to swing three times a second,
     /// and damped critically for what they hold.
-    pub(super) fn new(model: &Model, ray: &Ray, pick: Pick) -> (Self, Vec<ForceControl>) {
+    pub(super) fn new(model: &Model, ray: &Ray, pick: Pick) -> Self {
         let cloth = &model.cloths()[model.cloth_of(pick.particle)];
         let range = cloth.particles.start as usize..cloth.particles.end as usize;
         // The rest shape is flat where the present one may be folded: what is near there is near
@@ -73,15 +74,43 @@ impl Grab {
             ForceControl { particle, force: [0.0; 3], spring: Some(spring) }
         });
         let start = DVec3::from(ray.at(pick.distance));
-        let grab = Self {
+        Self {
             particle: pick.particle,
             target: start.to_array(),
             distance: pick.distance,
             start,
             offset: DVec3::ZERO,
             speed: SPEED * size,
-        };
-        (grab, springs.collect())
+            springs: springs.collect(),
+        }
+    }
+
+    /// The springs, anchored where they begin.
+    pub(super) fn springs(&self) -> &[ForceControl] {
+        &self.springs
+    }
+
+    /// The same hold, which knows where particles are \[m\].
+    pub(super) fn with_anchors(mut self, positions: &[[f64; 3]]) -> Self {
+        for force in &mut self.springs {
+            if let Some(spring) = &mut force.spring {
+                spring.anchor = Anchor::At(positions[force.particle as usize]);
+            }
+        }
+        self
+    }
+
+    /// The springs of a hold that knows its anchors, where these are in the middle of a frame of `duration` \[s\].
+    pub(super) fn springs_along(&mut self, duration: f64) -> impl Iterator<Item = ForceControl> {
+        let before = self.offset;
+        let after = DVec3::from(self.follow(duration));
+        let offset = 0.5 * (before + after);
+        self.springs.iter().map(move |&(mut force)| {
+            if let Some(AnchorSpring { anchor: Anchor::At(place), .. }) = &mut force.spring {
+                *place = (DVec3::from(*place) + offset).to_array();
+            }
+            force
+        })
     }
 
     /// Moves the pointer elsewhere, at the same distance from the eye.
@@ -108,9 +137,9 @@ mod tests {
         let model =
             Scene::builtin("drape").unwrap().compile(&CompileOptions::default()).unwrap().model;
         let ray = Ray { origin: [0.0, -3.0, 0.0], direction: [0.0, 1.0, 0.0] };
-        let (mut grab, springs) = Grab::new(&model, &ray, Pick { particle: 0, distance: 3.0 });
-        assert!(springs.iter().any(|spring| spring.particle == 0) && springs.len() > 5);
-        let total: f64 = springs.iter().filter_map(|f| Some(f.spring?.stiffness)).sum();
+        let mut grab = Grab::new(&model, &ray, Pick { particle: 0, distance: 3.0 });
+        assert!(grab.springs.iter().any(|spring| spring.particle == 0) && grab.springs.len() > 5);
+        let total: f64 = grab.springs.iter().filter_map(|f| Some(f.spring?.stiffness)).sum();
         let mass: f64 = model.masses().iter().sum();
         assert!((total / mass).sqrt() - FREQUENCY < 1e-9 * FREQUENCY);
         grab.pointer_move(&Ray { origin: [1.0, -3.0, 0.0], ..ray });

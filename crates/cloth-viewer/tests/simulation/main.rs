@@ -230,6 +230,62 @@ fn a_reset_lets_go() {
     }
 }
 
+/// A sheet whose upper edge hangs on a ball by springs.
+fn attached() -> Scene {
+    let text = SCENE.replace("pins = [\"top-left\", \"top-right\"]", "")
+        + r#"
+        [[collider]]
+        name = "ball"
+        shape.sphere.radius = 0.02
+        translation = [0, 0.05, 0.75]
+        [[attachment]]
+        name = "hand"
+        vertices = ["top"]
+        to = "ball"
+        stiffness = 50
+        reach = 0.5
+    "#;
+    Scene::from_toml(&text, "attached.toml").unwrap()
+}
+
+/// The springs of the scene, which it gives in each frame, and those of a hold act side by side.
+#[test]
+fn attachments_hold_with_and_without_a_pull() {
+    let gpu = gpu();
+    let top = 14 * 15..15 * 15;
+    for backend in ["cpu", "wgpu"] {
+        let options = CompileOptions::default();
+        let mut engine = Engine::new(&gpu, attached(), options.clone(), backend).unwrap();
+        let start = engine.state().unwrap().positions.clone();
+        let scene = attached().compile(&options).unwrap();
+        let alone = cloth::backend_create(backend, None).unwrap();
+        let mut simulation = cloth::Simulation::new(scene, alone.as_ref()).unwrap();
+        for _ in 0..10 {
+            engine.step().unwrap();
+            simulation.step().unwrap();
+        }
+        let x = engine.state().unwrap().positions.clone();
+        assert_eq!(x, simulation.state().unwrap().positions, "{backend}: as without a window");
+        let middle = ray_to(x[7 * 15 + 7]);
+        engine.grab_begin(&middle).unwrap().unwrap();
+        engine.grab_move(&Ray {
+            origin: [middle.origin[0] + 0.2, middle.origin[1], middle.origin[2]],
+            ..middle
+        });
+        for _ in 0..20 {
+            engine.step().unwrap();
+        }
+        let pulled = engine.state().unwrap().positions.clone();
+        assert!(pulled[7 * 15 + 7][0] > x[7 * 15 + 7][0] + 0.05, "{backend}: it is pulled");
+        let falls = top.clone().map(|i| start[i][2] - pulled[i][2]);
+        assert!(falls.fold(0.0, f64::max) < 0.05, "{backend}: the edge holds");
+        engine.grab_end();
+        engine.step().unwrap();
+        let after = engine.state().unwrap().positions[top.start][2];
+        assert!(start[top.start][2] - after < 0.05, "{backend}: and does when nobody pulls");
+    }
+}
+
 /// Frames in parts, between which bodies and cloth exchange impulses: anchors go a part of their way in each.
 #[test]
 fn a_pull_acts_in_scenes_with_bodies() {

@@ -11,8 +11,8 @@ mod task;
 pub use list::DeviceList;
 pub use moved::{MOVED_NUMBERS, Moved};
 pub use task::{
-    EDGES, GROUP, MotionVector, NO_TRIANGLE, PAIR_WORDS, PAIRS_MAX, PairAnswer, PairDevice, PairLook, PairTask,
-    TASK_MARKED, TASK_NEW, TRIANGLE_WORDS, WaysFrom, pairs_of, surface_words,
+    EDGES, GROUP, MotionVector, NO_TRIANGLE, PAIR_WORDS, PAIRS_MAX, PairAnswer, PairDevice,
+    PairLook, PairTask, TASK_MARKED, TASK_NEW, TRIANGLE_WORDS, WaysFrom, pairs_of, surface_words,
 };
 
 use rayon::prelude::*;

@@ -42,7 +42,7 @@ fn heat(share: f32) -> vec3f {
 fn fragment(corner: Corner, @builtin(front_facing) front: bool) -> @location(0) vec4f {
     let toward = view.eye.xyz - corner.world;
     // The side of the triangle that is seen says on which side the smooth normal belongs.
-    var flat_normal = cross(dpdx(corner.world), dpdy(corner.world));
+    var flat_normal = normalize(cross(dpdx(corner.world), dpdy(corner.world)));
     if dot(flat_normal, toward) < 0.0 {
         flat_normal = -flat_normal;
     }
@@ -50,10 +50,13 @@ fn fragment(corner: Corner, @builtin(front_facing) front: bool) -> @location(0) 
     if dot(normal, normal) < 1e-8 {
         normal = flat_normal;
     }
-    if dot(normal, flat_normal) < 0.0 {
+    normal = normalize(normal);
+    let along = dot(normal, flat_normal);
+    if along < 0.0 {
         normal = -normal;
     }
-    normal = normalize(normal);
+    // At a sharp fold the mean of both sides is the normal of neither: there the triangle has its own.
+    normal = normalize(mix(flat_normal, normal, smoothstep(0.35, 0.75, abs(along))));
     var albedo = corner.colour;
     if !front {
         albedo = mix(albedo, vec3f(dot(albedo, vec3f(0.21, 0.72, 0.07))), 0.35) * 0.8;
