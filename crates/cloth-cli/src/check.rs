@@ -3,8 +3,8 @@
 use std::io::{Write, stdout};
 
 use cloth::{
-    BackendOptions, ClothMaterial, ContactResponse, Integrator, LinearMethod, SceneAudit,
-    SemiImplicitSolve, SpringClass, TimeStepControl, backend_open,
+    BackendOptions, ClothMaterial, ContactResponse, FoldedBody, Integrator, LinearMethod,
+    SceneAudit, SemiImplicitSolve, SpringClass, TimeStepControl, backend_open,
     scene::{CompiledScene, SceneSolver},
 };
 
@@ -76,6 +76,9 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     let found = audit.at(&start.positions, &start.colliders, 0.0);
     writeln!(out, "intersecting {}", counts_text(&found))?;
     if let Some(warning) = intersecting_text(&audit, &found) {
+        writeln!(out, "warning: {warning}")?;
+    }
+    for warning in folded_warnings(&audit, usize::MAX) {
         writeln!(out, "warning: {warning}")?;
     }
     for note in &scene.notes {
@@ -183,15 +186,30 @@ fn damping_text(scene: &CompiledScene, cloth: usize) -> String {
 /// Triangles up to which a run looks for intersections at its start: more take longer than a frame.
 const LOOKED_MAX: usize = 300_000;
 
-/// A warning for cloth that contact of triangles would keep apart, and that intersects at the start.
-pub(crate) fn intersecting_warning(scene: &CompiledScene) -> Option<String> {
+/// Warnings for cloth that contact of triangles would keep apart, and that intersects at the start, and for bodies that go through themselves, as far as that is
+/// soon found.
+pub(crate) fn intersecting_warnings(scene: &CompiledScene) -> Vec<String> {
     let model = &scene.model;
-    if !model.has_triangle_contact() || model.triangles().len() > LOOKED_MAX {
-        return None;
+    if !model.has_triangle_contact() {
+        return Vec::new();
     }
     let audit = SceneAudit::new(model);
-    let start = model.initial_state();
-    intersecting_text(&audit, &audit.at(&start.positions, &start.colliders, 0.0))
+    let mut warnings = folded_warnings(&audit, LOOKED_MAX);
+    if model.triangles().len() <= LOOKED_MAX {
+        let start = model.initial_state();
+        let found = audit.at(&start.positions, &start.colliders, 0.0);
+        warnings.extend(intersecting_text(&audit, &found));
+    }
+    warnings
+}
+
+fn folded_warnings(audit: &SceneAudit, most: usize) -> Vec<String> {
+    let text = |FoldedBody { name, looked, folded, pairs, time, place: [x, y, z] }: &FoldedBody| {
+        format!(
+            "the body `{name}` goes through itself in {folded} of {looked} shapes, at {time:.3} s with {pairs} pairs of triangles, of which one is near [{x:.3}, {y:.3}, {z:.3}] m of its own frame: cloth that is caught there is pinched; keep its parts apart there, or give `pinch = \"ghost\"`"
+        )
+    };
+    audit.folded_bodies(most).iter().map(text).collect()
 }
 
 fn intersecting_text(audit: &SceneAudit, found: &cloth::audit::Intersections) -> Option<String> {

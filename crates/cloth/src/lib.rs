@@ -109,7 +109,7 @@ pub use pose_log::{PoseLog, PoseLogError, pose_line};
 #[cfg(feature = "scene")]
 pub use rigid_exchange::RigidExchange;
 #[cfg(feature = "scene")]
-pub use scene_audit::SceneAudit;
+pub use scene_audit::{FoldedBody, SceneAudit};
 #[cfg(feature = "scene")]
 pub use simulation::{SeamReport, Simulation};
 #[cfg(feature = "scene")]

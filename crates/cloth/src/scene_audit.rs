@@ -37,6 +37,23 @@ const BOX: [[u32; 3]; 12] = {
     triangles
 };
 
+/// A body whose surface goes through itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoldedBody {
+    /// Name of the collider.
+    pub name: String,
+    /// How many of its shapes were looked at.
+    pub looked: usize,
+    /// How many of these go through themselves.
+    pub folded: usize,
+    /// Pairs of triangles that intersect in the worst of these.
+    pub pairs: u64,
+    /// When it has that shape \[s\].
+    pub time: f64,
+    /// A place there where two triangles meet, in the local frame of the body \[m\].
+    pub place: [f64; 3],
+}
+
 #[derive(Clone, Debug)]
 struct ClothSurface {
     particles: Range<usize>,
@@ -121,6 +138,49 @@ impl SceneAudit {
         Some((positions.iter().map(|&at| pose.point(at)).collect(), triangles))
     }
 
+    /// The bodies given as triangles whose surfaces go through themselves, in any of the shapes that they take in the scene. Of a body with more than `most`
+    /// triangles in all shapes together, only every second, third and so on is looked at. Contact keeps cloth out of such a surface on both sides, so that what
+    /// is caught where it closes is pinched.
+    #[must_use]
+    pub fn folded_bodies(&self, most: usize) -> Vec<FoldedBody> {
+        let bodies = self.bodies.iter().map(|&body| &self.model.colliders()[body]);
+        let folded = bodies.filter_map(|body| {
+            let (triangles, count, [start, rate]) = match &body.shape {
+                ColliderShape::Grid(grid) => {
+                    (&grid.surface.triangles, grid.set_count(), [grid.start, grid.rate])
+                }
+                ColliderShape::Surface(surface) => {
+                    (&surface.triangles, surface.sets.len(), [surface.start, surface.rate])
+                }
+                _ => return None,
+            };
+            let stride = (count * triangles.len()).div_ceil(most.max(1)).max(1);
+            let mut found = FoldedBody {
+                name: body.name.clone(),
+                looked: 0,
+                folded: 0,
+                pairs: 0,
+                time: 0.0,
+                place: [0.0; 3],
+            };
+            for set in (0..count).step_by(stride) {
+                let time = if set == 0 { start } else { start + set as f64 / rate };
+                let positions = match &body.shape {
+                    ColliderShape::Surface(surface) => Cow::Borrowed(&surface.sets[set][..]),
+                    shape => shape.body_positions(shape.sets_at(time)),
+                };
+                let own = intersections(&[Surface::cloth(&positions, triangles)]);
+                found.looked += 1;
+                found.folded += usize::from(own.within > 0);
+                if let Some(first) = own.first.filter(|_| own.within > found.pairs) {
+                    (found.pairs, found.time, found.place) = (own.within, time, first.place);
+                }
+            }
+            (found.folded > 0).then_some(found)
+        });
+        folded.collect()
+    }
+
     /// Name of a surface.
     #[must_use]
     pub fn name(&self, surface: usize) -> &str {
@@ -182,6 +242,27 @@ mod tests {
         let text = audit.describe(&found.first.unwrap());
         assert!(text.contains("of `low` and 0 of `high` near"), "{text}");
         assert!(audit.at(&positions[..20], &[], 0.0).unusable > 0);
+    }
+
+    #[test]
+    fn bodies_that_go_through_themselves_are_found_with_the_time() {
+        let folded = |pose: &str, most: usize| {
+            let wearer = format!("mannequin = {{ edge = 0.03, pose = [{pose}] }}");
+            let text = SCENE.replace("plane = {}", &wearer);
+            let scene = Scene::from_toml(&text, "two.toml").unwrap();
+            let scene = scene.compile(&CompileOptions::default()).unwrap();
+            SceneAudit::new(&scene.model).folded_bodies(most)
+        };
+        let raised = "{ time = 1, shoulder_left = { raise = 90 } }";
+        assert_eq!(folded(raised, usize::MAX), []);
+        // Its arm comes down into its hip.
+        let bent = "{ time = 1, shoulder_left = { raise = 45 } }, { time = 2, shoulder_left = { raise = 0 } }";
+        let all = folded(bent, usize::MAX);
+        let [found] = &all[..] else { panic!("{all:?}") };
+        assert_eq!((&*found.name, found.time), ("floor", 2.0));
+        assert!(found.pairs > 0 && 0 < found.folded && found.folded < found.looked, "{found:?}");
+        let few = folded(bent, 20_000);
+        assert!(few.iter().all(|few| few.looked < found.looked), "{few:?}");
     }
 
     #[test]

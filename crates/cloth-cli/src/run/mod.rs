@@ -19,7 +19,7 @@ use cloth::{io::PictureStyle, scene::CompiledScene};
 
 use crate::{
     arguments::{Extra, RunArguments},
-    check::{intersecting_warning, stability_warning},
+    check::{intersecting_warnings, stability_warning},
     failure::{Failure, WriteError},
     foreign::hushed,
     passages::passages,
@@ -56,11 +56,8 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     if let Some(warning) = stability_warning(&scene) {
         say::warning(warning);
     }
-    if !arguments.resume
-        && scene.start.is_none()
-        && let Some(warning) = intersecting_warning(&scene)
-    {
-        say::warning(warning);
+    if !arguments.resume && scene.start.is_none() {
+        intersecting_warnings(&scene).iter().for_each(say::warning);
     }
     let topology = topology(&scene);
     // Nothing is written before everything is known to be good.
