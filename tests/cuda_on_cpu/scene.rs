@@ -129,9 +129,9 @@ pub(crate) fn fabric(model: &Model) -> Vec<u32> {
         transposed(&triangles.iter().map(plate).collect::<Vec<_>>()),
     ];
     let interactions = model.interactions();
-    for kind in [InteractionKind::Membrane, InteractionKind::Bending] {
-        let list = interactions.list(kind).expect("there are triangles");
-        let rows = Incidence::new(list, model.particle_count());
+    let list = interactions.list(InteractionKind::Membrane).expect("there are triangles");
+    let count = model.particle_count();
+    for rows in [Incidence::new(list, count), elements.patch_rows(count)] {
         lists.extend([rows.offsets().to_vec(), rows.entries().to_vec()]);
     }
     let (folds, of_patches) = (elements.folds(), elements.patch_folds());

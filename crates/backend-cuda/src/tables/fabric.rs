@@ -106,10 +106,8 @@ impl<T: CudaReal> FabricTables<T> {
         };
         let plates: Vec<_> = triangles.iter().map(plate).collect();
         let (interactions, count) = (model.interactions(), model.particle_count());
-        let rows = |kind| {
-            let list = interactions.list(kind);
-            list.map_or_else(Incidence::default, |list| Incidence::new(list, count))
-        };
+        let membranes = interactions.list(InteractionKind::Membrane);
+        let rows = membranes.map_or_else(Incidence::default, |list| Incidence::new(list, count));
         Self {
             laws: elements.fabrics().iter().map(law).collect(),
             membranes: triangles
@@ -128,7 +126,7 @@ impl<T: CudaReal> FabricTables<T> {
             patches: elements.patches().iter().map(marked).collect(),
             plates: (0..PLATE).flat_map(|k| plates.iter().map(move |plate| plate[k])).collect(),
             folds: FoldTables::new(model),
-            rows: [rows(InteractionKind::Membrane), rows(InteractionKind::Bending)],
+            rows: [rows, elements.patch_rows(count)],
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Triangles of fabric, in the form of `shared/fabric.wgsl`, `shared/fabric_gather.wgsl` and `shared/fold_tables.wgsl`.
 
 use cloth_core::{
-    FOLD_PLACES_MAX, FabricTriangle, Incidence, InteractionKind, InteractionList, Model, NONE,
+    FOLD_PLACES_MAX, FabricTriangle, Incidence, InteractionKind, Model, NONE,
     fabric::{
         FOLDS,
         bending::{PATCH, marked},
@@ -93,11 +93,9 @@ fn folds(model: &Model) -> Vec<u32> {
 fn rows(model: &Model) -> Vec<u32> {
     let count = model.particle_count();
     let interactions = model.interactions();
-    let incidence = |kind| {
-        let list: Option<&InteractionList<'_>> = interactions.list(kind);
-        list.map_or_else(Incidence::default, |list| Incidence::new(list, count))
-    };
-    let [triangles, patches] = [InteractionKind::Membrane, InteractionKind::Bending].map(incidence);
+    let triangles = interactions.list(InteractionKind::Membrane);
+    let triangles = triangles.map_or_else(Incidence::default, |list| Incidence::new(list, count));
+    let patches = model.elements().patch_rows(count);
     let vertices: Vec<_> = model.elements().folds().iter().map(|fold| fold.particles).collect();
     let folds = Incidence::of(&vertices, count);
     let corners = triangles.entries().len() as u32;

@@ -1,10 +1,10 @@
 //! The triangles of the cloths that are made of fabric, in the composite model (NUMERICS §11, §12).
 
 use crate::{
-    NONE, PanelFabrics,
+    Incidence, NONE, PanelFabrics,
     fabric::{
         CurvatureStiffness, FOLDS, Fabric, RestShape, RestTriangle,
-        bending::{FOLD_PLACES, PATCH},
+        bending::{COMES_AGAIN, FOLD_PLACES, PATCH, marked},
         membrane::RestState,
     },
 };
@@ -77,6 +77,18 @@ impl FabricElements {
     #[must_use]
     pub fn triangles(&self) -> &[FabricTriangle] {
         &self.triangles
+    }
+
+    /// The places of each of `count` particles in patches, as [`Incidence`] has them, each patch once; empty without fabric: where a particle comes again, what it adds is with its
+    /// first place ([`marked`]).
+    #[must_use]
+    pub fn patch_rows(&self, count: usize) -> Incidence {
+        if self.patches.is_empty() {
+            return Incidence::default();
+        }
+        let first = |at| if at & COMES_AGAIN == 0 { at } else { NONE };
+        let firsts = self.patches().iter().map(|patch| marked(patch).map(first));
+        Incidence::of(&firsts.collect::<Vec<_>>(), count)
     }
 
     /// For each triangle its corners a, b, c, the vertices opposite to its edges ab, bc, ca beyond them, and those beyond the other edges of these
