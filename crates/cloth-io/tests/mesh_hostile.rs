@@ -165,10 +165,10 @@ fn grouped(names: impl Iterator<Item = String>, faces: usize) -> String {
 #[test]
 fn a_face_in_five_thousand_groups_is_refused() {
     let text = grouped((0..5000).map(|name| format!("n{name}")), 10_000);
-    let error = within(20, || mesh_read_obj("groups.obj", text.as_bytes())).unwrap_err();
+    let error = within(60, || mesh_read_obj("groups.obj", text.as_bytes())).unwrap_err();
     assert!(error.to_string().contains("line 4: a face is in more than 64 groups"), "{error}");
     let text = grouped((0..60).map(|name| format!("n{name}")), 1000);
-    let mesh = within(20, || mesh_read_obj("groups.obj", text.as_bytes())).unwrap();
+    let mesh = within(60, || mesh_read_obj("groups.obj", text.as_bytes())).unwrap();
     assert_eq!(mesh.groups.len(), 60);
     assert!(mesh.groups.iter().all(|group| group.vertices.len() == 1002));
 }
@@ -177,10 +177,10 @@ fn a_face_in_five_thousand_groups_is_refused() {
 fn a_long_name_is_not_copied_for_each_group_statement() {
     let mut text = format!("o {}\nv 0 0 0\nv 1 0 0\nv 0 1 0\n", "n".repeat(1000));
     text += &"g a\nf 1 2 3\ng b\nf 1 2 3\n".repeat(50_000);
-    let mesh = within(20, || mesh_read_obj("names.obj", text.as_bytes())).unwrap();
+    let mesh = within(60, || mesh_read_obj("names.obj", text.as_bytes())).unwrap();
     assert_eq!(mesh.groups.len(), 3);
     let text = text.replace("o n", &format!("o {}n", "n".repeat(2000)));
-    let error = within(20, || mesh_read_obj("names.obj", text.as_bytes())).unwrap_err();
+    let error = within(60, || mesh_read_obj("names.obj", text.as_bytes())).unwrap_err();
     assert!(error.to_string().contains("bytes in the name of a group"), "{error}");
 }
 
@@ -197,7 +197,7 @@ fn pipes_and_devices_are_no_meshes() {
         if path.ends_with("folder.glb") {
             fs::create_dir(&path).unwrap();
         }
-        let error = within(20, || mesh_read(&path)).unwrap_err();
+        let error = within(60, || mesh_read(&path)).unwrap_err();
         assert!(error.to_string().contains("not a regular file"), "{error}");
     }
 }

@@ -360,7 +360,7 @@ fn a_signal_is_heard_while_clips_are_made() {
     let start = Instant::now();
     interrupt(&child);
     assert_eq!(child.wait().unwrap().code(), Some(130));
-    assert!(start.elapsed() < Duration::from_secs(1), "{:?}", start.elapsed());
+    assert!(start.elapsed() < Duration::from_secs(5), "{:?}", start.elapsed());
     assert!(!has_part(&place.path("")) && !place.path("o.gif").exists());
 }
 

@@ -88,37 +88,54 @@ impl<'a> Places<'a> {
 /// The key of the value at `span`: of the innermost value that covers it. `None` if only the text
 /// as a whole does.
 pub(super) fn key_at(table: &DeTable<'_>, span: &Range<usize>) -> Option<String> {
-    let mut innermost = None;
+    let mut search = Search { span, path: String::new(), innermost: None };
     for (name, value) in table {
-        search(value, name.get_ref().to_string(), span, &mut innermost);
+        search.below(name.get_ref(), value);
     }
-    innermost.map(|(_, key)| key)
+    search.innermost.map(|(_, key)| key)
 }
 
-/// Looks at `value` and all that it holds. A table spans its header alone when it has one, so what
-/// a table holds is looked at whether or not the table covers `span`.
-fn search(
-    value: &Spanned<DeValue<'_>>,
-    key: String,
-    span: &Range<usize>,
-    innermost: &mut Option<(usize, String)>,
-) {
-    match value.get_ref() {
-        DeValue::Table(table) => {
-            for (name, value) in table {
-                search(value, format!("{key}.{}", name.get_ref()), span, innermost);
-            }
-        }
-        DeValue::Array(array) => {
-            for (index, element) in array.iter().enumerate() {
-                search(element, format!("{key}[{index}]"), span, innermost);
-            }
-        }
-        _ => {}
+struct Search<'a> {
+    span: &'a Range<usize>,
+    /// Key of the value that is looked at. It grows and shrinks in place: a copy for each value would take the
+    /// square of the text's length where one name is long.
+    path: String,
+    /// Length and key of the shortest value found that covers the span.
+    innermost: Option<(usize, String)>,
+}
+
+impl Search<'_> {
+    /// Looks at `value`, whose key is the path with `step` behind it.
+    fn below(&mut self, step: &str, value: &Spanned<DeValue<'_>>) {
+        let parent = self.path.len();
+        self.path.push_str(step);
+        self.value(value);
+        self.path.truncate(parent);
     }
-    let own = value.span();
-    let closer = innermost.as_ref().is_none_or(|&(length, _)| own.len() < length);
-    if own.start <= span.start && span.end <= own.end && closer {
-        *innermost = Some((own.len(), key));
+
+    /// Looks at `value` and all that it holds. A table spans its header alone when it has one, so what
+    /// a table holds is looked at whether or not the table covers the span.
+    fn value(&mut self, value: &Spanned<DeValue<'_>>) {
+        match value.get_ref() {
+            DeValue::Table(table) => {
+                let parent = self.path.len();
+                self.path.push('.');
+                for (name, value) in table {
+                    self.below(name.get_ref(), value);
+                }
+                self.path.truncate(parent);
+            }
+            DeValue::Array(array) => {
+                for (index, element) in array.iter().enumerate() {
+                    self.below(&format!("[{index}]"), element);
+                }
+            }
+            _ => {}
+        }
+        let own = value.span();
+        let closer = self.innermost.as_ref().is_none_or(|&(length, _)| own.len() < length);
+        if own.start <= self.span.start && self.span.end <= own.end && closer {
+            self.innermost = Some((own.len(), self.path.clone()));
+        }
     }
 }
