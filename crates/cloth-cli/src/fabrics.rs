@@ -14,6 +14,7 @@ use crate::{arguments::FabricsArguments, failure::Failure, say::Shown};
 #[derive(Serialize)]
 struct FabricRow {
     name: String,
+    also: Vec<String>,
     description: String,
     area_density: f64,
     thickness: f64,
@@ -47,7 +48,7 @@ struct SourceRow {
 
 impl FabricRow {
     fn new(
-        name: String,
+        (name, also): (String, Vec<String>),
         description: String,
         (fabric, report): (Fabric, FitReport),
         source: Option<&FabricSource>,
@@ -56,6 +57,7 @@ impl FabricRow {
         let half = 0.5_f64.sqrt();
         Self {
             name,
+            also,
             description,
             area_density: fabric.area_density,
             thickness: fabric.thickness,
@@ -83,7 +85,16 @@ impl FabricRow {
     fn measured(fabric: &MeasuredFabric) -> Result<Self, Failure> {
         let fit = fabric.fit().map_err(Failure::input)?;
         let description = fabric.description.clone();
-        Ok(Self::new(fabric.name.clone(), description, fit, Some(&fabric.source)))
+        let names = (fabric.name.clone(), fabric.also.clone());
+        Ok(Self::new(names, description, fit, Some(&fabric.source)))
+    }
+
+    /// What it is, and the words for it.
+    fn said(&self) -> String {
+        if self.also.is_empty() {
+            return self.description.clone();
+        }
+        format!("{}; also `{}`", self.description, self.also.join("`, `"))
     }
 
     /// The number in the list, or a dash where it was not measured.
@@ -128,7 +139,8 @@ pub(crate) fn fabrics(arguments: &FabricsArguments) -> Result<(), Failure> {
         let sheet = fabric_sheet_read(file).map_err(Failure::input)?;
         let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let fit = sheet.fit(&name).map_err(Failure::input)?;
-        rows.push(FabricRow::new(name, format!("laboratory sheet {}", file.display()), fit, None));
+        let description = format!("laboratory sheet {}", file.display());
+        rows.push(FabricRow::new((name, Vec::new()), description, fit, None));
     }
     let is_list = rows.is_empty();
     if is_list {
@@ -163,7 +175,7 @@ fn list(out: &mut impl Write, rows: &[FabricRow]) -> Result<(), Failure> {
             row.measured_text("shear", row.shear, 1),
             1e6 * row.bending[0],
             1e6 * row.bending[1],
-            row.description
+            row.said()
         )?;
     }
     writeln!(
@@ -174,7 +186,7 @@ fn list(out: &mut impl Write, rows: &[FabricRow]) -> Result<(), Failure> {
 }
 
 fn detail(out: &mut impl Write, row: &FabricRow) -> Result<(), Failure> {
-    writeln!(out, "{}: {}", row.name, row.description)?;
+    writeln!(out, "{}: {}", row.name, row.said())?;
     for (name, value) in row.numbers() {
         writeln!(out, "  {name:<28} {}", number(value))?;
     }

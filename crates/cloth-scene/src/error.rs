@@ -111,6 +111,8 @@ pub struct SceneUnknown {
     pub what: &'static str,
     /// The word.
     pub name: String,
+    /// What to do, where that is not one of the words that are known.
+    pub note: Option<String>,
     /// The known word that is most like it, if any is.
     pub suggestion: Option<String>,
     /// All that are known here.
@@ -126,17 +128,30 @@ impl SceneUnknown {
         known: Vec<String>,
     ) -> SceneError {
         let suggestion = suggestion(name, known.iter().map(String::as_str));
-        SceneError::Unknown(Box::new(Self { place, what, name: name.into(), suggestion, known }))
+        let name = name.into();
+        SceneError::Unknown(Box::new(Self { place, what, name, note: None, suggestion, known }))
     }
 
     fn mend(&self) -> String {
-        match (&self.suggestion, self.known.as_slice()) {
-            (Some(suggestion), _) => format!("did you mean `{suggestion}`?"),
-            (None, []) => "remove it".into(),
-            (None, known) => format!("known here: `{}`", known.join("`, `")),
+        let Self { note, suggestion, known, .. } = self;
+        match (note, suggestion) {
+            (Some(note), _) => note.clone(),
+            (None, Some(suggestion)) => format!("did you mean `{suggestion}`?"),
+            (None, None) if known.is_empty() => "remove it".into(),
+            (None, None) => {
+                let shown = &known[..known.len().min(SHOWN)];
+                let more = match known.len() - shown.len() {
+                    0 => String::new(),
+                    more => format!(" and {more} more"),
+                };
+                format!("known here: `{}`{more}", shown.join("`, `"))
+            }
         }
     }
 }
+
+/// How many known words an error shows.
+const SHOWN: usize = 24;
 
 /// A place in a scene file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

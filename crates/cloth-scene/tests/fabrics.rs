@@ -42,8 +42,15 @@ fn a_table_of_wang_is_read_as_its_conversion_says() {
 #[test]
 fn a_fabric_is_found_or_a_similar_one_is_named() {
     assert_eq!(MeasuredFabric::find("cotton-broad").unwrap().name, "cotton-broad");
-    let message = MeasuredFabric::find("coton-broad").unwrap_err().to_string();
-    assert!(message.contains("did you mean `cotton-broad`?"), "{message}");
+    let message = |word| MeasuredFabric::find(word).unwrap_err().to_string();
+    assert!(message("coton-broad").contains("did you mean `cotton-broad`?"));
+    // Words that people use.
+    assert_eq!(MeasuredFabric::find("cotton").unwrap().name, "cotton-broad");
+    assert_eq!(MeasuredFabric::find("jeans").unwrap().name, "11oz-black-denim");
+    assert!(message("Wool").contains("did you mean `wool`?"));
+    let velvet = message("velvet");
+    assert!(velvet.contains("200 to 350 g/m^2") && velvet.contains("`drape-004`"), "{velvet}");
+    assert!(message("xyz").contains("`cotton`, `shirt`") && message("xyz").ends_with(" more"));
 }
 
 fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {

@@ -2,10 +2,7 @@
 
 use cloth_core::{Aerodynamics, BendModel, Mass, Material, MaterialPreset, SpringCoefficients};
 
-use crate::{
-    MeasuredFabric, SceneBend, SceneError, SceneMass, SceneMaterial, SceneSpring,
-    error::SceneUnknown, measured_fabrics,
-};
+use crate::{MeasuredFabric, SceneBend, SceneError, SceneMass, SceneMaterial, SceneSpring};
 
 use super::Check;
 
@@ -83,10 +80,6 @@ fn preset(check: &Check<'_>, key: &str, name: &str) -> Result<&'static MaterialP
                 format!("`{name}` is a fabric that springs do not have: give `model = \"fabric\"`");
             return check.error(&format!("{key}.preset"), &problem);
         }
-        let springs = MaterialPreset::ALL.iter().map(|preset| preset.name.to_owned());
-        let fabrics = measured_fabrics().iter().map(|fabric| fabric.name.clone());
-        let known: Vec<_> = springs.chain(fabrics).collect();
-        let place = check.place(&format!("{key}.preset"));
-        SceneUnknown::error(place, "material preset", name, known)
+        MeasuredFabric::unknown(check.place(&format!("{key}.preset")), "material preset", name)
     })
 }
