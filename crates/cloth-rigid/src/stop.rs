@@ -27,6 +27,14 @@ pub struct Stop {
     is_broad: bool,
 }
 
+impl Stop {
+    /// The body.
+    #[must_use]
+    pub const fn body(&self) -> usize {
+        self.body
+    }
+}
+
 impl RigidWorld {
     /// The place at which the body nearest to `place` \[m\] is to stop, if it moves and can have come there within `duration` \[s\].
     #[must_use]

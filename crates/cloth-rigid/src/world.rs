@@ -2,7 +2,8 @@
 
 use cloth_core::{Collider, ColliderImpulse, ColliderShape, Pose};
 use rapier3d_f64::prelude::{
-    ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, SharedShape,
+    ColliderBuilder, PhysicsWorld, RigidBody as Body, RigidBodyBuilder, RigidBodyHandle,
+    SharedShape, Vector,
 };
 
 use rapier3d_f64::utils::AngularInertiaOps;
@@ -158,10 +159,18 @@ impl RigidWorld {
     pub fn apply(&mut self, body: usize, impulse: &ColliderImpulse) {
         let Some(&handle) = self.bodies.get(body) else { return };
         let body = &mut self.world.bodies[handle];
-        let linear = -vector(impulse.linear);
-        let angular = -vector(impulse.angular) - body.center_of_mass().cross(linear);
+        let [linear, angular] = reaction(body, impulse);
         body.apply_impulse(linear, true);
         body.apply_torque_impulse(angular, true);
+    }
+
+    /// Whether a body goes against the cloth that it gave an impulse.
+    #[must_use]
+    pub fn goes_against(&self, body: usize, impulse: &ColliderImpulse) -> bool {
+        let Some(&handle) = self.bodies.get(body) else { return false };
+        let body = &self.world.bodies[handle];
+        let [linear, angular] = reaction(body, impulse);
+        linear.dot(body.linvel()) + angular.dot(body.angvel()) < 0.0
     }
 
     /// All that the bodies need to go on with the same bits, contacts and their impulses included, for [`Self::resume`].
@@ -248,4 +257,10 @@ impl RigidWorld {
         }
         (linear.to_array(), angular.to_array())
     }
+}
+
+/// What a body feels of an impulse that it gave, about its own centre.
+fn reaction(body: &Body, impulse: &ColliderImpulse) -> [Vector; 2] {
+    let linear = -vector(impulse.linear);
+    [linear, -vector(impulse.angular) - body.center_of_mass().cross(linear)]
 }

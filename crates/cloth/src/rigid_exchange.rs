@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use cloth_core::{
-    ColliderControl, ColliderImpulse, Control, ControlStart, Error, Frame, PinAction, Pose, Result,
-    Solver, State, StepReport,
+    ColliderControl, ColliderImpulse, Control, ControlStart, Error, Frame, Model, PinAction, Pose,
+    Result, Solver, State, StepReport, StrainGauge,
 };
 use cloth_rigid::{RigidError, RigidMotion, RigidWorld, Stop};
 use cloth_scene::CompiledScene;
@@ -12,6 +12,9 @@ use cloth_scene::CompiledScene;
 /// Longest time that a body waits for the reaction of the cloth \[s\]. A body on a cloth is a mass on a
 /// spring, and a force that comes late feeds its swing: this is a small part of its period.
 const EXCHANGE_INTERVAL: f64 = 2e-3;
+
+/// How much farther than its limit a triangle that a body stretches may be stretched.
+const OVERSTRETCH: f64 = 1.02;
 
 /// Places that are found to stop bodies in a part of a frame at most.
 const STOPS_MAX: usize = 24;
@@ -35,6 +38,14 @@ pub struct RigidExchange {
     impulses: Vec<ColliderImpulse>,
     /// Offset of the anchors of forces \[m\].
     anchor_offset: [f64; 3],
+}
+
+/// What a part of a frame that may be done again goes by: the state before and after it, and the fabric.
+#[derive(Default)]
+struct Part {
+    start: State,
+    end: State,
+    gauge: StrainGauge,
 }
 
 impl RigidExchange {
@@ -107,10 +118,15 @@ impl RigidExchange {
         let mut report = StepReport::default();
         let (mut substeps, mut wall_time) = (0, std::time::Duration::ZERO);
         let mut stops = Vec::new();
+        let mut states = Part::default();
+        if solver.model().has_triangle_contact() {
+            solver.download(&mut states.start)?;
+            states.gauge = StrainGauge::new(solver.model());
+        }
         for number in 1..=parts as u32 {
             let control = control.part(&start, f64::from(number) / parts, number == 1);
-            report = self.part(solver, &control, part, &mut stops)?;
-            self.react(solver)?;
+            report = self.part(solver, &control, part, (&mut states, &mut stops))?;
+            self.react();
             substeps += report.substeps;
             wall_time += report.wall_time;
         }
@@ -120,45 +136,82 @@ impl RigidExchange {
         Ok(report)
     }
 
-    /// Advances bodies and cloth by a part of a frame. Where a body would pinch cloth it is stopped, and the part is done again.
+    /// Advances bodies and cloth by a part of a frame. Where a body would pinch cloth, or stretch it beyond its limit, it is stopped, and the part is done again.
     fn part(
         &mut self,
         solver: &mut dyn Solver,
         control: &Control,
         part: Frame,
-        stops: &mut Vec<Stop>,
+        (Part { start, end, gauge }, stops): (&mut Part, &mut Vec<Stop>),
     ) -> Result<StepReport> {
         // Contact of points lets cloth through instead.
-        let (mut state, bodies) = (State::default(), self.world.motions());
+        let bodies = self.world.motions();
         let pinches = solver.model().has_triangle_contact();
-        if pinches {
-            solver.download(&mut state)?;
-        }
         let mut found = 0;
         loop {
             let control = self.advance(part, control, (&bodies, stops));
             let moved = solver.set_control(&control).and_then(|()| solver.advance(part));
-            let error = match moved.and_then(|()| solver.synchronize()) {
-                Ok(report) => return Ok(report),
-                Err(error) => error,
-            };
-            let place = match &error {
-                Error::Pinched { place, .. } | Error::PinchedByBody { place, .. } if pinches => {
-                    *place
+            let outcome = moved.and_then(|()| solver.synchronize());
+            let stop = match &outcome {
+                Ok(_) => {
+                    solver.collider_impulses(&mut self.impulses)?;
+                    if pinches {
+                        solver.download(end)?;
+                    }
+                    self.overstretched(gauge, solver.model(), end, part.duration)
                 }
-                _ => return Err(error),
+                Err(Error::Pinched { place, .. } | Error::PinchedByBody { place, .. })
+                    if pinches =>
+                {
+                    // What bodies did before that is of no account.
+                    solver.collider_impulses(&mut self.impulses)?;
+                    self.world.stop_at(*place, part.duration)
+                }
+                Err(_) => None,
             };
             // If none is there that moves it is a matter of others.
-            let stop = self.world.stop_at(place, part.duration).filter(|_| found < STOPS_MAX);
-            let Some(stop) = stop else { return Err(error) };
+            let Some(stop) = stop.filter(|_| found < STOPS_MAX) else {
+                std::mem::swap(start, end);
+                return outcome;
+            };
             stops.push(stop);
             found += 1;
             if found % STOPS_BROAD == 0 {
                 stops.extend(self.world.stop_broadly(&stop));
             }
-            self.world.motions_take(&state.colliders, &bodies);
-            solver.upload(&state)?;
+            self.world.motions_take(&start.colliders, &bodies);
+            solver.upload(start)?;
         }
+    }
+
+    /// Where a body is to stop that has stretched a triangle beyond its limit, and goes on against the cloth: the limit is as hard as what holds the cloth,
+    /// and no force tells the body of it.
+    fn overstretched(
+        &self,
+        gauge: &StrainGauge,
+        model: &Model,
+        state: &State,
+        duration: f64,
+    ) -> Option<Stop> {
+        let elements = model.elements();
+        let beyond = elements.triangles().iter().zip(gauge.measure(&state.positions)).map(
+            |(element, strain)| {
+                let limit = elements.fabrics()[element.fabric as usize].stretch_limit;
+                (strain.stretches[0] / limit, strain.particles)
+            },
+        );
+        let (most, corners) = beyond.max_by(|(a, _), (b, _)| a.total_cmp(b))?;
+        if most <= OVERSTRETCH {
+            return None;
+        }
+        let places = corners.map(|corner| state.positions[corner as usize]);
+        let middle =
+            std::array::from_fn(|k| places.iter().map(|place| place[k]).sum::<f64>() / 3.0);
+        let goes_against = |stop: &Stop| {
+            let impulse = self.impulses.get(self.own + stop.body());
+            impulse.is_some_and(|impulse| self.world.goes_against(stop.body(), impulse))
+        };
+        self.world.stop_at(middle, duration).filter(goes_against)
     }
 
     /// Moves the bodies, and tells the cloth of their way.
@@ -186,11 +239,9 @@ impl RigidExchange {
     }
 
     /// Gives the bodies what the cloth took from them.
-    fn react(&mut self, solver: &mut dyn Solver) -> Result<()> {
-        solver.collider_impulses(&mut self.impulses)?;
+    fn react(&mut self) {
         for (body, impulse) in self.impulses[self.own..].iter().enumerate() {
             self.world.apply(body, impulse);
         }
-        Ok(())
     }
 }

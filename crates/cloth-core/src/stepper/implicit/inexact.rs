@@ -107,7 +107,7 @@ pub(super) fn newton<K: Kernels + ?Sized>(
             scale = scale.max(slope_start.min(FIRST_MAX * FIRST_MAX * scale));
         }
         let enough = correction * if iteration == 1 { FIRST_ALONE } else { 1.0 };
-        let is_small = slope_start <= enough * enough * scale && !keeps_impulses;
+        let is_small = slope_start <= enough * enough * scale;
         let mut step = 1.0;
         if iteration > 1 {
             kernels.iterate_keep()?;
@@ -120,10 +120,15 @@ pub(super) fn newton<K: Kernels + ?Sized>(
             kernels.position_from_kept(substep.length)?;
             let stopped = kernels.contact_certify_iterate(substep)?;
             let is_free = was_free && iteration == 1 && !kernels.triangles_touch();
-            if is_small || (stopped == 0 && is_free) {
+            let is_done = is_small || (stopped == 0 && is_free);
+            if is_done && !keeps_impulses {
                 return Ok(Some(end));
             }
+            // Colliders feel what contacts do at the end.
             controlled_system(kernels, substep, NewtonStart::Iterate)?;
+            if is_done {
+                return Ok(Some(NewtonStart::Iterate));
+            }
             end = NewtonStart::Iterate;
             now = residual(kernels)?;
             if !now.is_finite() {
