@@ -350,3 +350,28 @@ fn slanted_sides_have_no_triangles_without_area() {
         assert!(scene.is_ok(), "{far}: {scene:?}");
     }
 }
+
+/// A cushion is two squares, one turned around; without that one of them has its outer side inside.
+#[test]
+fn pieces_sewn_with_the_same_side_out_are_told_to_turn_around() {
+    let folder = TempDir::new().unwrap();
+    let square = "<rect id=\"a\" x=\"0\" y=\"0\" width=\"200\" height=\"200\"/>";
+    fs::write(folder.path().join("p.svg"), svg(square)).unwrap();
+    // Edges from the top left on; those of what is turned around are left for right.
+    let cushion = |turn: &str, edges: [usize; 4]| {
+        let pieces = format!(
+            "{PIECE}\nname = \"front\"\n{PIECE}\nname = \"back\"\ntranslation = [0, 0.02, 0]\n{turn}\n"
+        );
+        let seams = edges.iter().enumerate().map(|(front, back)| {
+            format!("[[seam]]\nlines = [[\"front:{front}\"], [\"back:{back}\"]]\n")
+        });
+        compile(folder.path(), &text("p.svg", "", &(pieces + &seams.collect::<String>())))
+    };
+    let message = cushion("", [0, 1, 2, 3]).unwrap_err();
+    assert!(
+        message.contains("line 6, ") && message.contains("turn one of them around"),
+        "{message}"
+    );
+    let turn = "rotation = { axis = [0, 0, 1], degrees = 180 }";
+    cushion(turn, [0, 3, 2, 1]).unwrap();
+}

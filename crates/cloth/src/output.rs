@@ -85,7 +85,7 @@ fn texture(scene: &CompiledScene) -> Option<TextureMap> {
 }
 
 /// How pictures of `scene` look: its camera, the colours of its cloths and what is shown on them, its colliders as they move, its dust.
-/// A scene without a camera is seen whole, as it is at the start and with room to fall, so that
+/// A scene without a camera is seen whole, as it is at the start, with room to fall and where its colliders go, so that
 /// every picture of a run, resumed or not, has the same view.
 #[must_use]
 pub fn picture_style(scene: &CompiledScene) -> PictureStyle {
@@ -104,7 +104,10 @@ pub fn picture_style(scene: &CompiledScene) -> PictureStyle {
     }
     style.camera = Some(match &scene.view {
         Some(view) => camera(view),
-        None => Camera::fit(&bounds(&scene.model, &style.shapes), style.aspect()),
+        None => {
+            let duration = f64::from(scene.frames) / scene.frames_per_second;
+            Camera::fit(&bounds(&scene.model, &style.shapes, duration), style.aspect())
+        }
     });
     style
 }
@@ -143,11 +146,27 @@ fn camera(view: &SceneView) -> Camera {
     }
 }
 
-/// The start, and below it room for the cloth to fall or swing down to the nearest thing that
-/// stops it.
-fn bounds(model: &Model, shapes: &PictureShapes) -> Bounds {
+/// Moments at which it is looked where colliders are.
+const MOMENTS: u32 = 16;
+/// How many times as large as the start all of their way may be to be seen whole.
+const WAY_MAX: f64 = 4.0;
+
+/// The start, below it room for the cloth to fall or swing down to the nearest thing that
+/// stops it, and the ways of colliders within `duration` \[s\] unless they lead far away.
+fn bounds(model: &Model, shapes: &PictureShapes, duration: f64) -> Bounds {
+    let start = bounds_start(model, &shapes.at(0.0));
+    let way = (1..=MOMENTS).fold(start, |bounds, moment| {
+        let shapes = shapes.at(duration * f64::from(moment) / f64::from(MOMENTS));
+        shapes.iter().fold(bounds, |bounds, shape| bounds.union(&shape.bounds()))
+    });
+    let size = |bounds: &Bounds| {
+        (0..3).map(|axis| bounds.max[axis] - bounds.min[axis]).fold(0.0, f64::max)
+    };
+    if size(&way) <= WAY_MAX * size(&start) { way } else { start }
+}
+
+fn bounds_start(model: &Model, shapes: &[PictureShape]) -> Bounds {
     let cloth = Bounds::of(model.positions());
-    let shapes = shapes.at(0.0);
     let all = shapes.iter().fold(cloth, |bounds, shape| bounds.union(&shape.bounds()));
     let floor = shapes.iter().find_map(|shape| match shape {
         PictureShape::Plane { normal, offset } if normal[2] > 0.5 => Some(offset / normal[2]),
@@ -294,5 +313,22 @@ mod tests {
             let center = [x, 0.0, -2.0];
             assert_eq!(shapes.at(time), [PictureShape::Sphere { center, radius: 0.5 }], "{time}");
         }
+    }
+
+    /// A picture has room for where colliders go, unless that is far away.
+    #[test]
+    fn colliders_stay_in_the_picture() {
+        let camera = |motion: &str| {
+            let text =
+                MOVING.replace("motion = [{ time = 1.0, translation = [4, 0, -2] }]", motion);
+            let scene = Scene::from_toml(&text, "moving.toml").unwrap();
+            picture_style(&scene.compile(&CompileOptions::default()).unwrap()).camera.unwrap()
+        };
+        let still = camera("");
+        assert!(
+            camera("motion = [{ time = 1.0, translation = [4, 0, -2] }]").target[0]
+                > still.target[0] + 1.0
+        );
+        assert_eq!(camera("motion = [{ time = 1.0, translation = [400, 0, -2] }]"), still);
     }
 }

@@ -231,7 +231,7 @@ impl Scene {
         }
         let whole = colliders.iter().cloned().fold(builder.clone(), ModelBuilder::collider);
         let (model, recovered) = recover::recovered(self, build(builder, colliders)?);
-        let welds = Welds::new(whole, &model).map_err(|error| model_error::place(self, error))?;
+        let welds = Welds::new(whole, &model).map_err(|error| model_error::sewn(self, error))?;
         let simulated: &Model = welds.start().map_or(&model, |weld| &weld.model);
         let of_cloth = |cloth: &ClothRange| {
             let name = cloth.name.clone();

@@ -32,6 +32,18 @@ pub(super) fn place(scene: &Scene, source: ModelError) -> SceneError {
     SceneError::Model { place: scene.origin.place(&key), source }
 }
 
+/// The same where seams join what is right by itself.
+pub(super) fn sewn(scene: &Scene, source: ModelError) -> SceneError {
+    let ModelError::EdgeInconsistent { .. } = &source else { return place(scene, source) };
+    let table = table(scene, &source.to_string());
+    let key = format!("{table}.geometry");
+    let problem = format!(
+        "`{key}`: seams join the outer side of one piece to the inner side of another: turn one of them around, as the back of a shirt is, by \
+         `rotation = {{ axis = [0, 0, 1], degrees = 180 }}`, which also puts its left edge where the right one was"
+    );
+    SceneError::Value { place: scene.origin.place(&key), problem }
+}
+
 /// The table of the scene that `message` is about.
 fn table(scene: &Scene, message: &str) -> String {
     let rules = scene.contact.as_ref().map_or(0, |contact| contact.rules.len());

@@ -13,7 +13,8 @@ use super::ScenePin;
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneAttachment {
-    /// Name, unique among attachments and seams.
+    /// Name, unique among attachments and seams; `attachment`, `attachment 2`, `attachment 3` and so on if not given.
+    #[serde(default)]
     pub name: String,
     /// The cloth whose vertices are held; if not given, the only one.
     #[serde(default, skip_serializing_if = "Option::is_none")]

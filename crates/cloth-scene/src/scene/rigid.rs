@@ -9,7 +9,8 @@ use super::{SceneColour, SceneRotation, SceneSolidMesh};
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneRigid {
-    /// Name, unique among bodies and colliders.
+    /// Name, unique among bodies and colliders; `rigid`, `rigid 2`, `rigid 3` and so on if not given.
+    #[serde(default)]
     pub name: String,
     /// Shape in the local frame.
     pub shape: SceneRigidShape,

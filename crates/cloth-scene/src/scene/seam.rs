@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneSeam {
-    /// Name, unique among the seams.
+    /// Name, unique among the seams; `seam`, `seam 2`, `seam 3` and so on if not given.
+    #[serde(default)]
     pub name: String,
     /// The cloth that it is in; if not given, the only one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -90,7 +91,8 @@ pub struct SceneSeamPoint {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SceneElastic {
-    /// Name, unique among elastic bands, seams and attachments.
+    /// Name, unique among elastic bands, seams and attachments; `elastic`, `elastic 2`, `elastic 3` and so on if not given.
+    #[serde(default)]
     pub name: String,
     /// The cloth that it is in; if not given, the only one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -124,7 +126,8 @@ pub struct SceneStart {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ScenePhase {
-    /// Name, for messages.
+    /// Name, for messages; `phase`, `phase 2`, `phase 3` and so on if not given.
+    #[serde(default)]
     pub name: String,
     /// How long it takes \[s\]; it ends with the frame that ends nearest to that.
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
