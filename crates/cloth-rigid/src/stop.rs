@@ -27,33 +27,34 @@ pub struct Stop {
     is_broad: bool,
 }
 
-impl Stop {
-    /// The body.
-    #[must_use]
-    pub const fn body(&self) -> usize {
-        self.body
-    }
-}
-
 impl RigidWorld {
     /// The place at which the body nearest to `place` \[m\] is to stop, if it moves and can have come there within `duration` \[s\].
     #[must_use]
     pub fn stop_at(&self, place: [f64; 3], duration: f64) -> Option<Stop> {
-        let place = vector(place);
-        let bodies = self.bodies.iter().enumerate().filter_map(|(number, &handle)| {
-            let body = &self.world.bodies[handle];
-            let collider = &self.world.colliders[*body.colliders().first()?];
-            let found = collider.shape().project_point(collider.position(), place, false);
-            let distance = (found.point - place).length();
-            let velocity = body.linvel() + body.angvel().cross(found.point - body.center_of_mass());
-            let is_near = distance <= REACH + velocity.length() * duration;
-            // Against the way that it goes: what is beside an edge is pinched by what comes down there as well.
-            let normal = -velocity.try_normalize()?;
-            let [point, normal] = [found.point, normal].map(|vector| vector.to_array());
-            let stop = Stop { body: number, point, normal, is_broad: false };
-            is_near.then_some((distance, stop))
+        let bodies = (0..self.bodies.len()).filter_map(|body| {
+            let (stop, distance) = self.stop_of(body, place)?;
+            let motion = &self.world.bodies[self.bodies[body]];
+            let arm = vector(stop.point) - motion.center_of_mass();
+            let speed = (motion.linvel() + motion.angvel().cross(arm)).length();
+            (distance <= REACH + speed * duration).then_some((distance, stop))
         });
         bodies.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, stop)| stop)
+    }
+
+    /// The place nearest to `place` \[m\] at which a body is to stop, if it moves there, and how far that is from there \[m\].
+    #[must_use]
+    pub fn stop_of(&self, body: usize, place: [f64; 3]) -> Option<(Stop, f64)> {
+        let motion = &self.world.bodies[*self.bodies.get(body)?];
+        let collider = &self.world.colliders[*motion.colliders().first()?];
+        let place = vector(place);
+        let found = collider.shape().project_point(collider.position(), place, false);
+        let arm = found.point - motion.center_of_mass();
+        let velocity = motion.linvel() + motion.angvel().cross(arm);
+        // Against the way that it goes: what is beside an edge is pinched by what comes down there as well.
+        let normal = -velocity.try_normalize()?;
+        let [point, normal] = [found.point, normal].map(|vector| vector.to_array());
+        let stop = Stop { body, point, normal, is_broad: false };
+        Some((stop, (found.point - place).length()))
     }
 
     /// Stops that a body cannot come nearer by turning about one of them either: what lies flat on cloth pinches it in many places at once.

@@ -6,7 +6,7 @@ use rapier3d_f64::prelude::{
     SharedShape, Vector,
 };
 
-use rapier3d_f64::utils::AngularInertiaOps;
+use rapier3d_f64::{parry::bounding_volume::BoundingVolume, utils::AngularInertiaOps};
 
 use crate::{
     RigidBody, RigidError, RigidJoint, RigidMotion,
@@ -20,6 +20,9 @@ pub(crate) const STEP_MAX: f64 = 1.0 / 240.0;
 
 /// What a body turns in a step at most \[rad\]; the library has it as a constant.
 pub(crate) const ROTATION_MAX: f64 = std::f64::consts::FRAC_PI_4;
+
+/// How far a body and cloth are from each other at least that are not likely to meet \[m\], beside the ways that both go.
+const APART: f64 = 0.02;
 
 /// Fastest start of a body \[m/s\]: the limit that the library has by default.
 pub(crate) const SPEED_MAX: f64 = 400.0;
@@ -164,13 +167,36 @@ impl RigidWorld {
         body.apply_torque_impulse(angular, true);
     }
 
-    /// Whether a body goes against the cloth that it gave an impulse.
+    /// Whether no body is likely to meet cloth within `duration` \[s\]: particles are at `positions` \[m\] and go with `velocities` \[m/s\].
     #[must_use]
-    pub fn goes_against(&self, body: usize, impulse: &ColliderImpulse) -> bool {
-        let Some(&handle) = self.bodies.get(body) else { return false };
+    pub fn is_apart(&self, positions: &[[f64; 3]], velocities: &[[f64; 3]], duration: f64) -> bool {
+        let boxes: Vec<_> = (self.bodies.iter())
+            .flat_map(|&handle| {
+                let body = &self.world.bodies[handle];
+                body.colliders().iter().map(move |&collider| {
+                    let own = self.world.colliders[collider].compute_aabb();
+                    let size = own.half_extents().length();
+                    let speed = body.linvel().length() + size * body.angvel().length();
+                    own.loosened(APART + speed * duration)
+                })
+            })
+            .collect();
+        !positions.iter().zip(velocities).any(|(&x, &v)| {
+            let way = vector(v) * duration;
+            let (start, end) = (vector(x), vector(x) + way);
+            boxes.iter().any(|own| {
+                start.min(end).cmple(own.maxs).all() && start.max(end).cmpge(own.mins).all()
+            })
+        })
+    }
+
+    /// How much a body works against the cloth that it gave an impulse \[J\], 0 if it makes way.
+    #[must_use]
+    pub fn work_against(&self, body: usize, impulse: &ColliderImpulse) -> f64 {
+        let Some(&handle) = self.bodies.get(body) else { return 0.0 };
         let body = &self.world.bodies[handle];
         let [linear, angular] = reaction(body, impulse);
-        linear.dot(body.linvel()) + angular.dot(body.angvel()) < 0.0
+        (-linear.dot(body.linvel()) - angular.dot(body.angvel())).max(0.0)
     }
 
     /// All that the bodies need to go on with the same bits, contacts and their impulses included, for [`Self::resume`].

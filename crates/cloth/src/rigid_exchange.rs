@@ -16,6 +16,9 @@ const EXCHANGE_INTERVAL: f64 = 2e-3;
 /// How much farther than its limit a triangle that a body stretches may be stretched.
 const OVERSTRETCH: f64 = 1.02;
 
+/// How much further than before that is in a part of a frame.
+const GROWTH: f64 = 1.0005;
+
 /// Places that are found to stop bodies in a part of a frame at most.
 const STOPS_MAX: usize = 24;
 /// As many of these show that a body lies flat.
@@ -121,6 +124,9 @@ impl RigidExchange {
         let mut states = Part::default();
         if solver.model().has_triangle_contact() {
             solver.download(&mut states.start)?;
+            if let Some(report) = self.apart(solver, control, frame, &states.start)? {
+                return Ok(report);
+            }
             states.gauge = StrainGauge::new(solver.model());
         }
         for number in 1..=parts as u32 {
@@ -134,6 +140,34 @@ impl RigidExchange {
         report.substeps = substeps;
         report.wall_time = wall_time;
         Ok(report)
+    }
+
+    /// Advances bodies and cloth by a whole frame, where they are not likely to meet; nothing, and all as it was, if they do.
+    fn apart(
+        &mut self,
+        solver: &mut dyn Solver,
+        control: &Control,
+        frame: Frame,
+        state: &State,
+    ) -> Result<Option<StepReport>> {
+        if !self.world.is_apart(&state.positions, &state.velocities, frame.duration) {
+            return Ok(None);
+        }
+        let bodies = self.world.motions();
+        let control = self.advance(frame, control, (&bodies, &mut Vec::new()));
+        let moved = solver.set_control(&control).and_then(|()| solver.advance(frame));
+        let outcome = moved.and_then(|()| solver.synchronize());
+        if let Ok(mut report) = outcome {
+            solver.collider_impulses(&mut self.impulses)?;
+            let nothing = ColliderImpulse::default();
+            if self.impulses[self.own..].iter().all(|impulse| *impulse == nothing) {
+                report.bodies_at_speed_limit = self.world.at_speed_limit() as u32;
+                return Ok(Some(report));
+            }
+        }
+        self.world.motions_take(&state.colliders, &bodies);
+        solver.upload(state)?;
+        Ok(None)
     }
 
     /// Advances bodies and cloth by a part of a frame. Where a body would pinch cloth, or stretch it beyond its limit, it is stopped, and the part is done again.
@@ -158,7 +192,7 @@ impl RigidExchange {
                     if pinches {
                         solver.download(end)?;
                     }
-                    self.overstretched(gauge, solver.model(), end, part.duration)
+                    self.overstretched(gauge, solver.model(), [start, end])
                 }
                 Err(Error::Pinched { place, .. } | Error::PinchedByBody { place, .. })
                     if pinches =>
@@ -184,34 +218,32 @@ impl RigidExchange {
         }
     }
 
-    /// Where a body is to stop that has stretched a triangle beyond its limit, and goes on against the cloth: the limit is as hard as what holds the cloth,
-    /// and no force tells the body of it.
+    /// Where the body is to stop that works most against cloth, if a triangle is stretched further beyond its limit than it was: that is as hard as what holds
+    /// the cloth, and no force tells the body of it.
     fn overstretched(
         &self,
         gauge: &StrainGauge,
         model: &Model,
-        state: &State,
-        duration: f64,
+        [start, state]: [&State; 2],
     ) -> Option<Stop> {
         let elements = model.elements();
-        let beyond = elements.triangles().iter().zip(gauge.measure(&state.positions)).map(
-            |(element, strain)| {
-                let limit = elements.fabrics()[element.fabric as usize].stretch_limit;
-                (strain.stretches[0] / limit, strain.particles)
-            },
-        );
-        let (most, corners) = beyond.max_by(|(a, _), (b, _)| a.total_cmp(b))?;
-        if most <= OVERSTRETCH {
-            return None;
-        }
+        let [before, after] = [start, state].map(|state| gauge.measure(&state.positions));
+        let beyond = elements.triangles().iter().zip(before.zip(after));
+        let beyond = beyond.filter_map(|(element, (before, after))| {
+            let limit = elements.fabrics()[element.fabric as usize].stretch_limit;
+            let most = (OVERSTRETCH * limit).max(GROWTH * before.stretches[0]);
+            let stretch = after.stretches[0];
+            (stretch > most).then_some((stretch / limit, after.particles))
+        });
+        let (_, corners) = beyond.max_by(|(a, _), (b, _)| a.total_cmp(b))?;
         let places = corners.map(|corner| state.positions[corner as usize]);
         let middle =
             std::array::from_fn(|k| places.iter().map(|place| place[k]).sum::<f64>() / 3.0);
-        let goes_against = |stop: &Stop| {
-            let impulse = self.impulses.get(self.own + stop.body());
-            impulse.is_some_and(|impulse| self.world.goes_against(stop.body(), impulse))
-        };
-        self.world.stop_at(middle, duration).filter(goes_against)
+        let works = self.impulses[self.own..].iter().enumerate();
+        let works = works.map(|(body, impulse)| (self.world.work_against(body, impulse), body));
+        let (_, body) =
+            works.filter(|(work, _)| *work > 0.0).max_by(|(a, _), (b, _)| a.total_cmp(b))?;
+        self.world.stop_of(body, middle).map(|(stop, _)| stop)
     }
 
     /// Moves the bodies, and tells the cloth of their way.

@@ -97,8 +97,11 @@ fn a_ball_is_caught_by_a_cloth_that_is_held() {
         let audit = SceneAudit::new(simulation.model());
         let limit = simulation.model().elements().fabrics()[0].stretch_limit;
         let (mut lowest, mut stretch, mut upwards) = (f64::INFINITY, 1.0_f64, 0.0_f64);
+        // Nothing waits for a reaction while the ball flies.
+        assert_eq!(simulation.step().unwrap().substeps, 2, "{mass} kg");
+        let mut most = 0;
         while !simulation.is_finished() {
-            simulation.step().unwrap();
+            most = most.max(simulation.step().unwrap().substeps);
             assert_eq!(simulation.intersections(&audit).unwrap().pairs(), 0, "{mass} kg");
             let motion = simulation.rigid().unwrap().motions()[0];
             lowest = lowest.min(motion.pose.translation[2]);
@@ -106,8 +109,9 @@ fn a_ball_is_caught_by_a_cloth_that_is_held() {
             let fabric = simulation.audit().unwrap().fabric.unwrap();
             stretch = stretch.max(fabric.stretches[1]);
         }
+        assert_eq!(most, 17, "{mass} kg");
         assert!((-0.3..-0.1).contains(&lowest), "{mass} kg: down to {lowest} m");
-        assert!(stretch < 1.05 * limit, "{mass} kg: stretched to {stretch} of {limit}");
+        assert!(stretch < 1.15 * limit, "{mass} kg: stretched to {stretch} of {limit}");
         assert!(back.contains(&upwards), "{mass} kg: thrown back at {upwards} m/s");
     }
 }

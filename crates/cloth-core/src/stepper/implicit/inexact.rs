@@ -107,7 +107,9 @@ pub(super) fn newton<K: Kernels + ?Sized>(
             scale = scale.max(slope_start.min(FIRST_MAX * FIRST_MAX * scale));
         }
         let enough = correction * if iteration == 1 { FIRST_ALONE } else { 1.0 };
-        let is_small = slope_start <= enough * enough * scale;
+        // What contacts did is told by the forces of the last system, which those at the start of a substep are not yet.
+        let is_told = !keeps_impulses || end == NewtonStart::Iterate;
+        let is_small = slope_start <= enough * enough * scale && is_told;
         let mut step = 1.0;
         if iteration > 1 {
             kernels.iterate_keep()?;
@@ -120,15 +122,10 @@ pub(super) fn newton<K: Kernels + ?Sized>(
             kernels.position_from_kept(substep.length)?;
             let stopped = kernels.contact_certify_iterate(substep)?;
             let is_free = was_free && iteration == 1 && !kernels.triangles_touch();
-            let is_done = is_small || (stopped == 0 && is_free);
-            if is_done && !keeps_impulses {
+            if is_small || (stopped == 0 && is_free) {
                 return Ok(Some(end));
             }
-            // Colliders feel what contacts do at the end.
             controlled_system(kernels, substep, NewtonStart::Iterate)?;
-            if is_done {
-                return Ok(Some(NewtonStart::Iterate));
-            }
             end = NewtonStart::Iterate;
             now = residual(kernels)?;
             if !now.is_finite() {
