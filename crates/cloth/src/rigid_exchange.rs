@@ -94,8 +94,8 @@ impl RigidExchange {
         &self.world
     }
 
-    /// Advances bodies and cloth, in parts short enough that each feels the other in time. The state of the cloth is read
-    /// only if a pin moves that was not held before.
+    /// Advances bodies and cloth, where they are near each other in parts short enough that each feels the other in time. The state of the cloth is read
+    /// before and after each part where its triangles touch, and else only if a pin moves that was not held before.
     ///
     /// # Errors
     /// Those of the solver.
