@@ -178,8 +178,8 @@ impl RigidExchange {
         part: Frame,
         (Part { start, end, gauge }, stops): (&mut Part, &mut Vec<Stop>),
     ) -> Result<StepReport> {
-        // Contact of points lets cloth through instead.
         let bodies = self.world.motions();
+        // Contact of points lets cloth through instead.
         let pinches = solver.model().has_triangle_contact();
         let mut found = 0;
         loop {
