@@ -104,10 +104,7 @@ pub fn picture_style(scene: &CompiledScene) -> PictureStyle {
     }
     style.camera = Some(match &scene.view {
         Some(view) => camera(view),
-        None => {
-            let duration = f64::from(scene.frames) / scene.frames_per_second;
-            Camera::fit(&bounds(&scene.model, &style.shapes, duration), style.aspect())
-        }
+        None => Camera::fit(&bounds(scene, &style.shapes), style.aspect()),
     });
     style
 }
@@ -146,23 +143,34 @@ fn camera(view: &SceneView) -> Camera {
     }
 }
 
-/// Moments at which it is looked where colliders are.
+/// Moments at which it is looked where colliders and pins are.
 const MOMENTS: u32 = 16;
 /// How many times as large as the start all of their way may be to be seen whole.
 const WAY_MAX: f64 = 4.0;
 
 /// The start, below it room for the cloth to fall or swing down to the nearest thing that
-/// stops it, and the ways of colliders within `duration` \[s\] unless they lead far away.
-fn bounds(model: &Model, shapes: &PictureShapes, duration: f64) -> Bounds {
-    let start = bounds_start(model, &shapes.at(0.0));
+/// stops it, and the ways of colliders and pins unless they lead far away.
+fn bounds(scene: &CompiledScene, shapes: &PictureShapes) -> Bounds {
+    let start = bounds_start(&scene.model, &shapes.at(0.0));
+    let room = room_below(&Bounds::of(scene.model.positions()));
     let way = (1..=MOMENTS).fold(start, |bounds, moment| {
-        let shapes = shapes.at(duration * f64::from(moment) / f64::from(MOMENTS));
-        shapes.iter().fold(bounds, |bounds, shape| bounds.union(&shape.bounds()))
+        let frame = u64::from(scene.frames) * u64::from(moment) / u64::from(MOMENTS);
+        let shapes = shapes.at(frame as f64 / scene.frames_per_second);
+        let bounds = shapes.iter().fold(bounds, |bounds, shape| bounds.union(&shape.bounds()));
+        let pins = scene.timeline.moved_pins(frame);
+        pins.fold(bounds, |bounds, pin| {
+            bounds.union(&Bounds { min: [pin[0], pin[1], pin[2] - room], max: pin })
+        })
     });
     let size = |bounds: &Bounds| {
         (0..3).map(|axis| bounds.max[axis] - bounds.min[axis]).fold(0.0, f64::max)
     };
     if size(&way) <= WAY_MAX * size(&start) { way } else { start }
+}
+
+/// How far below a cloth it may hang.
+fn room_below(cloth: &Bounds) -> f64 {
+    0.5 * (0..2).map(|axis| cloth.max[axis] - cloth.min[axis]).fold(0.0, f64::max)
 }
 
 fn bounds_start(model: &Model, shapes: &[PictureShape]) -> Bounds {
@@ -172,8 +180,7 @@ fn bounds_start(model: &Model, shapes: &[PictureShape]) -> Bounds {
         PictureShape::Plane { normal, offset } if normal[2] > 0.5 => Some(offset / normal[2]),
         _ => None,
     });
-    let width = (0..2).map(|axis| cloth.max[axis] - cloth.min[axis]).fold(0.0, f64::max);
-    let lowest = floor.unwrap_or(cloth.min[2] - 0.5 * width).min(all.min[2]);
+    let lowest = floor.unwrap_or(cloth.min[2] - room_below(&cloth)).min(all.min[2]);
     Bounds { min: [all.min[0], all.min[1], lowest], ..all }
 }
 
@@ -330,5 +337,17 @@ mod tests {
                 > still.target[0] + 1.0
         );
         assert_eq!(camera("motion = [{ time = 1.0, translation = [400, 0, -2] }]"), still);
+        // So it has for pins that move.
+        let event = r#"
+            [[event]]
+            cloth = "patch"
+            pins = [0]
+            time = 0.5
+            action.move = { offset = [0, 3, 0], duration = 1 }
+        "#;
+        let pinned = MOVING.replace("material.preset", "pins = [0]\nmaterial.preset");
+        let scene = Scene::from_toml(&format!("{pinned}{event}"), "moving.toml").unwrap();
+        let camera = picture_style(&scene.compile(&CompileOptions::default()).unwrap()).camera;
+        assert!(camera.unwrap().target[1] > still.target[1] + 1.0);
     }
 }

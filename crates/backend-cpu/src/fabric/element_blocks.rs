@@ -21,6 +21,9 @@ type LaneBlock<T> = [[Lanes<T>; 3]; 3];
 /// Rows in one task.
 const ROWS: usize = 128;
 
+/// Places of particles in patches in one task.
+const ENTRIES: usize = 4096;
+
 /// Bits for the slot of a block in a row; those above are for the place of a patch.
 const PLACE_SHIFT: u32 = 28;
 
@@ -209,18 +212,18 @@ fn slots<const N: usize>(
     incidence: &Incidence,
     triangles: &[[u32; N]],
 ) -> Vec<[u32; N]> {
-    let mut slots = Vec::with_capacity(incidence.entries().len());
-    for i in 0..neighbours.len() {
+    let of_row = |i: usize| {
         let row = neighbours.row(i);
-        let slot = |j: u32| match (j as usize).cmp(&i) {
+        let slot = move |j: u32| match (j as usize).cmp(&i) {
             Ordering::Less => NONE,
             Ordering::Equal => 0,
             Ordering::Greater => (smaller(row, j as usize) - smaller(row, i)) as u32 + 1,
         };
         let triangles = incidence.row(i).iter().map(|&entry| triangles[entry as usize / N]);
-        slots.extend(triangles.map(|particles| particles.map(slot)));
-    }
-    slots
+        triangles.map(move |particles| particles.map(slot))
+    };
+    let rows = (0..neighbours.len()).into_par_iter().with_min_len(ROWS);
+    rows.flat_map_iter(of_row).collect()
 }
 
 /// The slots of patches that are there, each with its place. Places without any stiffness have none, and what comes again is with the first place.
@@ -229,8 +232,7 @@ fn patch_slots(
     incidence: &Incidence,
     elements: &FabricElements,
 ) -> (Vec<u32>, Vec<u32>) {
-    let (mut ends, mut all) = (vec![0], Vec::new());
-    for (slots, &entry) in slots.iter().zip(incidence.entries()) {
+    let of_entry = |slots: &[u32; PATCH], entry: u32, all: &mut Vec<u32>| {
         let (patch, own) = (entry as usize / PATCH, entry as usize % PATCH);
         let map = &elements.triangles()[patch].bending.map;
         let marked = bending::marked(&elements.patches()[patch]);
@@ -248,7 +250,23 @@ fn patch_slots(
             let places = (0..PATCH).filter(|&place| slots[place] != NONE && acts(place));
             all.extend(places.map(|place| (place as u32) << PLACE_SHIFT | slots[place]));
         }
-        ends.push(all.len() as u32);
+    };
+    let tasks = slots.par_chunks(ENTRIES).zip(incidence.entries().par_chunks(ENTRIES));
+    let parts: Vec<(Vec<u32>, Vec<u32>)> = tasks
+        .map(|(slots, entries)| {
+            let (mut ends, mut all) = (Vec::with_capacity(slots.len()), Vec::new());
+            for (slots, &entry) in slots.iter().zip(entries) {
+                of_entry(slots, entry, &mut all);
+                ends.push(all.len() as u32);
+            }
+            (ends, all)
+        })
+        .collect();
+    let (mut ends, mut all) = (vec![0], Vec::new());
+    for (part_ends, part) in parts {
+        let first = all.len() as u32;
+        ends.extend(part_ends.into_iter().map(|end| first + end));
+        all.extend(part);
     }
     (ends, all)
 }

@@ -1,11 +1,16 @@
 //! The triangles, edges and vertices of all cloths, and the pairs of them that may meet.
 
+use rayon::prelude::*;
+
 use crate::{
     Model, Real,
     model::{ClothRange, ContactRules, SelfContact},
 };
 
 use super::{BodyMotion, ContactBody, Split};
+
+/// Triangles in a task.
+const TASK: usize = 1024;
 
 /// Two features that may meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -109,11 +114,12 @@ impl ContactSurface {
         let nodes = bodies.last().map_or(own[0], |body| body.nodes.end) as usize;
         let sides = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]].map(sorted);
         let mut edges: Vec<_> = triangles.iter().flat_map(sides).collect();
-        edges.sort_unstable();
+        edges.par_sort_unstable();
         edges.dedup();
         // All of them are there.
         let number = |side: [u32; 2]| edges.binary_search(&side).unwrap_or_default() as u32;
-        let triangle_edges: Vec<_> = triangles.iter().map(|t| sides(t).map(number)).collect();
+        let all = triangles.par_iter().with_min_len(TASK);
+        let triangle_edges: Vec<_> = all.map(|t| sides(t).map(number)).collect();
         let mut has_vertex = vec![false; nodes];
         let mut has_edge = vec![false; edges.len()];
         let owned = triangles.iter().zip(&triangle_edges).map(|(corners, sides)| {

@@ -1,6 +1,7 @@
 //! The shape that a cloth has without forces, apart from where it starts.
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::{
     BendingRigidity, CurvatureStiffness, FabricError, HingeGeometry, RestWarning,
@@ -11,6 +12,9 @@ use super::{
     rest_warning,
 };
 use crate::{ModelError, NONE, PanelFabrics, TextureMap, TriangleMesh, WingedEdge, WingedEdges};
+
+/// Triangles in a task.
+const TASK: usize = 1024;
 
 /// What a cloth of triangles is at rest: pattern coordinates of each triangle, rest angles and stiffness of each hinge.
 ///
@@ -220,19 +224,19 @@ impl RestShape {
             let triangle = hinge.triangles[k] as usize;
             Side::new(triangles[triangle], corners[triangle], hinge.vertices[0], hinge.vertices[1])
         };
-        let mut shape = Self { triangles: Vec::with_capacity(triangles.len()), ..Self::default() };
-        let mut fits = Vec::with_capacity(triangles.len());
-        for (t, &vertices) in triangles.iter().enumerate() {
-            let state = membrane::rest_state(corners[t]).ok_or_else(|| {
-                FabricError::PatternDegenerate { cloth: cloth.into(), triangle: t }
-            })?;
+        let state = |(triangle, &own): (usize, &[[f64; 2]; 3])| {
+            membrane::rest_state(own)
+                .ok_or_else(|| FabricError::PatternDegenerate { cloth: cloth.into(), triangle })
+        };
+        let states: Vec<_> = corners.iter().enumerate().map(state).collect::<Result<_, _>>()?;
+        let rest = |(t, state): (usize, RestState<f64>)| {
+            let vertices = triangles[t];
             let own = edges.triangle_edges[t].map(|edge| hinge_of_edge[edge as usize]);
             let geometry = own.map(|h| {
                 let rest: &RestHinge = hinges.get(h as usize)?;
                 let own = usize::from(rest.triangles[1] == t as u32);
                 Some(side(rest, own).beside(&side(rest, 1 - own)))
             });
-            fits.push(Fit::new(plate(t), &geometry));
             let fold_weights = std::array::from_fn(|edge| {
                 let Some(geometry) = &geometry[edge] else { return [0.0; 4] };
                 let [start, end, own, beyond] = geometry.weights();
@@ -240,7 +244,7 @@ impl RestShape {
                 let runs_back = vertices[edge] > vertices[(edge + 1) % 3];
                 if runs_back { [end, start, own, beyond] } else { [start, end, own, beyond] }
             });
-            shape.triangles.push(RestTriangle {
+            let triangle = RestTriangle {
                 vertices,
                 state,
                 hinges: own,
@@ -248,22 +252,31 @@ impl RestShape {
                 folds: [NONE; FOLDS],
                 bending: CurvatureStiffness::default(),
                 fold_weights,
-            });
-        }
+            };
+            (triangle, Fit::new(plate(t), &geometry))
+        };
+        let all = states.into_par_iter().enumerate();
+        let mut shape = Self::default();
+        let mut fits = Vec::new();
+        all.with_min_len(TASK).map(rest).unzip_into_vecs(&mut shape.triangles, &mut fits);
         let limited = fits.iter().filter(|fit| fit.is_limited).count();
-        for t in 0..triangles.len() {
+        let patch = |t: usize| {
             let neighbours = [0, 1, 2].map(|edge| shape.beyond(&hinges, t, edge));
-            let (patch, folds) = shape.patch(&hinges, t, &neighbours);
             let sides = [0, 1, 2].map(|k| {
                 let side =
                     Side::new(triangles[t], corners[t], triangles[t][k], triangles[t][(k + 1) % 3]);
                 (side.normal.into(), side.length)
             });
             let beyond = neighbours.map(|n| n.map(|(other, edge)| (fits[other], edge)));
-            let triangle = &mut shape.triangles[t];
-            triangle.bending =
-                CurvatureStiffness::new(triangle.state.area, plate(t), &fits[t], &sides, &beyond);
-            (triangle.patch, triangle.folds) = (patch, folds);
+            let area = shape.triangles[t].state.area;
+            let bending = CurvatureStiffness::new(area, plate(t), &fits[t], &sides, &beyond);
+            (shape.patch(&hinges, t, &neighbours), bending)
+        };
+        let mut patches = Vec::new();
+        let all = (0..triangles.len()).into_par_iter().with_min_len(TASK);
+        all.map(patch).collect_into_vec(&mut patches);
+        for (triangle, ((patch, folds), bending)) in shape.triangles.iter_mut().zip(patches) {
+            (triangle.patch, triangle.folds, triangle.bending) = (patch, folds, bending);
             triangle.leave_idle();
         }
         for rest in &mut hinges {

@@ -1,5 +1,7 @@
 //! The triangles of the cloths that are made of fabric, in the composite model (NUMERICS §11, §12).
 
+use rayon::prelude::*;
+
 use crate::{
     Incidence, NONE, PanelFabrics,
     fabric::{
@@ -199,7 +201,7 @@ impl FabricElements {
             [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)])
         };
         self.edges.extend(shape.triangles.iter().flat_map(sides));
-        self.edges[start..].sort_unstable();
+        self.edges[start..].par_sort_unstable();
         self.edges.dedup();
     }
 }

@@ -1,11 +1,15 @@
 //! How far the triangles of fabric are stretched, and what that costs (NUMERICS §10).
 
-use super::{ClothRange, FabricTriangle, Model};
+use rayon::prelude::*;
+
+use super::{ClothRange, FabricElements, FabricFold, FabricTriangle, Model};
 use crate::fabric::{
-    Fabric,
-    bending::{self, BendingRest, PATCH},
+    FOLDS, Fabric, hinge,
     membrane::{self, Law, RestState},
 };
+
+/// Triangles or folds in a task. Sums are over these first, so that they do not depend on the threads.
+const TASK: usize = 4096;
 
 /// The triangles of fabric of a model as far as strain and stress need them, for whoever has positions alone.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -89,9 +93,7 @@ impl StrainGauge {
     #[must_use]
     pub fn new(model: &Model) -> Self {
         let elements = model.elements();
-        let law = |fabric: &Fabric| Law::new(fabric, "").ok();
-        // Fabrics of a model are valid.
-        let laws: Vec<_> = elements.fabrics().iter().filter_map(law).collect();
+        let laws = laws(elements);
         let mut own = elements.triangles().iter().peekable();
         let mut triangles = Vec::with_capacity(elements.triangles().len());
         for (number, particles) in model.triangles().iter().enumerate() {
@@ -128,21 +130,8 @@ impl StrainGauge {
         &'a self,
         positions: &'a [[f64; 3]],
     ) -> impl Iterator<Item = TriangleStrain> + 'a {
-        self.triangles.iter().map(move |own| {
-            let corners = own.particles.map(|particle| positions[particle as usize]);
-            let threads = membrane::deformation(corners, &own.rest);
-            let response = self.laws[own.fabric as usize].response(membrane::strain(threads));
-            TriangleStrain {
-                triangle: own.triangle,
-                particles: own.particles,
-                strain: response.strain,
-                stress: response.stress,
-                stretches: membrane::principal_stretches(response.strain),
-                threads,
-                energy: own.rest.area * response.energy,
-                area: own.rest.area,
-            }
-        })
+        let law = |own: &GaugeTriangle| &self.laws[own.fabric as usize];
+        self.triangles.iter().map(move |own| own.strain(law(own), positions))
     }
 
     /// The larger principal stretch less 1 at each particle, that of the triangles around it by their areas; 0 where there is no fabric.
@@ -157,6 +146,30 @@ impl StrainGauge {
             }
         }
         sums.into_iter().map(|[sum, area]| if area > 0.0 { sum / area } else { 0.0 }).collect()
+    }
+}
+
+/// The laws of the fabrics of a model, which are valid.
+fn laws(elements: &FabricElements) -> Vec<Law<f64>> {
+    let law = |fabric: &Fabric| Law::new(fabric, "").ok();
+    elements.fabrics().iter().filter_map(law).collect()
+}
+
+impl GaugeTriangle {
+    fn strain(&self, law: &Law<f64>, positions: &[[f64; 3]]) -> TriangleStrain {
+        let corners = self.particles.map(|particle| positions[particle as usize]);
+        let threads = membrane::deformation(corners, &self.rest);
+        let response = law.response(membrane::strain(threads));
+        TriangleStrain {
+            triangle: self.triangle,
+            particles: self.particles,
+            strain: response.strain,
+            stress: response.stress,
+            stretches: membrane::principal_stretches(response.strain),
+            threads,
+            energy: self.rest.area * response.energy,
+            area: self.rest.area,
+        }
     }
 }
 
@@ -178,47 +191,119 @@ pub struct FabricAudit {
 }
 
 impl FabricAudit {
+    /// That of no triangle.
+    const NONE: Self = Self {
+        energy_membrane: 0.0,
+        energy_bending: 0.0,
+        stretches: [f64::INFINITY, f64::NEG_INFINITY],
+        stretched_triangle: 0,
+        strains: [[f64::INFINITY, f64::NEG_INFINITY]; 3],
+        strain_means: [0.0; 3],
+    };
+
     /// Looks at `positions` \[m\], one for each particle of `model`; `None` if it has no fabric.
     #[must_use]
     pub fn new(model: &Model, positions: &[[f64; 3]]) -> Option<Self> {
-        let gauge = StrainGauge::new(model);
-        let mut audit = Self {
-            energy_membrane: 0.0,
-            energy_bending: bending_energy(model, positions),
-            stretches: [f64::INFINITY, f64::NEG_INFINITY],
-            stretched_triangle: 0,
-            strains: [[f64::INFINITY, f64::NEG_INFINITY]; 3],
-            strain_means: [0.0; 3],
-        };
-        let mut area = 0.0;
-        for triangle in gauge.measure(positions) {
-            audit.energy_membrane += triangle.energy;
-            let [larger, smaller] = triangle.stretches;
-            audit.stretches[0] = audit.stretches[0].min(smaller);
-            if larger > audit.stretches[1] {
-                (audit.stretches[1], audit.stretched_triangle) = (larger, triangle.triangle);
-            }
-            for k in 0..3 {
-                let strain = triangle.strain[k];
-                let [least, largest] = audit.strains[k];
-                audit.strains[k] = [least.min(strain), largest.max(strain)];
-                audit.strain_means[k] += triangle.area * strain.abs();
-            }
-            area += triangle.area;
-        }
+        let elements = model.elements();
+        let laws = laws(elements);
+        let tasks = elements.triangles().par_chunks(TASK).enumerate();
+        let parts: Vec<_> = tasks
+            .map(|(task, triangles)| {
+                let mut part = Part { audit: Self::NONE, area: 0.0 };
+                for (own, number) in triangles.iter().zip((TASK * task) as u32..) {
+                    let law = &laws[own.fabric as usize];
+                    let own = GaugeTriangle {
+                        triangle: number,
+                        particles: own.particles,
+                        fabric: own.fabric,
+                        rest: own.rest,
+                    };
+                    part.add(&own.strain(law, positions));
+                }
+                part
+            })
+            .collect();
+        let Part { mut audit, area } = parts.into_iter().reduce(Part::and)?;
+        audit.energy_bending = bending_energy(elements, positions);
         audit.strain_means = audit.strain_means.map(|sum| sum / area);
-        (!gauge.is_empty()).then_some(audit)
+        audit.stretched_triangle = model_triangle(model, audit.stretched_triangle as usize);
+        Some(audit)
     }
 }
 
-fn bending_energy(model: &Model, positions: &[[f64; 3]]) -> f64 {
-    let elements = model.elements();
-    let one = |(triangle, patch): (&FabricTriangle, &[u32; PATCH])| {
-        let rest =
-            BendingRest { angles: triangle.angles, stiffness: triangle.bending, damping: 0.0 };
-        bending::energy(patch.map(|particle| positions[particle as usize]), &rest)
+/// An audit of some of the triangles, with sums for means, and their area.
+struct Part {
+    audit: FabricAudit,
+    area: f64,
+}
+
+impl Part {
+    fn add(&mut self, triangle: &TriangleStrain) {
+        let Self { audit, area } = self;
+        audit.energy_membrane += triangle.energy;
+        let [larger, smaller] = triangle.stretches;
+        audit.stretches[0] = audit.stretches[0].min(smaller);
+        if larger > audit.stretches[1] {
+            (audit.stretches[1], audit.stretched_triangle) = (larger, triangle.triangle);
+        }
+        for k in 0..3 {
+            let strain = triangle.strain[k];
+            let [least, largest] = audit.strains[k];
+            audit.strains[k] = [least.min(strain), largest.max(strain)];
+            audit.strain_means[k] += triangle.area * strain.abs();
+        }
+        *area += triangle.area;
+    }
+
+    fn and(self, Self { audit: other, area }: Self) -> Self {
+        let Self { audit: mut all, area: before } = self;
+        all.energy_membrane += other.energy_membrane;
+        all.stretches[0] = all.stretches[0].min(other.stretches[0]);
+        if other.stretches[1] > all.stretches[1] {
+            all.stretches[1] = other.stretches[1];
+            all.stretched_triangle = other.stretched_triangle;
+        }
+        for k in 0..3 {
+            let ([least, largest], [low, high]) = (all.strains[k], other.strains[k]);
+            all.strains[k] = [least.min(low), largest.max(high)];
+            all.strain_means[k] += other.strain_means[k];
+        }
+        Self { audit: all, area: before + area }
+    }
+}
+
+/// The place among the triangles of a model of one of those of fabric, which come in the same order.
+fn model_triangle(model: &Model, element: usize) -> u32 {
+    let mut own = model.elements().triangles()[..=element].iter().peekable();
+    let mut last = 0;
+    for (number, particles) in model.triangles().iter().enumerate() {
+        if own.next_if(|own| own.particles == *particles).is_some() {
+            last = number as u32;
+        }
+        if own.peek().is_none() {
+            break;
+        }
+    }
+    last
+}
+
+/// The energy of all folds \[J\]. Each is in the patches of up to six triangles: its angle is found once.
+fn bending_energy(elements: &FabricElements, positions: &[[f64; 3]]) -> f64 {
+    let difference = |fold: &FabricFold| {
+        let angle = hinge::fold(fold.particles.map(|particle| positions[particle as usize])).angle;
+        hinge::difference_of_angles(angle, fold.angle)
     };
-    elements.triangles().iter().zip(elements.patches()).map(one).sum()
+    let mut differences = Vec::new();
+    let folds = elements.folds().par_iter().with_min_len(TASK);
+    folds.map(difference).collect_into_vec(&mut differences);
+    let one = |(triangle, folds): (&FabricTriangle, &[u32; FOLDS])| {
+        let difference = |fold: u32| differences.get(fold as usize).copied().unwrap_or_default();
+        triangle.bending.energy(folds.map(difference))
+    };
+    let all = elements.triangles().par_chunks(TASK).zip(elements.patch_folds().par_chunks(TASK));
+    let parts: Vec<f64> =
+        all.map(|(triangles, folds)| triangles.iter().zip(folds).map(one).sum::<f64>()).collect();
+    parts.into_iter().sum()
 }
 
 impl Model {

@@ -45,7 +45,7 @@ impl PinTrack {
     }
 
     /// Where the pin is at `time` \[s\].
-    fn position(&self, time: f64) -> [f64; 3] {
+    pub(super) fn position(&self, time: f64) -> [f64; 3] {
         self.moves.iter().fold(self.start, |position, step| {
             let fraction = ((time - step.time) / step.duration).clamp(0.0, 1.0);
             std::array::from_fn(|k| position[k] + fraction * step.offset[k])
