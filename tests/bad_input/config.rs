@@ -12,7 +12,8 @@ fn with_limit(limit: StrainLimit) -> SolverConfig {
 }
 
 fn adaptive(strain_max: f64, halvings_max: u32, grow_after: u32) -> SolverConfig {
-    let settings = AdaptiveSettings { strain_max, halvings_max, grow_after };
+    let settings =
+        AdaptiveSettings { strain_max, halvings_max, grow_after, needs_convergence: true };
     SolverConfig {
         time_step_control: TimeStepControl::Adaptive(settings),
         ..SolverConfig::default()

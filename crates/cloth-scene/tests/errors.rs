@@ -128,6 +128,11 @@ fn syntax_errors_have_a_line() {
     changed("columns = 5", "columns = \"five\"", "invalid type");
     changed("columns = 5", "columns = -5", "-5");
     changed("pins = [0, ", "pins = [0.5, ", "the index of a particle or the name of a set");
+    changed(
+        "shape.sphere.radius = ",
+        "shape = \"plane\" # ",
+        "`collider[0].shape`: `plane` has settings, in a table: write `shape.plane = { ... }`",
+    );
     changed("pins = [0, ", "pins = [-1, ", "the index of a particle or the name of a set");
     changed("spacing = 0.1", "spacing = 0.1\nstencil = 12\nstencil = 24", "duplicate key");
 }

@@ -219,9 +219,16 @@ fn a_first_scene_says_no_solver_and_no_time_step() {
 /// What a scene says is kept.
 #[test]
 fn a_time_step_that_is_given_is_kept() {
-    let given = drape_of("", "denim", 8, 0.02, "", "time_step = 1e-3", seconds());
-    assert_eq!((given.choice.solver, given.config.time_step), (SceneSolver::Explicit, 1e-3));
+    let given = drape_of("", "denim", 8, 0.02, "", "time_step = 1e-6", seconds());
+    assert_eq!((given.choice.solver, given.config.time_step), (SceneSolver::Explicit, 1e-6));
     assert_eq!(given.choice.reason, "");
+    // A step that explicit ones would diverge with is an implicit one, unless the scene says otherwise.
+    let long = drape_of("", "denim", 8, 0.02, "", "time_step = 1e-3", seconds());
+    assert_eq!((long.choice.solver, long.config.time_step), (SceneSolver::Implicit, 1e-3));
+    assert!(long.choice.reason.contains("would diverge"), "{}", long.choice.reason);
+    let explicit = "solver = 'explicit'\ntime_step = 1e-3";
+    let explicit = drape_of("", "denim", 8, 0.02, "", explicit, seconds());
+    assert_eq!((explicit.choice.solver, explicit.config.time_step), (SceneSolver::Explicit, 1e-3));
     let implicit = drape_of(
         "",
         "denim",
@@ -233,4 +240,24 @@ fn a_time_step_that_is_given_is_kept() {
     );
     assert_eq!((implicit.choice.solver, implicit.config.time_step), (SceneSolver::Implicit, 0.01));
     assert_eq!(implicit.choice.reason, "");
+}
+
+/// A ball goes through a sheet that hangs at 10 m/s, farther in a step than it is thick: steps are done again, shorter, unless the scene forbids it.
+#[test]
+fn a_body_that_comes_fast_gets_shorter_steps() {
+    let scene = |adaptive: &str| {
+        let text = format!(
+            "name = 'shot'\n[simulation]\nframes = 10\n{adaptive}\n[[cloth]]\nmaterial.preset = 'jersey'\n\
+             geometry.grid = {{ columns = 17, rows = 17, spacing = 0.05, centre = [0, 0, 1], \
+             column_axis = [1, 0, 0], row_axis = [0, 0, 1] }}\npins = ['top']\n[[collider]]\n\
+             shape.sphere.radius = 0.08\ntranslation = [0, -2, 1]\n\
+             motion = [{{ time = 0.4, translation = [0, 2, 1] }}]\n"
+        );
+        let scene = Scene::from_toml(&text, "shot.toml").unwrap();
+        scene.compile(&CompileOptions::default()).unwrap()
+    };
+    let strain = run(scene("")).unwrap();
+    assert!(strain < 0.7, "{strain}");
+    let error = run(scene("adaptive = { halvings = 0 }")).unwrap_err();
+    assert!(error.contains("diverged"), "{error}");
 }

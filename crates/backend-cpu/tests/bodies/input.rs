@@ -43,7 +43,8 @@ fn cloth_that_bodies_pinch_is_told_with_the_place() {
     let bodies =
         [body("anvil", block(), [0.0, 0.0, -0.025]), body("hammer", block(), [0.0, 0.0, 0.03])];
     let model = build(held(bodies));
-    let adaptive = AdaptiveSettings { halvings_max: 3, strain_max: 10.0, grow_after: 4 };
+    let adaptive =
+        AdaptiveSettings { halvings_max: 3, strain_max: 10.0, ..AdaptiveSettings::default() };
     // Shorter substeps are tried first, if they may be: no length is short enough here.
     for time_step_control in [TimeStepControl::Fixed, TimeStepControl::Adaptive(adaptive)] {
         let (integrator, time_step) = implicit();

@@ -219,8 +219,13 @@ fn a_check_counts_and_warns() {
     assert!(text.contains("pins         2\n"), "{text}");
     assert!(!text.contains("warning"), "{text}");
 
-    place.write("tiny.toml", TINY.replace("time_step = 1e-3", "time_step = 5e-2"));
+    let unstable = TINY.replace("time_step = 1e-3", "time_step = 5e-2");
+    place.write("tiny.toml", &unstable);
     let text = place.succeeds(&["check", "tiny.toml"]);
+    let chosen =
+        "chosen       implicit, in steps of 5.000e-2 s as given: explicit ones would diverge";
+    assert!(text.contains(chosen), "{text}");
+    let text = place.succeeds(&["check", "tiny.toml", "--solver", "explicit"]);
     assert!(text.contains("warning: the time step is ") && text.contains("will diverge"), "{text}");
     let loose = TINY[..TINY.find("[[collider]]").unwrap()].replace("pins = ", "# pins = ");
     place.write("tiny.toml", loose);
@@ -293,7 +298,10 @@ fn options_without_use_are_refused_in_a_sentence() {
 
 #[test]
 fn a_check_knows_each_solver() {
-    let place = Place::with("tiny.toml", TINY.replace("time_step = 1e-3", "time_step = 5e-2"));
+    let place = Place::with(
+        "tiny.toml",
+        TINY.replace("time_step = 1e-3", "solver = 'explicit'\ntime_step = 5e-2"),
+    );
     let check = |more: &[&str]| place.succeeds(&[&["check", "tiny.toml"], more].concat());
     let text = check(&["--solver", "implicit"]);
     assert!(!text.contains("warning"), "the step of another solver: {text}");

@@ -251,7 +251,7 @@ fn a_run_with_bodies_keeps_where_they_were() {
 
 #[test]
 fn a_diverging_run_ends_with_4_and_keeps_its_frames() {
-    let unstable = TINY.replace("time_step = 1e-3", "time_step = 1.6e-2");
+    let unstable = TINY.replace("time_step = 1e-3", "solver = 'explicit'\ntime_step = 1.6e-2");
     let place = Place::with("tiny.toml", unstable);
     let run = ["run", "tiny.toml", "--out", "o", "--frames", "500", "--format", "obj,npz"];
     let message = place.fails(4, &run);
@@ -417,7 +417,10 @@ fn a_run_that_diverges_leaves_the_earlier_one_alone() {
     let place = Place::with("tiny.toml", TINY);
     place.succeeds(&["run", "tiny.toml", "--format", "obj"]);
     let frames = place.read("out/tiny/frames.bin");
-    place.write("tiny.toml", TINY.replace("time_step = 1e-3", "time_step = 1.6e-2"));
+    place.write(
+        "tiny.toml",
+        TINY.replace("time_step = 1e-3", "solver = 'explicit'\ntime_step = 1.6e-2"),
+    );
     place.fails(4, &["run", "tiny.toml", "--format", "obj", "--frames", "500"]);
     assert!(place.read("out/tiny/frames.bin") == frames);
     assert!(place.path("out/tiny/obj/tiny_000003.obj").exists());

@@ -17,8 +17,8 @@ pub enum TimeStepControl {
 
 /// Settings of the adaptive time step.
 ///
-/// A substep fails if its linear solve breaks down or misses its tolerance, if that is not zero, if a
-/// number is not finite, or if a spring ends longer than allowed. It is then taken back, and the rest
+/// A substep fails if its linear solve breaks down or, where that counts, misses its tolerance, if that is not zero, if a
+/// number is not finite, if bodies pinch cloth, or if a spring ends longer than allowed. It is then taken back, and the rest
 /// of the frame goes on with half the length. After some good ones in a row the length doubles again,
 /// up to that of the settings. The length at present is part of the state.
 ///
@@ -33,11 +33,13 @@ pub struct AdaptiveSettings {
     pub halvings_max: u32,
     /// Good substeps in a row after which the length doubles.
     pub grow_after: u32,
+    /// Whether a linear solve that misses its tolerance is a failure.
+    pub needs_convergence: bool,
 }
 
 impl Default for AdaptiveSettings {
     fn default() -> Self {
-        Self { strain_max: 0.5, halvings_max: 8, grow_after: 4 }
+        Self { strain_max: 0.5, halvings_max: 8, grow_after: 4, needs_convergence: true }
     }
 }
 

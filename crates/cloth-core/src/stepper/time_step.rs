@@ -203,7 +203,11 @@ impl AdaptiveFrame<'_> {
             integrate::substep(kernels, substep, &self.integrator, &mut attempt)
         });
         let done = match done {
-            Err(error @ (Error::Pinched { .. } | Error::PinchedByBody { .. })) => {
+            Err(
+                error @ (Error::Pinched { .. }
+                | Error::PinchedByBody { .. }
+                | Error::BodyJumps { .. }),
+            ) => {
                 let failure = SubstepFailure { reason: TimeStepReason::Pinched, usable: false };
                 return Ok((attempt, Some(failure), Some(error)));
             }
@@ -233,7 +237,8 @@ impl AdaptiveFrame<'_> {
         }
         // Without a tolerance a number of iterations is asked for, not a residual.
         let tolerance = self.integrator.linear().map_or(0.0, |linear| linear.tolerance);
-        let reason = if tolerance > 0.0 && attempt.solves_unconverged > 0 {
+        let is_unconverged = tolerance > 0.0 && attempt.solves_unconverged > 0;
+        let reason = if self.settings.needs_convergence && is_unconverged {
             TimeStepReason::LinearSolver { residual: attempt.residual }
         } else if measures.strain_max > self.settings.strain_max {
             TimeStepReason::Strain { strain: measures.strain_max }
@@ -267,8 +272,12 @@ fn take_back<K: Kernels>(kernels: &mut K, reason: TimeStepReason) -> Result<()> 
 mod tests {
     use super::*;
 
-    const SETTINGS: AdaptiveSettings =
-        AdaptiveSettings { strain_max: 0.5, halvings_max: 3, grow_after: 2 };
+    const SETTINGS: AdaptiveSettings = AdaptiveSettings {
+        strain_max: 0.5,
+        halvings_max: 3,
+        grow_after: 2,
+        needs_convergence: true,
+    };
 
     fn time_step() -> TimeStep {
         TimeStep::new(&SolverConfig {

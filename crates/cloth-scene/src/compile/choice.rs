@@ -46,6 +46,16 @@ impl SolverChoice {
     pub(super) fn new(scene: &Scene, model: &Model) -> Self {
         let simulation = &scene.simulation;
         let frame = simulation.frames_per_second.recip();
+        if let (None, Some(time_step)) = (simulation.solver, simulation.time_step) {
+            let stable = model.stable_time_step_at_rest();
+            if time_step > stable {
+                let reason = format!(
+                    "implicit, in steps of {time_step:.3e} s as given: explicit ones would diverge beyond {stable:.3e} s"
+                );
+                let solver = SceneSolver::Implicit;
+                return Self { solver, time_step, reason, is_chosen_step: false };
+            }
+        }
         match simulation.solver_given() {
             Some(solver) => match simulation.time_step_given(solver) {
                 Some(time_step) => {

@@ -256,7 +256,7 @@ impl Scene {
             _ => {}
         }
         let choice = SolverChoice::new(self, simulated);
-        let config = settings::solver_config(self, &choice)?;
+        let config = settings::solver_config(self, &choice, Some(simulated))?;
         if matches!(config.integrator, Integrator::Midpoint(_)) && !model.colliders().is_empty() {
             warnings.push(
                 "the midpoint integrator is for cloth that flies: colliders act after its step, and cloth that hits one is stretched; \

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use cloth_core::{
-    Air, ContactResponse, ContactRule, Field, FieldAxes, FieldError, FieldProgram, Gust,
+    Air, ContactResponse, ContactRule, Field, FieldAxes, FieldError, FieldProgram, Gust, Model,
     ModelBuilder, Pinch, Precision, SelfContact, SolverConfig, SpringClass, StrainLimit,
 };
 
@@ -31,13 +31,14 @@ pub(super) fn simulation_check(scene: &Scene, check: &Check<'_>) -> Result<(), S
         reason: String::new(),
         is_chosen_step: false,
     };
-    solver_config(scene, &choice).map(|_| ())
+    solver_config(scene, &choice, None).map(|_| ())
 }
 
 /// The settings of the solver that was chosen.
 pub(super) fn solver_config(
     scene: &Scene,
     choice: &SolverChoice,
+    model: Option<&Model>,
 ) -> Result<SolverConfig, SceneError> {
     let simulation = &scene.simulation;
     let strain_limit = simulation.strain_limit.as_ref().map(|limit| StrainLimit {
@@ -48,7 +49,7 @@ pub(super) fn solver_config(
     let config = SolverConfig {
         precision: precision(scene),
         time_step: choice.time_step,
-        time_step_control: solver::time_step_control(scene),
+        time_step_control: solver::time_step_control(scene, choice.solver, model),
         integrator: solver::integrator(scene, choice.solver),
         strain_limit,
         strain_bound: simulation.strain_bound,

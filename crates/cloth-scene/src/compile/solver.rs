@@ -1,7 +1,7 @@
 //! The settings of the solver in use, and checks of those of all others.
 
 use cloth_core::{
-    AdaptiveSettings, ImplicitSettings, Integrator, LinearSettings, MidpointSettings,
+    AdaptiveSettings, ImplicitSettings, Integrator, LinearSettings, MidpointSettings, Model,
     NewtonSettings, SemiImplicitSettings, TimeStepControl,
 };
 
@@ -133,16 +133,45 @@ const fn implicit(scene: &SceneImplicit) -> ImplicitSettings {
     }
 }
 
-/// Whether the time step may change.
-pub(super) fn time_step_control(scene: &Scene) -> TimeStepControl {
-    match scene.simulation.adaptive {
-        None => TimeStepControl::Fixed,
-        Some(SceneAdaptive { strain_max, halvings, grow_after }) => {
-            TimeStepControl::Adaptive(AdaptiveSettings {
-                strain_max,
-                halvings_max: halvings,
-                grow_after,
-            })
-        }
+/// Halvings of an implicit step in contact of triangles where a scene does not say it.
+const HALVINGS: u32 = 6;
+
+/// Such a step fails where fabric ends this many times as far beyond its length at rest as its limit is, as it then has gone wrong ...
+const BEYOND_LIMIT: f64 = 2.0;
+/// ... and at least this far.
+const STRAIN_LEAST: f64 = 0.5;
+
+/// Whether the time step may change. Implicit steps in contact of triangles are done again, shorter, where a run would end or what it makes of cloth
+/// is none: bodies that come fast pinch it, or drive it far beyond its limit. Rigid bodies are stopped instead.
+pub(super) fn time_step_control(
+    scene: &Scene,
+    solver: SceneSolver,
+    model: Option<&Model>,
+) -> TimeStepControl {
+    if let Some(SceneAdaptive { strain_max, halvings, grow_after }) = scene.simulation.adaptive {
+        return TimeStepControl::Adaptive(AdaptiveSettings {
+            strain_max,
+            halvings_max: halvings,
+            grow_after,
+            ..AdaptiveSettings::default()
+        });
     }
+    let touches = |model: &&Model| model.has_triangle_contact() && !model.collider_impulses();
+    let Some(model) = model.filter(|_| solver == SceneSolver::Implicit).filter(touches) else {
+        return TimeStepControl::Fixed;
+    };
+    let bound = scene.simulation.strain_bound;
+    let is_of_fabric = model.cloths().iter().all(|cloth| model.is_of_fabric(cloth));
+    let limits = model.elements().fabrics().iter().map(|fabric| fabric.stretch_limit);
+    let strain_max = if is_of_fabric {
+        (BEYOND_LIMIT * (limits.fold(1.0, f64::max) - 1.0)).max(STRAIN_LEAST).min(bound)
+    } else {
+        bound
+    };
+    TimeStepControl::Adaptive(AdaptiveSettings {
+        strain_max,
+        halvings_max: HALVINGS,
+        needs_convergence: false,
+        ..AdaptiveSettings::default()
+    })
 }

@@ -137,12 +137,23 @@ fn parse_error(
             // One sentence: parsers put what they expected on a second line.
             let problem = error.message().trim_end().replace('\n', ", ");
             let problem = match key {
-                Some(key) => format!("`{key}`: {problem}"),
+                Some(key) => {
+                    let table = word_for_table(error, &key, lines);
+                    format!("`{key}`: {}", table.unwrap_or(problem))
+                }
                 None => problem,
             };
             SceneError::Syntax { place, problem }
         }
     }
+}
+
+/// What to write where a choice stands as a word but has settings, `shape = "plane"`: serde speaks of variants there.
+fn word_for_table(error: &toml::de::Error, key: &str, lines: &Lines<'_>) -> Option<String> {
+    let is_word = error.message().starts_with("invalid type: unit variant, expected ");
+    let word = lines.text().get(error.span()?).filter(|_| is_word)?.trim_matches(['"', '\'']);
+    let name = key.rsplit('.').next()?;
+    Some(format!("`{word}` has settings, in a table: write `{name}.{word} = {{ ... }}`"))
 }
 
 /// Takes serde's message for an unknown key or variant apart: kind of word, the word, and what is

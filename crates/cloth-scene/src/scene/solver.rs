@@ -182,7 +182,8 @@ pub struct SceneAdaptive {
 
 impl Default for SceneAdaptive {
     fn default() -> Self {
-        let AdaptiveSettings { strain_max, halvings_max, grow_after } = AdaptiveSettings::default();
+        let AdaptiveSettings { strain_max, halvings_max, grow_after, .. } =
+            AdaptiveSettings::default();
         Self { strain_max, halvings: halvings_max, grow_after }
     }
 }
