@@ -59,8 +59,10 @@ pub struct SolverReport {
     pub energy_error: Option<f64>,
     /// Solves that went on with the diagonal, because rounding had made the preconditioner or the matrix indefinite.
     pub solves_restarted: u32,
-    /// Preconditioner of conjugate gradients.
+    /// Preconditioner of the last conjugate gradients.
     pub preconditioner: Option<Preconditioner>,
+    /// Iterations of the first solve of the frame.
+    pub first_iterations: Option<u32>,
     /// Newton iterations, all substeps together.
     pub newton_iterations: u32,
     /// Largest residual of the nonlinear system, relative to that of the first Newton iteration; 0
@@ -85,6 +87,7 @@ impl SolverReport {
     /// Adds a linear solve.
     pub(crate) fn add(&mut self, outcome: &LinearOutcome) {
         self.solves += 1;
+        self.first_iterations.get_or_insert(outcome.iterations);
         self.solves_unconverged += u32::from(!outcome.converged);
         self.iterations += u64::from(outcome.iterations);
         self.residual = self.residual.max(outcome.residual);
@@ -99,6 +102,8 @@ impl SolverReport {
         self.newton_iterations += attempt.newton_iterations;
         self.factorisations += attempt.factorisations;
         self.solves_restarted += attempt.solves_restarted;
+        self.first_iterations = self.first_iterations.or(attempt.first_iterations);
+        self.preconditioner = attempt.preconditioner.or(self.preconditioner);
         if stands {
             self.solves_unconverged += attempt.solves_unconverged;
             self.residual = self.residual.max(attempt.residual);

@@ -9,7 +9,7 @@ use cloth_core::{
     },
 };
 
-use super::{CpuKernels, SCHWARZ_MIN};
+use super::CpuKernels;
 use crate::{
     implicit::{ImplicitSystem, Surroundings},
     integrate_implicit,
@@ -233,7 +233,7 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
         self.implicit_stage("preconditioner_build", 0.0, |kernels, system, _| {
             let model = (&*kernels.model, &kernels.springs);
             let particles = (&kernels.masses, &kernels.present.position);
-            let preconditioner = preconditioner.resolved(&kernels.model, Some(SCHWARZ_MIN));
+            let preconditioner = preconditioner.after(None);
             system.preconditioner_build(model, particles, preconditioner, kernels.arch);
         });
         Ok(())

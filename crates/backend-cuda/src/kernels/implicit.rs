@@ -10,7 +10,7 @@ use cloth_core::{
 };
 
 use super::{
-    CudaKernels, SCHWARZ_MIN,
+    CudaKernels,
     linear::{check_matrix, check_preconditioner, unsupported},
     matrix_copy::symmetric,
 };
@@ -199,7 +199,7 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
     }
 
     fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
-        let preconditioner = preconditioner.resolved(&self.model, Some(SCHWARZ_MIN));
+        let preconditioner = preconditioner.after(None);
         let blocks = check_preconditioner(preconditioner)?;
         if preconditioner == Preconditioner::Schwarz {
             return self.schwarz_build();

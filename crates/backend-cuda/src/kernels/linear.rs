@@ -133,7 +133,8 @@ pub(super) fn check_matrix(form: MatrixForm) -> Result<()> {
 pub(super) fn check_preconditioner(preconditioner: Preconditioner) -> Result<bool> {
     match preconditioner {
         Preconditioner::Diagonal => Ok(false),
-        Preconditioner::Block | Preconditioner::Schwarz => Ok(true),
+        // Auto is one of both in each solve.
+        Preconditioner::Block | Preconditioner::Schwarz | Preconditioner::Auto => Ok(true),
         other => unsupported(format!("the preconditioner {other}")),
     }
 }

@@ -110,6 +110,8 @@ impl<'a> ReportLine<'a> {
             factorisations,
             constrained,
             released,
+            // The preconditioner is told, which follows from it.
+            first_iterations: _,
             substeps_failed,
             time_step_changes,
         } = &report.solver;

@@ -71,14 +71,32 @@ pub enum LinearStop {
     Energy,
 }
 
+/// `Block` may take this many iterations before `Schwarz`, one of which takes three times as long, is faster.
+const BLOCK_ITERATIONS: u32 = 250;
+
 impl Preconditioner {
-    /// What `Auto` stands for in a model, on a backend on which `Schwarz` was measured to win for fabric of `schwarz_min` particles
-    /// and more, if it has it and does (INTEGRATORS.md has the measurements); the others stand for themselves.
+    /// What is left of `Auto` in a model: `Block`, but where a piece of fabric has `schwarz_min` particles or more, on a backend on which `Schwarz` was
+    /// measured to win from there on where it does (INTEGRATORS.md has the measurements), what [`Self::after`] says. The others stand for themselves.
     #[must_use]
     pub fn resolved(self, model: &Model, schwarz_min: Option<usize>) -> Self {
-        let wins = |least| model.has_fabric() && model.particle_count() >= least;
+        let may_win = |least| {
+            model.has_fabric() && model.particle_count() >= least && model.largest_piece() >= least
+        };
         match self {
-            Self::Auto if schwarz_min.is_some_and(wins) => Self::Schwarz,
+            Self::Auto if schwarz_min.is_some_and(may_win) => Self::Auto,
+            Self::Auto => Self::Block,
+            given => given,
+        }
+    }
+
+    /// What `Auto` stands for in a frame whose first solve, if it is done, took so many iterations: `Block`, and `Schwarz` where that took too many. How
+    /// many it takes follows from stiffness and step more than from the number of particles, and in contact `Schwarz` may take as many.
+    #[must_use]
+    pub fn after(self, first_iterations: Option<u32>) -> Self {
+        match self {
+            Self::Auto if first_iterations.is_some_and(|count| count > BLOCK_ITERATIONS) => {
+                Self::Schwarz
+            }
             Self::Auto => Self::Block,
             given => given,
         }
@@ -88,8 +106,10 @@ impl Preconditioner {
     #[must_use]
     pub fn auto_reason(self, model: &Model) -> &'static str {
         match self {
-            Self::Schwarz => "this much fabric is faster with it",
-            _ if model.has_fabric() => "others were slower on this backend for so many particles",
+            Self::Schwarz => "a piece of so much fabric is faster with it",
+            _ if model.has_fabric() => {
+                "others were slower on this backend for pieces of so many particles"
+            }
             _ => "iterations of others are too dear for springs",
         }
     }
@@ -147,3 +167,26 @@ names!(LinearStop, "measure of the linear solver",
 names!(MatrixForm, "matrix form",
     MatrixForm::MatrixFree => "matrix-free",
     MatrixForm::Assembled => "assembled");
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Cloth, GridPatch, MaterialPreset, ModelBuilder, example::sheet};
+
+    #[test]
+    fn auto_asks_how_many_iterations_block_takes_where_a_piece_is_large() {
+        use Preconditioner::{Auto, Block, Schwarz};
+        let fabric = sheet(6, 1.1);
+        let count = fabric.particle_count();
+        assert_eq!(fabric.largest_piece(), count);
+        assert_eq!(Auto.resolved(&fabric, None), Block);
+        assert_eq!(Auto.resolved(&fabric, Some(count + 1)), Block);
+        assert_eq!(Auto.resolved(&fabric, Some(count)), Auto);
+        assert_eq!(Schwarz.resolved(&fabric, None), Schwarz);
+        let cloth = Cloth::grid("springs", GridPatch::new([9, 9], 0.02), &MaterialPreset::DENIM);
+        let springs = ModelBuilder::new().cloth(cloth).build().unwrap();
+        assert_eq!(Auto.resolved(&springs, Some(1)), Block);
+        assert_eq!([None, Some(250), Some(251)].map(|n| Auto.after(n)), [Block, Block, Schwarz]);
+        assert_eq!(Block.after(Some(1000)), Block);
+    }
+}

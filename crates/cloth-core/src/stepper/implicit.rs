@@ -1,8 +1,8 @@
 //! Backward Euler (NUMERICS §5).
 
 use crate::{
-    ImplicitSettings, Kernels, LinearOutcome, LinearStart, LinearVector, NewtonSettings,
-    NewtonStart, Result, SolverReport,
+    ImplicitSettings, Kernels, LinearMethod, LinearOutcome, LinearSettings, LinearStart,
+    LinearVector, NewtonSettings, NewtonStart, Result, SolverReport,
 };
 
 mod inexact;
@@ -123,6 +123,14 @@ pub fn system<K: Kernels + ?Sized>(
     kernels.implicit_assemble(substep, start)
 }
 
+/// The settings of the next solve: `Auto` as the first one of the frame tells, which is noted.
+pub(super) fn chosen(settings: &LinearSettings, report: &mut SolverReport) -> LinearSettings {
+    let preconditioner = settings.preconditioner.after(report.first_iterations);
+    let is_used = settings.method == LinearMethod::ConjugateGradient;
+    report.preconditioner = is_used.then_some(preconditioner);
+    LinearSettings { preconditioner, ..*settings }
+}
+
 /// Solves the system, again as long as contacts are released. Returns whether it could. `is_final` says
 /// that no other system of the substep comes after it.
 fn solve<K: Kernels + ?Sized>(
@@ -137,8 +145,9 @@ fn solve<K: Kernels + ?Sized>(
     let solver = settings.linear.method.solver::<K>();
     report.newton_iterations += 1;
     for pass in 0..settings.constraint_passes {
-        solver.prepare(kernels, &settings.linear)?;
-        let outcome: LinearOutcome = solver.solve(kernels, &settings.linear, start)?;
+        let linear = chosen(&settings.linear, report);
+        solver.prepare(kernels, &linear)?;
+        let outcome: LinearOutcome = solver.solve(kernels, &linear, start)?;
         report.add(&outcome);
         if outcome.breakdown {
             return Ok(false);

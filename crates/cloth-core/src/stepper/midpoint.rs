@@ -28,8 +28,9 @@ pub fn substep<K: Kernels + ?Sized>(
     implicit::system(kernels, &part, NewtonStart::Iterate)?;
     let solver = settings.linear.method.solver::<K>();
     report.newton_iterations += 1;
-    solver.prepare(kernels, &settings.linear)?;
-    let outcome = solver.solve(kernels, &settings.linear, LinearStart::Constraints)?;
+    let linear = implicit::chosen(&settings.linear, report);
+    solver.prepare(kernels, &linear)?;
+    let outcome = solver.solve(kernels, &linear, LinearStart::Constraints)?;
     report.add(&outcome);
     if outcome.breakdown {
         kernels.state_restore()?;

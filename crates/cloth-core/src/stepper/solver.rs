@@ -293,7 +293,8 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
                 solver: SolverReport {
                     constrained,
                     released,
-                    preconditioner: self.kernels.config().preconditioner(),
+                    preconditioner: (self.solver_report.preconditioner)
+                        .or_else(|| Some(self.kernels.config().preconditioner()?.after(None))),
                     ..std::mem::take(&mut self.solver_report)
                 },
                 contacts,

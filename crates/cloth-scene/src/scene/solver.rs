@@ -66,8 +66,8 @@ pub struct SceneImplicit {
     #[cfg_attr(test, schemars(schema_with = "named::schema::<LinearMethod>"))]
     pub linear: LinearMethod,
     /// Preconditioner of `cg`: `diagonal`, `block`, `incomplete-cholesky`, `schwarz`, whose iterations hardly grow with the number
-    /// of particles, or `auto` (the default), which takes `schwarz` where that was measured to be faster, for large cloths of fabric
-    /// on the CPU and on CUDA, else `block`.
+    /// of particles, or `auto` (the default): `block`, and for large pieces of fabric on the CPU and on CUDA `schwarz` in frames in which that
+    /// takes hundreds of iterations.
     #[serde(with = "named")]
     #[cfg_attr(test, schemars(schema_with = "named::schema::<Preconditioner>"))]
     pub preconditioner: Preconditioner,

@@ -94,7 +94,7 @@ impl Stages {
     }
 
     pub(crate) fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
-        let preconditioner = preconditioner.resolved(&self.model, None);
+        let preconditioner = preconditioner.after(None);
         preconditioner_check(preconditioner)?;
         self.semi_implicit.length = None;
         self.preconditioner = preconditioner;

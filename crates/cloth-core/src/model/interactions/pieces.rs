@@ -7,18 +7,37 @@ impl Model {
     /// their first particles.
     #[must_use]
     pub fn connected_pieces(&self) -> Vec<Vec<u32>> {
-        let mut parent: Vec<u32> = (0..self.particle_count() as u32).collect();
-        self.interactions().in_matrix().for_each_pair(|a, b| {
-            let [a, b] = [a, b].map(|particle| root(&mut parent, particle));
-            // The smaller one, for the order of the pieces.
-            parent[a.max(b) as usize] = a.min(b);
-        });
+        let mut parent = self.pieces();
         let mut members = vec![Vec::new(); parent.len()];
         for particle in 0..parent.len() as u32 {
             members[root(&mut parent, particle) as usize].push(particle);
         }
         members.retain(|piece| piece.len() > 1);
         members
+    }
+
+    /// How many particles the largest piece has.
+    #[must_use]
+    pub fn largest_piece(&self) -> usize {
+        let mut parent = self.pieces();
+        let mut sizes = vec![0; parent.len()];
+        for particle in 0..parent.len() as u32 {
+            sizes[root(&mut parent, particle) as usize] += 1;
+        }
+        sizes.into_iter().max().unwrap_or_default()
+    }
+
+    /// For each particle one before it in its piece, or itself: the first one.
+    fn pieces(&self) -> Vec<u32> {
+        let mut parent: Vec<u32> = (0..self.particle_count() as u32).collect();
+        self.interactions().in_matrix().for_each(|particles| {
+            for pair in particles.windows(2) {
+                let [a, b] = [pair[0], pair[1]].map(|particle| root(&mut parent, particle));
+                // The smaller one, for the order of the pieces.
+                parent[a.max(b) as usize] = a.min(b);
+            }
+        });
+        parent
     }
 }
 
