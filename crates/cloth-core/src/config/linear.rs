@@ -106,9 +106,9 @@ impl Preconditioner {
     #[must_use]
     pub fn auto_reason(self, model: &Model) -> &'static str {
         match self {
-            Self::Schwarz => "a piece of so much fabric is faster with it",
+            Self::Schwarz => "block takes hundreds of iterations in so large a piece of fabric",
             _ if model.has_fabric() => {
-                "others were slower on this backend for pieces of so many particles"
+                "schwarz is slower for so few particles or iterations, and on wgpu"
             }
             _ => "iterations of others are too dear for springs",
         }
