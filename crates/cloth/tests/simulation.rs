@@ -7,7 +7,7 @@ use std::sync::Arc;
 use cloth::{
     ColliderImpulse, Control, Error, Frame, Model, PinAction, PinControl, Pose, Simulation, Solver,
     State, StepReport, backend_create,
-    scene::{CompileOptions, CompiledScene, Scene},
+    scene::{CompileOptions, CompiledScene, Scene, SceneSolver},
 };
 
 const SCENE: &str = r#"
@@ -28,6 +28,7 @@ action = "release"
 fn scene(time_step: f64) -> CompiledScene {
     let mut scene = Scene::from_toml(SCENE, "step.toml").unwrap();
     scene.simulation.time_step = Some(time_step);
+    scene.simulation.solver = Some(SceneSolver::Explicit);
     scene.compile(&CompileOptions::default()).unwrap()
 }
 
