@@ -75,8 +75,9 @@ pub enum LinearStop {
 const BLOCK_ITERATIONS: u32 = 250;
 
 impl Preconditioner {
-    /// What is left of `Auto` in a model: `Block`, but where a piece of fabric has `schwarz_min` particles or more, on a backend on which `Schwarz` was
-    /// measured to win from there on where it does (INTEGRATORS.md has the measurements), what [`Self::after`] says. The others stand for themselves.
+    /// What is left of `Auto` in a model before anything is solved: `Auto`, for [`Self::after`] to decide in each frame, where a piece of fabric has
+    /// `schwarz_min` particles or more, and else `Block`. `schwarz_min` is where `Schwarz` may win on a backend, if it has it (INTEGRATORS.md has the
+    /// measurements). The others stand for themselves.
     #[must_use]
     pub fn resolved(self, model: &Model, schwarz_min: Option<usize>) -> Self {
         let may_win = |least| {

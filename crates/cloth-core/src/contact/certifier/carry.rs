@@ -231,15 +231,15 @@ mod tests {
             [0.075_114, 0.2, -0.290_444_28],
             [0.086_159_52, 0.2, -0.213_252_29],
         ];
-        let mut end = start.map(|place| plus(place, 1.0, Drum.way(0, place)));
-        end[0] = start[0];
+        let end = start.map(|place| plus(place, 1.0, Drum.way(0, place)));
         let mut certifier = Certifier::<f32>::with_nodes(1, 4);
-        certifier.is_new = false;
-        let ways = super::super::CertifiedWays { start: &start, end: &mut end, first: None };
-        certifier.certify_with(&mut Drum, ways, |node| node > 0, &Drum).unwrap();
-        let way = Drum.way(0, start[0]);
-        for axis in 0..3 {
-            assert!((end[0][axis] - start[0][axis] - way[axis]).abs() < 1e-3, "{end:?}");
+        // All of the way at once: only what goes along with a rigid body is proven so.
+        let (is_held, whole) = (|node: u32| node > 0, (2e-5, 1.0));
+        certifier
+            .carry_part(&mut Drum, (&start, |node| end[node]), whole, (&is_held, &Drum))
+            .unwrap();
+        for (carried, end) in certifier.carried[0].iter().zip(end[0]) {
+            assert!((carried - end).abs() < 1e-6, "{:?}", certifier.carried);
         }
     }
 }
