@@ -42,7 +42,6 @@ mod sparse_cholesky;
 mod spring_forces;
 mod springs;
 mod strain_limit;
-mod team;
 mod triangle_contact;
 mod triangles;
 mod vector;
@@ -55,10 +54,8 @@ pub mod how_it_works {
 
 use std::{num::NonZeroUsize, sync::Arc};
 
-use cloth_core::{BackendInfo, Error, Precision, Result, SolverConfig};
+use cloth_core::{BackendInfo, Error, Precision, Result, SolverConfig, Team};
 use rayon::ThreadPoolBuilder;
-
-use team::Team;
 
 /// The CPU, through a pool of threads.
 #[derive(Clone)]

@@ -34,6 +34,7 @@ mod report;
 pub mod schwarz;
 mod state;
 pub mod stepper;
+mod team;
 
 pub use audit::Audit;
 pub use backend::{Backend, BackendInfo, FormChoice, Frame, Solver};
@@ -74,3 +75,4 @@ pub use model::{
 pub use real::Real;
 pub use report::{Measures, SolverReport, StageTime, StepReport, TimeStepChange, TimeStepReason};
 pub use state::State;
+pub use team::Team;

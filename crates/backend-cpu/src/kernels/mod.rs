@@ -11,7 +11,7 @@ use std::{
 
 use cloth_core::{
     ContactResponse, FieldProgram, Kernels, Model, Real, Result, SelfContact, SolverConfig,
-    StageTime,
+    StageTime, Team,
 };
 use rayon::prelude::*;
 
@@ -32,7 +32,6 @@ use crate::{
     procedural_forces::{self},
     springs::SpringColumns,
     strain_limit::StrainLimiter,
-    team::Team,
     triangle_contact::TriangleContact,
     triangles::TriangleRows,
 };

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cloth_core::{
     ColliderImpulse, ContactStatistics, DeferredOutcome, ForceControl, Integrator, Kernels,
-    Measures, Model, NewtonStart, PinWrite, Result, SolverConfig, StageTime, State,
+    Measures, Model, NewtonStart, PinWrite, Result, SolverConfig, StageTime, State, Team,
     contact::{Candidate, Contacts, Ghost},
     stepper::{self, FramePlan, Substep},
 };
@@ -301,6 +301,10 @@ impl<T: CudaReal> Kernels for CudaKernels<T> {
     }
 
     fn batch<R: Send>(&mut self, work: impl FnOnce(&mut Self) -> R + Send) -> R {
-        work(self)
+        // The host decides what touches what, in loops of a few ten microseconds.
+        match self.triangles.is_some() {
+            true => Team::program().install_awake(|| work(self)),
+            false => work(self),
+        }
     }
 }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use cloth_core::{
     ColliderImpulse, ContactStatistics, DeferredOutcome, ForceControl, ImplicitKernels,
     ImplicitSettings, Kernels, LinearStart, Measures, MidpointSettings, Model, NewtonStart,
-    PinWrite, Result, SolverConfig, SolverReport, StageTime, State,
+    PinWrite, Result, SolverConfig, SolverReport, StageTime, State, Team,
     contact::{Candidate, Contacts, Ghost},
     stepper::{self, FramePlan, Substep},
 };
@@ -273,7 +273,11 @@ impl Kernels for WgpuKernels {
 
     fn batch<R: Send>(&mut self, work: impl FnOnce(&mut Self) -> R + Send) -> R {
         self.stages.batch_begin();
-        let result = work(self);
+        // The host decides what touches what, in loops of a few ten microseconds.
+        let result = match self.stages.has_triangles() {
+            true => Team::program().install_awake(|| work(self)),
+            false => work(self),
+        };
         self.stages.batch_end();
         result
     }

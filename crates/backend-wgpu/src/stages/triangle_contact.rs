@@ -118,6 +118,11 @@ impl Stages {
         self.pair_kernel("contact_forces", "contact_forces_triangles", items)
     }
 
+    /// Whether triangles can touch.
+    pub(crate) const fn has_triangles(&self) -> bool {
+        self.triangles.is_some()
+    }
+
     /// Whether `contact_geometry` has found contacts.
     pub(crate) fn triangles_touch(&self) -> bool {
         self.triangles.as_ref().is_some_and(|triangles| triangles.touches())

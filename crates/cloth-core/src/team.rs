@@ -6,7 +6,7 @@ use std::{
     thread,
 };
 
-use rayon::{ThreadPool, Yield};
+use rayon::{Scope, ThreadPool, Yield};
 
 /// Looks for work without any after which other programs may have the processor.
 const PATIENCE: u32 = 100;
@@ -15,9 +15,10 @@ const PATIENCE: u32 = 100;
 /// the work of one solver on top of a part of another that the first waits for.
 const LOOKS_MAX: u32 = 5_000;
 
-/// A pool of threads, shared by solvers.
-pub(crate) struct Team {
-    pool: ThreadPool,
+/// A pool of threads, shared by solvers: one of its own, or the one that the whole program has.
+#[derive(Debug)]
+pub struct Team {
+    pool: Option<ThreadPool>,
     /// Whether a solver keeps them awake: one is enough.
     is_awake: AtomicBool,
 }
@@ -31,29 +32,45 @@ impl Drop for Flag<'_> {
     }
 }
 
+/// The threads of the whole program.
+static PROGRAM: Team = Team { pool: None, is_awake: AtomicBool::new(false) };
+
 impl Team {
-    pub(crate) const fn new(pool: ThreadPool) -> Self {
-        Self { pool, is_awake: AtomicBool::new(false) }
+    /// The threads of a pool.
+    #[must_use]
+    pub const fn new(pool: ThreadPool) -> Self {
+        Self { pool: Some(pool), is_awake: AtomicBool::new(false) }
     }
 
-    pub(crate) fn threads(&self) -> usize {
-        self.pool.current_num_threads()
+    /// The threads of the whole program: what backends have whose work on the processor is beside that of a device.
+    #[must_use]
+    pub fn program() -> &'static Self {
+        &PROGRAM
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn threads(&self) -> usize {
+        self.pool.as_ref().map_or_else(rayon::current_num_threads, ThreadPool::current_num_threads)
     }
 
     /// Does `work` in the pool.
-    pub(crate) fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        self.pool.install(work)
+    pub fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        self.scope(|_| work())
     }
 
     /// The same, with all threads looking for work until it is done.
-    pub(crate) fn install_awake<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+    pub fn install_awake<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         if self.threads() == 1 || self.is_awake.swap(true, Ordering::Acquire) {
             return self.install(work);
         }
         let _taken = Flag(&self.is_awake, false);
         let is_done = &AtomicBool::new(false);
-        self.pool.scope(|scope| {
-            let own = self.pool.current_thread_index();
+        self.scope(|scope| {
+            let own = match &self.pool {
+                Some(pool) => pool.current_thread_index(),
+                None => rayon::current_thread_index(),
+            };
             scope.spawn_broadcast(move |_, context| {
                 // The thread that works does not wait for itself.
                 if Some(context.index()) != own {
@@ -63,6 +80,13 @@ impl Team {
             let _done = Flag(is_done, true);
             work()
         })
+    }
+
+    fn scope<'scope, R: Send>(&self, work: impl FnOnce(&Scope<'scope>) -> R + Send) -> R {
+        match &self.pool {
+            Some(pool) => pool.scope(work),
+            None => rayon::scope(work),
+        }
     }
 }
 
