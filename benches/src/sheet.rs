@@ -93,7 +93,12 @@ impl SheetWorkload {
             stretch_limit: f64::INFINITY,
         };
         let aerodynamics = Aerodynamics { pressure: 0.0, friction: 0.0 };
-        FabricMaterial { fabric, rest: RestSource::Start { warp: [1.0, 0.0, 0.0] }, aerodynamics }
+        FabricMaterial {
+            fabric,
+            rest: RestSource::Start { warp: Some([1.0, 0.0, 0.0]) },
+            aerodynamics,
+            imperfection: 0.0,
+        }
     }
 
     /// Where particles are: in isometric folds if there is one sheet, a little longer than at rest and uneven.

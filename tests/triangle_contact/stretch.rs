@@ -42,6 +42,7 @@ fn model(stretch_limit: f64) -> Arc<Model> {
             fabric,
             rest: RestSource::Pattern { scale: 1.0 },
             aerodynamics: Aerodynamics::default(),
+            imperfection: 0.0,
         }
         .into(),
         pins: vec![],

@@ -14,7 +14,8 @@ pub(crate) fn sheet(columns: u32, stretch_limit: f64) -> Model {
 pub(crate) fn sheet_cloth(name: &str, columns: u32, stretch_limit: f64) -> Cloth {
     let fabric = fabric(stretch_limit);
     let rest = RestSource::Pattern { scale: 1.0 };
-    let material = FabricMaterial { fabric, rest, aerodynamics: Aerodynamics::default() };
+    let material =
+        FabricMaterial { fabric, rest, aerodynamics: Aerodynamics::default(), imperfection: 0.0 };
     Cloth {
         name: name.into(),
         geometry: Geometry::Grid(GridPatch::horizontal(columns, 0.02, 0.0)),

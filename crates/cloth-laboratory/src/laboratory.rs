@@ -74,6 +74,7 @@ impl Laboratory<'_> {
             fabric,
             rest: RestSource::Pattern { scale: 1.0 + self.flaw.pattern_growth },
             aerodynamics: Aerodynamics::default(),
+            imperfection: 0.0,
         };
         let cloth = Cloth {
             name: "specimen".into(),

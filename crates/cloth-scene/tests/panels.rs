@@ -132,7 +132,9 @@ fn a_piece_is_folded_along_a_line() {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("p.svg"), svg(CREASED)).unwrap();
     for (angle, mirror) in [(0.0_f64, false), (60.0, false), (-100.0, true), (150.0, true)] {
-        let fold = format!("folds = [{{ lines = [\"a:crease\"], angle = {angle} }}]\nmodel =");
+        let fold = format!(
+            "folds = [{{ lines = [\"a:crease\"], angle = {angle} }}]\npattern.imperfection = 0\nmodel ="
+        );
         let pieces = format!("{PIECE}\nfolded = true\nmirror = {mirror}");
         let scene = text("p.svg", "", &pieces).replace("model =", &fold);
         let scene = compile(folder.path(), &scene).unwrap();

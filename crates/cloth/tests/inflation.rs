@@ -80,7 +80,7 @@ fn model() -> Model {
         damping: [2e-4, 1e-3],
         stretch_limit: f64::INFINITY,
     };
-    let rest = RestSource::Start { warp: [0.3, 0.5, 0.8] };
+    let rest = RestSource::Start { warp: Some([0.3, 0.5, 0.8]) };
     let rise = [0.0, 0.1];
     ModelBuilder::new()
         .gravity([0.0; 3])
@@ -160,7 +160,7 @@ fn gas_of_no_cloth_is_refused() {
                 "balloon",
                 sphere(0),
                 model().elements().fabrics()[0],
-                RestSource::Start { warp: [0.3, 0.5, 0.8] },
+                RestSource::Start { warp: Some([0.3, 0.5, 0.8]) },
             ))
             .inflation(Inflation { cloth: name.into(), pressure: 1.0, rise: [0.0, 0.0] })
             .build()

@@ -73,7 +73,12 @@ fn fabric() -> FabricMaterial {
         stretch_limit: 1.15,
     };
     let rest = RestSource::Pattern { scale: 1.0 };
-    FabricMaterial { fabric, rest, aerodynamics: Aerodynamics { pressure: 1.0, friction: 0.05 } }
+    FabricMaterial {
+        fabric,
+        rest,
+        aerodynamics: Aerodynamics { pressure: 1.0, friction: 0.05 },
+        imperfection: 0.0,
+    }
 }
 
 impl PatchFrames {

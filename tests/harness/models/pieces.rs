@@ -149,10 +149,10 @@ fn random_fabric(random: &mut Random) -> FabricMaterial {
     let rest = if random.chance(0.5) {
         RestSource::Pattern { scale: 1.0 }
     } else {
-        RestSource::Start { warp: [1.0, random.between(-2.0, 2.0), 0.0] }
+        RestSource::Start { warp: Some([1.0, random.between(-2.0, 2.0), 0.0]) }
     };
     let aerodynamics = Aerodynamics { pressure: random.between(0.0, 1.5), friction: 0.05 };
-    FabricMaterial { fabric, rest, aerodynamics }
+    FabricMaterial { fabric, rest, aerodynamics, imperfection: 0.0 }
 }
 
 fn random_material(is_network: bool, random: &mut Random) -> Material {

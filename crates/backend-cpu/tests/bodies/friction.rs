@@ -274,7 +274,8 @@ fn over_a_bar(hanging: [u32; 2]) -> Arc<Model> {
     let texture = Some(TextureMap { coordinates: uv, triangles: faces.clone() });
     let mesh = TriangleMesh { positions, triangles: faces, texture, ..TriangleMesh::default() };
     let rest = RestSource::Pattern { scale: 1.0 };
-    let material = FabricMaterial { fabric, rest, aerodynamics: Aerodynamics::default() };
+    let material =
+        FabricMaterial { fabric, rest, aerodynamics: Aerodynamics::default(), imperfection: 0.0 };
     let cloth = Cloth {
         name: "strip".into(),
         geometry: Geometry::Mesh(mesh),

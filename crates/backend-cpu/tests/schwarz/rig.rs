@@ -31,8 +31,13 @@ pub(crate) fn fabric() -> ClothMaterial {
         stretch_limit: f64::INFINITY,
     };
     let aerodynamics = Aerodynamics { pressure: 0.0, friction: 0.0 };
-    FabricMaterial { fabric, rest: RestSource::Start { warp: [1.0, 0.0, 0.0] }, aerodynamics }
-        .into()
+    FabricMaterial {
+        fabric,
+        rest: RestSource::Start { warp: Some([1.0, 0.0, 0.0]) },
+        aerodynamics,
+        imperfection: 0.0,
+    }
+    .into()
 }
 
 /// Stiff springs.

@@ -380,16 +380,19 @@ pub fn rest_state(corners: [[f64; 2]; 3]) -> Option<RestState<f64>> {
 }
 
 /// Pattern coordinates \[m\] of a triangle in space, with u along `warp` as it lies in the triangle's plane; the first corner is the
-/// origin. `None` where `warp` stands upright on the triangle or this has no area.
+/// origin. `None` where less than the share `least` of `warp` is in that plane, or the triangle has no area.
 #[must_use]
-pub fn flattened(corners: [Vector<f64>; 3], warp: Vector<f64>) -> Option<[[f64; 2]; 3]> {
+pub fn flattened(
+    corners: [Vector<f64>; 3],
+    warp: Vector<f64>,
+    least: f64,
+) -> Option<[[f64; 2]; 3]> {
     let [a, b] = [difference(corners[1], corners[0]), difference(corners[2], corners[0])];
     let normal = cross(a, b);
     let normal = scaled(normal, 1.0 / dot(normal, normal).sqrt());
     let across = cross(normal, warp);
     let length = dot(across, across).sqrt();
-    // Below a thousandth the direction within the plane is that of the rounding of what was given.
-    if length.is_nan() || length <= 1e-3 * dot(warp, warp).sqrt() {
+    if length.is_nan() || length <= least * dot(warp, warp).sqrt() {
         return None;
     }
     let weft = scaled(across, 1.0 / length);

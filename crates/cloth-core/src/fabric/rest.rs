@@ -11,7 +11,9 @@ use super::{
     membrane::{self, RestState},
     rest_warning,
 };
-use crate::{ModelError, NONE, PanelFabrics, TextureMap, TriangleMesh, WingedEdge, WingedEdges};
+use crate::{
+    ModelError, NONE, PanelFabrics, TextureMap, TriangleMesh, WingedEdge, WingedEdges, field::hash,
+};
 
 /// Triangles in a task.
 const TASK: usize = 1024;
@@ -133,18 +135,20 @@ impl RestShape {
         Ok(shape)
     }
 
-    /// From the shape of a mesh in space \[m\], with the warp along `warp` as it lies in each triangle. It keeps its folds: rest
-    /// angles are those of the mesh.
+    /// From the shape of a mesh in space \[m\], with the warp along `warp` as it lies in each triangle; without one along the axis of the world along
+    /// which the mesh is longest, or the next one in triangles on which that stands up by more than 60 degrees. It keeps its folds: rest angles are
+    /// those of the mesh.
     ///
     /// # Errors
     /// A defect of the mesh as a surface, a direction that stands upright on a triangle, a rigidity that is no number.
     pub fn from_mesh(
         mesh: &TriangleMesh,
-        warp: [f64; 3],
+        warp: Option<[f64; 3]>,
         bending: &BendingRigidity,
         cloth: &str,
     ) -> Result<Self, FabricError> {
-        crate::error::finite_all(|| format!("warp direction of cloth {cloth:?}"), &warp)?;
+        let name = || format!("warp direction of cloth {cloth:?}");
+        crate::error::finite_all(name, warp.as_ref().map_or(&[], |warp| warp))?;
         for (i, position) in mesh.positions.iter().enumerate() {
             crate::error::finite_all(
                 || format!("position of vertex {i} of cloth {cloth:?}"),
@@ -152,10 +156,14 @@ impl RestShape {
             )?;
         }
         let edges = WingedEdges::build(mesh, cloth)?;
+        // Below a thousandth the direction within the plane is that of the rounding of what was given. No triangle has two axes of the world within 30
+        // degrees of its normal.
+        let (warps, least) =
+            warp.map_or_else(|| (axes_by_length(mesh).to_vec(), 0.5), |warp| (vec![warp], 1e-3));
         let mut corners = Vec::with_capacity(mesh.triangles.len());
         for (triangle, vertices) in mesh.triangles.iter().enumerate() {
             let places = vertices.map(|vertex| mesh.positions[vertex as usize]);
-            let flat = membrane::flattened(places, warp);
+            let flat = warps.iter().find_map(|&warp| membrane::flattened(places, warp, least));
             corners.push(
                 flat.ok_or_else(|| FabricError::WarpUpright { cloth: cloth.into(), triangle })?,
             );
@@ -168,6 +176,16 @@ impl RestShape {
         }
         shape.fold(mesh, cloth)?;
         Ok(shape)
+    }
+
+    /// Adds to the fold of each hinge at rest a number from -`most` to `most` \[rad\], the same ones for the same mesh.
+    pub fn imperfection_add(&mut self, most: f64) {
+        for hinge in &mut self.hinges {
+            let [a, b, ..] = hinge.vertices;
+            let random =
+                f64::from(hash([a.min(b) as i32, a.max(b) as i32, 0])) / f64::from(u32::MAX);
+            hinge.angle += most * (2.0 * random - 1.0);
+        }
     }
 
     /// Gives the hinges their rest angles that a mesh says are folded.
@@ -423,6 +441,17 @@ impl Side {
             feet: [self.foot, neighbour.foot * self.length / neighbour.length],
         }
     }
+}
+
+/// The axes of the world, that along which a mesh is longest first.
+fn axes_by_length(mesh: &TriangleMesh) -> [[f64; 3]; 3] {
+    let mut axes = [0, 1, 2].map(|axis| {
+        let places = || mesh.positions.iter().map(|place| place[axis]);
+        let length = places().fold(f64::MIN, f64::max) - places().fold(f64::MAX, f64::min);
+        (length, std::array::from_fn(|k| f64::from(u8::from(k == axis))))
+    });
+    axes.sort_by(|(one, _), (other, _)| other.total_cmp(one));
+    axes.map(|(_, axis)| axis)
 }
 
 /// Turns the corners of each triangle so that u runs along the warp.

@@ -15,6 +15,7 @@ mod wgsl;
 use std::sync::Arc;
 
 use node::{Node, NodeIndex};
+pub(crate) use noise::hash;
 use registers::Instruction;
 
 pub use error::FieldError;

@@ -5,7 +5,7 @@ use crate::Real;
 /// Hash of a lattice point: 32-bit integer arithmetic that wraps, the same on every machine. The last
 /// five lines spread every bit over all others (constants of Wellons 2018, "lowbias32").
 #[inline(always)]
-pub(super) fn hash([x, y, z]: [i32; 3]) -> u32 {
+pub(crate) fn hash([x, y, z]: [i32; 3]) -> u32 {
     let mut h = (x as u32).wrapping_mul(0x9e37_79b1)
         ^ (y as u32).wrapping_mul(0x85eb_ca77)
         ^ (z as u32).wrapping_mul(0xc2b2_ae3d);

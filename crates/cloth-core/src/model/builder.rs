@@ -342,12 +342,14 @@ impl Parts {
         scale: f64,
         name: &str,
     ) -> Result<Vec<RestWarning>, ModelError> {
-        let FabricMaterial { fabric, rest, .. } = material;
+        let FabricMaterial { fabric, rest, imperfection, .. } = material;
         fabric.validate(&format!("cloth {name:?}"))?;
         for (i, position) in mesh.positions.iter().enumerate() {
             finite_all(|| format!("position of vertex {i} of cloth {name:?}"), position)?;
         }
-        let shape = match rest {
+        let imperfection =
+            not_negative(|| format!("imperfection of cloth {name:?}"), *imperfection)?;
+        let mut shape = match rest {
             RestSource::Start { warp } => RestShape::from_mesh(mesh, *warp, &fabric.bending, name)?,
             RestSource::Pattern { .. } => {
                 positive(|| format!("scale of the pattern of cloth {name:?}"), scale)?;
@@ -359,6 +361,7 @@ impl Parts {
                 RestShape::from_pattern(mesh, &pattern, &fabric.bending, name)?
             }
         };
+        shape.imperfection_add(imperfection);
         let first = self.positions.len() as u32;
         self.elements.add(*fabric, &mesh.panels, &shape, first);
         self.positions.extend(&mesh.positions);

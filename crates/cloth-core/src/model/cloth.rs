@@ -37,6 +37,14 @@ pub struct FabricMaterial {
     pub rest: RestSource,
     /// Coefficients of the force of the air.
     pub aerodynamics: Aerodynamics,
+    /// How far folds at rest are off what `rest` says, at random between this and its negative \[rad\]. No fabric is perfectly flat; one that
+    /// is would not know to which side to buckle, and is pressed together within its plane instead. With 0 it is what an experiment wants.
+    pub imperfection: f64,
+}
+
+impl FabricMaterial {
+    /// An imperfection that nobody sees \[rad\]: a hundredth of a millimetre over a width of a centimetre.
+    pub const IMPERFECTION: f64 = 1e-3;
 }
 
 /// What shape a cloth of triangles has without forces.
@@ -50,8 +58,9 @@ pub enum RestSource {
     },
     /// The shape in which it starts, folds included.
     Start {
-        /// Direction of the warp, of any length, as it lies in each triangle.
-        warp: [f64; 3],
+        /// Direction of the warp, of any length, as it lies in each triangle. If there is none, it is the axis of the world along which the mesh
+        /// is longest, and in triangles on which that stands up by more than 60 degrees the next one.
+        warp: Option<[f64; 3]>,
     },
 }
 
@@ -199,7 +208,8 @@ impl Cloth {
 
     fn of_fabric(name: String, geometry: Geometry, fabric: Fabric, rest: RestSource) -> Self {
         let aerodynamics = Aerodynamics::default();
-        let material = FabricMaterial { fabric, rest, aerodynamics }.into();
+        let imperfection = FabricMaterial::IMPERFECTION;
+        let material = FabricMaterial { fabric, rest, aerodynamics, imperfection }.into();
         Self { name, geometry, material, pins: Vec::new(), velocity: [0.0; 3] }
     }
 

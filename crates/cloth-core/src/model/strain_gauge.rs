@@ -320,7 +320,7 @@ impl Model {
 mod tests {
     use super::*;
     use crate::{
-        Cloth, GridPatch, MaterialPreset, ModelBuilder,
+        Cloth, ClothMaterial, GridPatch, MaterialPreset, ModelBuilder,
         fabric::{BendingSheet, FabricSheet, TensileSheet},
     };
 
@@ -335,9 +335,13 @@ mod tests {
         let fabric = sheet.fit("sheet").unwrap().0;
         let patch = GridPatch::new([5, 4], 0.02);
         let springs = Cloth::grid("springs", patch, &MaterialPreset::DENIM);
+        let mut flat = Cloth::fabric("fabric", patch, fabric);
+        if let ClothMaterial::Fabric(material) = &mut flat.material {
+            material.imperfection = 0.0;
+        }
         ModelBuilder::new()
             .cloth(springs.clone())
-            .cloth(Cloth::fabric("fabric", patch, fabric))
+            .cloth(flat)
             .cloth(Cloth { name: "more springs".into(), ..springs })
             .build()
             .unwrap()

@@ -141,6 +141,7 @@ fn over_a_bar(
         fabric,
         rest: RestSource::Pattern { scale: 1.0 },
         aerodynamics: Aerodynamics::default(),
+        imperfection: 0.0,
     };
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let bar = Collider {

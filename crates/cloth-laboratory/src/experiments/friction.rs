@@ -117,6 +117,7 @@ fn sheet(
         fabric: poplin(),
         rest: RestSource::Pattern { scale: 1.0 },
         aerodynamics: Aerodynamics::default(),
+        imperfection: 0.0,
     };
     let (material, geometry) = (material.into(), Geometry::Mesh(mesh));
     Cloth { name, geometry, material, pins: Vec::new(), velocity: [0.0; 3] }

@@ -145,6 +145,7 @@ impl Pushed {
             fabric,
             rest: RestSource::Pattern { scale: 1.0 },
             aerodynamics: Aerodynamics::default(),
+            imperfection: 0.0,
         };
         let ground = Collider {
             name: "ground".into(),

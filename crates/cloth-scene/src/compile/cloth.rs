@@ -129,7 +129,7 @@ pub(super) fn compile(
         }
         other => {
             let key = format!("{key}.material");
-            material::compile(check, &key, &cloth.material, other.spacing())?.into()
+            material::compile(check, &key, &cloth.material, other)?.into()
         }
     };
     if let (Geometry::Mesh(mesh), PinSets::Mesh(_, sets)) = (&mut geometry, &mut sets) {

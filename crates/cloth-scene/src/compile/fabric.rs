@@ -4,7 +4,6 @@ use cloth_core::{
     Aerodynamics, FabricMaterial, ModelError, PanelFabrics, RestSource, TextureMap, TriangleMesh,
     fabric::{Fabric, FabricError, FitReport, USUAL_DAMPING},
 };
-use glam::DVec3;
 
 use crate::{
     MeasuredFabric, SceneCloth, SceneError, SceneGeometry, SceneMass, ScenePanel, ScenePattern,
@@ -55,8 +54,14 @@ pub(super) fn compile(
     {
         check.not_negative(&format!("{key}.material.aerodynamics.{name}"), value)?;
     }
-    let rest = pattern(check, &format!("{key}.pattern"), cloth, &fabric, mesh)?;
-    Ok(FabricMaterial { fabric, rest, aerodynamics })
+    let pattern_key = format!("{key}.pattern");
+    let rest = pattern(check, &pattern_key, cloth, &fabric, mesh)?;
+    let imperfection = cloth.pattern.as_ref().and_then(|pattern| pattern.imperfection);
+    if let Some(given) = imperfection {
+        check.not_negative(&format!("{pattern_key}.imperfection"), given)?;
+    }
+    let imperfection = imperfection.map_or(FabricMaterial::IMPERFECTION, f64::to_radians);
+    Ok(FabricMaterial { fabric, rest, aerodynamics, imperfection })
 }
 
 /// Refuses keys that springs alone have.
@@ -183,7 +188,7 @@ fn pattern(
     mesh: &mut TriangleMesh,
 ) -> Result<RestSource, SceneError> {
     let nothing = ScenePattern::default();
-    let ScenePattern { from, scale, axis, warp, panels } =
+    let ScenePattern { from, scale, axis, warp, panels, imperfection: _ } =
         cloth.pattern.as_ref().unwrap_or(&nothing);
     let is_flat = matches!(cloth.geometry, SceneGeometry::Grid(_) | SceneGeometry::Panels(_));
     if matches!(cloth.geometry, SceneGeometry::Panels(_)) && warp.is_some() {
@@ -226,7 +231,7 @@ fn pattern(
     if let Some(axis) = axis {
         check.direction(&format!("{key}.axis"), *axis)?;
     }
-    Ok(RestSource::Start { warp: axis.unwrap_or_else(|| longest_axis(mesh)) })
+    Ok(RestSource::Start { warp: *axis })
 }
 
 /// The first panel that each triangle of `mesh` belongs to.
@@ -321,18 +326,6 @@ fn panel_fabrics(
     }
     let triangles = of.iter().map(|panel| panel.map_or(0, |panel| numbers[panel])).collect();
     Ok(PanelFabrics { fabrics, triangles })
-}
-
-/// The axis of the world along which a mesh is longest.
-fn longest_axis(mesh: &TriangleMesh) -> [f64; 3] {
-    let places = || mesh.positions.iter().map(|&position| DVec3::from(position));
-    let low = places().fold(DVec3::INFINITY, DVec3::min);
-    let high = places().fold(DVec3::NEG_INFINITY, DVec3::max);
-    let size = high - low;
-    [DVec3::X, DVec3::Y, DVec3::Z]
-        .into_iter()
-        .fold(DVec3::X, |best, axis| if axis.dot(size) > best.dot(size) { axis } else { best })
-        .into()
 }
 
 /// The pattern coordinates that a mesh in the scene itself gives.

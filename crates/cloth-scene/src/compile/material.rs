@@ -1,18 +1,33 @@
 //! From presets and changes to a material.
 
-use cloth_core::{Aerodynamics, BendModel, Mass, Material, MaterialPreset, SpringCoefficients};
+use cloth_core::{
+    Aerodynamics, BendModel, Geometry, Mass, Material, MaterialPreset, SpringClass,
+    SpringCoefficients,
+};
 
 use crate::{MeasuredFabric, SceneBend, SceneError, SceneMass, SceneMaterial, SceneSpring};
 
 use super::Check;
 
-/// The material at `key` for particles that are `spacing` \[m\] apart.
+/// What stands in a material for springs that none is of.
+const NONE: SpringCoefficients = SpringCoefficients { stiffness: 1.0, damping: 0.0 };
+
+/// The material at `key` of what has this geometry.
 pub(super) fn compile(
     check: &Check<'_>,
     key: &str,
     scene: &SceneMaterial,
-    spacing: f64,
+    geometry: &Geometry,
 ) -> Result<Material, SceneError> {
+    let spacing = geometry.spacing();
+    // Springs of a network can have values of their own.
+    let takes = |class: SpringClass| match geometry {
+        Geometry::Network(network) => {
+            let mut all = network.springs.iter();
+            all.any(|spring| spring.class == class && spring.coefficients.is_none())
+        }
+        Geometry::Grid(_) | Geometry::Mesh(_) => true,
+    };
     let preset = match &scene.preset {
         Some(name) => Some(preset(check, key, name)?.material(spacing)),
         None => None,
@@ -29,8 +44,11 @@ pub(super) fn compile(
         })
         .or(preset.map(|preset| preset.mass))
         .ok_or_else(|| missing("mass.per_area"))?;
-    let spring = |name: &str, given: Option<SceneSpring>, base: Option<SpringCoefficients>| {
+    let spring = |(class, name): (SpringClass, &str),
+                  given: Option<SceneSpring>,
+                  base: Option<SpringCoefficients>| {
         let given = given.unwrap_or_default();
+        let base = base.or_else(|| (!takes(class)).then_some(NONE));
         let stiffness = given
             .stiffness
             .or(base.map(|base| base.stiffness))
@@ -47,10 +65,18 @@ pub(super) fn compile(
     let given_air = scene.aerodynamics.unwrap_or_default();
     Ok(Material {
         mass,
-        stretch: spring("stretch", scene.stretch, preset.map(|preset| preset.stretch))?,
-        shear: spring("shear", scene.shear, preset.map(|preset| preset.shear))?,
+        stretch: spring(
+            (SpringClass::Stretch, "stretch"),
+            scene.stretch,
+            preset.map(|preset| preset.stretch),
+        )?,
+        shear: spring(
+            (SpringClass::Shear, "shear"),
+            scene.shear,
+            preset.map(|preset| preset.shear),
+        )?,
         bend: spring(
-            "bend",
+            (SpringClass::Bend, "bend"),
             scene
                 .bend
                 .map(|SceneBend { stiffness, damping, .. }| SceneSpring { stiffness, damping }),

@@ -135,7 +135,10 @@ fn parse_error(
         Some((what, name, known)) => SceneUnknown::error(place, what, name, known),
         None => {
             // One sentence: parsers put what they expected on a second line.
-            let problem = error.message().trim_end().replace('\n', ", ");
+            let mut problem = error.message().trim_end().replace('\n', ", ");
+            if problem.starts_with("invalid mantissa") {
+                problem.push_str(" (numbers begin with a digit: 0.5, not .5)");
+            }
             let problem = match key {
                 Some(key) => {
                     let table = word_for_table(error, &key, lines);

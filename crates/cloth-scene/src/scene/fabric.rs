@@ -69,12 +69,17 @@ pub struct ScenePattern {
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub scale: Option<f64>,
     /// Direction of the warp in space for `shape`, of any length, as it lies in each triangle; if not given, the axis of the world
-    /// along which the mesh is longest.
+    /// along which the mesh is longest, or the next one in triangles on which that stands up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis: Option<[f64; 3]>,
     /// Angle of the warp \[degrees\], counter-clockwise from u, from the columns of a grid or from `axis`; 0 if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warp: Option<f64>,
+    /// How far folds at rest are off, at random \[degrees\], as no fabric is perfectly flat: what is would be pressed together within its plane
+    /// instead of buckling. 0.06 if not given, which nobody sees; 0 for experiments.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schemars(range(min = 0.0)))]
+    pub imperfection: Option<f64>,
     /// Panels that are cut at other angles, or of another fabric.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub panels: Vec<ScenePanel>,

@@ -87,7 +87,7 @@ action = "release"
 [[cloth]]
 name = "grid"
 model = "fabric"
-pattern.warp = 30.5
+pattern = { warp = 30.5, imperfection = 0.5 }
 geometry.grid = { columns = 4, rows = 3, spacing = 0.1, meshing = "union-jack" }
 material = { preset = "cotton-broad", thickness = 0.001, stretch_limit = 1.2, maps = [{ by = "left", of = "bend", range = [1.0, 5.5] }], mass.per_area = 0.3, damping = { stretch = 1e-5, bend = 1e-3 }, aerodynamics = { pressure = 1.5, friction = 0.1 } }
 [[cloth]]

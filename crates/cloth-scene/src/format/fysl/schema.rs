@@ -419,6 +419,7 @@ static PATTERN: Element = Element {
         same("scale", Number),
         same("axis", Vector),
         same("warp", Number),
+        same("imperfection", Number),
     ],
     children: &[&PANEL],
     ..EMPTY
