@@ -83,7 +83,8 @@ impl<T: Real> TriangleContact<T> {
             set: ContactSet::with_nodes(count, nodes),
             certifier: Certifier::with_nodes(count, nodes)
                 .with_ghosts(pinch == Pinch::Ghost)
-                .with_stretch_limits(model),
+                .with_stretch_limits(model)
+                .with_planes(model, &surface),
             bodies: BodyMotion::new(model),
             impulses: BodyImpulses::new(model),
             position: Vec::new(),

@@ -11,14 +11,14 @@ const TASK: usize = 2048;
 
 /// Where a plane is, by its nodes.
 #[derive(Clone, Copy)]
-struct Frame<T> {
+pub(super) struct Frame<T> {
     origin: [T; 3],
     sides: [[T; 3]; 2],
-    normal: [T; 3],
+    pub(super) normal: [T; 3],
 }
 
 impl<T: Real> Frame<T> {
-    fn new(nodes: [u32; 3], at: impl Fn(u32) -> [T; 3]) -> Self {
+    pub(super) fn new(nodes: [u32; 3], at: impl Fn(u32) -> [T; 3]) -> Self {
         let [origin, first, second] = nodes.map(at);
         let sides = [sub(first, origin), sub(second, origin)];
         let normal = cross(sides[0], sides[1]);
@@ -27,7 +27,8 @@ impl<T: Real> Frame<T> {
         Self { origin, sides, normal: normal.map(|component| component * inverse) }
     }
 
-    fn height(&self, x: [T; 3]) -> T {
+    /// How far a place is outside.
+    pub(super) fn height(&self, x: [T; 3]) -> T {
         dot(sub(x, self.origin), self.normal)
     }
 }

@@ -13,7 +13,8 @@ const CARRY_PARTS: [u32; 3] = [1, 4, 16];
 pub(super) const NO_LEADER: u32 = u32::MAX;
 
 impl<T: Real> Certifier<T> {
-    /// `contact_carry`: prescribed ways are gone. Cloth that cannot make way becomes a ghost, if there may be any.
+    /// `contact_carry`: prescribed ways are gone. Cloth that cannot make way becomes a ghost, if there may be any. Where it could if there were no planes it
+    /// goes into these, unless whoever moves the bodies can stop them.
     pub(super) fn carry(
         &mut self,
         search: &mut impl PairSearch<T>,
@@ -23,7 +24,13 @@ impl<T: Real> Certifier<T> {
     ) -> Result<()> {
         loop {
             self.stuck.clear();
-            let gone = self.carry_in_parts(search, ways, delta, (is_held, carrier));
+            let mut gone = self.carry_in_parts(search, ways, delta, (is_held, carrier));
+            let has_planes = !(self.half_spaces.is_empty() || self.half_spaces.stop_bodies);
+            if has_planes && matches!(gone, Err(Error::Pinched { .. })) {
+                self.half_spaces.give_way = true;
+                gone = self.carry_in_parts(search, ways, delta, (is_held, carrier));
+                self.half_spaces.give_way = false;
+            }
             let stuck = std::mem::take(&mut self.stuck);
             let is_pinched = matches!(gone, Err(Error::Pinched { .. })) && !stuck.is_empty();
             if !(is_pinched && self.makes_ghosts && self.let_through(&stuck, ways.0, carrier)) {
@@ -116,6 +123,7 @@ impl<T: Real> Certifier<T> {
                 along[i] = carrier.body(i as u32);
             }
         }
+        let outside = self.half_spaces.outside(start, &carried, delta);
         let mut pairs = Vec::new();
         loop {
             pairs.clear();
@@ -159,6 +167,9 @@ impl<T: Real> Certifier<T> {
                         let way =
                             body.map_or(longest, |body| of_body(body).map(|x| length_of_part * x));
                         carried[i] = plus(start[i], T::ONE, way);
+                        if let Some(place) = outside.moved(start[i], carried[i]) {
+                            (carried[i], along[i]) = (place, None);
+                        }
                     }
                 }
             }

@@ -1,15 +1,17 @@
 //! `contact_carry` and `contact_certify` (NUMERICS §15): ways are shortened until it is proven that no two features meet.
 
 mod carry;
+mod half_spaces;
 mod shorten;
 mod stretch;
 
 use super::{
-    Candidate, Carrier, ContactStencil, Ghost, certificate_distance, ghosts::Ghosts, is_proven,
-    plus, sub,
+    Candidate, Carrier, ContactStencil, ContactSurface, Ghost, certificate_distance,
+    ghosts::Ghosts, is_proven, plus, sub,
 };
 use crate::{Error, Model, Real, Result};
 use carry::NO_LEADER;
+use half_spaces::HalfSpaces;
 use rayon::prelude::*;
 use shorten::Bounds;
 use stretch::StretchBounds;
@@ -105,6 +107,7 @@ pub struct Certifier<T> {
     carried: Vec<[T; 3]>,
     pairs: Vec<UnprovenPair>,
     stretch: StretchBounds<T>,
+    half_spaces: HalfSpaces,
     /// Where bodies pinch cloth, it is left inside of them.
     makes_ghosts: bool,
     ghosts: Ghosts,
@@ -139,6 +142,7 @@ impl<T: Real> Certifier<T> {
             carried: Vec::new(),
             pairs: Vec::new(),
             stretch: StretchBounds::default(),
+            half_spaces: HalfSpaces::default(),
         }
     }
 
@@ -146,6 +150,12 @@ impl<T: Real> Certifier<T> {
     #[must_use]
     pub fn with_stretch_limits(self, model: &Model) -> Self {
         Self { stretch: StretchBounds::new(model), ..self }
+    }
+
+    /// The same, which moves nothing into planes.
+    #[must_use]
+    pub fn with_planes(self, model: &Model, surface: &ContactSurface) -> Self {
+        Self { half_spaces: HalfSpaces::new(model, surface), ..self }
     }
 
     /// The same, which leaves cloth inside of bodies that pinch it.
@@ -323,18 +333,16 @@ impl<T: Real> Certifier<T> {
             }
         }
         if is_in_the_way {
-            self.carry(search, (start, end), delta, (&is_held, carrier))?;
-            let carried = std::mem::take(&mut self.carried);
-            pairs.clear();
-            let ways = Ways { start: &carried, end, delta, is_new: false };
-            let found = search.unproven(&ways, None, pairs);
-            self.exempt_remove(pairs);
-            let bounds = first.map_or(Bounds::None, Bounds::Sweeps);
-            let shortened = found.and_then(|()| {
-                self.shorten(search, (&carried, end), (delta, bounds), pairs, &is_held)
-            });
-            self.carried = carried;
-            shortened?;
+            let ways = CertifiedWays { start, end, first };
+            self.resolve_carried(search, ways, delta, pairs, (&is_held, carrier))?;
+        }
+        if let Some(first) = first
+            && self.half_spaces.are_entered(first, &wanted, end, (delta, &is_held))
+        {
+            // What was stopped is where an iterate was, which planes do not keep out: from the start of the substep on they do.
+            end.copy_from_slice(&wanted);
+            let ways = CertifiedWays { start: first, end, first: Some(first) };
+            self.resolve_carried(search, ways, delta, pairs, (&is_held, carrier))?;
         }
         if let Some(first) = first
             && self.stretches_from(Some(first), end)
@@ -342,6 +350,28 @@ impl<T: Real> Certifier<T> {
             self.shorten_from_start(search, (first, end), delta, pairs, &is_held)?;
         }
         Ok(wanted.iter().zip(end).filter(|(wanted, end)| wanted != end).count() as u64)
+    }
+
+    /// Prescribed ways are gone first, then the rest.
+    fn resolve_carried(
+        &mut self,
+        search: &mut impl PairSearch<T>,
+        CertifiedWays { start, end, first }: CertifiedWays<'_, T>,
+        delta: T,
+        pairs: &mut Vec<UnprovenPair>,
+        (is_held, carrier): (&(impl Fn(u32) -> bool + Sync), &impl Carrier<T>),
+    ) -> Result<()> {
+        self.carry(search, (start, end), delta, (is_held, carrier))?;
+        let carried = std::mem::take(&mut self.carried);
+        pairs.clear();
+        let ways = Ways { start: &carried, end, delta, is_new: false };
+        let found = search.unproven(&ways, None, pairs);
+        self.exempt_remove(pairs);
+        let bounds = first.map_or(Bounds::None, Bounds::Sweeps);
+        let shortened = found
+            .and_then(|()| self.shorten(search, (&carried, end), (delta, bounds), pairs, is_held));
+        self.carried = carried;
+        shortened
     }
 }
 

@@ -79,6 +79,7 @@ impl<T: Real> Certifier<T> {
         self.shares.fill(T::ONE);
         self.marked.fill(false);
         let mut wanted = end.to_vec();
+        let outside = self.half_spaces.outside(start, end, delta);
         for _ in 0..SLIDING_ROUNDS {
             // Each pair starts from where the last one has put its particles.
             pairs.par_sort_unstable();
@@ -91,6 +92,12 @@ impl<T: Real> Certifier<T> {
                     .iter_mut()
                     .zip(&self.changed)
                     .for_each(|(marked, changed)| *marked |= changed);
+            }
+            if !self.half_spaces.is_empty() {
+                let changed = self.changed.iter().enumerate().filter(|(_, changed)| **changed);
+                for (i, _) in changed {
+                    end[i] = outside.moved(start[i], end[i]).unwrap_or(end[i]);
+                }
             }
             self.unproven_again(search, (start, end), delta, pairs)?;
             if pairs.is_empty() {
