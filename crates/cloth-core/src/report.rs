@@ -40,6 +40,29 @@ pub struct StepReport {
     pub wall_time: Duration,
 }
 
+impl StepReport {
+    /// Makes this the account of one part of a frame more: what was done adds up, and what is at the end is what it is at the end of `part`.
+    pub fn add_part(&mut self, part: Self) {
+        let before = std::mem::replace(self, part);
+        self.substeps += before.substeps;
+        self.contact_rebuilds += before.contact_rebuilds;
+        self.contact_truncated += before.contact_truncated;
+        self.wall_time += before.wall_time;
+        for StageTime { stage, time } in before.stage_times {
+            match self.stage_times.iter_mut().find(|entry| entry.stage == stage) {
+                Some(entry) => entry.time += time,
+                None => self.stage_times.push(StageTime { stage, time }),
+            }
+        }
+        let part = std::mem::replace(&mut self.solver, before.solver);
+        self.solver.add_attempt(&part, true);
+        self.solver.constrained = part.constrained;
+        self.solver.released += part.released;
+        self.solver.substeps_failed += part.substeps_failed;
+        self.solver.time_step_changes.extend(part.time_step_changes);
+    }
+}
+
 /// What the solvers of the implicit integrators did in a frame, and the adaptive time step.
 ///
 /// Solves, iterations and factorisations count all work, that of substeps that were taken back
@@ -196,4 +219,48 @@ pub struct StageTime {
     pub stage: &'static str,
     /// Time in this frame.
     pub time: Duration,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_of_a_frame_add_up() {
+        let stage =
+            |stage, milliseconds| StageTime { stage, time: Duration::from_millis(milliseconds) };
+        let part = |iterations, contacts, stage_times| StepReport {
+            substeps: 2,
+            contacts,
+            contact_truncated: 5,
+            stage_times,
+            wall_time: Duration::from_millis(20),
+            solver: SolverReport {
+                solves: 3,
+                iterations,
+                first_iterations: Some(iterations as u32),
+                residual: 1.0 / iterations as f64,
+                constrained: contacts,
+                ..SolverReport::default()
+            },
+            ..StepReport::default()
+        };
+        let mut report = StepReport::default();
+        report.add_part(part(10, 7, vec![stage("a", 1), stage("b", 2)]));
+        report.add_part(part(40, 4, vec![stage("b", 3), stage("c", 4)]));
+        let expected = StepReport {
+            substeps: 4,
+            contact_truncated: 10,
+            stage_times: vec![stage("b", 5), stage("c", 4), stage("a", 1)],
+            wall_time: Duration::from_millis(40),
+            solver: SolverReport {
+                solves: 6,
+                first_iterations: Some(10),
+                residual: 0.1,
+                ..part(50, 4, Vec::new()).solver
+            },
+            ..part(50, 4, Vec::new())
+        };
+        assert_eq!(report, expected);
+    }
 }

@@ -4,8 +4,11 @@
 //! library does against another. Such a place is one at which the body may not come nearer: an inelastic contact without friction, whose impulses are found
 //! one after the other (Gauss and Seidel's method; Moreau 1988).
 
-use cloth_core::Pose;
-use rapier3d_f64::{prelude::RigidBody as Body, utils::AngularInertiaOps};
+use cloth_core::{ColliderImpulse, Pose};
+use rapier3d_f64::{
+    prelude::{RigidBody as Body, Vector},
+    utils::AngularInertiaOps,
+};
 
 use crate::{RigidMotion, RigidWorld, mesh::vector, shape::pose};
 
@@ -23,6 +26,8 @@ pub struct Stop {
     /// The point of the body \[m\], and the direction against which it came.
     point: [f64; 3],
     normal: [f64; 3],
+    /// How fast it is to go that way at least \[m/s\].
+    speed: f64,
     /// Whether it stands for a whole side of the body, and is not on its surface.
     is_broad: bool,
 }
@@ -32,29 +37,45 @@ impl RigidWorld {
     #[must_use]
     pub fn stop_at(&self, place: [f64; 3], duration: f64) -> Option<Stop> {
         let bodies = (0..self.bodies.len()).filter_map(|body| {
-            let (stop, distance) = self.stop_of(body, place)?;
-            let motion = &self.world.bodies[self.bodies[body]];
-            let arm = vector(stop.point) - motion.center_of_mass();
-            let speed = (motion.linvel() + motion.angvel().cross(arm)).length();
-            (distance <= REACH + speed * duration).then_some((distance, stop))
+            let (point, distance, velocity) = self.nearest(body, place)?;
+            // Against the way that it goes: what is beside an edge is pinched by what comes down there as well.
+            let normal = (-velocity.try_normalize()?).to_array();
+            let stop = Stop { body, point, normal, speed: 0.0, is_broad: false };
+            (distance <= REACH + velocity.length() * duration).then_some((distance, stop))
         });
         bodies.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, stop)| stop)
     }
 
-    /// The place nearest to `place` \[m\] at which a body is to stop, if it moves there, and how far that is from there \[m\].
+    /// Where a body that gave cloth an impulse is to go along with it: at its point nearest to `place` \[m\], as fast as the fastest corner of the triangle there, which go by
+    /// `velocities` \[m/s\], goes away from the body, or at least not against it; no faster than one of what holds the cloth, which go by `held`, as nothing else has power to give. With
+    /// what that takes away \[J\]; nothing where it does so already.
     #[must_use]
-    pub fn stop_of(&self, body: usize, place: [f64; 3]) -> Option<(Stop, f64)> {
+    pub fn stop_against(
+        &self,
+        body: usize,
+        impulse: &ColliderImpulse,
+        (place, velocities): ([f64; 3], [[f64; 3]; 3]),
+        held: &[[f64; 3]],
+    ) -> Option<(f64, Stop)> {
+        let (point, _, own) = self.nearest(body, place)?;
+        let (normal, size) = (-vector(impulse.linear)).normalize_and_length();
+        let along = |velocity: &[f64; 3]| normal.dot(vector(*velocity));
+        let fastest = |of: &[[f64; 3]]| of.iter().map(along).fold(0.0, f64::max);
+        let speed = fastest(&velocities).min(fastest(held));
+        let slower = speed - normal.dot(own);
+        let stop = Stop { body, point, normal: normal.to_array(), speed, is_broad: false };
+        (size > 0.0 && slower > 0.0).then_some((size * slower, stop))
+    }
+
+    /// The point of a body \[m\] that is nearest to `place` \[m\], how far that is from there \[m\], and its velocity \[m/s\].
+    fn nearest(&self, body: usize, place: [f64; 3]) -> Option<([f64; 3], f64, Vector)> {
         let motion = &self.world.bodies[*self.bodies.get(body)?];
         let collider = &self.world.colliders[*motion.colliders().first()?];
         let place = vector(place);
         let found = collider.shape().project_point(collider.position(), place, false);
         let arm = found.point - motion.center_of_mass();
         let velocity = motion.linvel() + motion.angvel().cross(arm);
-        // Against the way that it goes: what is beside an edge is pinched by what comes down there as well.
-        let normal = -velocity.try_normalize()?;
-        let [point, normal] = [found.point, normal].map(|vector| vector.to_array());
-        let stop = Stop { body, point, normal, is_broad: false };
-        Some((stop, (found.point - place).length()))
+        Some((found.point.to_array(), (found.point - place).length(), velocity))
     }
 
     /// Stops that a body cannot come nearer by turning about one of them either: what lies flat on cloth pinches it in many places at once.
@@ -69,6 +90,18 @@ impl RigidWorld {
         let corners = [across + along, across - along, along - across, -across - along];
         let points = corners.map(|corner| (middle + corner * size).to_array());
         points.map(|point| Stop { point, is_broad: true, ..*stop }).to_vec()
+    }
+
+    /// Takes back all of the last step of the bodies that `stops` are about, which began with `before`, one for each body: they are at rest there.
+    pub fn halt(&mut self, stops: &[Stop], before: &[RigidMotion]) {
+        for (number, (&handle, before)) in self.bodies.iter().zip(before).enumerate() {
+            if stops.iter().any(|stop| stop.body == number) {
+                let body = &mut self.world.bodies[handle];
+                body.set_position(pose(&before.pose), true);
+                body.set_linvel(Vector::ZERO, true);
+                body.set_angvel(Vector::ZERO, true);
+            }
+        }
     }
 
     /// Takes back what bodies have come nearer to `stops` in the last step, which was `duration` \[s\] long and began with `before`, one for each body. Forgets the stops that
@@ -110,7 +143,7 @@ fn stopped(body: &Body, stops: &[&Stop], start: &Pose, duration: f64) -> Option<
         for stop in stops {
             let (normal, arm) = (vector(stop.normal), vector(stop.point) - centre);
             let turn = inverse.transform_vector(arm.cross(normal));
-            let apart = normal.dot(velocity + spin.cross(arm));
+            let apart = normal.dot(velocity + spin.cross(arm)) - stop.speed;
             if apart < 0.0 {
                 let impulse = -apart / (1.0 / body.mass() + normal.dot(turn.cross(arm)));
                 velocity += normal * (impulse / body.mass());

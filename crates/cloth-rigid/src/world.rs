@@ -190,15 +190,6 @@ impl RigidWorld {
         })
     }
 
-    /// How much a body works against the cloth that it gave an impulse \[J\], 0 if it makes way.
-    #[must_use]
-    pub fn work_against(&self, body: usize, impulse: &ColliderImpulse) -> f64 {
-        let Some(&handle) = self.bodies.get(body) else { return 0.0 };
-        let body = &self.world.bodies[handle];
-        let [linear, angular] = reaction(body, impulse);
-        (-linear.dot(body.linvel()) - angular.dot(body.angvel())).max(0.0)
-    }
-
     /// All that the bodies need to go on with the same bits, contacts and their impulses included, for [`Self::resume`].
     ///
     /// # Errors

@@ -33,6 +33,24 @@ pub(crate) fn moved_from(
     moves.map(|pin| Ok((pin.particle, solver.particle_position(pin.particle)?))).collect()
 }
 
+/// How fast pins and colliders are moved in a part of a frame \[m/s\], each that is.
+fn velocities_held(control: &Control, start: &State, part: Frame) -> Vec<[f64; 3]> {
+    let velocity = |from: [f64; 3], to: [f64; 3]| -> [f64; 3] {
+        std::array::from_fn(|k| (to[k] - from[k]) / part.duration)
+    };
+    let pins = control.pins.iter().filter_map(|pin| match pin.action {
+        PinAction::MoveTo(target) => {
+            Some(velocity(*start.positions.get(pin.particle as usize)?, target))
+        }
+        PinAction::Hold | PinAction::Release => None,
+    });
+    let colliders = control.colliders.iter().filter_map(|control| {
+        let start = start.colliders.get(control.collider as usize)?;
+        Some(velocity(start.translation, control.pose.translation))
+    });
+    pins.chain(colliders).collect()
+}
+
 /// The rigid bodies of a scene, which are the last of its colliders, and what the cloth does to them.
 pub struct RigidExchange {
     world: RigidWorld,
@@ -119,7 +137,6 @@ impl RigidExchange {
         let parts = (frame.duration / EXCHANGE_INTERVAL).ceil().clamp(1.0, 1e4);
         let part = Frame { duration: frame.duration / parts };
         let mut report = StepReport::default();
-        let (mut substeps, mut wall_time) = (0, std::time::Duration::ZERO);
         let mut stops = Vec::new();
         let mut states = Part::default();
         if solver.model().has_triangle_contact() {
@@ -131,14 +148,10 @@ impl RigidExchange {
         }
         for number in 1..=parts as u32 {
             let control = control.part(&start, f64::from(number) / parts, number == 1);
-            report = self.part(solver, &control, part, (&mut states, &mut stops))?;
+            report.add_part(self.part(solver, &control, part, (&mut states, &mut stops))?);
             self.react();
-            substeps += report.substeps;
-            wall_time += report.wall_time;
         }
         report.bodies_at_speed_limit = self.world.at_speed_limit() as u32;
-        report.substeps = substeps;
-        report.wall_time = wall_time;
         Ok(report)
     }
 
@@ -154,7 +167,7 @@ impl RigidExchange {
             return Ok(None);
         }
         let bodies = self.world.motions();
-        let control = self.advance(frame, control, (&bodies, &mut Vec::new()));
+        let control = self.advance(frame, control, (&bodies, &mut Vec::new()), false);
         let moved = solver.set_control(&control).and_then(|()| solver.advance(frame));
         let outcome = moved.and_then(|()| solver.synchronize());
         if let Ok(mut report) = outcome {
@@ -181,9 +194,10 @@ impl RigidExchange {
         let bodies = self.world.motions();
         // Contact of points lets cloth through instead.
         let pinches = solver.model().has_triangle_contact();
-        let mut found = 0;
+        let held = velocities_held(control, start, part);
+        let (mut found, mut halts) = (0, false);
         loop {
-            let control = self.advance(part, control, (&bodies, stops));
+            let control = self.advance(part, control, (&bodies, stops), halts);
             let moved = solver.set_control(&control).and_then(|()| solver.advance(part));
             let outcome = moved.and_then(|()| solver.synchronize());
             let stop = match &outcome {
@@ -192,7 +206,7 @@ impl RigidExchange {
                     if pinches {
                         solver.download(end)?;
                     }
-                    self.overstretched(gauge, solver.model(), [start, end])
+                    self.overstretched(gauge, solver.model(), ([start, end], &held))
                 }
                 Err(Error::Pinched { place, .. } | Error::PinchedByBody { place, .. })
                     if pinches =>
@@ -203,28 +217,35 @@ impl RigidExchange {
                 }
                 Err(_) => None,
             };
-            // If none is there that moves it is a matter of others.
-            let Some(stop) = stop.filter(|_| found < STOPS_MAX) else {
-                std::mem::swap(start, end);
-                return outcome;
-            };
-            stops.push(stop);
-            found += 1;
-            if found % STOPS_BROAD == 0 {
-                stops.extend(self.world.stop_broadly(&stop));
+            // Between bodies that are pressed against each other each of them has many places: then they stand still.
+            let is_last = found == STOPS_MAX && outcome.is_err() && !halts;
+            match stop.filter(|_| found < STOPS_MAX) {
+                Some(stop) => {
+                    stops.push(stop);
+                    found += 1;
+                    if found % STOPS_BROAD == 0 {
+                        stops.extend(self.world.stop_broadly(&stop));
+                    }
+                }
+                None if is_last => halts = true,
+                // If none is there that moves it is a matter of others.
+                None => {
+                    std::mem::swap(start, end);
+                    return outcome;
+                }
             }
             self.world.motions_take(&start.colliders, &bodies);
             solver.upload(start)?;
         }
     }
 
-    /// Where the body is to stop that works most against cloth, if a triangle is stretched further beyond its limit than it was: that is as hard as what holds
-    /// the cloth, and no force tells the body of it.
+    /// Where the body is to go along with cloth that works most against it, if a triangle is stretched further beyond its limit than it was: that is as hard as
+    /// what holds the cloth, and no force tells the body of it.
     fn overstretched(
         &self,
         gauge: &StrainGauge,
         model: &Model,
-        [start, state]: [&State; 2],
+        ([start, state], held): ([&State; 2], &[[f64; 3]]),
     ) -> Option<Stop> {
         let elements = model.elements();
         let [before, after] = [start, state].map(|state| gauge.measure(&state.positions));
@@ -239,19 +260,20 @@ impl RigidExchange {
         let places = corners.map(|corner| state.positions[corner as usize]);
         let middle =
             std::array::from_fn(|k| places.iter().map(|place| place[k]).sum::<f64>() / 3.0);
-        let works = self.impulses[self.own..].iter().enumerate();
-        let works = works.map(|(body, impulse)| (self.world.work_against(body, impulse), body));
-        let (_, body) =
-            works.filter(|(work, _)| *work > 0.0).max_by(|(a, _), (b, _)| a.total_cmp(b))?;
-        self.world.stop_of(body, middle).map(|(stop, _)| stop)
+        let cloth = (middle, corners.map(|corner| state.velocities[corner as usize]));
+        let stops = self.impulses[self.own..].iter().enumerate();
+        let stops =
+            stops.filter_map(|(body, impulse)| self.world.stop_against(body, impulse, cloth, held));
+        stops.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, stop)| stop)
     }
 
-    /// Moves the bodies, and tells the cloth of their way.
+    /// Moves the bodies, and tells the cloth of their way. Those that were stopped stand still if it `halts` them.
     fn advance(
         &mut self,
         frame: Frame,
         control: &Control,
         (before, stops): (&[RigidMotion], &mut Vec<Stop>),
+        halts: bool,
     ) -> Control {
         let mut control = control.clone();
         let mut targets: Vec<Option<Pose>> = vec![None; self.own];
@@ -263,6 +285,9 @@ impl RigidExchange {
         self.world.advance(frame.duration, &targets);
         if !stops.is_empty() {
             self.world.stop(stops, before, frame.duration);
+        }
+        if halts {
+            self.world.halt(stops, before);
         }
         for (index, pose) in (self.own..).zip(self.world.poses()) {
             control.colliders.push(ColliderControl { collider: index as u32, pose });

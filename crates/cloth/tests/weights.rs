@@ -64,6 +64,85 @@ fn a_weight_on_cloth_comes_to_rest() {
     }
 }
 
+/// A ball that falls onto a mat on the ground, which is a plane: the ball itself would rest on that, with no room for the mat.
+const ON_THE_GROUND: &str = r#"
+name = "ground"
+simulation = { frames = 15, frames_per_second = 30 }
+[[cloth]]
+name = "mat"
+material.preset = "denim"
+geometry.grid = { columns = 13, rows = 13, spacing = 0.015, centre = [0, 0, 0.002] }
+[[collider]]
+shape.plane = {}
+[[rigid]]
+name = "ball"
+shape.sphere.radius = 0.05
+mass = 3
+translation = [0.004, 0.003, 0.056]
+"#;
+
+/// Cloth below the ball was pressed into the ground by a centimetre, without a word.
+#[test]
+fn nothing_is_pressed_into_the_ground() {
+    let scene = Scene::from_toml(ON_THE_GROUND, "ground.toml").unwrap();
+    let scene = scene.compile(&CompileOptions::default()).unwrap();
+    let backend = backend_create("cpu", None).unwrap();
+    let mut simulation = Simulation::new(scene, backend.as_ref()).unwrap();
+    let audit = SceneAudit::new(simulation.model());
+    while !simulation.is_finished() {
+        simulation.step().unwrap();
+        assert_eq!(simulation.intersections(&audit).unwrap().pairs(), 0);
+        let lowest = simulation.state().unwrap().positions.iter().map(|x| x[2]).fold(1.0, f64::min);
+        assert!(lowest > -1e-6, "at {lowest} m in frame {}", simulation.frame());
+        let ball = simulation.rigid().unwrap().motions()[0].pose.translation[2];
+        // Its polyhedron is a little smaller than the ball.
+        assert!(ball > 0.0498 && ball < 0.057, "the ball is at {ball} m");
+    }
+}
+
+/// A block that falls into a sling, whose corners rise from then on.
+const SLING: &str = r#"
+name = "sling"
+simulation = { frames = 20, frames_per_second = 30 }
+[[cloth]]
+name = "sling"
+material.preset = "denim"
+geometry.grid = { columns = 15, rows = 15, size = [0.36, 0.36], centre = [0, 0, 0.1] }
+pins = ["corners"]
+[[rigid]]
+name = "block"
+shape.box.half_extents = [0.05, 0.03, 0.03]
+rotation = { axis = [1, 1, 0], degrees = 30 }
+mass = 1
+translation = [0.01, 0.005, 0.16]
+[[event]]
+time = 0.2
+cloth = "sling"
+pins = ["corners"]
+action.move = { offset = [0, 0, 0.2], duration = 0.5 }
+"#;
+
+/// It stayed where it was, stopped against the way up, and the sling was drawn out to five times its length.
+#[test]
+fn what_lies_in_cloth_is_lifted_with_it() {
+    let scene = Scene::from_toml(SLING, "sling.toml").unwrap();
+    let scene = scene.compile(&CompileOptions::default()).unwrap();
+    let backend = backend_create("cpu", None).unwrap();
+    let mut simulation = Simulation::new(scene, backend.as_ref()).unwrap();
+    let audit = SceneAudit::new(simulation.model());
+    let mut fastest = 0.0_f64;
+    while !simulation.is_finished() {
+        simulation.step().unwrap();
+        assert_eq!(simulation.intersections(&audit).unwrap().pairs(), 0);
+        fastest = fastest.max(simulation.rigid().unwrap().motions()[0].velocity[2]);
+    }
+    let height = simulation.rigid().unwrap().motions()[0].pose.translation[2];
+    assert!((0.1..0.2).contains(&height), "at {height} m");
+    assert!(fastest < 0.8, "thrown up at {fastest} m/s, of corners at .4 m/s");
+    let stretch = simulation.audit().unwrap().fabric.unwrap().stretches[1];
+    assert!(stretch < 2.5, "stretched to {stretch}");
+}
+
 /// A ball \[kg\] that falls from a metre and a half onto a cloth held at its border: many times as heavy as what it lands on.
 fn trampoline(mass: f64) -> String {
     format!(
