@@ -3,7 +3,7 @@
 mod sewing;
 mod stage;
 
-use std::{sync::Arc, time::Duration};
+use std::sync::Arc;
 
 use cloth_core::{
     Backend, ColliderImpulse, Control, ControlStart, Error, Frame, Model, Pose, Result, Solver,
@@ -47,8 +47,8 @@ pub struct StagedSolver<S: Solver = Box<dyn Solver>> {
     kept: Control,
     /// How far anchors were at the end of the last frame \[m\].
     anchor_offset: [f64; 3],
-    /// Substeps and time of the parts of the present frame before the last one.
-    earlier: (u32, Duration),
+    /// What the parts of the present frame before the last one did.
+    earlier: StepReport,
 }
 
 impl StagedSolver {
@@ -100,7 +100,7 @@ impl<S: Solver> StagedSolver<S> {
             control: Control::default(),
             kept: Control::default(),
             anchor_offset: [0.0; 3],
-            earlier: Default::default(),
+            earlier: StepReport::default(),
         }
     }
 
@@ -295,20 +295,34 @@ impl<S: Solver> StagedSolver<S> {
     ) -> Result<Option<(Stage, State)>> {
         let torn = stage.torn_too(&self.scene, state, edges)?;
         let (Some(before), Some(after)) = (stage.weld(), torn.weld()) else { return Ok(None) };
+        let parted =
+            self.apart(state, |model, positions, gap| after.parted(model, before, positions, gap));
+        Ok(parted.map(|positions| (torn, State { positions, ..state.clone() })))
+    }
+
+    /// What `parted` makes of positions and the largest gap with which no more triangles intersect than before, if there is one.
+    fn apart(
+        &mut self,
+        state: &State,
+        parted: impl Fn(&Model, &[[f64; 3]], f64) -> Vec<[f64; 3]>,
+    ) -> Option<Vec<[f64; 3]>> {
         let model = &self.scene.model;
         let audit = self.audit.get_or_insert_with(|| SceneAudit::new(model));
         let pairs =
             |positions: &[[f64; 3]]| audit.at(positions, &state.colliders, state.time).pairs();
         let mut pairs_before = None;
         for gap in TEAR_GAPS {
-            let positions = after.parted(model, before, &state.positions, gap);
+            let positions = parted(model, &state.positions, gap);
+            if positions == state.positions {
+                return Some(positions);
+            }
             let found = pairs(&positions);
             // Where triangles intersected before, some may go on to.
             if found == 0 || found <= *pairs_before.get_or_insert_with(|| pairs(&state.positions)) {
-                return Ok(Some((torn, State { positions, ..state.clone() })));
+                return Some(positions);
             }
         }
-        Ok(None)
+        None
     }
 }
 
@@ -322,9 +336,16 @@ impl<S: Solver> Solver for StagedSolver<S> {
     }
 
     /// The state is one of the scene's particles, with contacts and ghosts by the numbers of what is simulated at present. Where it is one of another
-    /// stage, in which other particles are one, contacts and ghosts are forgotten.
+    /// stage, in which other particles are one, contacts and ghosts are forgotten. What has torn since stays so, with its sides apart.
     fn upload(&mut self, state: &State) -> Result<()> {
-        let Some(weld) = self.stage().weld() else { return self.solver.upload(state) };
+        let Some(weld) = self.stage().weld().cloned() else { return self.solver.upload(state) };
+        let parted = if self.stage().torn().is_empty() {
+            None
+        } else {
+            self.apart(state, |model, positions, gap| weld.parted_from(model, positions, gap))
+        };
+        let parted = parted.map(|positions| State { positions, ..state.clone() });
+        let state = parted.as_ref().unwrap_or(state);
         let state = State {
             slips: state.slips.clone(),
             ghosts: state.ghosts.clone(),
@@ -350,7 +371,7 @@ impl<S: Solver> Solver for StagedSolver<S> {
     }
 
     fn advance(&mut self, frame: Frame) -> Result<()> {
-        self.earlier = Default::default();
+        self.earlier = StepReport::default();
         if self.scene.model.tears().is_empty() {
             return self.solver.advance(frame);
         }
@@ -367,8 +388,7 @@ impl<S: Solver> Solver for StagedSolver<S> {
             let is_first = done == 0.0;
             if !is_first {
                 // It has added what was before.
-                let report = self.synchronize()?;
-                self.earlier = (report.substeps, report.wall_time);
+                self.earlier = self.synchronize()?;
             }
             let control = control.part(&start, share, is_first);
             self.part(&control, Frame { duration: (share - done) * frame.duration })?;
@@ -389,11 +409,10 @@ impl<S: Solver> Solver for StagedSolver<S> {
                 }
                 (error, _) => error,
             });
-        let (substeps, wall_time) = std::mem::take(&mut self.earlier);
-        report.map(|report| StepReport {
-            substeps: report.substeps + substeps,
-            wall_time: report.wall_time + wall_time,
-            ..report
+        let mut all = std::mem::take(&mut self.earlier);
+        report.map(|report| {
+            all.add_part(report);
+            all
         })
     }
 

@@ -1,5 +1,7 @@
 //! The sides of a tear come apart.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 
 use super::Tears;
@@ -32,6 +34,21 @@ impl Weld {
         let mut parted = positions.to_vec();
         let places = model.tears().places(model.particle_count());
         part((model.triangles(), &places), (&self.map, Some(&before.map)), &mut parted, gap);
+        parted
+    }
+
+    /// The same for positions of before it tore: corners of one vertex are those at one place.
+    #[must_use]
+    pub fn parted_from(&self, model: &Model, positions: &[[f64; 3]], gap: f64) -> Vec<[f64; 3]> {
+        let mut parted = positions.to_vec();
+        let places = model.tears().places(model.particle_count());
+        let mut vertices = HashMap::new();
+        let before = (0..).zip(positions).map(|(corner, position)| {
+            let at = position.map(f64::to_bits);
+            *vertices.entry((places.of(corner), at)).or_insert(corner)
+        });
+        let before: Vec<u32> = before.collect();
+        part((model.triangles(), &places), (&self.map, Some(&before)), &mut parted, gap);
         parted
     }
 }

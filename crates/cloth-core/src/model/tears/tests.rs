@@ -107,6 +107,10 @@ fn sides_of_a_tear_lie_apart() {
     let moved = again.parted(&split, &after, &parted, 1e-4);
     let is_of = |i: usize, vertex: u32| moved[i] == parted[i] || origins[i] == vertex;
     assert!((0..moved.len()).all(|i| is_of(i, 10)));
+    // The same from positions alone, of before the one tear and of before both.
+    assert_eq!(again.parted_from(&split, &parted, 1e-4), moved);
+    assert_eq!(after.parted_from(&split, split.positions(), 1e-4), parted);
+    assert_eq!(after.parted_from(&split, &parted, 1e-4), parted);
 }
 
 /// Threads break at their elongation, of warp and of weft, and not where cloth is sheared as far.
