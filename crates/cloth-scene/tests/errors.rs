@@ -306,3 +306,44 @@ fn errors_in_solids_name_the_body() {
         assert!(message.contains("line ") && message.contains(expected), "{message}");
     }
 }
+
+fn compile(text: &str) -> Result<cloth_scene::CompiledScene, SceneError> {
+    Scene::from_toml(text, "small.toml")?.compile(&CompileOptions::default())
+}
+
+/// Springs with values of their own need none of the material; others do.
+#[test]
+fn a_network_needs_no_stiffness_that_none_of_its_springs_takes() {
+    let text = |prototype: &str| {
+        format!(
+            "[[cloth]]\nmaterial = {{ mass.per_particle = 0.002, thickness = 0.004 }}\n\
+             geometry.network = {{ width = 3, positions = [[0, 0, 1], [1, 0, 1], [2, 0, 1]], prototype = [{prototype}] }}\n"
+        )
+    };
+    let own = compile(&text("{ class = \"stretch\", stiffness = 30.0 }")).unwrap();
+    assert_eq!(own.model.springs().len(), 2);
+    let error = compile(&text("{ class = \"stretch\" }")).unwrap_err().to_string();
+    assert!(error.contains("has no `stretch.stiffness`"), "{error}");
+}
+
+#[test]
+fn numbers_begin_with_a_digit() {
+    let text = "[[cloth]]\nmaterial.preset = \"cotton\"\ngeometry.grid = { columns = 3, rows = 3, spacing = .1 }\n";
+    let error = compile(text).unwrap_err().to_string();
+    assert!(error.contains("line 3") && error.contains("0.5, not .5"), "{error}");
+}
+
+/// A closed box has faces across every axis.
+#[test]
+fn a_closed_mesh_of_fabric_needs_no_direction_of_the_warp() {
+    let text = |axis: &str| {
+        format!(
+            "[[cloth]]\nmaterial.preset = \"cotton\"\n{axis}\ngeometry.triangles = {{ vertices = [[0, 0, 1], [0.2, 0, 1], [0.2, 0.1, 1], [0, 0.1, 1], \
+             [0, 0, 1.1], [0.2, 0, 1.1], [0.2, 0.1, 1.1], [0, 0.1, 1.1]], faces = [[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7], \
+             [0, 1, 5], [0, 5, 4], [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [3, 0, 4], [3, 4, 7]] }}\n"
+        )
+    };
+    assert_eq!(compile(&text("")).unwrap().model.elements().triangles().len(), 12);
+    let error = compile(&text("pattern.axis = [1, 0, 0]")).unwrap_err().to_string();
+    assert!(error.contains("stands upright on triangle 6"), "{error}");
+}
