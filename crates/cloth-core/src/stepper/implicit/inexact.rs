@@ -63,7 +63,8 @@ pub(super) fn predict<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -
 /// of the step is halved, so that less is stopped, as long as that pays.
 ///
 /// The solution of each system is good for one iteration, so that it is not solved to the end (Dembo, Eisenstat and Steihaug 1982) but to a
-/// share of what the substep began with, and constraints of colliders that pull are released from one to the next. The iteration ends by the size of its corrections, the first one apart, not by the residual, of which rounding leaves much where cloth is stiff.
+/// share of what the substep began with, and constraints of colliders that pull are released from one to the next. The iteration ends by the size of its corrections, the first one apart, not by the residual, of which rounding leaves much where cloth is stiff. Of a
+/// correction that was stopped what counts is what moved: the load on cloth that lies pressed between bodies asks for the same again and again, and gets none of it.
 ///
 /// # Errors
 /// Those of the stages.
@@ -84,7 +85,8 @@ pub(super) fn newton<K: Kernels + ?Sized>(
     let mut solves = ImplicitSettings { constraint_passes: 1, ..*settings };
     let was_free = is_linear && !kernels.triangles_touch();
     let is_loose = settings.linear.stop == LinearStop::Residual && !was_free;
-    let mut scale = substep.length * substep.length * weight(kernels.model());
+    let gravity = substep.length * substep.length * weight(kernels.model());
+    let mut scale = gravity;
     let mut end =
         if kernels.model().has_fabric() { NewtonStart::Iterate } else { NewtonStart::StepStart };
     let first = residual(kernels)?;
@@ -107,9 +109,10 @@ pub(super) fn newton<K: Kernels + ?Sized>(
             scale = scale.max(slope_start.min(FIRST_MAX * FIRST_MAX * scale));
         }
         let enough = correction * if iteration == 1 { FIRST_ALONE } else { 1.0 };
+        let [enough, enough_held] = [scale, gravity].map(|scale| enough * enough * scale);
         // What contacts did is told by the forces of the last system, which those at the start of a substep are not yet.
         let is_told = !keeps_impulses || end == NewtonStart::Iterate;
-        let is_small = slope_start <= enough * enough * scale && is_told;
+        let is_small = slope_start <= enough && is_told;
         let mut step = 1.0;
         if iteration > 1 {
             kernels.iterate_keep()?;
@@ -118,6 +121,7 @@ pub(super) fn newton<K: Kernels + ?Sized>(
         kernels.velocity_add(step)?;
         let before = now;
         let mut longer = f64::INFINITY;
+        let mut is_held = false;
         for halving in 0.. {
             kernels.position_from_kept(substep.length)?;
             let stopped = kernels.contact_certify_iterate(substep)?;
@@ -136,13 +140,18 @@ pub(super) fn newton<K: Kernels + ?Sized>(
                 0 => is_short(slope, slope_start),
                 _ => now <= before || halving == STOPPED_HALVINGS_MAX || now > WORTH * longer,
             };
+            // A step that nothing stops does as much work as its slope at the start.
+            is_held = stopped > 0 && (slope_start - slope).abs() <= enough_held;
             longer = now;
-            if is_good || halving == HALVINGS_MAX {
+            if is_good || is_held || halving == HALVINGS_MAX {
                 break;
             }
             step *= 0.5;
             kernels.velocity_restore()?;
             kernels.velocity_add(step)?;
+        }
+        if is_held {
+            return Ok(Some(end));
         }
         if is_last && slope_start > 0.0 && scale > 0.0 {
             report.newton_residual = report.newton_residual.max((slope_start / scale).sqrt());
