@@ -4,14 +4,10 @@ use std::collections::BTreeMap;
 
 use cloth_core::{
     ColliderControl, ColliderImpulse, Control, ControlStart, Error, Frame, Model, PinAction, Pose,
-    Result, Solver, State, StepReport, StrainGauge,
+    Result, Solver, State, StepReport, StrainGauge, contact::EXCHANGE_INTERVAL,
 };
 use cloth_rigid::{RigidError, RigidMotion, RigidWorld, Stop};
 use cloth_scene::CompiledScene;
-
-/// Longest time that a body waits for the reaction of the cloth \[s\]. A body on a cloth is a mass on a
-/// spring, and a force that comes late feeds its swing: this is a small part of its period.
-const EXCHANGE_INTERVAL: f64 = 2e-3;
 
 /// How much farther than its limit a triangle that a body stretches may be stretched.
 const OVERSTRETCH: f64 = 1.02;

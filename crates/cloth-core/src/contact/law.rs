@@ -24,6 +24,14 @@ const IMPLICIT_STIFFNESS: f64 = 30.0;
 /// The same share where force is part of the matrix: it may rise further before the certificate has to stop what is pulled over an edge.
 const IMPLICIT_LINE: f64 = 1.0 / 16.0;
 
+/// Longest time that a rigid body waits for the reaction of the cloth \[s\]. A body on a cloth is a mass on a
+/// spring, and a force that comes late feeds its swing: this is a small part of its period.
+pub const EXCHANGE_INTERVAL: f64 = 2e-3;
+
+/// In what time overlap with bodies follows its load where some of them are moved by cloth \[s\]. A weight is many times as heavy as the cloth below it, which
+/// alone takes nothing from its swing: it would tremble for seconds.
+const SETTLING_TIME: f64 = 4e-3;
+
 /// Largest stiffness in a matrix \[N/m\]: with more, iterations of the linear solver multiply.
 const STIFFNESS_MAX: f64 = 200.0;
 
@@ -40,6 +48,10 @@ pub struct ContactLaw<T> {
     least: T,
     /// The time step that stiffness is for: a shorter substep at the end of a frame must not change it, or what rests is thrown up.
     time_step: T,
+    /// That of contact with bodies.
+    body_time_step: T,
+    /// In what time overlap with bodies follows its load \[s\]; 0 if at once.
+    settling: T,
 }
 
 /// What a contact does to its first point, and minus that to its second.
@@ -47,7 +59,7 @@ pub struct ContactLaw<T> {
 pub struct ContactAction<T> {
     /// Force along the normal \[N\].
     pub normal_force: T,
-    /// What bounds the slip that friction remembers \[N\]: that force, or in explicit steps what the overlap gives if that is more. There the force of what
+    /// What bounds the slip that friction remembers \[N\]: that force, or in explicit steps and where bodies sway what the overlap gives if that is more. The force of what
     /// trembles comes and goes, and what sticks must not let go in between.
     pub grip: T,
     /// Force of friction \[N\].
@@ -68,7 +80,13 @@ impl<T: Real> ContactLaw<T> {
     #[must_use]
     pub fn of(model: &Model, config: &SolverConfig, length: f64) -> Self {
         let least = T::from_f64(model.seam_stiffness());
-        Self { least, ..Self::new(&config.integrator, length, config.time_step) }
+        let law = Self { least, ..Self::new(&config.integrator, length, config.time_step) };
+        if !law.is_implicit || !model.collider_impulses() {
+            return law;
+        }
+        // As stiff in a frame of one part as in one of many: what rests stays where it is.
+        let body_time_step = T::from_f64(config.time_step.min(EXCHANGE_INTERVAL));
+        Self { body_time_step, settling: T::from_f64(SETTLING_TIME), ..law }
     }
 
     /// The law for a substep of `length` \[s\] where most are `time_step` \[s\] long, without open seams.
@@ -79,6 +97,8 @@ impl<T: Real> ContactLaw<T> {
             is_implicit: matches!(integrator, Integrator::Implicit(_)),
             length: T::from_f64(length),
             time_step: T::from_f64(time_step.max(length)),
+            body_time_step: T::from_f64(time_step.max(length)),
+            settling: T::ZERO,
         }
     }
 
@@ -95,7 +115,7 @@ impl<T: Real> ContactLaw<T> {
     /// The force of a contact whose mass is `mass` \[kg\], that of 1 / sum w^2 / m, shared by `crowd` contacts of one particle.
     ///
     /// `velocity` \[m/s\] is that of the first point past the second, `slip` \[m\] the displacement along the plane from where both
-    /// stick. `start` says whether they are those at the start of a substep or of an iterate at its end.
+    /// stick. `start` says whether they are those at the start of a substep or of an iterate at its end, `with_body` whether a point is one of a body.
     #[inline(always)]
     #[must_use]
     pub fn action(
@@ -103,25 +123,30 @@ impl<T: Real> ContactLaw<T> {
         stencil: &ContactStencil<T>,
         (mass, crowd): (T, u32),
         (velocity, slip): ([T; 3], [T; 3]),
-        start: NewtonStart,
+        (start, with_body): (NewtonStart, bool),
     ) -> ContactAction<T> {
         let h = self.length;
         let crowd = T::from_f64(f64::from(crowd));
-        let inertia = mass / self.time_step;
+        let (time_step, settling) = match with_body {
+            true => (self.body_time_step, self.settling),
+            false => (self.time_step, T::ZERO),
+        };
+        let inertia = mass / time_step;
         let stiffness = if self.is_implicit {
-            let stiffness = T::from_f64(IMPLICIT_STIFFNESS) * (inertia / self.time_step);
+            let stiffness = T::from_f64(IMPLICIT_STIFFNESS) * (inertia / time_step);
             // What nothing moves needs none.
             let least = if inertia > T::ZERO { self.least } else { T::ZERO };
             stiffness.maximum(least).minimum(T::from_f64(STIFFNESS_MAX))
         } else {
-            T::from_f64(EXPLICIT_STIFFNESS) * (inertia / self.time_step) / crowd
+            T::from_f64(EXPLICIT_STIFFNESS) * (inertia / time_step) / crowd
         };
         let line = if self.is_implicit { IMPLICIT_LINE } else { EXPLICIT_LINE };
         let [elastic, slope] = normal_force(stiffness, line, stencil.reach, stencil.gap);
         let parting = dot(stencil.normal, velocity);
         let across = along_plane(velocity, stencil.normal);
         if self.is_implicit {
-            self.implicit(stencil, (stiffness, elastic, slope), (parting, across, slip), start)
+            let law = (stiffness, elastic, slope, settling);
+            self.implicit(stencil, law, (parting, across, slip), start)
         } else {
             let damping = T::from_f64(EXPLICIT_DAMPING) * inertia / crowd;
             let mut push = (elastic - damping * parting).maximum(T::ZERO);
@@ -149,20 +174,28 @@ impl<T: Real> ContactLaw<T> {
     fn implicit(
         &self,
         stencil: &ContactStencil<T>,
-        (stiffness, push, slope): (T, T, T),
+        (stiffness, elastic, slope, settling): (T, T, T, T),
         (parting, across, slip): (T, [T; 3], [T; 3]),
         start: NewtonStart,
     ) -> ContactAction<T> {
         let h = self.length;
+        // What grows meets more force, what shrinks less: none to twice that of the overlap.
+        let viscous = (settling * slope * parting).minimum(elastic).maximum(-elastic);
+        let push = elastic - viscous;
+        let follows = T::ONE + settling / h;
+        let normal_stiffness = if viscous > -elastic { slope * follows } else { slope + slope };
+        // What sways must not let go of what it sticks to in between.
+        let held = if settling > T::ZERO { elastic } else { T::ZERO };
+        let lead = plus(slip, settling, across);
         let (ahead, push_end) = match start {
-            NewtonStart::StepStart => (plus(slip, h, across), push - slope * (h * parting)),
-            NewtonStart::Iterate => (slip, push),
+            NewtonStart::StepStart => (plus(lead, h, across), push - slope * (h * parting)),
+            NewtonStart::Iterate => (lead, push),
         };
         if push_end <= T::ZERO {
             // It parts by itself: rows would hold it back.
             return ContactAction {
                 normal_force: T::ZERO,
-                grip: T::ZERO,
+                grip: held,
                 friction: [T::ZERO; 3],
                 force: [T::ZERO; 3],
                 tangential_stiffness: stiffness,
@@ -176,22 +209,26 @@ impl<T: Real> ContactLaw<T> {
         let sticks = sticks == T::ONE;
         let normal = stencil.normal;
         let (friction, across_stiffness, along) = if sticks {
-            (slip.map(|s| -(stiffness * s)), stiffness, T::ZERO)
+            (lead.map(|s| -(stiffness * s)), follows * stiffness, T::ZERO)
         } else {
-            let across_stiffness = if square > T::ZERO { limit / square.sqrt() } else { T::ZERO };
+            let stiffness_left = if square > T::ZERO { limit / square.sqrt() } else { T::ZERO };
             let inverse = if square > T::ZERO { T::ONE / square } else { T::ZERO };
+            let across_stiffness = follows * stiffness_left;
             (
                 ahead.map(|s| -(share * (stiffness * s))),
                 across_stiffness,
                 across_stiffness * inverse,
             )
         };
-        let (a, b, c) =
-            (h_square * (slope - across_stiffness), h_square * across_stiffness, h_square * along);
+        let (a, b, c) = (
+            h_square * (normal_stiffness - across_stiffness),
+            h_square * across_stiffness,
+            h_square * along,
+        );
         let entry = |i: usize, j: usize| a * (normal[i] * normal[j]) - c * (ahead[i] * ahead[j]);
         ContactAction {
             normal_force: push,
-            grip: push,
+            grip: push.maximum(held),
             friction,
             force: plus(friction, push, normal),
             tangential_stiffness: stiffness,
@@ -266,7 +303,7 @@ mod tests {
             friction: 0.0,
         };
         let motion = ([0.0, 0.0, parting], [0.0; 3]);
-        law.action(&stencil, (1e-5, 1), motion, NewtonStart::StepStart).normal_force
+        law.action(&stencil, (1e-5, 1), motion, (NewtonStart::StepStart, false)).normal_force
     }
 
     #[test]

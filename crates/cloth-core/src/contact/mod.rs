@@ -27,7 +27,7 @@ pub use certificate::{
 pub use certifier::{CertifiedWays, Certifier, PairSearch, UnprovenPair, Ways};
 pub use ghosts::{Ghost, GhostAnchor, GhostGuide};
 pub(crate) use law::EXPLICIT_EIGENVALUE;
-pub use law::{ContactAction, ContactLaw};
+pub use law::{ContactAction, ContactLaw, EXCHANGE_INTERVAL};
 pub use records::{Contact, ContactSlip, Contacts};
 pub use set::{ContactEquation, ContactMotion, ContactSet, ContactState};
 pub use stencil::{ContactKey, ContactKind, ContactStencil};

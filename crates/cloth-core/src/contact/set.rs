@@ -81,14 +81,15 @@ pub struct ContactMotion<X, V, S, M> {
 }
 
 impl<T: Real> ContactState<T> {
-    /// What a contact does in this motion. It had slipped by `before` when the substep started; each of its particles has some `crowd` of contacts.
+    /// What a contact does in this motion. It had slipped by `before` when the substep started; each of its particles has some `crowd` of contacts; numbers from
+    /// `particles` on are nodes of bodies.
     #[inline(always)]
     fn of<X, V, S, M>(
         stencil: &ContactStencil<T>,
         (law, start): (&ContactLaw<T>, NewtonStart),
         motion: &ContactMotion<X, V, S, M>,
         before: [T; 3],
-        crowd: impl Fn(u32) -> u32,
+        (crowd, particles): (impl Fn(u32) -> u32, u32),
     ) -> Self
     where
         X: Fn(u32) -> [T; 3],
@@ -96,9 +97,10 @@ impl<T: Real> ContactState<T> {
         S: Fn(u32) -> [T; 3],
         M: Fn(u32) -> T,
     {
-        let (mut inverse, mut largest) = (T::ZERO, 1);
+        let (mut inverse, mut largest, mut with_body) = (T::ZERO, 1, false);
         for (particle, weight) in stencil.particles.into_iter().zip(stencil.weights) {
             if weight != T::ZERO {
+                with_body |= particle >= particles;
                 inverse += weight * weight * (motion.inverse_mass)(particle);
                 largest = largest.max(crowd(particle));
             }
@@ -109,7 +111,7 @@ impl<T: Real> ContactState<T> {
         let moved = stencil.relative(way);
         let slip: [T; 3] = std::array::from_fn(|k| before[k] + moved[k]);
         let slip = stencil.tangential(slip);
-        let action = law.action(stencil, (mass, largest), (velocity, slip), start);
+        let action = law.action(stencil, (mass, largest), (velocity, slip), (start, with_body));
         Self { slip_start: before, slip, action }
     }
 }
@@ -181,7 +183,13 @@ impl<T: Real> ContactSet<T> {
                     let before = slip_of(memory, cursor, stencil.key);
                     let crowd =
                         |particle: u32| if particle < particles { crowd(particle) } else { 1 };
-                    let state = ContactState::of(&stencil, (law, start), motion, before, crowd);
+                    let state = ContactState::of(
+                        &stencil,
+                        (law, start),
+                        motion,
+                        before,
+                        (crowd, particles),
+                    );
                     (stencil, state)
                 },
             );
