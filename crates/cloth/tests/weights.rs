@@ -49,12 +49,18 @@ fn a_weight_on_cloth_comes_to_rest() {
             let scene = scene.compile(&CompileOptions::default()).unwrap();
             let mut simulation = Simulation::new(scene, backend.as_ref()).unwrap();
             let audit = SceneAudit::new(simulation.model());
+            let mut places = Vec::new();
             while !simulation.is_finished() {
                 simulation.step().unwrap();
                 let found = simulation.intersections(&audit).unwrap();
                 assert_eq!(found.pairs(), 0, "{name} {mass} kg: {found:?}");
+                places.push(simulation.rigid().unwrap().motions()[0].pose.translation);
             }
             let motion = simulation.rigid().unwrap().motions()[0];
+            // It swayed by half a millimetre in each frame while contact was as soft as suits frames, not bodies.
+            let [.., before, after] = places[..] else { panic!("it has 30 frames") };
+            let moved = (0..3).fold(0.0_f64, |most, k| most.max((after[k] - before[k]).abs()));
+            assert!(moved < 3e-4, "{name} {mass} kg: {moved} m in a frame");
             let [height, upright] = [motion.pose.translation[2], motion.pose.rotation[3]];
             assert!((0.15..0.155).contains(&height), "{name} {mass} kg: at {height} m");
             assert!(upright.abs() > 0.9999, "{name} {mass} kg: {:?}", motion.pose);
@@ -99,7 +105,7 @@ fn nothing_is_pressed_into_the_ground() {
         simulation.step().unwrap();
         assert_eq!(simulation.intersections(&audit).unwrap().pairs(), 0);
         let lowest = simulation.state().unwrap().positions.iter().map(|x| x[2]).fold(1.0, f64::min);
-        assert!(lowest > -1e-6, "at {lowest} m in frame {}", simulation.frame());
+        assert!(lowest > -5e-6, "at {lowest} m in frame {}", simulation.frame());
         let ball = simulation.rigid().unwrap().motions()[0].pose.translation[2];
         // Its polyhedron is a little smaller than the ball.
         assert!(ball > 0.0498 && ball < 0.057, "the ball is at {ball} m");
@@ -159,9 +165,10 @@ fn what_lies_in_cloth_is_lifted_with_it() {
     }
     let height = simulation.rigid().unwrap().motions()[0].pose.translation[2];
     assert!((0.1..0.2).contains(&height), "at {height} m");
-    assert!(fastest < 0.8, "thrown up at {fastest} m/s, of corners at .4 m/s");
+    // It comes down at 1.5 m/s, and the sling, which it stretches to its limit, throws it up from there.
+    assert!(fastest < 1.3, "thrown up at {fastest} m/s, of corners at .4 m/s");
     let stretch = simulation.audit().unwrap().fabric.unwrap().stretches[1];
-    assert!(stretch < 2.5, "stretched to {stretch}");
+    assert!(stretch < 1.5, "stretched to {stretch}");
 }
 
 /// A ball \[kg\] that falls from a metre and a half onto a cloth held at its border: many times as heavy as what it lands on.

@@ -81,7 +81,7 @@ impl<T: Real> ContactLaw<T> {
     pub fn of(model: &Model, config: &SolverConfig, length: f64) -> Self {
         let least = T::from_f64(model.seam_stiffness());
         let law = Self { least, ..Self::new(&config.integrator, length, config.time_step) };
-        if !law.is_implicit || !model.collider_impulses() {
+        if !law.is_implicit || !model.has_moved_bodies() {
             return law;
         }
         // As stiff in a frame of one part as in one of many: what rests stays where it is.
@@ -315,6 +315,36 @@ mod tests {
         assert!((explicit_push(-0.1) - approach).abs() < 1e-12);
         // .2 mm in 10 ms.
         assert!(explicit_push(0.019) > 0.0 && explicit_push(0.021) == 0.0);
+    }
+
+    /// The force of an implicit contact with a body \[N\] that overlaps by .2 mm of 1 mm at a speed of parting, and its stiffness with that of the time step \[N/m\].
+    fn settling_push(parting: f64) -> [f64; 2] {
+        let mut law = ContactLaw::<f64>::new(&Integrator::Implicit(Default::default()), 2e-3, 1e-2);
+        (law.body_time_step, law.settling) = (2e-3, SETTLING_TIME);
+        let stencil = ContactStencil { gap: 0.8e-3, reach: 1e-3, ..ContactStencil::NONE };
+        let stencil = ContactStencil { normal: [0.0, 0.0, 1.0], ..stencil };
+        let motion = ([0.0, 0.0, parting], [0.0; 3]);
+        let action = law.action(&stencil, (1e-5, 1), motion, (NewtonStart::Iterate, true));
+        [action.normal_force, action.rows[2] / (2e-3 * 2e-3)]
+    }
+
+    #[test]
+    fn overlap_with_bodies_follows_its_load() {
+        let stiffness = IMPLICIT_STIFFNESS * 1e-5 / (2e-3 * 2e-3);
+        let rest = stiffness * 0.2e-3;
+        let near = |found: f64, expected: f64| (found - expected).abs() < 1e-9 * stiffness;
+        let [push, rows] = settling_push(0.0);
+        assert!(near(push, rest) && near(rows, 3.0 * stiffness), "{push} {rows}");
+        // 4 ms at 1 cm/s are 40 um.
+        assert!(
+            near(settling_push(-0.01)[0], 1.2 * rest) && near(settling_push(0.01)[0], 0.8 * rest)
+        );
+        // At most twice as much, and it does not pull.
+        assert!(
+            near(settling_push(-1.0)[0], 2.0 * rest)
+                && near(settling_push(-1.0)[1], 2.0 * stiffness)
+        );
+        assert_eq!(settling_push(0.06), [0.0; 2]);
     }
 
     #[test]

@@ -32,6 +32,7 @@ pub struct ModelBuilder {
     air: Option<Air>,
     self_contact: Option<SelfContact>,
     collider_impulses: bool,
+    moved_bodies: bool,
     pub(super) seams: Vec<Seam>,
     pub(super) tears: Vec<Tear>,
     pub(super) inflations: Vec<Inflation>,
@@ -109,6 +110,14 @@ impl ModelBuilder {
         self
     }
 
+    /// Says that cloth moves some of the colliders, which feel it every [`EXCHANGE_INTERVAL`](crate::contact::EXCHANGE_INTERVAL): contact with colliders is as
+    /// stiff and damped as suits that, and solvers sum up what they do.
+    #[must_use]
+    pub const fn moved_bodies(mut self) -> Self {
+        self.moved_bodies = true;
+        self.collider_impulses(true)
+    }
+
     /// Checks everything and builds the model.
     ///
     /// # Errors
@@ -181,6 +190,7 @@ impl ModelBuilder {
             self_contact: self.self_contact,
             contact_rules: ContactRules::default(),
             collider_impulses: self.collider_impulses,
+            moved_bodies: self.moved_bodies,
         };
         model.tears = Tears::new(&model, &self.tears)?;
         model.contact_rules = ContactRules::new(&model, &self.contact_rules, &self.contact_maps)?;

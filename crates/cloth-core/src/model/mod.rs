@@ -116,6 +116,7 @@ pub struct Model {
     self_contact: Option<SelfContact>,
     contact_rules: ContactRules,
     collider_impulses: bool,
+    moved_bodies: bool,
 }
 
 impl Model {
@@ -249,6 +250,12 @@ impl Model {
     #[must_use]
     pub const fn collider_impulses(&self) -> bool {
         self.collider_impulses
+    }
+
+    /// Whether cloth moves some of the colliders ([`ModelBuilder::moved_bodies`]).
+    #[must_use]
+    pub const fn has_moved_bodies(&self) -> bool {
+        self.moved_bodies
     }
 
     /// The same under another gravity \[m/s^2\]. It must be finite.

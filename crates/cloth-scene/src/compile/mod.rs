@@ -213,7 +213,9 @@ impl Scene {
         builder = ties.into_iter().fold(builder, ModelBuilder::seam);
         let rigid::Bodies { bodies: rigids, joints: rigid_joints, solids } =
             rigid::compile(self, &check, &colliders, options, &mut plans)?;
-        builder = builder.collider_impulses(!rigids.is_empty());
+        if !rigids.is_empty() {
+            builder = builder.moved_bodies();
+        }
         colliders.extend(solids);
         let build = |builder: ModelBuilder, colliders: Vec<Collider>| {
             let model = colliders.into_iter().fold(builder, ModelBuilder::collider).build();
