@@ -57,6 +57,13 @@ pub enum RigidShape {
         /// Radius \[m\].
         radius: f64,
     },
+    /// All points within `radius` of a segment of the local z axis, centred on the origin.
+    Capsule {
+        /// Half the length of the segment \[m\].
+        half_length: f64,
+        /// Radius \[m\].
+        radius: f64,
+    },
     /// A closed triangle mesh.
     Mesh(Box<TriangleMesh>),
 }
@@ -100,6 +107,9 @@ impl RigidBody {
                 half_extents.iter().map(|&extent| ("a half extent", extent)).collect()
             }
             RigidShape::Sphere { radius } => vec![("the radius", *radius)],
+            RigidShape::Capsule { half_length, radius } => {
+                vec![("half the length", *half_length), ("the radius", *radius)]
+            }
             RigidShape::Mesh(_) => Vec::new(),
         };
         for (what, value) in positive.into_iter().chain(sizes) {
@@ -144,6 +154,11 @@ impl RigidBody {
             }
             RigidShape::Sphere { radius } => {
                 (ColliderBuilder::ball(*radius), MassProperties::from_ball(1.0, *radius))
+            }
+            RigidShape::Capsule { half_length, radius } => {
+                let end = vector([0.0, 0.0, *half_length]);
+                let properties = MassProperties::from_capsule(1.0, -end, end, *radius);
+                (ColliderBuilder::capsule_z(*half_length, *radius), properties)
             }
             RigidShape::Mesh(mesh) => {
                 let triangles = closed(&self.name, mesh)?;

@@ -320,6 +320,35 @@ fn bodies_rest_on_colliders_and_fall_freely_without() {
     assert!((free.momentum().0[2] + 0.3 * 9.81 * 0.2).abs() < 1e-9);
 }
 
+/// A capsule on its end falls over, and then lies on its side: as heavy and as hard to turn as one that is evenly filled.
+#[test]
+fn a_capsule_falls_over_and_rolls() {
+    let floor = Collider {
+        name: "floor".into(),
+        shape: ColliderShape::Plane,
+        pose: Pose::IDENTITY,
+        friction: 0.8,
+        restitution: 0.0,
+    };
+    let shape = RigidShape::Capsule { half_length: 0.2, radius: 0.05 };
+    let mut body = brick(shape, [0.0, 0.0, 0.25], [0.0; 3]);
+    (body.angular_velocity, body.restitution) = ([0.5, 0.0, 0.0], 0.0);
+    let mut world = RigidWorld::new(&[body.clone()], &[floor], [0.0, 0.0, -9.81]).unwrap();
+    for _ in 0..240 {
+        world.advance(1.0 / 60.0, &[None]);
+    }
+    let height = world.poses()[0].translation[2];
+    assert!((height - 0.05).abs() < 2e-3, "{height}");
+    let free = RigidWorld::new(&[body], &[], [0.0; 3]).unwrap();
+    // Of a cylinder and two half balls of the same density about the axis across.
+    let (h, r) = (0.2_f64, 0.05_f64);
+    let (tube, ends) = (2.0 * h * r * r, 4.0 / 3.0 * r * r * r);
+    let (tube, ends) = (tube / (tube + ends), ends / (tube + ends));
+    let across = tube * (h * h / 3.0 + r * r / 4.0) + ends * (0.4 * r * r + h * h + 0.75 * h * r);
+    let [x, ..] = free.momentum().1;
+    assert!((x - 0.3 * across * 0.5).abs() < 1e-9, "{x}");
+}
+
 /// What the driver does: bodies move, cloth feels them, bodies get the reaction. Nothing but the two of
 /// them is there, so that their momentum together cannot change.
 fn coupled(precision: Precision, shape: RigidShape, solid: ColliderShape) -> (f64, f64, f64) {
@@ -418,6 +447,9 @@ fn numbers_that_make_no_sense_are_refused() {
         |body: &mut RigidBody| body.mass = f64::INFINITY,
         |body: &mut RigidBody| body.velocity[1] = f64::NAN,
         |body: &mut RigidBody| body.shape = RigidShape::Sphere { radius: -1.0 },
+        |body: &mut RigidBody| {
+            body.shape = RigidShape::Capsule { half_length: f64::NAN, radius: 1.0 };
+        },
         |body: &mut RigidBody| body.centre_of_mass = Some([0.0, f64::NAN, 0.0]),
     ] {
         let mut body = brick(RigidShape::Sphere { radius: 0.1 }, [0.0; 3], [0.0; 3]);

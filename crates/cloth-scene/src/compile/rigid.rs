@@ -136,6 +136,10 @@ fn body(
         &SceneRigidShape::Sphere { radius } => {
             (RigidShape::Sphere { radius }, ColliderShape::Sphere { radius })
         }
+        &SceneRigidShape::Capsule { half_length, radius } => (
+            RigidShape::Capsule { half_length, radius },
+            ColliderShape::Capsule { half_length, radius },
+        ),
         SceneRigidShape::Mesh(mesh) => {
             let at = format!("{at}.mesh");
             let (mesh, cells) = solid::mesh(check, &at, mesh, options)?;

@@ -67,6 +67,15 @@ pub enum SceneRigidShape {
         #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
         radius: f64,
     },
+    /// All points within `radius` of a segment of the local z axis, centred on the origin.
+    Capsule {
+        /// Half the length of the segment \[m\].
+        #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
+        half_length: f64,
+        /// Radius \[m\].
+        #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
+        radius: f64,
+    },
     /// A closed triangle mesh.
     Mesh(SceneSolidMesh),
     /// A tetrahedron; either order of its vertices.

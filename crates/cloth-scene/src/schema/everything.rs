@@ -278,6 +278,11 @@ mass = 1.0
 shape.mesh = { file = "solid1.obj", cells = 5 }
 translation = [19.0, 0.0, 0.0]
 [[rigid]]
+name = "capsule"
+mass = 1.0
+shape.capsule = { half_length = 0.5, radius = 0.25 }
+translation = [0.0, 15.0, 0.0]
+[[rigid]]
 name = "tetrahedron"
 mass = 1.0
 shape.tetrahedron.vertices = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]

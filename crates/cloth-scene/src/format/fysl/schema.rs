@@ -510,12 +510,13 @@ static RIGID: Element = Element {
         &MATTER,
         &BOX,
         &SPHERE,
+        &CAPSULE,
         &MESH,
         &SOLID_FILE,
         &TETRAHEDRON,
     ],
     needs: &[
-        ("shape", "<box>, <sphere>, <mesh>, <mesh_file> or <tetrahedron>"),
+        ("shape", "<box>, <sphere>, <capsule>, <mesh>, <mesh_file> or <tetrahedron>"),
         ("mass", "<linear>"),
     ],
     ..EMPTY
