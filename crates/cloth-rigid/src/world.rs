@@ -167,6 +167,21 @@ impl RigidWorld {
         body.apply_torque_impulse(angular, true);
     }
 
+    /// How fast at most a point of a body, which is at `place` \[m\], is after an impulse there of 1 kg m/s, in whatever direction \[1/kg\]: the inverse of its
+    /// mass, and the sum over three directions of what turning adds. Zero without such a body.
+    #[must_use]
+    pub fn inverse_mass(&self, body: usize, place: [f64; 3]) -> f64 {
+        let Some(&handle) = self.bodies.get(body) else { return 0.0 };
+        let body = &self.world.bodies[handle];
+        let arm = vector(place) - body.center_of_mass();
+        let inertia = body.mass_properties().effective_world_inv_inertia;
+        let turns = [Vector::X, Vector::Y, Vector::Z].map(|direction| {
+            let moment = arm.cross(direction);
+            moment.dot(inertia.transform_vector(moment))
+        });
+        1.0 / body.mass() + turns.iter().sum::<f64>()
+    }
+
     /// Whether no body is likely to meet cloth within `duration` \[s\]: particles are at `positions` \[m\] and go with `velocities` \[m/s\].
     #[must_use]
     pub fn is_apart(&self, positions: &[[f64; 3]], velocities: &[[f64; 3]], duration: f64) -> bool {

@@ -54,6 +54,8 @@ mod pose_log;
 #[cfg(feature = "scene")]
 mod rigid_exchange;
 #[cfg(feature = "scene")]
+mod rigid_holds;
+#[cfg(feature = "scene")]
 mod scene_audit;
 #[cfg(feature = "scene")]
 mod simulation;

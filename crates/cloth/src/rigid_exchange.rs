@@ -9,6 +9,8 @@ use cloth_core::{
 use cloth_rigid::{RigidError, RigidMotion, RigidWorld, Stop};
 use cloth_scene::CompiledScene;
 
+use crate::rigid_holds::{self, RigidHolds};
+
 /// How much farther than its limit a triangle that a body stretches may be stretched.
 const OVERSTRETCH: f64 = 1.02;
 
@@ -27,6 +29,10 @@ pub(crate) fn moved_from(
 ) -> Result<BTreeMap<u32, [f64; 3]>> {
     let moves = control.pins.iter().filter(|pin| matches!(pin.action, PinAction::MoveTo(_)));
     moves.map(|pin| Ok((pin.particle, solver.particle_position(pin.particle)?))).collect()
+}
+
+fn poses_of(bodies: &[RigidMotion]) -> Vec<Pose> {
+    bodies.iter().map(|body| body.pose).collect()
 }
 
 /// How fast pins and colliders are moved in a part of a frame \[m/s\], each that is.
@@ -53,6 +59,7 @@ pub struct RigidExchange {
     /// Colliders that are no bodies.
     own: usize,
     impulses: Vec<ColliderImpulse>,
+    holds: RigidHolds,
     /// Offset of the anchors of forces \[m\].
     anchor_offset: [f64; 3],
 }
@@ -85,7 +92,8 @@ impl RigidExchange {
                 backend: "rigid body",
                 feature: error.to_string(),
             })?;
-        Ok(Some(Self { world, own, impulses, anchor_offset: [0.0; 3] }))
+        let holds = RigidHolds::new(scene, &world);
+        Ok(Some(Self { world, own, impulses, holds, anchor_offset: [0.0; 3] }))
     }
 
     /// Goes on with bodies as they were. See [`RigidWorld::resume`].
@@ -109,7 +117,7 @@ impl RigidExchange {
     }
 
     /// Advances bodies and cloth, where they are near each other in parts short enough that each feels the other in time. The state of the cloth is read
-    /// before and after each part where its triangles touch, and else only if a pin moves that was not held before.
+    /// before and after each part where its triangles touch or bodies hold some of it, and else only if a pin moves that was not held before.
     ///
     /// # Errors
     /// Those of the solver.
@@ -135,8 +143,12 @@ impl RigidExchange {
         let mut report = StepReport::default();
         let mut stops = Vec::new();
         let mut states = Part::default();
-        if solver.model().has_triangle_contact() {
+        self.holds.forces_take(solver, control)?;
+        let touches = solver.model().has_triangle_contact();
+        if touches || !self.holds.is_empty() {
             solver.download(&mut states.start)?;
+        }
+        if touches {
             if let Some(report) = self.apart(solver, control, frame, &states.start)? {
                 return Ok(report);
             }
@@ -159,11 +171,13 @@ impl RigidExchange {
         frame: Frame,
         state: &State,
     ) -> Result<Option<StepReport>> {
-        if !self.world.is_apart(&state.positions, &state.velocities, frame.duration) {
+        if self.holds.any(state.time)
+            || !self.world.is_apart(&state.positions, &state.velocities, frame.duration)
+        {
             return Ok(None);
         }
         let bodies = self.world.motions();
-        let control = self.advance(frame, control, (&bodies, &mut Vec::new()), false);
+        let control = self.advance((state.time, frame), control, (&bodies, &mut Vec::new()), false);
         let moved = solver.set_control(&control).and_then(|()| solver.advance(frame));
         let outcome = moved.and_then(|()| solver.synchronize());
         if let Ok(mut report) = outcome {
@@ -193,13 +207,13 @@ impl RigidExchange {
         let held = velocities_held(control, start, part);
         let (mut found, mut halts) = (0, false);
         loop {
-            let control = self.advance(part, control, (&bodies, stops), halts);
+            let control = self.advance((start.time, part), control, (&bodies, stops), halts);
             let moved = solver.set_control(&control).and_then(|()| solver.advance(part));
             let outcome = moved.and_then(|()| solver.synchronize());
             let stop = match &outcome {
                 Ok(_) => {
                     solver.collider_impulses(&mut self.impulses)?;
-                    if pinches {
+                    if pinches || !self.holds.is_empty() {
                         solver.download(end)?;
                     }
                     self.overstretched(gauge, solver.model(), ([start, end], &held))
@@ -226,6 +240,11 @@ impl RigidExchange {
                 None if is_last => halts = true,
                 // If none is there that moves it is a matter of others.
                 None => {
+                    if outcome.is_ok() {
+                        let (from, to) = (poses_of(&bodies), self.world.poses());
+                        let span = rigid_holds::Part::new((start.time, part), [&from, &to]);
+                        self.holds.impulses(span, end, &mut self.impulses[self.own..]);
+                    }
                     std::mem::swap(start, end);
                     return outcome;
                 }
@@ -263,10 +282,10 @@ impl RigidExchange {
         stops.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, stop)| stop)
     }
 
-    /// Moves the bodies, and tells the cloth of their way. Those that were stopped stand still if it `halts` them.
+    /// Moves the bodies on from `time` \[s\], and tells the cloth of their way and of what holds it. Those that were stopped stand still if it `halts` them.
     fn advance(
         &mut self,
-        frame: Frame,
+        (time, frame): (f64, Frame),
         control: &Control,
         (before, stops): (&[RigidMotion], &mut Vec<Stop>),
         halts: bool,
@@ -285,7 +304,11 @@ impl RigidExchange {
         if halts {
             self.world.halt(stops, before);
         }
-        for (index, pose) in (self.own..).zip(self.world.poses()) {
+        let (from, poses) = (poses_of(before), self.world.poses());
+        let span = rigid_holds::Part::new((time, frame), [&from, &poses]);
+        let offset = control.anchor_offset.unwrap_or(self.anchor_offset);
+        self.holds.control(span, offset, &mut control);
+        for (index, pose) in (self.own..).zip(poses) {
             control.colliders.push(ColliderControl { collider: index as u32, pose });
         }
         control

@@ -155,6 +155,115 @@ stiffness = 3.0
     assert!((pull / weight - 1.0).abs() < 1e-2, "{pull} N of {weight} N");
 }
 
+/// A load below the sheet, at the middle of its lower edge, held at three vertices.
+fn with_load(keys: &str, rest: &str) -> String {
+    format!(
+        "{CLOTH}{rest}[contact]\n[[rigid]]\nname = \"load\"\nmass = 0.4\nshape.sphere.radius = 0.03\ntranslation = [0, 0, -0.115]\n{keys}\n\
+         [[attachment]]\nname = \"strap\"\nvertices = [1, 2, 3]\nto = \"load\"\nreach = 0.07\n"
+    )
+}
+
+/// Sums of momenta and angular momenta of cloth and bodies.
+fn momentum(simulation: &mut Simulation) -> [[f64; 3]; 2] {
+    let masses = simulation.model().masses().to_vec();
+    let (linear, angular) = simulation.rigid().unwrap().momentum();
+    let mut sums = [linear, angular];
+    let state = simulation.state().unwrap();
+    for ((m, x), v) in masses.iter().zip(&state.positions).zip(&state.velocities) {
+        for k in 0..3 {
+            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+            sums[0][k] += m * v[k];
+            sums[1][k] += m * (x[i] * v[j] - x[j] * v[i]);
+        }
+    }
+    sums
+}
+
+#[test]
+fn what_a_body_gives_the_cloth_that_it_holds_it_loses() {
+    let folder = TempDir::new().unwrap();
+    let still = CLOTH.replacen("[simulation]", "gravity = [0, 0, 0]\n[simulation]", 1);
+    let text = with_load("velocity = [0.3, 0.8, -0.5]\nangular_velocity = [2, 0, 5]", "");
+    // As light as the sheet is.
+    let text = text.replace(CLOTH, &still).replace("mass = 0.4", "mass = 0.01");
+    let scene = compile(&folder, &text).unwrap();
+    let backend = backend_create("cpu", None).unwrap();
+    let mut simulation = Simulation::new(scene, backend.as_ref()).unwrap();
+    let before = momentum(&mut simulation);
+    for _ in 0..15 {
+        simulation.step().unwrap();
+    }
+    let after = momentum(&mut simulation);
+    let [linear, angular] =
+        [0, 1].map(|k| distance(before[k], after[k]) / distance(before[k], [0.0; 3]));
+    // Implicit steps damp what turns.
+    assert!(linear < 1e-7 && angular < 0.02, "{linear} {angular}: {before:?} {after:?}");
+    let body = simulation.rigid().unwrap().motions()[0];
+    assert!(body.velocity[2] > -0.45, "the cloth holds it back: {:?}", body.velocity);
+    // Straps, of no length at rest, let nothing go.
+    let state = simulation.state().unwrap();
+    for vertex in [1, 2, 3] {
+        let away = distance(state.positions[vertex], body.pose.translation);
+        assert!((0.038..0.08).contains(&away), "{vertex}: {away} m");
+    }
+}
+
+#[test]
+fn a_body_hangs_from_the_cloth_that_it_holds_until_it_lets_go() {
+    let folder = TempDir::new().unwrap();
+    let pinned = CLOTH.replace("name = \"sheet\"\n", "name = \"sheet\"\npins = [\"top\"]\n");
+    let drag = "[[field]]\ndrag.rate = [3, 3, 3]\n";
+    let text = with_load("", drag).replace(CLOTH, &pinned);
+    let scene = compile(&folder, &text).unwrap();
+    let height = |scene: &CompiledScene, frames: u32| {
+        let backend = backend_create("cpu", None).unwrap();
+        let mut simulation = Simulation::new(scene.clone(), backend.as_ref()).unwrap();
+        let mut heights = Vec::new();
+        for _ in 0..frames {
+            simulation.step().unwrap();
+            let motion = simulation.rigid().unwrap().motions()[0];
+            heights.push(motion.pose.translation[2]);
+        }
+        heights
+    };
+    let hanging = height(&scene, 90);
+    // It swings up and down on what the sheet stretches, less and less.
+    let swing = |heights: &[f64]| {
+        let [low, high] =
+            [f64::min, f64::max].map(|of| heights.iter().copied().reduce(of).unwrap());
+        assert!(low > -0.15 && high < -0.11, "{low} {high}");
+        high - low
+    };
+    let [first, last] = [&hanging[..12], &hanging[78..]].map(swing);
+    assert!(last < 0.3 * first, "{first} m, then {last} m");
+    let text = format!("{text}release = 0.5\n");
+    let falling = height(&compile(&folder, &text).unwrap(), 30);
+    assert!((falling[14] - hanging[14]).abs() < 1e-12, "{} {}", falling[14], hanging[14]);
+    let fallen = hanging[14] - falling[29];
+    assert!((fallen / (0.5 * 9.81 * 0.25) - 1.0).abs() < 0.1, "{fallen} m");
+}
+
+#[test]
+fn bodies_hold_cloth_where_they_can() {
+    let folder = TempDir::new().unwrap();
+    let text = with_load("", "");
+    let twice = format!(
+        "{text}[[attachment]]\nname = \"knot\"\nvertices = [2]\nto = \"load\"\nreach = 0.07\n"
+    );
+    let explicit = text.replace("solver = \"implicit\"", "solver = \"explicit\"");
+    for (text, words) in [
+        (&twice, "names vertex 2, which another attachment holds"),
+        (&explicit, "give `solver = \"implicit\"`"),
+    ] {
+        let message = compile(&folder, text).err().unwrap_or_else(|| "accepted".into());
+        assert!(message.contains(words) && message.contains("line "), "{message}");
+    }
+    // A spring as stiff as nothing bears is one as stiff as the body does.
+    let stiff = compile(&folder, &format!("{text}stiffness = 1e9\n")).unwrap();
+    let free = compile(&folder, &text).unwrap();
+    assert_eq!(run(&stiff, 5, "cpu"), run(&free, 5, "cpu"));
+}
+
 #[test]
 fn slips_are_named_with_their_line() {
     let folder = TempDir::new().unwrap();
@@ -164,7 +273,7 @@ fn slips_are_named_with_their_line() {
         )
     };
     for (body, words) in [
-        ("vertices = [\"top\"]\nto = \"bal\"", "unknown collider or cloth"),
+        ("vertices = [\"top\"]\nto = \"bal\"", "unknown collider, rigid body or cloth"),
         ("vertices = [\"tip\"]\nto = \"ball\"", "tip"),
         ("vertices = [99]\nto = \"ball\"\nstiffness = 1", "names vertex 99"),
         ("vertices = []\nto = \"ball\"", "is empty"),

@@ -1,4 +1,6 @@
-//! Attachments: from names to places on colliders, and to springs between cloths.
+//! Attachments: from names to places on colliders and rigid bodies, and to springs between cloths.
+
+use std::collections::BTreeSet;
 
 use cloth_core::{Cloth, Collider, ColliderShape, Geometry, Meshing, Seam, SeamTie, TriangleMesh};
 use cloth_rigid::{ClosestPoint, ClosestPoints, RigidError};
@@ -13,6 +15,7 @@ use crate::{
 use super::{
     Check,
     pins::{NAMED_MAX, PinSets},
+    rigid_hold::{HeldPoint, RigidHold},
 };
 
 /// Corners of less weight have no spring.
@@ -61,6 +64,22 @@ fn cloth_of<'a>(scene: &'a Scene, attachment: &'a SceneAttachment) -> Option<&'a
     }
 }
 
+/// What attachments are.
+#[derive(Default)]
+pub(super) struct Attachments {
+    /// Those to other cloths.
+    pub(super) seams: Vec<Seam>,
+    /// Those to colliders.
+    pub(super) tracks: Vec<AttachmentTrack>,
+    /// Those to rigid bodies.
+    pub(super) rigid_holds: Vec<RigidHold>,
+}
+
+/// The rigid body of a name.
+fn body_of(scene: &Scene, name: &str) -> Option<usize> {
+    scene.rigids.iter().position(|rigid| rigid.name == name)
+}
+
 /// The particles of the cloth called `name` that colliders hold by force.
 pub(super) fn held(
     scene: &Scene,
@@ -70,7 +89,8 @@ pub(super) fn held(
 ) -> Result<Vec<u32>, SceneError> {
     let mut held = Vec::new();
     for (index, attachment) in scene.attachments.iter().enumerate() {
-        if attachment.stiffness.is_none() && cloth_of(scene, attachment) == Some(name) {
+        let is_forced = attachment.stiffness.is_none() && body_of(scene, &attachment.to).is_none();
+        if is_forced && cloth_of(scene, attachment) == Some(name) {
             held.extend(vertices(check, index, attachment, sets)?);
         }
     }
@@ -101,14 +121,15 @@ fn vertices(
     Ok(named)
 }
 
-/// The attachments of a scene, as seams of cloths and as ways of particles that colliders carry.
+/// The attachments of a scene. `colliders` are its own, and behind them those that its rigid bodies are.
 pub(super) fn compile(
     scene: &Scene,
     check: &Check<'_>,
     (surfaces, pin_sets): (&ClothSurfaces, &[PinSets]),
     colliders: &[Collider],
-) -> Result<(Vec<Seam>, Vec<AttachmentTrack>), SceneError> {
-    let (mut seams, mut tracks) = (Vec::new(), Vec::new());
+) -> Result<Attachments, SceneError> {
+    let Attachments { mut seams, mut tracks, mut rigid_holds } = Attachments::default();
+    let mut sprung = BTreeSet::new();
     for (index, attachment) in scene.attachments.iter().enumerate() {
         let key = format!("attachment[{index}]");
         let hook = Hook { check, key: &key, attachment };
@@ -142,19 +163,36 @@ pub(super) fn compile(
             .filter(|place| place.weight > 0.0)
             .collect();
         let to = &attachment.to;
-        if let Some(number) = scene.colliders.iter().position(|collider| collider.name == *to) {
-            let first = surfaces.first(cloth);
+        let first = surfaces.first(cloth);
+        let own = scene.colliders.iter().position(|collider| collider.name == *to);
+        let body = body_of(scene, to);
+        // Later springs on a particle would take the place of earlier ones.
+        let has_springs = body.is_some() || own.is_some() && attachment.stiffness.is_some();
+        if let Some(twice) =
+            places.iter().find(|place| has_springs && !sprung.insert(first + place.vertex))
+        {
+            let problem = format!(
+                "names vertex {}, which another attachment holds by a spring already: name it in one of them",
+                twice.vertex
+            );
+            return Err(check.error(&format!("{key}.vertices"), &problem));
+        }
+        if let Some(number) = own {
             tracks.push(hook.to_collider((number as u32, &colliders[number]), first, &places)?);
+        } else if let Some(body) = body {
+            let solid = &colliders[scene.colliders.len() + body];
+            rigid_holds.push(hook.to_rigid((body, solid), first, &places)?);
         } else if let Some(other) = number_of(to) {
             seams.push(hook.to_cloth([name, to], &surfaces.list[other], &places)?);
         } else {
             let known = scene.colliders.iter().map(|collider| collider.name.clone());
+            let known = known.chain(scene.rigids.iter().map(|rigid| rigid.name.clone()));
             let known = known.chain(known_cloths()).collect();
             let place = check.place(&format!("{key}.to"));
-            return Err(SceneUnknown::error(place, "collider or cloth", to, known));
+            return Err(SceneUnknown::error(place, "collider, rigid body or cloth", to, known));
         }
     }
-    Ok((seams, tracks))
+    Ok(Attachments { seams, tracks, rigid_holds })
 }
 
 /// A vertex that is held.
@@ -238,6 +276,41 @@ impl Hook<'_> {
         first: u32,
         places: &[Place],
     ) -> Result<AttachmentTrack, SceneError> {
+        let SceneAttachment { stiffness, damping, release, .. } = self.attachment;
+        Ok(AttachmentTrack {
+            collider: number,
+            pose: collider.pose,
+            shape: collider.shape.clone(),
+            holds: self.holds(collider, first, places)?,
+            spring: stiffness.map(|stiffness| [stiffness, damping.unwrap_or(0.0)]),
+            release: *release,
+        })
+    }
+
+    /// The same, on a rigid body, which is the collider `solid` for the cloth.
+    fn to_rigid(
+        &self,
+        (body, solid): (usize, &Collider),
+        first: u32,
+        places: &[Place],
+    ) -> Result<RigidHold, SceneError> {
+        let point = |Held { particle, hold, weight }: Held| match hold {
+            Hold::Local(place) => Some(HeldPoint { particle, place, weight }),
+            // No shape of a rigid body changes.
+            Hold::Face { .. } => None,
+        };
+        let points = self.holds(solid, first, places)?.into_iter().filter_map(point).collect();
+        let &SceneAttachment { stiffness, damping, release, .. } = self.attachment;
+        Ok(RigidHold { body, points, stiffness, damping, release })
+    }
+
+    /// Where a solid holds vertices.
+    fn holds(
+        &self,
+        collider: &Collider,
+        first: u32,
+        places: &[Place],
+    ) -> Result<Vec<Held>, SceneError> {
         let Collider { shape, pose, .. } = collider;
         let rotation = DQuat::from_array(pose.rotation).inverse();
         let local = |at: [f64; 3]| -> [f64; 3] {
@@ -271,15 +344,7 @@ impl Hook<'_> {
             };
             holds.push(Held { particle: first + vertex, hold, weight });
         }
-        let SceneAttachment { stiffness, damping, release, .. } = self.attachment;
-        Ok(AttachmentTrack {
-            collider: number,
-            pose: *pose,
-            shape: shape.clone(),
-            holds,
-            spring: stiffness.map(|stiffness| [stiffness, damping.unwrap_or(0.0)]),
-            release: *release,
-        })
+        Ok(holds)
     }
 
     /// Springs from vertices to the corners of the triangles of another cloth that are closest.

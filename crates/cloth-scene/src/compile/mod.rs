@@ -24,6 +24,7 @@ mod phase;
 mod pins;
 mod recover;
 mod rigid;
+mod rigid_hold;
 mod seam;
 mod settings;
 mod solid;
@@ -43,11 +44,12 @@ pub use choice::SolverChoice;
 pub use memory::MemoryEstimate;
 pub use options::{CompileOptions, CompileProgress};
 pub use phase::CompiledPhase;
+pub use rigid_hold::{HeldPoint, RigidHold};
 pub use welds::Welds;
 
 use crate::{Scene, SceneColour, SceneError, SceneGeometry, SceneStart, SceneView, Timeline};
 
-use attachment::ClothSurfaces;
+use attachment::{Attachments, ClothSurfaces};
 use check::Check;
 use solid::Plans;
 
@@ -83,6 +85,8 @@ pub struct CompiledScene {
     pub rigids: Vec<RigidBody>,
     /// Constraints between these bodies.
     pub rigid_joints: Vec<RigidJoint>,
+    /// What cloth these bodies hold.
+    pub rigid_holds: Vec<RigidHold>,
     /// What the model does not keep of each cloth, in the order of the model's cloths.
     pub cloths: Vec<CompiledCloth>,
     /// What is worth knowing of how cloths were made: what was not measured of a fabric, faces that were divided.
@@ -208,15 +212,15 @@ impl Scene {
         for (index, collider) in self.colliders.iter().enumerate() {
             colliders.push(collider::compile(&check, index, collider, options, &mut plans)?);
         }
-        let (ties, attachments) =
-            attachment::compile(self, &check, (&surfaces, &pin_sets), &colliders)?;
-        builder = ties.into_iter().fold(builder, ModelBuilder::seam);
         let rigid::Bodies { bodies: rigids, joints: rigid_joints, solids } =
             rigid::compile(self, &check, &colliders, options, &mut plans)?;
         if !rigids.is_empty() {
             builder = builder.moved_bodies();
         }
         colliders.extend(solids);
+        let Attachments { seams: ties, tracks, rigid_holds } =
+            attachment::compile(self, &check, (&surfaces, &pin_sets), &colliders)?;
+        builder = ties.into_iter().fold(builder, ModelBuilder::seam);
         let build = |builder: ModelBuilder, colliders: Vec<Collider>| {
             let model = colliders.into_iter().fold(builder, ModelBuilder::collider).build();
             let checked = model.and_then(|model| {
@@ -257,6 +261,16 @@ impl Scene {
             )),
             _ => {}
         }
+        let no_air = self
+            .cloths
+            .iter()
+            .filter(|cloth| self.wind.is_none() && cloth.material.aerodynamics.is_some());
+        warnings.extend(no_air.map(|cloth| {
+            format!(
+                "cloth {:?}: `material.aerodynamics` does nothing without air: add `[wind]`, with `velocity = [0, 0, 0]` if the air is still",
+                cloth.name
+            )
+        }));
         let choice = SolverChoice::new(self, simulated);
         let config = settings::solver_config(self, &choice, Some(simulated))?;
         if matches!(config.integrator, Integrator::Midpoint(_)) && !model.colliders().is_empty() {
@@ -266,9 +280,12 @@ impl Scene {
                     .into(),
             );
         }
-        let timeline =
-            timeline::compile(self, &check, &model, &pin_sets)?.with_attachments(attachments);
+        let timeline = timeline::compile(self, &check, &model, &pin_sets)?.with_attachments(tracks);
         let phases = phase::compile(self, &check, &config)?;
+        if !rigid_holds.is_empty() && !matches!(config.integrator, Integrator::Implicit(_)) {
+            let problem = "holds cloth by a rigid body, which feels what the solver \"implicit\" says of the hold: give `solver = \"implicit\"`, or hold it by a collider";
+            return Err(check.error("attachment", problem));
+        }
         Ok(CompiledScene {
             start: self.start.as_ref().map(|start| self.start_folder(start)),
             welds,
@@ -284,6 +301,7 @@ impl Scene {
             view: self.view,
             rigids,
             rigid_joints,
+            rigid_holds,
             cloths,
             notes,
             warnings,

@@ -4,11 +4,12 @@ use serde::{Deserialize, Serialize};
 
 use super::ScenePin;
 
-/// Vertices of a cloth that are held where they are at the start, seen from the closest points of a collider or of another cloth: a waistband to a
-/// body, a button to the layer below.
+/// Vertices of a cloth that are held where they are at the start, seen from the closest points of a collider, of a rigid body or of another cloth: a
+/// waistband to a body, a parachute to its load, a button to the layer below.
 ///
 /// To a collider they are held by force, or with a stiffness by springs that end at the places to which the collider carries them; these act at the middle of
-/// each frame. To another cloth springs of that stiffness hold them, each to the corners of the triangle in which the closest point lies.
+/// each frame. To a rigid body springs hold them as well, which pull at both; none is stiffer than the mass of the body bears where it feels the cloth every 2 ms.
+/// They need the implicit solver. To another cloth springs of that stiffness hold them, each to the corners of the triangle in which the closest point lies.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -21,13 +22,14 @@ pub struct SceneAttachment {
     pub cloth: Option<String>,
     /// The vertices.
     pub vertices: Vec<ScenePin>,
-    /// Name of the collider or cloth that holds them.
+    /// Name of the collider, rigid body or cloth that holds them.
     pub to: String,
-    /// Stiffness of the hold of each vertex \[N/m\]. Without it they cannot leave their places on a collider; to a cloth it must be given.
+    /// Stiffness of the hold of each vertex \[N/m\]. Without it they cannot leave their places on a collider, and a rigid body holds them as fast as its mass
+    /// bears; to a cloth it must be given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub stiffness: Option<f64>,
-    /// Damping of the hold of each vertex \[N s/m\]; to a collider that of the motion in space, 0 if not given, to a cloth critical damping if not given.
+    /// Damping of the hold of each vertex \[N s/m\]; to a collider that of the motion in space, 0 if not given, to a rigid body 2 ms times the stiffness if not given, to a cloth critical damping if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(range(min = 0.0)))]
     pub damping: Option<f64>,
@@ -39,7 +41,7 @@ pub struct SceneAttachment {
     #[serde(default = "reach_default")]
     #[cfg_attr(test, schemars(extend("exclusiveMinimum" = 0.0)))]
     pub reach: f64,
-    /// When a collider lets the vertices go \[s\]; never if not given.
+    /// When a collider or rigid body lets the vertices go \[s\]; never if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schemars(range(min = 0.0)))]
     pub release: Option<f64>,
