@@ -16,6 +16,8 @@ use crate::{RigidMotion, RigidWorld, mesh::vector, shape::pose};
 const REACH: f64 = 0.02;
 /// How far a body is from a place that has stopped it \[m\], until the place is forgotten.
 const LEFT: f64 = 5e-3;
+/// A body that goes no further than this in a step stands still \[m\]: what stops leave of its motion.
+const STANDS: f64 = 1e-7;
 /// How often all impulses are found again.
 const SWEEPS: usize = 30;
 
@@ -32,18 +34,30 @@ pub struct Stop {
     is_broad: bool,
 }
 
+impl Stop {
+    /// The body that is to stop.
+    #[must_use]
+    pub const fn body(&self) -> usize {
+        self.body
+    }
+}
+
 impl RigidWorld {
-    /// The place at which the body nearest to `place` \[m\] is to stop, if it moves and can have come there within `duration` \[s\].
+    /// The place at which the body nearest to `place` \[m\] is to stop, if it moves and can have come there within `duration` \[s\]. Those
+    /// that have all but stopped come last.
     #[must_use]
     pub fn stop_at(&self, place: [f64; 3], duration: f64) -> Option<Stop> {
         let bodies = (0..self.bodies.len()).filter_map(|body| {
             let (point, distance, velocity) = self.nearest(body, place)?;
             // Against the way that it goes: what is beside an edge is pinched by what comes down there as well.
+            let stands = velocity.length() * duration <= STANDS;
             let normal = (-velocity.try_normalize()?).to_array();
             let stop = Stop { body, point, normal, speed: 0.0, is_broad: false };
-            (distance <= REACH + velocity.length() * duration).then_some((distance, stop))
+            let is_near = distance <= REACH + velocity.length() * duration;
+            is_near.then_some(((stands, distance), stop))
         });
-        bodies.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, stop)| stop)
+        let nearer = |a: &(bool, f64), b: &(bool, f64)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1));
+        bodies.min_by(|(a, _), (b, _)| nearer(a, b)).map(|(_, stop)| stop)
     }
 
     /// Where a body that gave cloth an impulse is to go along with it: at its point nearest to `place` \[m\], as fast as the fastest corner of the triangle there, which go by

@@ -227,19 +227,24 @@ impl RigidExchange {
                 }
                 Err(_) => None,
             };
-            // Between bodies that are pressed against each other each of them has many places: then they stand still.
-            let is_last = found == STOPS_MAX && outcome.is_err() && !halts;
-            match stop.filter(|_| found < STOPS_MAX) {
-                Some(stop) => {
+            let is_pinched = outcome.is_err();
+            let is_stopped = |stop: &Stop| stops.iter().any(|other| other.body() == stop.body());
+            match stop {
+                Some(stop) if found < STOPS_MAX => {
                     stops.push(stop);
                     found += 1;
                     if found % STOPS_BROAD == 0 {
                         stops.extend(self.world.stop_broadly(&stop));
                     }
                 }
-                None if is_last => halts = true,
+                // Between bodies that are pressed against each other each of them has many places: then they stand still, and so do others that come there.
+                Some(stop) if is_pinched && !(halts && is_stopped(&stop)) => {
+                    stops.push(stop);
+                    halts = true;
+                }
+                None if is_pinched && found == STOPS_MAX && !halts => halts = true,
                 // If none is there that moves it is a matter of others.
-                None => {
+                _ => {
                     if outcome.is_ok() {
                         let (from, to) = (poses_of(&bodies), self.world.poses());
                         let span = rigid_holds::Part::new((start.time, part), [&from, &to]);

@@ -218,3 +218,39 @@ fn a_ball_is_caught_by_a_cloth_that_is_held() {
         assert!(back.contains(&upwards), "{mass} kg: thrown back at {upwards} m/s");
     }
 }
+
+/// Bodies that meet with cloth between them: the one that lies below was stopped again and again, and the one that came not at all.
+#[test]
+fn cloth_between_bodies_that_meet_stops_both() {
+    let scene = r#"
+name = "between"
+simulation = { frames = 8, frames_per_second = 30 }
+[[cloth]]
+name = "cover"
+material.preset = "cotton"
+geometry.grid = { columns = 13, rows = 13, spacing = 0.025, centre = [0, 0, 0.206] }
+[[collider]]
+shape.plane = {}
+[[rigid]]
+name = "ball"
+mass = 1.2
+shape.sphere.radius = 0.1
+translation = [0, 0, 0.1]
+[[rigid]]
+name = "brick"
+mass = 2
+shape.box.half_extents = [0.1, 0.05, 0.03]
+translation = [0.02, 0, 0.26]
+velocity = [0, 0, -5]
+"#;
+    let (mut simulation, audit) = begun(scene);
+    while !simulation.is_finished() {
+        simulation.step().unwrap();
+        assert_eq!(simulation.intersections(&audit).unwrap().pairs(), 0);
+        let [ball, brick] = simulation.rigid().unwrap().motions()[..] else { panic!("two bodies") };
+        let apart: [f64; 3] =
+            std::array::from_fn(|k| brick.pose.translation[k] - ball.pose.translation[k]);
+        let apart = apart.iter().map(|x| x * x).sum::<f64>().sqrt();
+        assert!(apart > 0.1299, "{apart} m in frame {}", simulation.frame());
+    }
+}
