@@ -26,15 +26,18 @@ fn pin(particle: u32, action: PinAction) -> Control {
 fn indices_and_numbers_of_a_control() {
     let model = model();
     let expected = ModelError::PinOutOfRange { owner: "control".into(), pin: 9, particles: 9 };
-    for action in [PinAction::Hold, PinAction::Release, PinAction::MoveTo([0.0; 3])] {
+    let moves = [PinAction::MoveTo, PinAction::MoveBy].map(|of| of([0.0; 3]));
+    for action in [PinAction::Hold, PinAction::Release].into_iter().chain(moves) {
         assert_eq!(pin(9, action).validate(&model), Err(expected.clone()));
         assert_eq!(pin(8, action).validate(&model), Ok(()));
     }
-    let error = pin(4, PinAction::MoveTo([0.0, f64::NAN, 0.0])).validate(&model);
-    assert!(
-        matches!(&error, Err(ModelError::NonFinite { what, .. }) if what.contains("pin 4")),
-        "{error:?}"
-    );
+    for of in [PinAction::MoveTo, PinAction::MoveBy] {
+        let error = pin(4, of([0.0, f64::NAN, 0.0])).validate(&model);
+        assert!(
+            matches!(&error, Err(ModelError::NonFinite { what, .. }) if what.contains("pin 4")),
+            "{error:?}"
+        );
+    }
     let collider = |collider, pose| Control {
         colliders: vec![ColliderControl { collider, pose }],
         ..Control::default()

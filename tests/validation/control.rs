@@ -37,6 +37,34 @@ fn a_moved_pin_arrives_exactly() {
     }
 }
 
+/// What is held in flight goes from where it is.
+#[test]
+fn a_particle_that_is_moved_by_a_way_goes_from_where_it_is() {
+    let time_step = 1e-3;
+    let patch = GridPatch::horizontal(4, 0.1, 0.0);
+    let mut cloth = grid_cloth("patch", patch, material(0.01, 50.0, 1e-3));
+    cloth.pins = vec![0];
+    let model = build(ModelBuilder::new().cloth(cloth));
+    for candidate in candidates() {
+        for integrator in integrators(candidate) {
+            let mut solver = solver_of(candidate, &model, time_step, integrator);
+            let fallen = advance(&mut *solver, 20, time_step).positions[15];
+            assert!(fallen[2] < model.positions()[15][2], "{}: {fallen:?}", candidate.label);
+            let way = [0.02, 0.0, 0.01];
+            for times in [1.0, 2.0] {
+                solver.set_control(&pin(15, PinAction::MoveBy(way))).unwrap();
+                let state = advance(&mut *solver, 10, time_step);
+                for axis in 0..3 {
+                    let expected = fallen[axis] + times * way[axis];
+                    let found = state.positions[15][axis];
+                    assert!((found - expected).abs() < 1e-6, "{}: {found}", candidate.label);
+                }
+                assert_eq!(state.held[15], 1);
+            }
+        }
+    }
+}
+
 /// A solver remembers where held particles are as the state has it: one that is given its own state again goes on with the same
 /// bits.
 #[test]

@@ -43,8 +43,18 @@ pub enum PinAction {
     /// Hold the particle and move it in a straight line, to arrive at this place \[m\] exactly at
     /// the end of the next frame.
     MoveTo([f64; 3]),
+    /// The same, to arrive at a place this far from where it is now \[m\].
+    MoveBy([f64; 3]),
     /// Let the particle go, with the velocity it has.
     Release,
+}
+
+impl PinAction {
+    /// Whether it moves the particle.
+    #[must_use]
+    pub const fn moves(&self) -> bool {
+        matches!(self, Self::MoveTo(_) | Self::MoveBy(_))
+    }
 }
 
 /// Where a collider is to be at the end of the next frame.
@@ -96,7 +106,7 @@ pub enum Anchor {
 /// Where everything that moves is at the start of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControlStart<'a> {
-    /// Positions \[m\] of the particles that [`PinAction::MoveTo`] moves.
+    /// Positions \[m\] of the particles that move.
     pub positions: &'a BTreeMap<u32, [f64; 3]>,
     /// Poses of all colliders.
     pub colliders: &'a [Pose],
@@ -110,17 +120,21 @@ impl Control {
     #[must_use]
     pub fn part(&self, start: &ControlStart<'_>, fraction: f64, is_first: bool) -> Self {
         let mut part = self.clone();
-        part.pins.retain(|pin| is_first || matches!(pin.action, PinAction::MoveTo(_)));
+        part.pins.retain(|pin| is_first || pin.action.moves());
         part.forces = part.forces.filter(|_| is_first);
         if let Some(offset) = &mut part.anchor_offset {
             let from = if self.forces.is_some() { [0.0; 3] } else { start.anchor_offset };
             *offset = std::array::from_fn(|k| from[k] + fraction * (offset[k] - from[k]));
         }
         for pin in &mut part.pins {
-            let start = start.positions.get(&pin.particle);
-            if let (PinAction::MoveTo(target), Some(start)) = (&mut pin.action, start) {
-                *target = std::array::from_fn(|k| start[k] + fraction * (target[k] - start[k]));
-            }
+            let Some(start) = start.positions.get(&pin.particle) else { continue };
+            let way: [f64; 3] = match pin.action {
+                PinAction::MoveTo(target) => std::array::from_fn(|k| target[k] - start[k]),
+                PinAction::MoveBy(way) => way,
+                PinAction::Hold | PinAction::Release => continue,
+            };
+            let target = std::array::from_fn(|k| start[k] + fraction * way[k]);
+            pin.action = PinAction::MoveTo(target);
         }
         for collider in &mut part.colliders {
             if let Some(start) = start.colliders.get(collider.collider as usize) {
@@ -145,7 +159,7 @@ impl Control {
                     particles,
                 });
             }
-            if let PinAction::MoveTo(target) = &pin.action {
+            if let PinAction::MoveTo(target) | PinAction::MoveBy(target) = &pin.action {
                 finite_all(|| format!("target of pin {}", pin.particle), target)?;
             }
         }

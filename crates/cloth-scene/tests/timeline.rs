@@ -39,6 +39,41 @@ fn a_pin_moves_and_is_released_once() {
     assert_eq!(pins(1000), []);
 }
 
+/// Wherever it is then: only its way is known before.
+#[test]
+fn what_was_free_is_held_moved_and_let_go_again() {
+    let event = |time: f64, action: &str| {
+        format!("[[event]]\ntime = {time:?}\ncloth = \"first\"\npins = [2]\naction{action}\n")
+    };
+    let lift = ".move = { offset = [0, 0, 2], duration = 0.4 }";
+    let events =
+        [(0.15, " = \"hold\""), (0.25, lift), (0.8, " = \"release\""), (1.0, " = \"hold\"")];
+    let text: String = events.iter().map(|(time, action)| event(*time, action)).collect();
+    let found = timeline(&text);
+    let action = |frame| found.control(frame).pins.first().map(|pin| (pin.particle, pin.action));
+    assert_eq!(action(1), None);
+    // Held and moved at once.
+    let mut way = 0.0;
+    for frame in 2..7 {
+        let Some((2, PinAction::MoveBy([0.0, 0.0, up]))) = action(frame) else {
+            panic!("{frame}: {:?}", action(frame))
+        };
+        way += up;
+    }
+    assert!((way - 2.0_f64).abs() < 1e-12, "{way}");
+    assert_eq!(action(7), None);
+    assert_eq!(action(8), Some((2, PinAction::Release)));
+    assert_eq!(action(9), None);
+    assert_eq!(action(10), Some((2, PinAction::Hold)));
+    assert_eq!(action(11), None);
+    // From the middle of a frame to the end of it a hand goes what it has to in the next.
+    let late = timeline(&(event(0.25, " = \"hold\"") + &event(0.25, lift)));
+    assert_eq!(late.control(2).pins, []);
+    let [pin] = late.control(3).pins[..] else { panic!("one pin") };
+    let PinAction::MoveBy([.., up]) = pin.action else { panic!("{:?}", pin.action) };
+    assert!((up - 0.75).abs() < 1e-12, "{up}");
+}
+
 #[test]
 fn a_move_ends_exactly_at_its_offset() {
     let timeline = timeline(
@@ -73,7 +108,7 @@ fn a_released_pin_cannot_be_moved() {
                 [[event]]\ntime = 1\ncloth = \"a\"\npins = [0]\naction = \"release\"\n";
     let scene = Scene::from_toml(text, "t.toml").unwrap();
     let message = scene.compile(&CompileOptions::default()).unwrap_err().to_string();
-    assert!(message.contains("line 10, ") && message.contains("pin it first"), "{message}");
+    assert!(message.contains("line 10, ") && message.contains("pin it, or hold it"), "{message}");
 }
 
 #[test]

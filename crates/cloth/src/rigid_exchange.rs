@@ -27,7 +27,7 @@ pub(crate) fn moved_from(
     solver: &mut dyn Solver,
     control: &Control,
 ) -> Result<BTreeMap<u32, [f64; 3]>> {
-    let moves = control.pins.iter().filter(|pin| matches!(pin.action, PinAction::MoveTo(_)));
+    let moves = control.pins.iter().filter(|pin| pin.action.moves());
     moves.map(|pin| Ok((pin.particle, solver.particle_position(pin.particle)?))).collect()
 }
 
@@ -44,6 +44,7 @@ fn velocities_held(control: &Control, start: &State, part: Frame) -> Vec<[f64; 3
         PinAction::MoveTo(target) => {
             Some(velocity(*start.positions.get(pin.particle as usize)?, target))
         }
+        PinAction::MoveBy(way) => Some(velocity([0.0; 3], way)),
         PinAction::Hold | PinAction::Release => None,
     });
     let colliders = control.colliders.iter().filter_map(|control| {

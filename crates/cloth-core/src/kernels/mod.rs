@@ -424,6 +424,7 @@ impl PinWrite {
             PinAction::MoveTo(target) => {
                 (true, Some(std::array::from_fn(|k| (target[k] - position[k]) / duration)))
             }
+            PinAction::MoveBy(way) => (true, Some(way.map(|way| way / duration))),
             PinAction::Release => (false, None),
         };
         Self { particle, held, position: None, velocity }

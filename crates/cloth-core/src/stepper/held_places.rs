@@ -37,7 +37,7 @@ impl HeldPlaces {
                 let place = self.rounded(target);
                 self.places.insert(pin.particle, place);
             }
-            PinAction::Release => {
+            PinAction::MoveBy(_) | PinAction::Release => {
                 self.places.remove(&pin.particle);
             }
         }

@@ -86,10 +86,8 @@ impl<K: Kernels> SteppedSolver<K> {
     /// Makes ready to say where the particles of moving pins are now: the one case in which a control may read the state
     /// back, and only for a particle that was free, or was caught in flight.
     fn pin_places_find(&mut self) -> Result<()> {
-        let is_unknown = |pin: &PinControl| {
-            matches!(pin.action, PinAction::MoveTo(_))
-                && self.held_places.get(pin.particle).is_none()
-        };
+        let is_unknown =
+            |pin: &PinControl| pin.action.moves() && self.held_places.get(pin.particle).is_none();
         if self.control.pins.iter().any(is_unknown) {
             self.kernels.state_read(&mut self.scratch)?;
         }
@@ -136,10 +134,15 @@ impl<K: Kernels> SteppedSolver<K> {
         self.ghosts_guide(duration)?;
         self.pins.clear();
         self.pin_places_find()?;
-        for &PinControl { particle, ref action } in &self.control.pins {
-            let place = self.pin_place(particle);
-            self.pins.push(PinWrite::at_frame_start(particle, action, place, duration));
+        let mut moved = std::mem::take(&mut self.control.pins);
+        for PinControl { particle, action } in &mut moved {
+            let place = self.pin_place(*particle);
+            if let PinAction::MoveBy(way) = *action {
+                *action = PinAction::MoveTo(std::array::from_fn(|k| place[k] + way[k]));
+            }
+            self.pins.push(PinWrite::at_frame_start(*particle, action, place, duration));
         }
+        self.control.pins = moved;
         if !self.pins.is_empty() {
             self.kernels.pins_write(&self.pins)?;
         }

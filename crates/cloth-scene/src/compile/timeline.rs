@@ -40,7 +40,8 @@ pub(super) fn compile(
             return Err(check.error(&format!("event[{index}].pins"), &problem));
         }
     }
-    Ok(Timeline::new(scene.simulation.frames_per_second, pins.into_values().collect(), colliders))
+    let pins = pins.into_values().filter(|pin| !pin.is_empty());
+    Ok(Timeline::new(scene.simulation.frames_per_second, pins.collect(), colliders))
 }
 
 fn collider_tracks(scene: &Scene, check: &Check<'_>) -> Result<Vec<ColliderTrack>, SceneError> {
@@ -127,28 +128,29 @@ impl Events<'_> {
             }
             for particle in particles {
                 let Some(particle) = particle.checked_add(range.start) else { continue };
-                let is_pin =
-                    range.contains(&particle) && model.pins().binary_search(&particle).is_ok();
-                let start = match model.positions().get(particle as usize) {
-                    Some(&start) if is_pin => start,
-                    _ => continue,
-                };
-                let track =
-                    tracks.entry(particle).or_insert_with(|| PinTrack::new(particle, start));
-                if track.release.is_some() {
+                if !range.contains(&particle) {
                     continue;
                 }
-                found = true;
-                match event.action {
-                    SceneAction::Release => track.release = Some(event.time),
-                    SceneAction::Move { offset, duration } => {
-                        track.moves.push(PinMove { time: event.time, duration, offset });
+                let is_pin = model.pins().binary_search(&particle).is_ok();
+                let Some(start) = model.positions().get(particle as usize) else { continue };
+                let start = is_pin.then_some(*start);
+                let track =
+                    tracks.entry(particle).or_insert_with(|| PinTrack::new(particle, start));
+                let time = event.time;
+                found |= match event.action {
+                    SceneAction::Release => track.release(time),
+                    SceneAction::Hold => {
+                        track.hold(time);
+                        true
                     }
-                }
+                    SceneAction::Move { offset, duration } => {
+                        track.push(PinMove { time, duration, offset })
+                    }
+                };
             }
             if !found {
                 let problem = format!(
-                    "names {pin}, but no pin of cloth {:?} is held there at {} s: pin it first",
+                    "names {pin}, but no pin of cloth {:?} is held there at {} s: pin it, or hold it by an event before",
                     event.cloth, event.time
                 );
                 return Err(check.error(&format!("{key}.pins"), &problem));

@@ -14,7 +14,7 @@ pub struct SceneEvent {
     pub time: f64,
     /// Name of the cloth.
     pub cloth: String,
-    /// The pins; particles of a named set that are not pinned are passed over.
+    /// The pins; particles of a named set that are not pinned, or held by an event before, are passed over.
     pub pins: Vec<ScenePin>,
     /// What happens to them.
     pub action: SceneAction,
@@ -27,6 +27,8 @@ pub struct SceneEvent {
 pub enum SceneAction {
     /// They are let go.
     Release,
+    /// They are held where they are, whether they were pins before or not: a hand takes hold of them.
+    Hold,
     /// They move in a straight line at constant speed. Moves at the same time add up.
     Move {
         /// Way to go \[m\].

@@ -55,6 +55,11 @@ time = 0.75
 cloth = "a"
 pins = [0]
 action = "release"
+[[event]]
+time = 1.0
+cloth = "a"
+pins = [0]
+action = "hold"
 "##,
     r##"name = "networks"
 contact = { distance = 0.02, response.impulse = { restitution = 0.1, friction = 0.2 } }

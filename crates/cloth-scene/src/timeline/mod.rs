@@ -77,11 +77,10 @@ impl Timeline {
             .map(move |track| ColliderControl { collider: track.collider, pose: track.pose(time) })
     }
 
-    /// Where the pins that ever move are after `frames` frames \[m\], or were when they were let go.
+    /// Where the pins that ever move are after `frames` frames \[m\], or were when they were let go, of those that are held at the start.
     pub fn moved_pins(&self, frames: u64) -> impl Iterator<Item = [f64; 3]> {
         let time = frames as f64 / self.frames_per_second;
-        let tracks = self.pins.iter().filter(|track| !track.moves.is_empty());
-        tracks.map(move |track| track.position(track.release.map_or(time, |end| end.min(time))))
+        self.pins.iter().filter_map(move |track| track.position(time))
     }
 }
 

@@ -4,17 +4,25 @@ use cloth_core::PinAction;
 
 use super::FrameSpan;
 
-/// A pin that moves or is released.
+/// A particle that is held at times.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PinTrack {
     /// Index in the composite model.
     pub(crate) particle: u32,
-    /// Position at time zero \[m\].
-    pub(crate) start: [f64; 3],
+    /// When it is held, one after the other.
+    holds: Vec<Hold>,
+}
+
+/// A time in which a particle is held.
+#[derive(Clone, Debug, PartialEq)]
+struct Hold {
+    /// When it begins \[s\], and where the particle is then \[m\]: at the start, or wherever it happens to be.
+    since: f64,
+    place: Option<[f64; 3]>,
     /// Moves, which add up.
-    pub(crate) moves: Vec<PinMove>,
-    /// When it is let go \[s\].
-    pub(crate) release: Option<f64>,
+    moves: Vec<PinMove>,
+    /// When it ends \[s\].
+    release: Option<f64>,
 }
 
 /// A straight way at constant speed.
@@ -29,26 +37,77 @@ pub(crate) struct PinMove {
 }
 
 impl PinTrack {
-    pub(crate) const fn new(particle: u32, start: [f64; 3]) -> Self {
-        Self { particle, start, moves: Vec::new(), release: None }
+    /// A particle that is held at this place \[m\] at the start, or free.
+    pub(crate) fn new(particle: u32, place: Option<[f64; 3]>) -> Self {
+        let hold =
+            |place| Hold { since: 0.0, place: Some(place), moves: Vec::new(), release: None };
+        Self { particle, holds: place.map(hold).into_iter().collect() }
+    }
+
+    /// Whether it is never held.
+    pub(crate) const fn is_empty(&self) -> bool {
+        self.holds.is_empty()
+    }
+
+    /// The hold that has not ended. Events come in the order of time.
+    fn present(&mut self) -> Option<&mut Hold> {
+        self.holds.last_mut().filter(|hold| hold.release.is_none())
+    }
+
+    /// Holds the particle from `time` \[s\] on, wherever it is, if it is free.
+    pub(crate) fn hold(&mut self, time: f64) {
+        if self.present().is_none() {
+            let hold = Hold { since: time, place: None, moves: Vec::new(), release: None };
+            self.holds.push(hold);
+        }
+    }
+
+    /// Moves it. Returns whether it is held.
+    pub(crate) fn push(&mut self, step: PinMove) -> bool {
+        self.present().map(|hold| hold.moves.push(step)).is_some()
+    }
+
+    /// Lets it go at `time` \[s\]. Returns whether it was held.
+    pub(crate) fn release(&mut self, time: f64) -> bool {
+        self.present().map(|hold| hold.release = Some(time)).is_some()
     }
 
     /// What happens to the pin in a frame, if anything does.
     pub(crate) fn action(&self, span: &FrameSpan) -> Option<PinAction> {
-        if let Some(release) = self.release.filter(|&release| span.is_after(release)) {
+        let hold = self.holds.iter().rfind(|hold| span.is_after(hold.since))?;
+        if let Some(release) = hold.release.filter(|&release| span.is_after(release)) {
             return span.begins_at(release).then_some(PinAction::Release);
         }
-        self.moves
-            .iter()
-            .any(|step| span.overlaps(step.time, step.time + step.duration))
-            .then(|| PinAction::MoveTo(self.position(span.end)))
+        let begins = hold.place.is_none() && span.begins_at(hold.since);
+        let moves = |step: &PinMove| span.overlaps(step.time, step.time + step.duration);
+        if !hold.moves.iter().any(moves) {
+            return begins.then_some(PinAction::Hold);
+        }
+        Some(match hold.place {
+            Some(place) => PinAction::MoveTo(hold.moved(place, span.end)),
+            None => {
+                // A move that began before the frame in which it is first held has its way still before it.
+                let start = if begins { hold.since } else { span.start };
+                let [start, end] = [start, span.end].map(|time| hold.moved([0.0; 3], time));
+                PinAction::MoveBy(std::array::from_fn(|k| end[k] - start[k]))
+            }
+        })
     }
 
-    /// Where the pin is at `time` \[s\].
-    pub(super) fn position(&self, time: f64) -> [f64; 3] {
-        self.moves.iter().fold(self.start, |position, step| {
+    /// Where the pin is at `time` \[s\], or was when it was let go, if it is held at the start and moved.
+    pub(super) fn position(&self, time: f64) -> Option<[f64; 3]> {
+        let hold = self.holds.first().filter(|hold| !hold.moves.is_empty())?;
+        let time = hold.release.map_or(time, |end| end.min(time));
+        hold.place.map(|place| hold.moved(place, time))
+    }
+}
+
+impl Hold {
+    /// Where it is at `time` \[s\] if it is first held at a `place` \[m\].
+    fn moved(&self, place: [f64; 3], time: f64) -> [f64; 3] {
+        self.moves.iter().fold(place, |place, step| {
             let fraction = ((time - step.time) / step.duration).clamp(0.0, 1.0);
-            std::array::from_fn(|k| position[k] + fraction * step.offset[k])
+            std::array::from_fn(|k| place[k] + fraction * step.offset[k])
         })
     }
 }

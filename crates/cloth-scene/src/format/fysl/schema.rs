@@ -215,6 +215,7 @@ static SIMULATION: Element = Element {
         &PROCEDURAL,
         &PROCEDURAL_ENGINE,
         &RELEASE,
+        &HOLD,
         &MOVE,
     ],
     ..EMPTY
@@ -280,17 +281,19 @@ static PROCEDURAL_ENGINE: Element = Element {
     text: Some(("expression", Text)),
     ..EMPTY
 };
-static RELEASE: Element = Element {
-    tag: "release",
+const RELEASE_OR_HOLD: Element = Element {
     target: Item("/event", ""),
     attributes: &[
         required("time", "time", Number),
         required("group", "cloth", Text),
         required("pins", "pins", Words),
     ],
-    constant: Some(("action", "release")),
     ..EMPTY
 };
+static RELEASE: Element =
+    Element { tag: "release", constant: Some(("action", "release")), ..RELEASE_OR_HOLD };
+static HOLD: Element =
+    Element { tag: "hold", constant: Some(("action", "hold")), ..RELEASE_OR_HOLD };
 static MOVE: Element = leaf(
     "move",
     Item("/event", ""),
