@@ -14,6 +14,22 @@ const LANES: usize = 16;
 /// A coordinate of four particles of each pair.
 type Coordinates<T> = [[[T; LANES]; 3]; 4];
 
+/// Pairs that are looked at side by side; those behind the first `count` are there to fill it up.
+struct Batch {
+    pairs: [UnprovenPair; LANES],
+    count: usize,
+}
+
+impl Batch {
+    /// Adds a pair. Returns whether it is full.
+    #[inline(always)]
+    fn push(&mut self, pair: &UnprovenPair) -> bool {
+        self.pairs[self.count] = *pair;
+        self.count += 1;
+        self.count == LANES
+    }
+}
+
 /// The pairs of a run that nothing proves, compiled for each instruction set.
 pub(super) struct ProofTask<'a, T> {
     pub(super) run: &'a Run,
@@ -39,27 +55,42 @@ impl<T: Real> ProofTask<'_, T> {
     #[inline(always)]
     fn look(&self, split: Split, pairs: &[UnprovenPair], left: &mut Vec<UnprovenPair>) {
         let Some(&first) = pairs.first() else { return };
-        let mut batch = [first; LANES];
-        let mut count = 0;
-        for pairs in pairs.chunks(LANES) {
-            // Most pairs are proven by an axis of space.
-            let mut chunk = [first; LANES];
-            chunk[..pairs.len()].copy_from_slice(pairs);
-            let is_proven = self.each::<AlongAxes>(split, &chunk);
-            for (pair, is_proven) in pairs.iter().zip(is_proven) {
-                if is_proven || !self.is_asked(pair) {
-                    continue;
-                }
-                batch[count] = *pair;
-                count += 1;
-                if count == LANES {
-                    self.prove(split, &batch, count, left);
-                    count = 0;
+        let mut unproven = Batch { pairs: [first; LANES], count: 0 };
+        if self.marked.is_none() {
+            for pairs in pairs.chunks(LANES) {
+                let mut batch = Batch { pairs: [first; LANES], count: pairs.len() };
+                batch.pairs[..pairs.len()].copy_from_slice(pairs);
+                self.compare(split, &batch, &mut unproven, left);
+            }
+        } else {
+            // Few have a mark: coordinates of others are not looked at.
+            let mut asked = Batch { pairs: [first; LANES], count: 0 };
+            for pair in pairs.iter().filter(|pair| self.is_asked(pair)) {
+                if asked.push(pair) {
+                    self.compare(split, &asked, &mut unproven, left);
+                    asked.count = 0;
                 }
             }
+            self.compare(split, &asked, &mut unproven, left);
         }
-        if count > 0 {
-            self.prove(split, &batch, count, left);
+        self.prove(split, &unproven, left);
+    }
+
+    /// Most pairs are proven by an axis of space; the others wait until there are enough of them.
+    #[inline(always)]
+    fn compare(
+        &self,
+        split: Split,
+        batch: &Batch,
+        unproven: &mut Batch,
+        left: &mut Vec<UnprovenPair>,
+    ) {
+        let is_proven = self.each::<AlongAxes>(split, &batch.pairs);
+        for (pair, is_proven) in batch.pairs[..batch.count].iter().zip(is_proven) {
+            if !is_proven && unproven.push(pair) {
+                self.prove(split, unproven, left);
+                unproven.count = 0;
+            }
         }
     }
 
@@ -85,18 +116,15 @@ impl<T: Real> ProofTask<'_, T> {
         a | b | marked[c as usize] | marked[d as usize]
     }
 
-    /// Looks at the first `count` pairs of a batch.
+    /// Looks at the pairs of a batch that no axis of space proves.
     #[inline(always)]
-    fn prove(
-        &self,
-        split: Split,
-        batch: &[UnprovenPair; LANES],
-        count: usize,
-        left: &mut Vec<UnprovenPair>,
-    ) {
+    fn prove(&self, split: Split, batch: &Batch, left: &mut Vec<UnprovenPair>) {
+        if batch.count == 0 {
+            return;
+        }
         let Ways { start, end, delta, is_new } = self.ways;
-        let is_proven = self.each::<AtStart>(split, batch);
-        for (pair, is_proven) in batch.iter().zip(is_proven).take(count) {
+        let is_proven = self.each::<AtStart>(split, &batch.pairs);
+        for (pair, is_proven) in batch.pairs.iter().zip(is_proven).take(batch.count) {
             if !is_proven && pair.is_unproven(start, end, (delta, is_new)) {
                 left.push(*pair);
             }
