@@ -7,8 +7,8 @@ use cloth_core::{
 use cloth_rigid::RigidWorld;
 use cloth_scene::CompiledScene;
 
-/// What springs on a body add up to, relative to its mass over the square of the time between two exchanges. A body feels a spring at the end of each,
-/// which is stable below 4 (Hairer, Lubich and Wanner 2003, the method of Stoermer and Verlet); this follows without a tremble.
+/// What springs on a body add up to, relative to its mass over the square of the time between two exchanges (NUMERICS §15): stable below 4, and this
+/// follows without a tremble.
 const STIFFNESS_SHARE: f64 = 0.25;
 
 /// Damping of a spring, relative to its stiffness, where none is given \[s\].

@@ -372,8 +372,9 @@ impl Hook<'_> {
             return Err(check.error(&format!("{key}.release"), problem));
         }
         if mesh.triangles.is_empty() {
-            let problem =
-                format!("is the cloth {other:?}, which has no triangles to hold: name another");
+            let problem = format!(
+                "is the cloth {other:?}, which has no triangles that could hold: name another, or attach its vertices to {name:?} instead"
+            );
             return Err(check.error(&format!("{key}.to"), &problem));
         }
         let surface = self.closest(mesh)?;

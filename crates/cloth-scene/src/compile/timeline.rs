@@ -133,9 +133,9 @@ impl Events<'_> {
                 }
                 let is_pin = model.pins().binary_search(&particle).is_ok();
                 let Some(start) = model.positions().get(particle as usize) else { continue };
-                let start = is_pin.then_some(*start);
-                let track =
-                    tracks.entry(particle).or_insert_with(|| PinTrack::new(particle, start));
+                let track = tracks
+                    .entry(particle)
+                    .or_insert_with(|| PinTrack::new(particle, *start, is_pin));
                 let time = event.time;
                 found |= match event.action {
                     SceneAction::Release => track.release(time),

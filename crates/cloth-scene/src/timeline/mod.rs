@@ -77,7 +77,8 @@ impl Timeline {
             .map(move |track| ColliderControl { collider: track.collider, pose: track.pose(time) })
     }
 
-    /// Where the pins that ever move are after `frames` frames \[m\], or were when they were let go, of those that are held at the start.
+    /// Where the pins that ever move are after `frames` frames \[m\], or were when they were let go. Those that events hold are taken to
+    /// be held where they are at the start.
     pub fn moved_pins(&self, frames: u64) -> impl Iterator<Item = [f64; 3]> {
         let time = frames as f64 / self.frames_per_second;
         self.pins.iter().filter_map(move |track| track.position(time))

@@ -9,6 +9,8 @@ use super::FrameSpan;
 pub(crate) struct PinTrack {
     /// Index in the composite model.
     pub(crate) particle: u32,
+    /// Where it is at the start \[m\].
+    start: [f64; 3],
     /// When it is held, one after the other.
     holds: Vec<Hold>,
 }
@@ -16,9 +18,10 @@ pub(crate) struct PinTrack {
 /// A time in which a particle is held.
 #[derive(Clone, Debug, PartialEq)]
 struct Hold {
-    /// When it begins \[s\], and where the particle is then \[m\]: at the start, or wherever it happens to be.
+    /// When it begins \[s\].
     since: f64,
-    place: Option<[f64; 3]>,
+    /// Whether the particle is then where it is at the start, and not wherever it happens to be.
+    is_at_start: bool,
     /// Moves, which add up.
     moves: Vec<PinMove>,
     /// When it ends \[s\].
@@ -37,11 +40,10 @@ pub(crate) struct PinMove {
 }
 
 impl PinTrack {
-    /// A particle that is held at this place \[m\] at the start, or free.
-    pub(crate) fn new(particle: u32, place: Option<[f64; 3]>) -> Self {
-        let hold =
-            |place| Hold { since: 0.0, place: Some(place), moves: Vec::new(), release: None };
-        Self { particle, holds: place.map(hold).into_iter().collect() }
+    /// A particle that is at this place \[m\] at the start, where it is held or free.
+    pub(crate) fn new(particle: u32, start: [f64; 3], is_held: bool) -> Self {
+        let holds = if is_held { vec![Hold::new(0.0, true)] } else { Vec::new() };
+        Self { particle, start, holds }
     }
 
     /// Whether it is never held.
@@ -57,8 +59,7 @@ impl PinTrack {
     /// Holds the particle from `time` \[s\] on, wherever it is, if it is free.
     pub(crate) fn hold(&mut self, time: f64) {
         if self.present().is_none() {
-            let hold = Hold { since: time, place: None, moves: Vec::new(), release: None };
-            self.holds.push(hold);
+            self.holds.push(Hold::new(time, false));
         }
     }
 
@@ -78,14 +79,14 @@ impl PinTrack {
         if let Some(release) = hold.release.filter(|&release| span.is_after(release)) {
             return span.begins_at(release).then_some(PinAction::Release);
         }
-        let begins = hold.place.is_none() && span.begins_at(hold.since);
+        let begins = !hold.is_at_start && span.begins_at(hold.since);
         let moves = |step: &PinMove| span.overlaps(step.time, step.time + step.duration);
         if !hold.moves.iter().any(moves) {
             return begins.then_some(PinAction::Hold);
         }
-        Some(match hold.place {
-            Some(place) => PinAction::MoveTo(hold.moved(place, span.end)),
-            None => {
+        Some(match hold.is_at_start {
+            true => PinAction::MoveTo(hold.moved(self.start, span.end)),
+            false => {
                 // A move that began before the frame in which it is first held has its way still before it.
                 let start = if begins { hold.since } else { span.start };
                 let [start, end] = [start, span.end].map(|time| hold.moved([0.0; 3], time));
@@ -94,15 +95,19 @@ impl PinTrack {
         })
     }
 
-    /// Where the pin is at `time` \[s\], or was when it was let go, if it is held at the start and moved.
+    /// Where the pin is at `time` \[s\], or was when it was let go, if it is moved; as if it had been at its start when it was held.
     pub(super) fn position(&self, time: f64) -> Option<[f64; 3]> {
-        let hold = self.holds.first().filter(|hold| !hold.moves.is_empty())?;
+        let hold = self.holds.iter().find(|hold| !hold.moves.is_empty())?;
         let time = hold.release.map_or(time, |end| end.min(time));
-        hold.place.map(|place| hold.moved(place, time))
+        Some(hold.moved(self.start, time))
     }
 }
 
 impl Hold {
+    const fn new(since: f64, is_at_start: bool) -> Self {
+        Self { since, is_at_start, moves: Vec::new(), release: None }
+    }
+
     /// Where it is at `time` \[s\] if it is first held at a `place` \[m\].
     fn moved(&self, place: [f64; 3], time: f64) -> [f64; 3] {
         self.moves.iter().fold(place, |place, step| {
