@@ -180,7 +180,13 @@ fn bounds_start(model: &Model, shapes: &[PictureShape]) -> Bounds {
         PictureShape::Plane { normal, offset } if normal[2] > 0.5 => Some(offset / normal[2]),
         _ => None,
     });
-    let lowest = floor.unwrap_or(cloth.min[2] - room_below(&cloth)).min(all.min[2]);
+    // A rope from wall to wall says nothing of how far a towel on it hangs down.
+    let fallen = model.cloths().iter().map(|cloth| {
+        let particles = cloth.particles.start as usize..cloth.particles.end as usize;
+        let own = Bounds::of(&model.positions()[particles]);
+        own.min[2] - room_below(&own)
+    });
+    let lowest = floor.unwrap_or_else(|| fallen.fold(f64::INFINITY, f64::min)).min(all.min[2]);
     Bounds { min: [all.min[0], all.min[1], lowest], ..all }
 }
 
