@@ -109,6 +109,11 @@ fn a_released_pin_cannot_be_moved() {
     let scene = Scene::from_toml(text, "t.toml").unwrap();
     let message = scene.compile(&CompileOptions::default()).unwrap_err().to_string();
     assert!(message.contains("line 10, ") && message.contains("pin it, or hold it"), "{message}");
+    let held =
+        text.replace("pins = [0]\naction", "pins = [4]\naction").replace("\"release\"", "\"hold\"");
+    let scene = Scene::from_toml(&held, "t.toml").unwrap();
+    let message = scene.compile(&CompileOptions::default()).unwrap_err().to_string();
+    assert!(message.contains("line 15, ") && message.contains("has 4 vertices"), "{message}");
 }
 
 #[test]

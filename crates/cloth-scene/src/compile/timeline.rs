@@ -149,10 +149,18 @@ impl Events<'_> {
                 };
             }
             if !found {
-                let problem = format!(
-                    "names {pin}, but no pin of cloth {:?} is held there at {} s: pin it, or hold it by an event before",
-                    event.cloth, event.time
-                );
+                let (cloth, time) = (&event.cloth, event.time);
+                let problem = match event.action {
+                    SceneAction::Hold => {
+                        let count = range.len();
+                        format!(
+                            "names {pin}, and cloth {cloth:?} has {count} vertices: they count from 0"
+                        )
+                    }
+                    SceneAction::Move { .. } | SceneAction::Release => format!(
+                        "names {pin}, but no pin of cloth {cloth:?} is held there at {time} s: pin it, or hold it by an event before"
+                    ),
+                };
                 return Err(check.error(&format!("{key}.pins"), &problem));
             }
         }
