@@ -133,13 +133,11 @@ impl RigidHolds {
         for (hold, place, velocity) in self.held(part) {
             let (x, v) =
                 (state.positions[hold.particle as usize], state.velocities[hold.particle as usize]);
-            let [a, b, c]: [f64; 3] = std::array::from_fn(|k| {
+            let impulse = std::array::from_fn(|k| {
                 let pull = hold.stiffness * (place[k] - x[k]) + hold.damping * (velocity[k] - v[k]);
                 part.duration * pull
             });
-            let [x, y, z] = x;
-            let angular = [y * c - z * b, z * a - x * c, x * b - y * a];
-            bodies[hold.body] += ColliderImpulse { linear: [a, b, c], angular };
+            bodies[hold.body] += ColliderImpulse::at(x, impulse);
         }
     }
 

@@ -13,7 +13,7 @@ use crate::{
     block_impulses::BlockImpulses,
     collider_response::ColliderAt,
     memory::{BLOCK, FieldView, LANES, Masses, VectorField, lanes},
-    vector::{cross, dot, sub},
+    vector::{dot, sub},
 };
 
 /// All constraints, by blocks of [`BLOCK`] particles, particles ascending.
@@ -140,8 +140,7 @@ impl<T: Real> Constraints<T> {
                 let at = position.get(particle).map(T::to_f64);
                 for (touch, impulse) in constraint.touches().iter().zip(impulses) {
                     let linear = impulse.map(T::to_f64);
-                    sums[touch.collider as usize] +=
-                        ColliderImpulse { linear, angular: cross(at, linear) };
+                    sums[touch.collider as usize] += ColliderImpulse::at(at, linear);
                 }
             }
         });

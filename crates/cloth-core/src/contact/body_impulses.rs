@@ -27,11 +27,8 @@ impl BodyImpulses {
 
     /// A collider gave an impulse \[kg m/s\] to cloth at a place \[m\].
     pub fn add(&mut self, collider: usize, place: [f64; 3], linear: [f64; 3]) {
-        let [x, y, z] = place;
-        let [a, b, c] = linear;
         if let Some(sum) = self.sums.get_mut(collider) {
-            *sum +=
-                ColliderImpulse { linear, angular: [y * c - z * b, z * a - x * c, x * b - y * a] };
+            *sum += ColliderImpulse::at(place, linear);
         }
     }
 

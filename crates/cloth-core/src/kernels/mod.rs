@@ -387,6 +387,15 @@ pub struct ColliderImpulse {
     pub angular: [f64; 3],
 }
 
+impl ColliderImpulse {
+    /// An impulse \[kg m/s\] at a place \[m\].
+    #[must_use]
+    pub fn at([x, y, z]: [f64; 3], linear: [f64; 3]) -> Self {
+        let [a, b, c] = linear;
+        Self { linear, angular: [y * c - z * b, z * a - x * c, x * b - y * a] }
+    }
+}
+
 impl std::ops::AddAssign for ColliderImpulse {
     fn add_assign(&mut self, other: Self) {
         for axis in 0..3 {
