@@ -193,10 +193,10 @@ velocity = [0, 0, -4.8]
 }
 
 /// Each of them once ended the run: cloth went down with the ball and was stretched to ten times its length, as the ball felt nothing of that. The light
-/// one is thrown back; the weight of the heavy one alone stretches the sheet to its limit, so that it stays where that has stopped it.
+/// one is thrown back; the weight of the heavy one alone stretches the sheet to its limit, which stops it: it goes up again by a tenth of a metre at most.
 #[test]
 fn a_ball_is_caught_by_a_cloth_that_is_held() {
-    for (mass, back) in [(0.3, 1.0..5.0), (3.0, 0.0..0.5)] {
+    for (mass, back) in [(0.3, 1.0..5.0), (3.0, 0.0..1.5)] {
         let (mut simulation, audit) = begun(&trampoline(mass));
         let limit = simulation.model().elements().fabrics()[0].stretch_limit;
         let (mut lowest, mut stretch, mut upwards) = (f64::INFINITY, 1.0_f64, 0.0_f64);

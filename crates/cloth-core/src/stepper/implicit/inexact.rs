@@ -10,8 +10,11 @@ use super::{
     residual_put, solve,
 };
 
-/// Iterations at most, if settings do not ask for more.
-const ITERATIONS_MAX: u32 = 8;
+/// Iterations at most in a substep as long as the settings have it, if these do not ask for more.
+const ITERATIONS_MAX: f64 = 8.0;
+
+/// And in a shorter one, however short it is: what one leaves is the next one's, and comes soon.
+const ITERATIONS_LEAST: f64 = 4.0;
 
 /// Halvings at most of a step that the certificate has stopped somewhere.
 const STOPPED_HALVINGS_MAX: u32 = 4;
@@ -79,7 +82,9 @@ pub(super) fn newton<K: Kernels + ?Sized>(
     let is_asked = iterations_max > 1;
     let linear = settings.linear.tolerance;
     let correction = if is_asked { tolerance } else { CORRECTION.min(CORRECTION_FORCING * linear) };
-    let iterations_max = iterations_max.max(ITERATIONS_MAX);
+    let share = substep.length / kernels.config().time_step;
+    let usual = (ITERATIONS_MAX * share).ceil().clamp(ITERATIONS_LEAST, ITERATIONS_MAX);
+    let iterations_max = iterations_max.max(usual as u32);
     let is_linear = !is_asked && !kernels.model().has_fabric();
     let keeps_impulses = kernels.model().collider_impulses();
     let mut solves = ImplicitSettings { constraint_passes: 1, ..*settings };
