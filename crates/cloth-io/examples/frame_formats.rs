@@ -25,8 +25,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let topology = grid_topology(side);
     let style = PictureStyle {
         shapes: PictureShapes::fixed(vec![
-            PictureShape::Plane { normal: [0.0, 0.0, 1.0], offset: 0.0 },
-            PictureShape::Sphere { center: [0.0, 0.0, 0.55], radius: RADIUS },
+            PictureShape::Plane { normal: [0.0, 0.0, 1.0], offset: 0.0 }.into(),
+            PictureShape::Sphere { center: [0.0, 0.0, 0.55], radius: RADIUS }.into(),
         ]),
         ..PictureStyle::default()
     };

@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         triangles: &triangles,
         texture: None,
         cloths,
-        shapes: &[floor],
+        shapes: &[floor.into()],
         dust: &[],
         overlays: None,
     };

@@ -31,6 +31,6 @@ pub use mesh::{
 pub use picture::{
     Bounds, Camera, PICTURE_SIDE_LIMIT, Picture, PictureCloth, PictureDust, PictureError,
     PictureGrain, PictureLegend, PictureOverlays, PictureRenderer, PictureScene, PictureShape,
-    PictureShapes, PictureStrain, PictureStyle, StrainMap, ThreadDirection, ThreadMap,
-    ThreadSegment, picture_palette,
+    PictureShapes, PictureSolid, PictureStrain, PictureStyle, StrainMap, ThreadDirection,
+    ThreadMap, ThreadSegment, picture_palette,
 };

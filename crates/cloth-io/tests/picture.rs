@@ -1,7 +1,8 @@
 //! Pictures show what is in the scene, where it is.
 
 use cloth_io::{
-    Bounds, Camera, Picture, PictureCloth, PictureError, PictureScene, PictureShape, PictureStyle,
+    Bounds, Camera, Picture, PictureCloth, PictureError, PictureScene, PictureShape, PictureSolid,
+    PictureStyle,
 };
 use image::{Rgb, RgbImage};
 use proptest::prelude::*;
@@ -29,7 +30,7 @@ fn square(depth: f64) -> Vec<[f64; 3]> {
 
 const TRIANGLES: [[u32; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
 
-fn render(positions: &[[f64; 3]], shapes: &[PictureShape]) -> Result<RgbImage, PictureError> {
+fn render(positions: &[[f64; 3]], shapes: &[PictureSolid]) -> Result<RgbImage, PictureError> {
     let cloths = vec![PictureCloth { triangles: 0..2, color: [200, 20, 20] }];
     let scene = PictureScene {
         positions,
@@ -60,7 +61,8 @@ fn cloth_covers_the_pixels_that_it_should() {
 
 #[test]
 fn the_nearer_surface_hides_the_other() {
-    let sphere = |y: f64| PictureShape::Sphere { center: [0.0, y, 0.0], radius: 0.2 };
+    let sphere =
+        |y: f64| PictureSolid::from(PictureShape::Sphere { center: [0.0, y, 0.0], radius: 0.2 });
     let hidden = render(&square(0.0), &[sphere(0.5)]).unwrap();
     assert!(is_red(hidden.get_pixel(60, 40)));
     let seen = render(&square(0.0), &[sphere(-0.5)]).unwrap();
@@ -69,8 +71,22 @@ fn the_nearer_surface_hides_the_other() {
 }
 
 #[test]
+fn solids_have_the_colour_that_they_are_given() {
+    let shape = PictureShape::Sphere { center: [0.0, -0.5, 0.0], radius: 0.2 };
+    let pixel = |color| {
+        let solid = PictureSolid { shape: shape.clone(), color };
+        let [red, green, blue] = render(&square(0.0), &[solid]).unwrap().get_pixel(60, 40).0;
+        [red, green, blue].map(i32::from)
+    };
+    let [red, green, blue] = pixel(Some([20, 40, 200]));
+    assert!(blue > green + 50 && green > red, "{red} {green} {blue}");
+    let grey = pixel(None);
+    assert!(grey.iter().max().unwrap() - grey.iter().min().unwrap() < 30, "{grey:?}");
+}
+
+#[test]
 fn the_floor_is_below_the_horizon_and_receives_shadow() {
-    let floor = PictureShape::Plane { normal: [0.0, 0.0, 1.0], offset: -0.55 };
+    let floor = PictureSolid::from(PictureShape::Plane { normal: [0.0, 0.0, 1.0], offset: -0.55 });
     let with_floor = render(&square(0.0), std::slice::from_ref(&floor)).unwrap();
     let without = render(&square(0.0), &[]).unwrap();
     let row = |image: &RgbImage, y: u32| -> Vec<Rgb<u8>> {
@@ -94,7 +110,7 @@ fn the_floor_is_below_the_horizon_and_receives_shadow() {
 /// shrank while the cloth moved.
 #[test]
 fn the_floor_keeps_its_tiles_while_the_cloth_moves() {
-    let floor = PictureShape::Plane { normal: [0.0, 0.0, 1.0], offset: -0.55 };
+    let floor = PictureSolid::from(PictureShape::Plane { normal: [0.0, 0.0, 1.0], offset: -0.55 });
     let camera = Camera { eye: [0.0, -4.0, 1.5], ..camera() };
     let with_cloth_of = |scale: f64, shift: f64| {
         let positions: Vec<_> = square(0.0)
@@ -245,8 +261,8 @@ proptest! {
             numbers[..12].chunks(3).map(|p| [p[0], p[1], p[2]]).collect();
         let point = |start: usize| [numbers[start], numbers[start + 1], numbers[start + 2]];
         let shapes = [
-            PictureShape::Plane { normal: point(12), offset: numbers[15] },
-            PictureShape::Capsule { a: point(16), b: point(19), radius: numbers[22] },
+            PictureShape::Plane { normal: point(12), offset: numbers[15] }.into(),
+            PictureShape::Capsule { a: point(16), b: point(19), radius: numbers[22] }.into(),
         ];
         let camera = if fitted { Camera::fit(&Bounds::of(&positions), 1.5) } else { camera() };
         let cloths = vec![PictureCloth { triangles: 0..2, color: [200, 20, 20] }];

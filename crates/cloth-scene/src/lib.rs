@@ -27,8 +27,8 @@ pub mod fysl {
 
 pub use builtin::{BenchKind, BuiltinScene, bench_scene, builtin_scenes};
 pub use compile::{
-    CompileOptions, CompileProgress, CompiledCloth, CompiledPhase, CompiledScene, HeldPoint,
-    MemoryEstimate, RigidHold, SolverChoice, Welds,
+    CompileOptions, CompileProgress, CompiledCloth, CompiledPhase, CompiledScene, CompiledSolid,
+    HeldPoint, MemoryEstimate, RigidHold, SolverChoice, Welds,
 };
 pub use error::{SceneError, ScenePlace, SceneUnknown};
 pub use fabrics::{FabricSource, MeasuredFabric, SheetError, fabric_sheet_read, measured_fabrics};

@@ -1,11 +1,9 @@
 //! What writers of frames and pictures need to know of a scene.
 
-use std::sync::Arc;
-
 use cloth_core::{ClothRange, ColliderShape, Model, Pose, SpringClass, StrainGauge, TextureMap};
 use cloth_io::{
-    Bounds, Camera, FrameSolids, PictureOverlays, PictureShape, PictureShapes, PictureStyle,
-    Topology, TopologyCloth,
+    Bounds, Camera, FrameSolids, PictureOverlays, PictureShape, PictureShapes, PictureSolid,
+    PictureStyle, Topology, TopologyCloth,
 };
 use cloth_scene::{CompiledScene, SceneView};
 
@@ -94,7 +92,7 @@ pub fn picture_style(scene: &CompiledScene) -> PictureStyle {
         cloth.colour.map_or_else(|| cloth_io::picture_palette(index), |colour| colour.rgb)
     });
     style.cloth_colors = colours.collect();
-    style.shapes = shapes(scene);
+    style.shapes = shapes(scene, Visible::of(scene));
     style.dust = picture_dust(scene);
     if let Some(view) = &scene.view {
         style.overlays = {
@@ -104,7 +102,8 @@ pub fn picture_style(scene: &CompiledScene) -> PictureStyle {
     }
     style.camera = Some(match &scene.view {
         Some(view) => camera(view),
-        None => Camera::fit(&bounds(scene, &style.shapes), style.aspect()),
+        // What is hidden is where cloth may go, and so in the picture.
+        None => Camera::fit(&bounds(scene, &shapes(scene, Visible::all(scene))), style.aspect()),
     });
     style
 }
@@ -114,20 +113,46 @@ pub fn picture_style(scene: &CompiledScene) -> PictureStyle {
 pub fn picture_style_moving(scene: &CompiledScene, poses: PoseLog) -> PictureStyle {
     let mut style = picture_style(scene);
     if !scene.rigids.is_empty() {
-        let model = Arc::clone(&scene.model);
+        let visible = Visible::of(scene);
         let rate = scene.frames_per_second;
         style.shapes = PictureShapes::moving(move |time| {
-            picture_shapes(&model, &poses.at((time * rate).round() as usize), time)
+            visible.at(&poses.at((time * rate).round() as usize), time)
         });
     }
     style
 }
 
-/// The colliders of a model where `poses` has them, at `time` \[s\].
+/// The colliders of a scene that pictures show, where `poses` has them, at `time` \[s\].
 #[must_use]
-pub fn picture_shapes(model: &Model, poses: &[Pose], time: f64) -> Vec<PictureShape> {
-    let shapes = model.colliders().iter().zip(poses);
-    shapes.map(|(collider, pose)| shape_at(&collider.shape, pose, time)).collect()
+pub fn picture_shapes(scene: &CompiledScene, poses: &[Pose], time: f64) -> Vec<PictureSolid> {
+    Visible::of(scene).at(poses, time)
+}
+
+/// The colliders that pictures show, with their numbers and colours.
+struct Visible(Vec<(usize, ColliderShape, Option<[u8; 3]>)>);
+
+impl Visible {
+    fn of(scene: &CompiledScene) -> Self {
+        let all = Self::all(scene).0.into_iter();
+        Self(all.filter(|(index, ..)| !scene.solids[*index].hidden).collect())
+    }
+
+    /// These and those that are hidden.
+    fn all(scene: &CompiledScene) -> Self {
+        let all = scene.model.colliders().iter().zip(&scene.solids).enumerate();
+        let all = all.map(|(index, (collider, solid))| {
+            (index, collider.shape.clone(), solid.colour.map(|colour| colour.rgb))
+        });
+        Self(all.collect())
+    }
+
+    fn at(&self, poses: &[Pose], time: f64) -> Vec<PictureSolid> {
+        let posed = self.0.iter().filter_map(|(index, shape, color)| {
+            let shape = shape_at(shape, poses.get(*index)?, time);
+            Some(PictureSolid { shape, color: *color })
+        });
+        posed.collect()
+    }
 }
 
 fn camera(view: &SceneView) -> Camera {
@@ -156,7 +181,8 @@ fn bounds(scene: &CompiledScene, shapes: &PictureShapes) -> Bounds {
     let way = (1..=MOMENTS).fold(start, |bounds, moment| {
         let frame = u64::from(scene.frames) * u64::from(moment) / u64::from(MOMENTS);
         let shapes = shapes.at(frame as f64 / scene.frames_per_second);
-        let bounds = shapes.iter().fold(bounds, |bounds, shape| bounds.union(&shape.bounds()));
+        let bounds =
+            shapes.iter().fold(bounds, |bounds, solid| bounds.union(&solid.shape.bounds()));
         let pins = scene.timeline.moved_pins(frame);
         pins.fold(bounds, |bounds, pin| {
             bounds.union(&Bounds { min: [pin[0], pin[1], pin[2] - room], max: pin })
@@ -173,10 +199,10 @@ fn room_below(cloth: &Bounds) -> f64 {
     0.5 * (0..2).map(|axis| cloth.max[axis] - cloth.min[axis]).fold(0.0, f64::max)
 }
 
-fn bounds_start(model: &Model, shapes: &[PictureShape]) -> Bounds {
+fn bounds_start(model: &Model, shapes: &[PictureSolid]) -> Bounds {
     let cloth = Bounds::of(model.positions());
-    let all = shapes.iter().fold(cloth, |bounds, shape| bounds.union(&shape.bounds()));
-    let floor = shapes.iter().find_map(|shape| match shape {
+    let all = shapes.iter().fold(cloth, |bounds, solid| bounds.union(&solid.shape.bounds()));
+    let floor = shapes.iter().find_map(|solid| match &solid.shape {
         PictureShape::Plane { normal, offset } if normal[2] > 0.5 => Some(offset / normal[2]),
         _ => None,
     });
@@ -212,15 +238,10 @@ pub fn collider_poses(
     }
 }
 
-/// The colliders of every frame. Poses follow from the timeline, as the solver takes them from it.
-fn shapes(scene: &CompiledScene) -> PictureShapes {
-    let shapes: Vec<ColliderShape> =
-        scene.model.colliders().iter().map(|c| c.shape.clone()).collect();
+/// These colliders in every frame. Poses follow from the timeline, as the solver takes them from it.
+fn shapes(scene: &CompiledScene, visible: Visible) -> PictureShapes {
     let poses = timeline_poses(scene);
-    PictureShapes::moving(move |time| {
-        let shapes = shapes.iter().zip(poses(time));
-        shapes.map(|(shape, pose)| shape_at(shape, &pose, time)).collect()
-    })
+    PictureShapes::moving(move |time| visible.at(&poses(time), time))
 }
 
 /// Where the timeline has the colliders at a time \[s\].
@@ -300,7 +321,10 @@ mod tests {
         let scene = scene.compile(&CompileOptions::default()).unwrap();
         let shapes = picture_style(&scene).shapes;
         let center = [4.0, 0.0, -2.0];
-        assert_eq!(shapes.at(1e9), [PictureShape::Sphere { center, radius: 0.5 }]);
+        assert_eq!(
+            shapes.at(1e9),
+            [PictureSolid::from(PictureShape::Sphere { center, radius: 0.5 })]
+        );
     }
 
     const MOVING: &str = r#"
@@ -317,6 +341,38 @@ mod tests {
         motion = [{ time = 1.0, translation = [4, 0, -2] }]
     "#;
 
+    /// What is hidden is not shown, but the camera sees where it is; colours are those of the scene, of rigid bodies as well.
+    #[test]
+    fn colliders_are_hidden_and_coloured_as_the_scene_says() {
+        let rest = "
+            [[collider]]
+            name = \"drum\"
+            hidden = true
+            shape.box.half_extents = [9, 9, 9]
+            [[rigid]]
+            name = \"marble\"
+            mass = 1
+            colour = \"#102030\"
+            shape.sphere.radius = 0.1
+            translation = [2, 0, 0]
+        ";
+        let text = MOVING.replace("translation = [0", "colour = \"#c0392b\"\ntranslation = [0");
+        let scene = Scene::from_toml(&(text + rest), "hidden.toml").unwrap();
+        let mut scene = scene.compile(&CompileOptions::default()).unwrap();
+        let style = picture_style(&scene);
+        let colors = |solids: Vec<PictureSolid>| -> Vec<_> {
+            solids.into_iter().map(|solid| solid.color).collect()
+        };
+        let expected = [Some([0xc0, 0x39, 0x2b]), Some([0x10, 0x20, 0x30])];
+        assert_eq!(colors(style.shapes.at(0.0)), expected);
+        let poses: Vec<Pose> = scene.model.colliders().iter().map(|c| c.pose).collect();
+        assert_eq!(colors(picture_shapes(&scene, &poses, 0.0)), expected);
+        scene.solids[1].hidden = false;
+        let shown = picture_style(&scene);
+        assert_eq!(shown.camera, style.camera);
+        assert_eq!(shown.shapes.at(0.0).len(), 3);
+    }
+
     #[test]
     fn shapes_are_where_the_timeline_takes_the_colliders() {
         let scene = Scene::from_toml(MOVING, "moving.toml").unwrap();
@@ -324,7 +380,11 @@ mod tests {
         let shapes = picture_style(&scene).shapes;
         for (time, x) in [(0.0, 0.0), (0.5, 2.0), (1.0, 4.0), (1.5, 4.0), (9.0, 4.0)] {
             let center = [x, 0.0, -2.0];
-            assert_eq!(shapes.at(time), [PictureShape::Sphere { center, radius: 0.5 }], "{time}");
+            assert_eq!(
+                shapes.at(time),
+                [PictureSolid::from(PictureShape::Sphere { center, radius: 0.5 })],
+                "{time}"
+            );
         }
     }
 

@@ -59,7 +59,7 @@ fn picture(simulation: &mut Simulation, folder: &Path, file: &str) {
                 triangles: 0..scene.model.triangles().len(),
                 color: style.cloth_colors[0],
             }],
-            shapes: &picture_shapes(&scene.model, simulation.colliders(), time),
+            shapes: &picture_shapes(&scene, simulation.colliders(), time),
             dust: &[],
             overlays: None,
         },

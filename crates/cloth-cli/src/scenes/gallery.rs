@@ -9,7 +9,7 @@ use std::{
 
 use cloth::{
     Backend, BackendOptions, Simulation, backend_open,
-    io::{Frame, FrameFormat, FrameSequenceWriter, PictureShape, PictureShapes, PictureStyle},
+    io::{Frame, FrameFormat, FrameSequenceWriter, PictureShapes, PictureSolid, PictureStyle},
     picture_shapes, picture_style,
     scene::{BuiltinScene, CompileOptions, Scene, builtin_scenes},
     topology,
@@ -109,7 +109,7 @@ fn section(
             simulation.step()?;
         }
         let time = moment as f64 / rate;
-        *locked(&shapes) = picture_shapes(simulation.model(), simulation.colliders(), time);
+        *locked(&shapes) = picture_shapes(simulation.scene(), simulation.colliders(), time);
         let file = writer.write(&Frame::new(moment, time, &simulation.state()?.positions))?;
         let file = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
         // Writing to a string cannot fail.
@@ -129,7 +129,7 @@ fn section(
     Ok(())
 }
 
-fn locked(shapes: &Mutex<Vec<PictureShape>>) -> std::sync::MutexGuard<'_, Vec<PictureShape>> {
+fn locked(shapes: &Mutex<Vec<PictureSolid>>) -> std::sync::MutexGuard<'_, Vec<PictureSolid>> {
     shapes.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

@@ -45,7 +45,7 @@ impl PictureAnimation {
                 for (time, positions) in samples {
                     bounds = bounds.union(&Bounds::of(positions));
                     for shape in style.shapes.at(time) {
-                        bounds = bounds.union(&shape.bounds());
+                        bounds = bounds.union(&shape.shape.bounds());
                     }
                 }
                 Camera::fit(&bounds, style.aspect())

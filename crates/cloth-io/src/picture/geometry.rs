@@ -5,7 +5,9 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 use super::camera::View;
 use super::strain::heat;
 use super::tessellation::Tessellation;
-use super::{PictureError, PictureOverlays, PictureScene, PictureShape, ThreadDirection};
+use super::{
+    PictureError, PictureOverlays, PictureScene, PictureShape, PictureSolid, ThreadDirection,
+};
 
 /// Triangles with everything that shading needs, relative to the origin of the view.
 #[derive(Default)]
@@ -48,10 +50,10 @@ impl Mesh {
 }
 
 /// All solids of a picture. Planes are none: they have no end, and nothing is in their shadow.
-pub(super) fn solids(shapes: &[PictureShape], view: &View) -> Result<Mesh, PictureError> {
+pub(super) fn solids(shapes: &[PictureSolid], view: &View) -> Result<Mesh, PictureError> {
     let mut mesh = Mesh::default();
     for (number, shape) in shapes.iter().enumerate() {
-        let solid = Tessellation::of(shape);
+        let solid = Tessellation::of(&shape.shape);
         let start = mesh.positions.len() as u32;
         let count = solid.positions.len();
         for (triangle, corners) in solid.triangles.iter().enumerate() {
@@ -200,9 +202,9 @@ impl Plane {
 }
 
 /// The planes among `shapes`, in their order.
-pub(super) fn planes(shapes: &[PictureShape], view: &View) -> Vec<Plane> {
-    let plane = |shape: &PictureShape| {
-        let PictureShape::Plane { normal, offset } = shape else { return None };
+pub(super) fn planes(shapes: &[PictureSolid], view: &View) -> Vec<Plane> {
+    let plane = |solid: &PictureSolid| {
+        let PictureShape::Plane { normal, offset } = &solid.shape else { return None };
         let normal = DVec3::from(*normal).try_normalize()?;
         let point = -normal * (normal.dot(view.origin) - offset);
         let (first, second) = normal.any_orthonormal_pair();

@@ -37,7 +37,7 @@ pub use error::PictureError;
 pub use legend::PictureLegend;
 pub use overlays::{PictureOverlays, PictureStrain};
 pub use renderer::PictureRenderer;
-pub use shape::{PictureShape, PictureShapes};
+pub use shape::{PictureShape, PictureShapes, PictureSolid};
 pub use strain::StrainMap;
 pub use style::{PictureStyle, picture_palette};
 pub(crate) use tessellation::Tessellation;
@@ -58,7 +58,7 @@ pub struct PictureScene<'a> {
     /// The cloths to show.
     pub cloths: Vec<PictureCloth>,
     /// Colliders and the floor.
-    pub shapes: &'a [PictureShape],
+    pub shapes: &'a [PictureSolid],
     /// Dust in the air.
     pub dust: &'a [PictureGrain],
     /// What is shown on the cloths, of the model whose triangles are the first ones.

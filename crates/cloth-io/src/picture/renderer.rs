@@ -13,11 +13,14 @@ use super::floor::Floor;
 use super::geometry::{Cloths, Mesh, Plane, Stage, linear, planes, solids};
 use super::plane_light::PlaneLight;
 use super::raster::{BAND, Band, Screen};
-use super::shade::{Room, Shader};
+use super::shade::{Room, SOLID, Shader};
 use super::shadow::{ShadowMap, key_direction, key_size};
 use super::sky::{Sky, SkyMaps};
 use super::tone::EncodeTable;
-use super::{Camera, PICTURE_SIDE_LIMIT, PictureError, PictureScene, PictureShape, PictureStyle};
+use super::{
+    Camera, PICTURE_SIDE_LIMIT, PictureError, PictureScene, PictureShape, PictureSolid,
+    PictureStyle,
+};
 
 /// Renders pictures with one camera and one size. It keeps what is the same in all of them, and can
 /// be used by several threads at once; a picture depends on its scene alone, not on those before.
@@ -34,8 +37,10 @@ pub struct PictureRenderer {
 
 /// Solids of a picture, with what the lights see of them.
 struct Solids {
-    shapes: Vec<PictureShape>,
+    shapes: Vec<PictureSolid>,
     mesh: Mesh,
+    /// Colour of each in linear light.
+    colors: Vec<Vec3>,
     lights: Mutex<Option<Arc<Lights>>>,
 }
 
@@ -117,6 +122,7 @@ impl PictureRenderer {
             screen: &screen,
             floor: &floor,
             solids: &solids.mesh,
+            solid_colors: &solids.colors,
             cloths: &cloths,
             key: &lights.key,
             sky: &sky,
@@ -150,14 +156,14 @@ impl PictureRenderer {
     }
 
     /// The planes among `shapes`, as they were in the picture before if they stand still.
-    fn floor(&self, shapes: &[PictureShape]) -> Arc<Floor> {
+    fn floor(&self, shapes: &[PictureSolid]) -> Arc<Floor> {
         let planes: Vec<Plane> = planes(shapes, &self.view);
         kept(&self.floor, |floor| floor.planes == planes, || Floor::new(planes.clone(), &self.view))
     }
 
     /// The solids among `shapes`, as they were in the picture before if they stand still.
-    fn solids(&self, shapes: &[PictureShape]) -> Result<Arc<Solids>, PictureError> {
-        let is_solid = |shape: &&PictureShape| !matches!(shape, PictureShape::Plane { .. });
+    fn solids(&self, shapes: &[PictureSolid]) -> Result<Arc<Solids>, PictureError> {
+        let is_solid = |solid: &&PictureSolid| !matches!(solid.shape, PictureShape::Plane { .. });
         let lock = self.solids.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(solids) = &*lock
             && solids.shapes.iter().eq(shapes.iter().filter(is_solid))
@@ -167,10 +173,11 @@ impl PictureRenderer {
         drop(lock);
         let shapes: Vec<_> = shapes.iter().filter(is_solid).cloned().collect();
         let mesh = solids(&shapes, &self.view)?;
+        let colors = shapes.iter().map(|solid| solid.color.map_or(SOLID, linear)).collect();
         Ok(kept(
             &self.solids,
             |solids| solids.shapes == shapes,
-            || Solids { shapes: shapes.clone(), mesh, lights: Mutex::new(None) },
+            || Solids { shapes: shapes.clone(), mesh, colors, lights: Mutex::new(None) },
         ))
     }
 }
@@ -225,14 +232,14 @@ mod tests {
         PictureRenderer::new(&camera, &style).unwrap()
     }
 
-    fn shapes(x: f64) -> [PictureShape; 2] {
+    fn shapes(x: f64) -> [PictureSolid; 2] {
         [
-            PictureShape::Plane { normal: [0.0, 0.0, 1.0], offset: -1.0 },
-            PictureShape::Sphere { center: [x, 0.0, -0.5], radius: 0.5 },
+            PictureShape::Plane { normal: [0.0, 0.0, 1.0], offset: -1.0 }.into(),
+            PictureShape::Sphere { center: [x, 0.0, -0.5], radius: 0.5 }.into(),
         ]
     }
 
-    fn render(renderer: &PictureRenderer, height: f64, shapes: &[PictureShape]) -> RgbImage {
+    fn render(renderer: &PictureRenderer, height: f64, shapes: &[PictureSolid]) -> RgbImage {
         let positions = [[-0.5, -0.5, height], [0.5, -0.5, height], [0.0, 0.5, height]];
         let cloths = vec![PictureCloth { triangles: 0..1, color: [200, 20, 20] }];
         let triangles = &[[0, 1, 2]];

@@ -20,8 +20,8 @@ pub(super) const SKY: Vec3 = Vec3::new(0.44, 0.48, 0.55);
 pub(super) const GROUND: Vec3 = Vec3::new(0.16, 0.15, 0.14);
 /// Weak light from the side of the viewer, without shadow.
 pub(super) const FILL: Vec3 = Vec3::new(0.11, 0.12, 0.13);
-/// Colour of colliders in linear light.
-const SOLID: Vec3 = Vec3::new(0.5, 0.48, 0.45);
+/// Colour of solids that are given none, in linear light.
+pub(super) const SOLID: Vec3 = Vec3::new(0.5, 0.48, 0.45);
 /// Side of the square of texels that soften the edge of the shadow of the strong light.
 pub(super) const KEY_TAPS: usize = 4;
 
@@ -43,6 +43,8 @@ pub(super) struct Shader<'a> {
     pub(super) screen: &'a Screen,
     pub(super) floor: &'a Floor,
     pub(super) solids: &'a Mesh,
+    /// Colour of each solid in linear light.
+    pub(super) solid_colors: &'a [Vec3],
     pub(super) cloths: &'a Cloths,
     /// What the lights do to each plane of the floor.
     pub(super) planes: Vec<PlaneLight<'a>>,
@@ -212,7 +214,8 @@ impl Shader<'_> {
             Seen::Plane(plane) => self.plane(plane, pixel, background),
             Seen::Triangle { mesh: 0, triangle } => {
                 let hit = self.hit(0, triangle, place);
-                tone(self.light(&hit, SOLID) + self.gloss(&hit, 0.06))
+                let solid = self.solids.surface_of_triangle[triangle] as usize;
+                tone(self.light(&hit, self.solid_colors[solid]) + self.gloss(&hit, 0.06))
             }
             Seen::Triangle { mesh, triangle } => {
                 let hit = self.hit(mesh, triangle, place);

@@ -78,26 +78,41 @@ impl PictureShape {
     }
 }
 
-/// The shapes of a scene over time.
+/// A solid, and how it looks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PictureSolid {
+    /// Where it is.
+    pub shape: PictureShape,
+    /// Its colour as sRGB; light grey without. Planes are shown as floors of tiles, whatever it is.
+    pub color: Option<[u8; 3]>,
+}
+
+impl From<PictureShape> for PictureSolid {
+    fn from(shape: PictureShape) -> Self {
+        Self { shape, color: None }
+    }
+}
+
+/// The solids of a scene over time.
 #[derive(Clone)]
-pub struct PictureShapes(Arc<dyn Fn(f64) -> Vec<PictureShape> + Send + Sync>);
+pub struct PictureShapes(Arc<dyn Fn(f64) -> Vec<PictureSolid> + Send + Sync>);
 
 impl PictureShapes {
-    /// Shapes that do not move.
+    /// Solids that do not move.
     #[must_use]
-    pub fn fixed(shapes: Vec<PictureShape>) -> Self {
-        Self(Arc::new(move |_| shapes.clone()))
+    pub fn fixed(solids: Vec<PictureSolid>) -> Self {
+        Self(Arc::new(move |_| solids.clone()))
     }
 
-    /// Shapes as a function of time \[s\].
+    /// Solids as a function of time \[s\].
     #[must_use]
-    pub fn moving(shapes: impl Fn(f64) -> Vec<PictureShape> + Send + Sync + 'static) -> Self {
-        Self(Arc::new(shapes))
+    pub fn moving(solids: impl Fn(f64) -> Vec<PictureSolid> + Send + Sync + 'static) -> Self {
+        Self(Arc::new(solids))
     }
 
-    /// The shapes at `time` \[s\].
+    /// The solids at `time` \[s\].
     #[must_use]
-    pub fn at(&self, time: f64) -> Vec<PictureShape> {
+    pub fn at(&self, time: f64) -> Vec<PictureSolid> {
         (self.0)(time)
     }
 }

@@ -85,6 +85,8 @@ pub fn bench_scene(kind: BenchKind, particles_per_side: u32, contact: bool) -> S
             rotation: None,
             friction: 0.3,
             restitution: 0.0,
+            colour: None,
+            hidden: false,
             motion: Vec::new(),
         });
     }

@@ -47,7 +47,9 @@ pub use phase::CompiledPhase;
 pub use rigid_hold::{HeldPoint, RigidHold};
 pub use welds::Welds;
 
-use crate::{Scene, SceneColour, SceneError, SceneGeometry, SceneStart, SceneView, Timeline};
+use crate::{
+    Scene, SceneColour, SceneError, SceneGeometry, SceneShape, SceneStart, SceneView, Timeline,
+};
 
 use attachment::{Attachments, ClothSurfaces};
 use check::Check;
@@ -80,6 +82,8 @@ pub struct CompiledScene {
     pub timeline: Timeline,
     /// Camera for pictures, if the scene has one.
     pub view: Option<SceneView>,
+    /// What pictures show of the colliders of the model, in their order.
+    pub solids: Vec<CompiledSolid>,
     /// Bodies that move by themselves; each is also one of the colliders of the model, the last ones in
     /// the same order.
     pub rigids: Vec<RigidBody>,
@@ -93,6 +97,15 @@ pub struct CompiledScene {
     pub notes: Vec<String>,
     /// What is allowed but looks like a slip.
     pub warnings: Vec<String>,
+}
+
+/// What pictures show of a collider or rigid body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CompiledSolid {
+    /// Its colour, if the scene gives one.
+    pub colour: Option<SceneColour>,
+    /// Whether they leave it out.
+    pub hidden: bool,
 }
 
 /// What the model does not keep of a cloth.
@@ -271,6 +284,13 @@ impl Scene {
                 cloth.name
             )
         }));
+        let planes = self.colliders.iter().filter(|c| matches!(c.shape, SceneShape::Plane { .. }));
+        warnings.extend(planes.filter(|collider| collider.colour.is_some()).map(|collider| {
+            format!(
+                "collider {:?}: pictures show a plane as a floor of tiles, and not its `colour`: leave it out, or take a box",
+                collider.name
+            )
+        }));
         let choice = SolverChoice::new(self, simulated);
         let config = settings::solver_config(self, &choice, Some(simulated))?;
         if matches!(config.integrator, Integrator::Midpoint(_)) && !model.colliders().is_empty() {
@@ -286,6 +306,9 @@ impl Scene {
             let problem = "holds cloth by a rigid body, which feels what the solver \"implicit\" says of the hold: give `solver = \"implicit\"`, or hold it by a collider";
             return Err(check.error("attachment", problem));
         }
+        let solids = self.colliders.iter().map(|collider| (collider.colour, collider.hidden));
+        let solids = solids.chain(self.rigids.iter().map(|rigid| (rigid.colour, rigid.hidden)));
+        let solids = solids.map(|(colour, hidden)| CompiledSolid { colour, hidden }).collect();
         Ok(CompiledScene {
             start: self.start.as_ref().map(|start| self.start_folder(start)),
             welds,
@@ -299,6 +322,7 @@ impl Scene {
             frames_per_second: self.simulation.frames_per_second,
             timeline,
             view: self.view,
+            solids,
             rigids,
             rigid_joints,
             rigid_holds,

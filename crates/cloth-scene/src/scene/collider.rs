@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{SceneMannequin, SceneRotation, SceneSolidMesh};
+use super::{SceneColour, SceneMannequin, SceneRotation, SceneSolidMesh};
 
 /// An obstacle, at rest or moved by keyframes.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -28,6 +28,12 @@ pub struct SceneCollider {
     #[serde(default)]
     #[cfg_attr(test, schemars(range(min = 0.0, max = 1.0)))]
     pub restitution: f64,
+    /// Colour in pictures; light grey if not given. Planes have the pattern of a floor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub colour: Option<SceneColour>,
+    /// Whether pictures leave it out, as a drum around what is to be seen; false if not given. Cloth feels it all the same, and the camera sees where it is.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub hidden: bool,
     /// Where it is later on, times ascending. Between keyframes it moves in a straight line and
     /// turns evenly, after the last one it rests.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -46,7 +46,10 @@ pub struct SceneRigid {
     #[serde(default)]
     #[cfg_attr(test, schemars(range(min = 0.0, max = 1.0)))]
     pub restitution: f64,
-    /// Colour in pictures.
+    /// Whether pictures leave it out, as a drum around what is to be seen; false if not given. Cloth feels it all the same, and the camera sees where it is.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub hidden: bool,
+    /// Colour in pictures; light grey if not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub colour: Option<SceneColour>,
 }

@@ -213,6 +213,8 @@ translation = [0.0, 0.0, 1.0]
 rotation = { axis = [0.0, 1.0, 1.0], degrees = 30.5 }
 friction = 0.25
 restitution = 0.5
+colour = "#102030"
+hidden = true
 motion = [{ time = 1.5, translation = [1.0, 2.5, 3.0], rotation = { axis = [1.0, 0.0, 0.5], degrees = 400.0 } }]
 [[collider]]
 name = "plane"
@@ -266,6 +268,7 @@ angular_velocity = [0.0, 0.0, 1.0]
 torque = [0.0, 0.0, 1.0]
 friction = 0.25
 restitution = 0.5
+hidden = true
 colour = "#102030"
 [[rigid]]
 name = "box"

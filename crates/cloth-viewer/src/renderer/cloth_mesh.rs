@@ -276,9 +276,9 @@ fn bounds(model: &Model, style: &PictureStyle) -> SceneSphere {
     use cloth::io::{Bounds, PictureShape};
     let cloth = Bounds::of(model.positions());
     let shapes = style.shapes.at(0.0);
-    let mut all = shapes.iter().fold(cloth, |bounds, shape| bounds.union(&shape.bounds()));
+    let mut all = shapes.iter().fold(cloth, |bounds, solid| bounds.union(&solid.shape.bounds()));
     let width = (0..2).map(|k| cloth.max[k] - cloth.min[k]).fold(0.0, f64::max);
-    let floor = shapes.iter().find_map(|shape| match shape {
+    let floor = shapes.iter().find_map(|solid| match &solid.shape {
         PictureShape::Plane { normal, offset } if normal[2] > 0.5 => Some(offset / normal[2]),
         _ => None,
     });

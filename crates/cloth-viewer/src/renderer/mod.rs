@@ -14,7 +14,7 @@ mod solids;
 mod target;
 mod view;
 
-use cloth::{io::PictureShape, wgpu::wgpu};
+use cloth::{io::PictureSolid, wgpu::wgpu};
 
 pub use cloth_mesh::ClothMesh;
 pub use frame_buffers::FrameBuffers;
@@ -49,7 +49,7 @@ pub struct Renderer {
 #[derive(Clone, Debug, Default)]
 pub struct FrameContents {
     /// Colliders and floors.
-    pub shapes: Vec<PictureShape>,
+    pub shapes: Vec<PictureSolid>,
     /// Discs: pins, contacts, the particle that is grabbed.
     pub discs: Vec<Disc>,
     /// Lines in space: bins, dust, the spring of the pointer.

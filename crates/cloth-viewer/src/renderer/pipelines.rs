@@ -4,6 +4,7 @@ use cloth::{StrainMeasure, wgpu::wgpu};
 
 use super::{
     SAMPLES,
+    solids::SolidVertex,
     target::{DEPTH_FORMAT, FORMAT},
     view::ShadowMap,
 };
@@ -88,9 +89,9 @@ impl Pipelines {
         let strain = shader("strain", &[include_str!("shaders/strain.wgsl")]);
 
         let solid_attributes = wgpu::vertex_attr_array![
-            0 => Float32x3, 1 => Float32x3, 2 => Float32x3
+            0 => Float32x3, 1 => Float32x3, 2 => Float32x3, 3 => Unorm8x4
         ];
-        let solid_buffer = vertices(36, &solid_attributes);
+        let solid_buffer = vertices(SolidVertex::SIZE, &solid_attributes);
         let particle_attributes = wgpu::vertex_attr_array![0 => Uint32, 1 => Unorm8x4];
         let place_attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32, 2 => Unorm8x4];
         let disc_attributes = wgpu::vertex_attr_array![
@@ -154,7 +155,7 @@ impl Pipelines {
                 device,
                 &shadow_solid,
                 &[Some(&light_layout)],
-                &[Some(vertices(36, &solid_attributes[..1]))],
+                &[Some(vertices(SolidVertex::SIZE, &solid_attributes[..1]))],
             ),
             solid: picture(
                 device,

@@ -2,10 +2,16 @@
 
 use std::f64::consts::{PI, TAU};
 
-use cloth::{io::PictureShape, wgpu::wgpu};
+use cloth::{
+    io::{PictureShape, PictureSolid},
+    wgpu::wgpu,
+};
 use glam::{DMat3, DVec3};
 
-use super::{cloth_mesh::SceneSphere, overlay::fill};
+use super::{
+    cloth_mesh::SceneSphere,
+    overlay::{colour_bytes, colour_linear, fill},
+};
 use crate::Gpu;
 
 /// `Vertex` of solid.wgsl.
@@ -15,7 +21,17 @@ pub(super) struct SolidVertex {
     position: [f32; 3],
     normal: [f32; 3],
     plane: [f32; 3],
+    /// In linear light, of solids.
+    colour: [u8; 4],
 }
+
+impl SolidVertex {
+    /// Bytes from one to the next.
+    pub(super) const SIZE: u64 = size_of::<Self>() as u64;
+}
+
+/// Colour of solids that are given none, in linear light.
+const GREY: [u8; 4] = colour_bytes([128, 122, 115]);
 
 /// Kinds of surface, as solid.wgsl knows them.
 const SOLID: f32 = 0.0;
@@ -30,7 +46,7 @@ const ALONG: usize = 32;
 /// The solids of the last picture; kept while they do not move.
 #[derive(Default)]
 pub(super) struct SolidBuffers {
-    shapes: Option<Vec<PictureShape>>,
+    shapes: Option<Vec<PictureSolid>>,
     solids: Option<wgpu::Buffer>,
     solid_count: u32,
     floors: Option<wgpu::Buffer>,
@@ -38,13 +54,16 @@ pub(super) struct SolidBuffers {
 }
 
 impl SolidBuffers {
-    pub(super) fn update(&mut self, gpu: &Gpu, shapes: &[PictureShape], scene: &SceneSphere) {
+    pub(super) fn update(&mut self, gpu: &Gpu, shapes: &[PictureSolid], scene: &SceneSphere) {
         if self.shapes.as_deref() == Some(shapes) {
             return;
         }
         let (mut solids, mut floors) = (Vec::new(), Vec::new());
-        for shape in shapes {
-            shape_triangles(shape, scene, &mut solids, &mut floors);
+        for solid in shapes {
+            let first = solids.len();
+            shape_triangles(&solid.shape, scene, &mut solids, &mut floors);
+            let colour = solid.color.map_or(GREY, colour_linear);
+            solids[first..].iter_mut().for_each(|vertex: &mut SolidVertex| vertex.colour = colour);
         }
         if floors.is_empty() {
             // Something to see up and down by.
@@ -104,6 +123,7 @@ fn vertex(position: DVec3, normal: DVec3, kind: f32) -> SolidVertex {
         position: position.as_vec3().to_array(),
         normal: normal.as_vec3().to_array(),
         plane: [0.0, 0.0, kind],
+        colour: [0; 4],
     }
 }
 

@@ -8,7 +8,7 @@ use std::{sync::Arc, time::Instant};
 use cloth::{
     Control, ForceControl, Frame, PinAction, PinControl, Pose, RigidExchange, Solver, State,
     StepReport,
-    io::{PictureShape, PictureStyle},
+    io::{PictureSolid, PictureStyle},
     picture_shapes, picture_style,
     scene::{CompileOptions, CompiledScene, Scene},
 };
@@ -429,9 +429,9 @@ impl Engine {
     }
 
     /// The colliders at these poses; without bodies they are where the scene says.
-    fn shapes_at(&self, colliders: &[Pose], time: f64) -> Vec<PictureShape> {
+    fn shapes_at(&self, colliders: &[Pose], time: f64) -> Vec<PictureSolid> {
         if self.rigid.is_some() {
-            picture_shapes(&self.compiled.model, colliders, time)
+            picture_shapes(&self.compiled, colliders, time)
         } else {
             self.style.shapes.at(time)
         }

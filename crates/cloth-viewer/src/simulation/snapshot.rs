@@ -4,7 +4,7 @@ use std::{sync::Arc, time::Duration};
 
 use cloth::{
     Model, StepReport,
-    io::{PictureGrain, PictureShape},
+    io::{PictureGrain, PictureSolid},
 };
 
 use crate::{
@@ -24,7 +24,7 @@ pub struct Snapshot {
     /// Positions and normals on the device.
     pub buffers: Arc<FrameBuffers>,
     /// Colliders at that time.
-    pub shapes: Vec<PictureShape>,
+    pub shapes: Vec<PictureSolid>,
     /// Dust in the air.
     pub dust: Vec<PictureGrain>,
     /// Particles that are held.

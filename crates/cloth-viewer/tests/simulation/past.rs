@@ -22,7 +22,7 @@ fn recorded_bodies_are_shown_where_they_were() {
         let state = simulation.state().unwrap();
         store.append(state.time, &state.positions).unwrap();
         lines += &cloth::pose_line(&state.colliders);
-        expected.push(cloth::picture_shapes(&compiled.model, &state.colliders, state.time));
+        expected.push(cloth::picture_shapes(&compiled, &state.colliders, state.time));
     }
     drop(store);
     std::fs::write(&poses, lines).unwrap();

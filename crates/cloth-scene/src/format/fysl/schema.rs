@@ -502,10 +502,18 @@ static AERODYNAMICS: Element = leaf(
     &[same("pressure", Number), same("friction", Number)],
 );
 
+/// Of rigid bodies and colliders.
+static SOLID: [Attribute; 4] = [
+    required("id", "", Id),
+    required("name", "name", Text),
+    same("colour", Text),
+    same("hidden", Switch),
+];
+
 static RIGID: Element = Element {
     tag: "rigid",
     target: Item("/rigid", ""),
-    attributes: &[required("id", "", Id), required("name", "name", Text), same("colour", Text)],
+    attributes: &SOLID,
     children: &[
         &TRANSFORM,
         &LINEAR,
@@ -579,7 +587,7 @@ static TETRAHEDRON: Element = Element {
 static COLLIDER: Element = Element {
     tag: "collider",
     target: Item("/collider", ""),
-    attributes: &[required("id", "", Id), required("name", "name", Text)],
+    attributes: &SOLID,
     children: &[
         &TRANSFORM,
         &MATTER,

@@ -5,6 +5,8 @@ struct Vertex {
     @location(1) normal: vec3f,
     // Coordinates in the plane [m]; kind: 0 a solid, 1 a floor, 2 a grid without a floor.
     @location(2) plane: vec3f,
+    // Of a solid, in linear light.
+    @location(3) colour: vec4f,
 }
 
 struct Corner {
@@ -12,6 +14,7 @@ struct Corner {
     @location(0) world: vec3f,
     @location(1) normal: vec3f,
     @location(2) plane: vec3f,
+    @location(3) colour: vec3f,
 }
 
 @vertex
@@ -21,6 +24,7 @@ fn vertex(vertex: Vertex) -> Corner {
     corner.world = vertex.position;
     corner.normal = vertex.normal;
     corner.plane = vertex.plane;
+    corner.colour = vertex.colour.rgb;
     return corner;
 }
 
@@ -39,7 +43,7 @@ fn fragment(corner: Corner) -> @location(0) vec4f {
     let toward = view.eye.xyz - corner.world;
     var normal = normalize(corner.normal);
     if corner.plane.z < 0.5 {
-        return encode(shade(vec3f(0.5, 0.48, 0.45), corner.world, normal, 0.12));
+        return encode(shade(corner.colour, corner.world, normal, 0.12));
     }
     // Through the back of a floor one sees the cloth.
     if dot(toward, normal) < 0.0 {
