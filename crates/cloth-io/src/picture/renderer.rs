@@ -13,7 +13,7 @@ use super::floor::Floor;
 use super::geometry::{Cloths, Mesh, Plane, Stage, linear, planes, solids};
 use super::plane_light::PlaneLight;
 use super::raster::{BAND, Band, Screen};
-use super::shade::{Room, SOLID, Shader};
+use super::shade::{Room, Shader};
 use super::shadow::{ShadowMap, key_direction, key_size};
 use super::sky::{Sky, SkyMaps};
 use super::tone::EncodeTable;
@@ -173,7 +173,10 @@ impl PictureRenderer {
         drop(lock);
         let shapes: Vec<_> = shapes.iter().filter(is_solid).cloned().collect();
         let mesh = solids(&shapes, &self.view)?;
-        let colors = shapes.iter().map(|solid| solid.color.map_or(SOLID, linear)).collect();
+        let colors = shapes
+            .iter()
+            .map(|solid| solid.color.map_or(PictureSolid::GREY.into(), linear))
+            .collect();
         Ok(kept(
             &self.solids,
             |solids| solids.shapes == shapes,

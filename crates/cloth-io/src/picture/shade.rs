@@ -20,8 +20,6 @@ pub(super) const SKY: Vec3 = Vec3::new(0.44, 0.48, 0.55);
 pub(super) const GROUND: Vec3 = Vec3::new(0.16, 0.15, 0.14);
 /// Weak light from the side of the viewer, without shadow.
 pub(super) const FILL: Vec3 = Vec3::new(0.11, 0.12, 0.13);
-/// Colour of solids that are given none, in linear light.
-pub(super) const SOLID: Vec3 = Vec3::new(0.5, 0.48, 0.45);
 /// Side of the square of texels that soften the edge of the shadow of the strong light.
 pub(super) const KEY_TAPS: usize = 4;
 

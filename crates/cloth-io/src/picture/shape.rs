@@ -87,6 +87,11 @@ pub struct PictureSolid {
     pub color: Option<[u8; 3]>,
 }
 
+impl PictureSolid {
+    /// Colour of what is given none, in linear light.
+    pub const GREY: [f32; 3] = [0.5, 0.48, 0.45];
+}
+
 impl From<PictureShape> for PictureSolid {
     fn from(shape: PictureShape) -> Self {
         Self { shape, color: None }

@@ -30,8 +30,10 @@ impl SolidVertex {
     pub(super) const SIZE: u64 = size_of::<Self>() as u64;
 }
 
-/// Colour of solids that are given none, in linear light.
-const GREY: [u8; 4] = colour_bytes([128, 122, 115]);
+/// Colour of solids that are given none.
+fn grey() -> [u8; 4] {
+    colour_bytes(PictureSolid::GREY.map(|light| (255.0 * light).round() as u8))
+}
 
 /// Kinds of surface, as solid.wgsl knows them.
 const SOLID: f32 = 0.0;
@@ -62,7 +64,7 @@ impl SolidBuffers {
         for solid in shapes {
             let first = solids.len();
             shape_triangles(&solid.shape, scene, &mut solids, &mut floors);
-            let colour = solid.color.map_or(GREY, colour_linear);
+            let colour = solid.color.map_or_else(grey, colour_linear);
             solids[first..].iter_mut().for_each(|vertex: &mut SolidVertex| vertex.colour = colour);
         }
         if floors.is_empty() {
