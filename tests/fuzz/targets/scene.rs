@@ -192,7 +192,9 @@ fn is_sound(scene: Option<Scene>) -> bool {
     let topology = topology(&compiled);
     topology.check().unwrap_or_else(|error| panic!("its topology: {error}"));
     let style = picture_style(&compiled);
-    assert_eq!(style.shapes.at(0.0).len(), compiled.model.colliders().len());
+    let shown = compiled.solids.iter().filter(|solid| !solid.hidden).count();
+    assert_eq!(style.shapes.at(0.0).len(), shown, "solids in pictures");
+    assert_eq!(compiled.solids.len(), compiled.model.colliders().len(), "solids of the scene");
     let _ = compiled.timeline.control(0);
     if is_little_work(&compiled) {
         lessened(&mut scene);
