@@ -39,12 +39,12 @@ extern "C" __global__ void implicit_assemble(const __grid_constant__ Solver s, c
         on = on + length * jacobian_on;
         off = length * jacobian_off;
     }
+    l.base[0][i] = with_w(on, 0);
+    if (l.is_full) l.base[1][i] = with_w(off, 0);
     if (l.has_elements) {
         on = on + xyz(l.element_sums[i]);
         off = off + xyz(l.element_sums[s.count + i]);
     }
-    l.base[0][i] = with_w(on, 0);
-    if (l.is_full) l.base[1][i] = with_w(off, 0);
     vec3 right = length * xyz(s.force[i]);
     if (is_iterate) {
         vec3 change = vi - xyz(s.kept_velocity[i]);

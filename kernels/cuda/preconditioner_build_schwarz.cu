@@ -97,15 +97,6 @@ __device__ __forceinline__ Block3 base_block(const Solver& s, const Linear& l, u
     }
     Block3 of_bodies = block_symmetric(sums);
     for (uint k = 0; k < 9; k++) base.entries[k / 3][k % 3] += of_bodies.entries[k / 3][k % 3];
-    if (l.has_elements) {
-        real4 own_on = l.element_sums[i], own_off = l.element_sums[s.count + i];
-        Block3 own = block_symmetric(own_on.x, own_on.y, own_on.z, own_off.x, own_off.y, own_off.z);
-        double mass = s.velocity[s.present][i].w;
-        for (uint r = 0; r < 3; r++) {
-            for (uint c = 0; c < 3; c++) base.entries[r][c] -= own.entries[r][c];
-            base.entries[r][r] = fmax(base.entries[r][r], mass);
-        }
-    }
     return base;
 }
 

@@ -22,8 +22,7 @@ extern "C" __global__ void semi_implicit_factorise(const __grid_constant__ Solve
     real mass = maximum(s.velocity[s.present][i].w, MASS_SHARE_MIN * weights);
     real4 zero = {0, 0, 0, 0};
     l.origin[i] = {0, 0, 0, s.position[s.present][i].w};
-    real base = mass + of_fabric;
-    l.base[0][i] = {base, base, base, 0};
+    l.base[0][i] = {mass, mass, mass, 0};
     l.base[1][i] = zero;
     l.diagonal[0][i] = {mass + weights, mass + weights, mass + weights, 0};
     l.diagonal[1][i] = zero;

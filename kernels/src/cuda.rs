@@ -75,6 +75,7 @@ modules! {
     "torque_correct" [],
     "vector_combine" [],
     "vector_dot" [],
+    "vector_fill" [],
     "vertex_normals" [],
 }
 

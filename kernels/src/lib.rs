@@ -61,6 +61,7 @@ pub const STAGES: &[Stage] = &[
     Stage { name: "position_from_kept", section: 5 },
     Stage { name: "vector_dot", section: 5 },
     Stage { name: "vector_combine", section: 5 },
+    Stage { name: "vector_fill", section: 5 },
     Stage { name: "semi_implicit_factorise", section: 6 },
     Stage { name: "semi_implicit_solve", section: 6 },
     Stage { name: "torque_correct", section: 6 },

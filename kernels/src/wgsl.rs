@@ -116,6 +116,7 @@ modules! {
     "vector_combine" [],
     "vector_dot" [],
     "vector_dot_total" [],
+    "vector_fill" [],
     "velocity_add" [],
     "vertex_normals" [],
 }

@@ -53,8 +53,7 @@ fn main(
     var base = base_of(velocity.w, air);
     var parts = Parts(Symmetric(vec3f(0.0), vec3f(0.0)), length * force[particle].xyz);
 //!if fabric
-    base.on += element_sums[3u * particle].xyz;
-    base.off += element_sums[3u * particle + 1u].xyz;
+    parts.diagonal = Symmetric(element_sums[3u * particle].xyz, element_sums[3u * particle + 1u].xyz);
     parts.right_side += element_sums[3u * particle + 2u].xyz;
 //!end
     if iterates {

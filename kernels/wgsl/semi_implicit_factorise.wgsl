@@ -41,7 +41,7 @@ fn main(
     }
     let mass = max(velocity_in[particle].w, MASS_SHARE_MIN * weights);
     let kind = select(FILTER_HELD, FILTER_FREE, position_in[particle].w > 0.0);
-    matrix_base[2u * particle] = vec4f(vec3f(mass + of_fabric), kind);
+    matrix_base[2u * particle] = vec4f(vec3f(mass), kind);
     matrix_base[2u * particle + 1u] = vec4f(0.0);
     matrix_diagonal[2u * particle] = vec4f(vec3f(mass + weights), 0.0);
     matrix_diagonal[2u * particle + 1u] = vec4f(0.0);

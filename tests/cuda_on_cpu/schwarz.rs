@@ -45,7 +45,6 @@ fn matrix(model: &Model, random: &mut Random) -> MatrixCopy<f32> {
     let positions = model.positions().iter().map(|x| x.map(|x| x as f32)).collect();
     MatrixCopy {
         positions,
-        masses: vec![1.0; count],
         base: (0..count).map(|_| [1.0, 1.5, 1.25, 0.0, 0.0, 0.0]).collect(),
         filters: (0..count).map(filter).collect(),
         springs,

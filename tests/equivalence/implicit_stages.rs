@@ -146,6 +146,11 @@ fn vector_combine() {
 }
 
 #[test]
+fn vector_fill() {
+    for_all(CASES, &description(), checks::vector_fill);
+}
+
+#[test]
 fn velocity_add() {
     for_all(CASES, &description(), checks::velocity_add);
 }

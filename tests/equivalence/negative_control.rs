@@ -259,6 +259,7 @@ fn every_perturbed_stage_of_the_implicit_step_is_found_by_its_check() {
     control_some(Defect::ConstraintImpulsesDropped, checks::constraint_impulses);
     control(Defect::Scaled(Stage::VectorDot), &busy, checks::vector_dot);
     control(Defect::Scaled(Stage::VectorCombine), &busy, checks::vector_combine);
+    control(Defect::Scaled(Stage::VectorFill), &busy, checks::vector_fill);
     control(Defect::Scaled(Stage::VelocityAdd), &busy, checks::velocity_add);
     control(Defect::Scaled(Stage::PositionAdvance), &busy, checks::position_advance);
     control(Defect::Scaled(Stage::PositionFromKept), &busy, checks::position_from_kept);

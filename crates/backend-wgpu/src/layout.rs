@@ -108,6 +108,7 @@ shared_struct! {
         pass_count: u32,
         reach: u32,
         level: u32,
+        value: [f32; 3],
     }
 }
 

@@ -84,8 +84,8 @@ pub struct SolverReport {
     pub solves_restarted: u32,
     /// Preconditioner of the last conjugate gradients.
     pub preconditioner: Option<Preconditioner>,
-    /// Iterations of the first solve of the frame.
-    pub first_iterations: Option<u32>,
+    /// Whether a solve of this frame has shown that [`Preconditioner::Auto`] has to be `Schwarz`.
+    pub needs_schwarz: bool,
     /// Newton iterations, all substeps together.
     pub newton_iterations: u32,
     /// Largest residual of the nonlinear system, relative to that of the first Newton iteration; 0
@@ -110,7 +110,6 @@ impl SolverReport {
     /// Adds a linear solve.
     pub(crate) fn add(&mut self, outcome: &LinearOutcome) {
         self.solves += 1;
-        self.first_iterations.get_or_insert(outcome.iterations);
         self.solves_unconverged += u32::from(!outcome.converged);
         self.iterations += u64::from(outcome.iterations);
         self.residual = self.residual.max(outcome.residual);
@@ -125,7 +124,7 @@ impl SolverReport {
         self.newton_iterations += attempt.newton_iterations;
         self.factorisations += attempt.factorisations;
         self.solves_restarted += attempt.solves_restarted;
-        self.first_iterations = self.first_iterations.or(attempt.first_iterations);
+        self.needs_schwarz |= attempt.needs_schwarz;
         self.preconditioner = attempt.preconditioner.or(self.preconditioner);
         if stands {
             self.solves_unconverged += attempt.solves_unconverged;
@@ -238,7 +237,7 @@ mod tests {
             solver: SolverReport {
                 solves: 3,
                 iterations,
-                first_iterations: Some(iterations as u32),
+                needs_schwarz: iterations == 40,
                 residual: 1.0 / iterations as f64,
                 constrained: contacts,
                 ..SolverReport::default()
@@ -255,7 +254,7 @@ mod tests {
             wall_time: Duration::from_millis(40),
             solver: SolverReport {
                 solves: 6,
-                first_iterations: Some(10),
+                needs_schwarz: true,
                 residual: 0.1,
                 ..part(50, 4, Vec::new()).solver
             },

@@ -220,14 +220,14 @@ __device__ __forceinline__ void pairs_add(const Solver& s, const Linear& l, uint
 // Where the numbers of an entry of a row begin, SLICE apart: the entries of the rows of a slice lie side by side.
 __device__ __forceinline__ size_t element_place(uint entry, uint i) { return (size_t)entry * 9 * SLICE + i % SLICE; }
 
-// Row i of the blocks off the diagonal times a vector.
-template <uint MEMBERS> __device__ __forceinline__ vec3 element_row(const Linear& l, const real4* p, uint i) {
+// Row i of the blocks of triangles times a vector: each block takes the difference from that of the row, which stands for the diagonal block.
+template <uint MEMBERS> __device__ __forceinline__ vec3 element_row(const Linear& l, const real4* p, uint i, const vec3& own) {
     vec3 sum = {0, 0, 0};
     terms_add<MEMBERS>(sum, l.element_slices[i / SLICE], l.element_slices[i / SLICE + 1], [&](uint entry, vec3& term) {
         uint j = l.element_columns[entry * SLICE + i % SLICE];
         bool exists = j != NONE;
         const real* block = l.element_blocks + element_place(entry, i);
-        vec3 x = xyz(p[exists ? j : i]);
+        vec3 x = xyz(p[exists ? j : i]) - own;
         term.x = block[0] * x.x + block[SLICE] * x.y + block[2 * SLICE] * x.z;
         term.y = block[3 * SLICE] * x.x + block[4 * SLICE] * x.y + block[5 * SLICE] * x.z;
         term.z = block[6 * SLICE] * x.x + block[7 * SLICE] * x.y + block[8 * SLICE] * x.z;
@@ -251,7 +251,7 @@ template <uint MEMBERS = 1> __device__ __forceinline__ vec3 matrix_row(const Sol
         vec3 touching = contacts_row<MEMBERS>(l.contacts, p, i);
         if (contacts_any(l.contacts, i)) sum = sum + touching;
     }
-    if (l.has_elements) sum = sum + element_row<MEMBERS>(l, p, i);
+    if (l.has_elements) sum = sum + element_row<MEMBERS>(l, p, i, own);
     return sum;
 }
 

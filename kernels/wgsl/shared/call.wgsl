@@ -23,6 +23,10 @@ struct Call {
     reach: u32,
     // Level of the preconditioner `schwarz`.
     level: u32,
+    // What a vector is filled with.
+    value_x: f32,
+    value_y: f32,
+    value_z: f32,
 }
 
 @group(0) @binding(33) var<uniform> call: Call;

@@ -12,9 +12,9 @@ fn block_row(at: u32) -> vec3f {
     return bitcast<vec3f>(vec3<u32>(element_entries[at], element_entries[at + SLICE], element_entries[at + 2u * SLICE]));
 }
 
-// The block at `at` times the vector of its column, or that of the particle itself where there is no column.
-fn element_term(at: u32, column: u32, particle: u32, vector: u32) -> vec3f {
-    let other = vector_get(vector, select(column, particle, column == NO_COLUMN));
+// The block at `at` times the difference from the vector of the particle to that of its column, which stands for the diagonal block.
+fn element_term(at: u32, column: u32, particle: u32, vector: u32, own: vec3f) -> vec3f {
+    let other = vector_get(vector, select(column, particle, column == NO_COLUMN)) - own;
     return vec3f(
         dot_product(block_row(at + SLICE), other),
         dot_product(block_row(at + 4u * SLICE), other),
@@ -23,7 +23,7 @@ fn element_term(at: u32, column: u32, particle: u32, vector: u32) -> vec3f {
 }
 
 // Four blocks at a time, so that the device waits once for what they read; what lies beyond the row is read again and left out.
-fn element_row(start: vec3f, particle: u32, vector: u32) -> vec3f {
+fn element_row(start: vec3f, particle: u32, vector: u32, own: vec3f) -> vec3f {
     var sum = vec3f(0.0);
     let slice = particle / SLICE;
     let first = element_entries[slice] + particle % SLICE;
@@ -37,10 +37,10 @@ fn element_row(start: vec3f, particle: u32, vector: u32) -> vec3f {
         let b = element_entries[at_b];
         let c = element_entries[at_c];
         let d = element_entries[at_d];
-        let term_a = element_term(at_a, a, particle, vector);
-        let term_b = element_term(at_b, b, particle, vector);
-        let term_c = element_term(at_c, c, particle, vector);
-        let term_d = element_term(at_d, d, particle, vector);
+        let term_a = element_term(at_a, a, particle, vector, own);
+        let term_b = element_term(at_b, b, particle, vector, own);
+        let term_c = element_term(at_c, c, particle, vector, own);
+        let term_d = element_term(at_d, d, particle, vector, own);
         if a == NO_COLUMN {
             break;
         }

@@ -36,7 +36,7 @@ pub use implicit::{
     constraint_project, constraint_release, control_forces_assemble, implicit_assemble,
     implicit_frame, implicit_trajectory, jacobi, linear_solution, matrix_apply, position_advance,
     position_from_kept, preconditioner_apply, preconditioner_is_symmetric, schwarz_of_many_groups,
-    state_keep, state_restore, vector_combine, vector_dot, velocity_add,
+    state_keep, state_restore, vector_combine, vector_dot, vector_fill, velocity_add,
 };
 pub use invariants::invariants;
 pub use motion::{

@@ -168,6 +168,11 @@ impl ImplicitKernels for PerturbedKernels {
         self.vector_scale_if(Stage::VectorCombine, to.1)
     }
 
+    fn vector_fill(&mut self, value: [f64; 3], to: LinearVector) -> Result<()> {
+        self.inner.vector_fill(value, to)?;
+        self.vector_scale_if(Stage::VectorFill, to)
+    }
+
     fn direct_solve(&mut self) -> Result<LinearOutcome> {
         self.inner.direct_solve()
     }

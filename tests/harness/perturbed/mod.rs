@@ -102,6 +102,8 @@ pub enum Stage {
     VectorDot,
     /// `vector_combine`
     VectorCombine,
+    /// `vector_fill`
+    VectorFill,
     /// `velocity_add`
     VelocityAdd,
     /// `position_advance`

@@ -166,13 +166,21 @@ impl<T: Real> ElementBlocks<T> {
         });
     }
 
-    /// The rows of a packet of particles times a vector, without the diagonal blocks, columns ascending.
+    /// The rows of a packet of particles times a vector, columns ascending: each block takes the difference from the vector of its row, which stands
+    /// for the diagonal block.
     #[inline(always)]
     pub(crate) fn packet_times(&self, packet: usize, vector: FieldView<'_, T>) -> [Lanes<T>; 3] {
         let mut sum = [[T::ZERO; LANES]; 3];
+        let own = vector.packet((packet * LANES) as isize);
         let [first, end] = [self.slices[packet] as usize, self.slices[packet + 1] as usize];
         for Entry { columns, blocks, .. } in &self.entries[first..end] {
-            let [x, y, z] = vector.gather(columns);
+            let mut difference = vector.gather(columns);
+            for (difference, own) in difference.iter_mut().zip(own) {
+                for lane in 0..LANES {
+                    difference[lane] = difference[lane] - own[lane];
+                }
+            }
+            let [x, y, z] = &difference;
             for (sum, [to_x, to_y, to_z]) in sum.iter_mut().zip(blocks) {
                 for lane in 0..LANES {
                     sum[lane] += to_x[lane] * x[lane] + to_y[lane] * y[lane] + to_z[lane] * z[lane];
@@ -190,11 +198,6 @@ impl<T: Real> ElementBlocks<T> {
         {
             visit(columns[lane] as usize, blocks.map(|row| row.map(|column| column[lane])));
         }
-    }
-
-    /// Adds the diagonal blocks to a field of them.
-    pub(crate) fn diagonal_add(&self, add: &mut impl FnMut(usize, [T; 6])) {
-        self.diagonal.iter().enumerate().for_each(|(i, &block)| add(i, block));
     }
 
     /// Adds what the triangles add to the right-hand side.

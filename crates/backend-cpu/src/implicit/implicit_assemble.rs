@@ -44,9 +44,6 @@ impl<T: Real> Assembly<'_, T> {
         self.base(&mut matrix.base);
         matrix.rows.products(self.velocity, products, arch);
         let products = &**products;
-        if let Some(elements) = &matrix.elements {
-            elements.diagonal_add(&mut |i, block| matrix.base.add(i, block));
-        }
         let Matrix { factors, contacts, rows, base, diagonal, elements } = matrix;
         let off_diagonal =
             diagonal.off_diagonal.get_or_insert_with(|| VectorField::new(self.count, 0));
@@ -62,6 +59,7 @@ impl<T: Real> Assembly<'_, T> {
                     contacts,
                     rows: (rows, products),
                     base,
+                    elements: elements.as_ref().map_or(&[], |elements| &elements.diagonal),
                     start: block * BLOCK,
                     right_side,
                     diagonal,
@@ -111,6 +109,8 @@ struct BlockTask<'a, 'b, T> {
     /// And their products with the velocities.
     rows: (&'a super::contact_rows::ContactRows<T>, &'a [[T; 3]]),
     base: &'a BlockField<T>,
+    /// The diagonal blocks of triangles, if there are any.
+    elements: &'a [[T; 6]],
     start: usize,
     right_side: [&'b mut [T]; 3],
     diagonal: [&'b mut [T]; 3],
@@ -180,7 +180,7 @@ impl<T: Real> BlockTask<'_, '_, T> {
         sums
     }
 
-    /// The sums before any spring: b from forces and inertia, D from B.
+    /// The sums before any spring: b from forces and inertia, D from B and triangles.
     #[inline(always)]
     fn start(&self, first: usize) -> Sums<T> {
         let assembly = self.assembly;
@@ -203,7 +203,15 @@ impl<T: Real> BlockTask<'_, '_, T> {
         }
         let view = |field| FieldView::new(field).packet(first as isize).map(|lanes| *lanes);
         let off_diagonal = self.base.off_diagonal.as_ref().map_or([[T::ZERO; LANES]; 3], view);
-        Sums { right_side, diagonal: view(&self.base.diagonal), off_diagonal }
+        let mut sums = Sums { right_side, diagonal: view(&self.base.diagonal), off_diagonal };
+        let elements = self.elements.get(first..).unwrap_or_default();
+        for (lane, &[xx, yy, zz, xy, xz, yz]) in elements.iter().take(LANES).enumerate() {
+            for (axis, (own, across)) in [(xx, xy), (yy, xz), (zz, yz)].into_iter().enumerate() {
+                sums.diagonal[axis][lane] += own;
+                sums.off_diagonal[axis][lane] += across;
+            }
+        }
+        sums
     }
 
     #[inline(always)]

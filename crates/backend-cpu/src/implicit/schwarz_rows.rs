@@ -6,10 +6,7 @@ use cloth_core::{
 };
 
 use super::{matrix::Matrix, particle_filters::ParticleFilters};
-use crate::{
-    memory::{FieldView, Masses},
-    springs::SpringColumns,
-};
+use crate::{memory::FieldView, springs::SpringColumns};
 
 /// The matrix of an implicit substep.
 #[derive(Clone, Copy)]
@@ -17,7 +14,6 @@ pub(super) struct SystemRows<'a, T> {
     pub(super) matrix: &'a Matrix<T>,
     pub(super) springs: &'a SpringColumns<T>,
     pub(super) filters: &'a ParticleFilters<T>,
-    pub(super) masses: &'a Masses<T>,
     pub(super) position: FieldView<'a, T>,
 }
 
@@ -27,15 +23,6 @@ impl<T: Real> Rows for SystemRows<'_, T> {
         let of_bodies = symmetric(self.matrix.rows.row_sum(particle));
         for (row, of_bodies) in base.iter_mut().zip(of_bodies) {
             row.iter_mut().zip(of_bodies).for_each(|(entry, of_bodies)| *entry += of_bodies);
-        }
-        if let Some(elements) = &self.matrix.elements {
-            // Products with the matrix take the diagonal blocks of triangles from there. Rounding may leave less than the mass.
-            let own = symmetric(elements.diagonal[particle]);
-            let mass = self.masses.mass[particle].to_f64();
-            for (row, own) in own.iter().enumerate() {
-                (0..3).for_each(|column| base[row][column] -= own[column]);
-                base[row][row] = base[row][row].max(mass);
-            }
         }
         base
     }

@@ -369,7 +369,7 @@ impl<T: Real> ImplicitSystem<T> {
         let filters = &mut self.filters;
         filters.fill(&Filter { masses, constraints: &self.constraints });
         let (matrix, position) = (&self.matrix, FieldView::new(position));
-        let rows = SystemRows { matrix, springs, filters, masses, position };
+        let rows = SystemRows { matrix, springs, filters, position };
         if self.reuse.wants_build(self.length) {
             schwarz.build(&rows, arch);
         } else {
@@ -436,6 +436,12 @@ impl<T: Real> ImplicitSystem<T> {
         let to_scale = if from == to { from_scale + to_scale } else { to_scale };
         vector_operations::combine((from_scale, source), to_scale, &mut out, arch);
         self.vectors.put(to, out);
+    }
+
+    pub(crate) fn vector_fill(&mut self, value: [f64; 3], to: LinearVector) {
+        let value = value.map(T::from_f64);
+        let to = self.vectors.get_mut(to);
+        (0..self.count).for_each(|particle| to.set(particle, value));
     }
 
     /// The iterations of the conjugate gradient method, fused, from residual and preconditioned

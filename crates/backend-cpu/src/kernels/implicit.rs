@@ -233,7 +233,7 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
         self.implicit_stage("preconditioner_build", 0.0, |kernels, system, _| {
             let model = (&*kernels.model, &kernels.springs);
             let particles = (&kernels.masses, &kernels.present.position);
-            let preconditioner = preconditioner.after(None);
+            let preconditioner = preconditioner.after(false);
             system.preconditioner_build(model, particles, preconditioner, kernels.arch);
         });
         Ok(())
@@ -256,6 +256,11 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
         self.implicit_stage("vector_combine", 0.0, |kernels, system, _| {
             system.vector_combine(from, to, kernels.arch);
         });
+        Ok(())
+    }
+
+    fn vector_fill(&mut self, value: [f64; 3], to: LinearVector) -> Result<()> {
+        self.implicit_stage("vector_fill", 0.0, |_, system, _| system.vector_fill(value, to));
         Ok(())
     }
 

@@ -10,8 +10,8 @@ use std::{
 };
 
 use cloth_core::{
-    ContactResponse, FieldProgram, Kernels, Model, Real, Result, SelfContact, SolverConfig,
-    StageTime, Team,
+    ContactResponse, FieldProgram, Kernels, Model, Preconditioner, Real, Result, SelfContact,
+    SolverConfig, StageTime, Team,
 };
 use rayon::prelude::*;
 
@@ -35,9 +35,6 @@ use crate::{
     triangle_contact::TriangleContact,
     triangles::TriangleRows,
 };
-
-/// Particles of fabric from which on the preconditioner `schwarz` was measured to be faster.
-const SCHWARZ_MIN: usize = 40_000;
 
 /// The stages on the CPU.
 pub(crate) struct CpuKernels<T> {
@@ -128,7 +125,7 @@ impl<T: Real> CpuKernels<T> {
             non_finite_step: None,
             stage_times: Vec::new(),
             springs,
-            config: config.resolved(&model, Some(SCHWARZ_MIN)),
+            config: config.resolved(&model, Some(Preconditioner::SCHWARZ_MIN)),
             team,
             arch,
             model,

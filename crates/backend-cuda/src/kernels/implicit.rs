@@ -199,7 +199,7 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
     }
 
     fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
-        let preconditioner = preconditioner.after(None);
+        let preconditioner = preconditioner.after(false);
         let blocks = check_preconditioner(preconditioner)?;
         if preconditioner == Preconditioner::Schwarz {
             return self.schwarz_build();
@@ -253,6 +253,13 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
             argument(&has_from),
         ];
         self.linear_stage(("vector_combine", "vector_combine"), &arguments)
+    }
+
+    fn vector_fill(&mut self, value: [f64; 3], to: LinearVector) -> Result<()> {
+        let [x, y, z] = value.map(T::from_f64);
+        let to = to as u32;
+        let arguments = [argument(&to), argument(&x), argument(&y), argument(&z)];
+        self.linear_stage(("vector_fill", "vector_fill"), &arguments)
     }
 
     fn direct_solve(&mut self) -> Result<LinearOutcome> {

@@ -31,9 +31,8 @@ impl<T: CudaReal> CudaKernels<T> {
         let Some(linear) = &self.linear else { return Ok(None) };
         let (memory, queue) = (&self.memory, &self.memory.queue);
         let present = memory.present();
-        let (mut positions, mut velocities) = (Vec::new(), Vec::new());
+        let mut positions = Vec::new();
         memory.state.position[present].read(queue, &mut positions)?;
-        memory.state.velocity[present].read(queue, &mut velocities)?;
         let (mut on, mut off) = (Vec::new(), Vec::new());
         linear.base[0].read(queue, &mut on)?;
         if linear.data.is_full != 0 {
@@ -45,7 +44,6 @@ impl<T: CudaReal> CudaKernels<T> {
         let touching = self.triangles.as_ref().filter(|_| linear.data.has_contacts != 0);
         Ok(Some(MatrixCopy {
             positions: positions.iter().map(|&[x, y, z, _]| [x, y, z]).collect(),
-            masses: velocities.iter().map(|velocity: &Real4<T>| velocity[3]).collect(),
             base: on.iter().zip(&off).map(|(on, off)| symmetric(on, off)).collect(),
             filters,
             springs: springs_copy(memory, linear)?,

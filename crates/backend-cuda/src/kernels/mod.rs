@@ -19,8 +19,8 @@ mod triangle_contact;
 use std::{ffi::c_void, sync::Arc};
 
 use cloth_core::{
-    ContactStatistics, Integrator, Kernels, Model, Result, SelfContact, SolverConfig,
-    stepper::Substep,
+    ContactStatistics, Integrator, Kernels, Model, Preconditioner, Result, SelfContact,
+    SolverConfig, stepper::Substep,
 };
 
 use crate::{
@@ -41,9 +41,6 @@ use control_forces::ControlForces;
 use explicit::FrameQueue;
 use semi_implicit::SemiImplicit;
 use triangle_contact::Triangles;
-
-/// Particles of fabric from which on the preconditioner `schwarz` was measured to be faster.
-const SCHWARZ_MIN: usize = 65_536;
 
 /// The stages on a GPU.
 pub(crate) struct CudaKernels<T> {
@@ -75,7 +72,7 @@ impl<T: CudaReal> CudaKernels<T> {
         config: &SolverConfig,
         options: CudaOptions,
     ) -> Result<Self> {
-        let config = &config.resolved(&model, Some(SCHWARZ_MIN));
+        let config = &config.resolved(&model, Some(Preconditioner::SCHWARZ_MIN));
         check::check_config(config)?;
         let mut cache = KernelCache::new::<T>(Arc::clone(&device), &model, options.fast);
         let strain = StrainTables::new(&model, config.strain_limit.as_ref());

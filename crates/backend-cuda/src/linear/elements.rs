@@ -91,14 +91,8 @@ impl<T: CudaReal> ElementMemory<T> {
     /// # Errors
     /// `DeviceLost`.
     pub(crate) fn copy(&self, queue: &Queue) -> Result<ElementRows<T>> {
-        let (mut numbers, mut sums) = (Vec::new(), Vec::new());
+        let mut numbers = Vec::new();
         self.blocks.read(queue, &mut numbers)?;
-        self.sums.read(queue, &mut sums)?;
-        let (on, rest) = sums.split_at(sums.len() / 2);
-        let diagonal = on
-            .iter()
-            .zip(rest)
-            .map(|(on, off): (&Real4<T>, &Real4<T>)| [on[0], on[1], on[2], off[0], off[1], off[2]]);
-        Ok(ElementRows { rows: self.rows.clone(), numbers, diagonal: diagonal.collect() })
+        Ok(ElementRows { rows: self.rows.clone(), numbers })
     }
 }

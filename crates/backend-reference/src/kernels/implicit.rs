@@ -251,6 +251,11 @@ impl ImplicitKernels for ReferenceKernels {
         Ok(())
     }
 
+    fn vector_fill(&mut self, value: [f64; 3], to: LinearVector) -> Result<()> {
+        self.linear.vector_mut(to).fill(Vector(value));
+        Ok(())
+    }
+
     fn direct_solve(&mut self) -> Result<LinearOutcome> {
         self.linear.right_side_update();
         let Linear { system, constraints, vectors, .. } = &mut self.linear;

@@ -98,6 +98,10 @@ impl ImplicitKernels for WgpuKernels {
         self.stages.vector_combine(from, to)
     }
 
+    fn vector_fill(&mut self, value: [f64; 3], to: LinearVector) -> Result<()> {
+        self.stages.vector_fill(value, to)
+    }
+
     fn direct_solve(&mut self) -> Result<LinearOutcome> {
         let feature = "the linear solver direct (it has cg and jacobi)".into();
         Err(Error::Unsupported { backend: BACKEND, feature })

@@ -164,21 +164,11 @@ impl Stages {
         let (head, count) = (rows.slices.len(), rows.entry_count());
         let words = (head + count * ENTRY_WORDS) as u64;
         let entries: Vec<u32> = self.read_words("element_entries", words)?;
-        let sums: Vec<[f32; 4]> =
-            self.read_words("element_sums", 12 * self.model.particle_count() as u64)?;
         // The columns of an entry come before its numbers.
         let numbers = entries[head..].chunks_exact(ENTRY_WORDS);
         let numbers = numbers.flat_map(|entry| &entry[SlicedRows::SLICE..]);
-        let diagonal = sums
-            .as_chunks::<3>()
-            .0
-            .iter()
-            .map(|[on, off, _]| [on[0], on[1], on[2], off[0], off[1], off[2]]);
-        Ok(Some(ElementRows {
-            numbers: numbers.map(|&word| f32::from_bits(word)).collect(),
-            diagonal: diagonal.collect(),
-            rows,
-        }))
+        let numbers = numbers.map(|&word| f32::from_bits(word)).collect();
+        Ok(Some(ElementRows { rows, numbers }))
     }
 }
 

@@ -71,12 +71,13 @@ pub enum LinearStop {
     Energy,
 }
 
-/// `Block` may take this many iterations before `Schwarz`, one of which takes three times as long, is faster.
-const BLOCK_ITERATIONS: u32 = 250;
-
 impl Preconditioner {
-    /// What is left of `Auto` in a model before anything is solved: `Auto`, for [`Self::after`] to decide in each frame, where a piece of fabric has
-    /// `schwarz_min` particles or more, and else `Block`. `schwarz_min` is where `Schwarz` may win on a backend, if it has it (INTEGRATORS.md has the
+    /// Particles of a piece of fabric from which on `Auto` may stand for `Schwarz`. It is the same on all backends that have both, so that they have the
+    /// same bits: on the CPU smaller pieces would gain a little, on CUDA those of tens of thousands lose a little.
+    pub const SCHWARZ_MIN: usize = 4_000;
+
+    /// What is left of `Auto` in a model before anything is solved: `Auto`, which each frame decides, where a piece of fabric has
+    /// `schwarz_min` particles or more, and else `Block`. `schwarz_min` is [`Self::SCHWARZ_MIN`] on backends where `Schwarz` may win (INTEGRATORS.md has the
     /// measurements). The others stand for themselves.
     #[must_use]
     pub fn resolved(self, model: &Model, schwarz_min: Option<usize>) -> Self {
@@ -90,14 +91,12 @@ impl Preconditioner {
         }
     }
 
-    /// What `Auto` stands for in a frame whose first solve, if it is done, took so many iterations: `Block`, and `Schwarz` where that took too many. How
-    /// many it takes follows from stiffness and step more than from the number of particles, and in contact `Schwarz` may take as many.
+    /// What `Auto` stands for in a frame: `Block`, and `Schwarz` once a solve has shown that `Block` takes too many iterations. How many it takes
+    /// follows from stiffness, step and the shapes of triangles more than from the number of particles.
     #[must_use]
-    pub fn after(self, first_iterations: Option<u32>) -> Self {
+    pub const fn after(self, needs_schwarz: bool) -> Self {
         match self {
-            Self::Auto if first_iterations.is_some_and(|count| count > BLOCK_ITERATIONS) => {
-                Self::Schwarz
-            }
+            Self::Auto if needs_schwarz => Self::Schwarz,
             Self::Auto => Self::Block,
             given => given,
         }
@@ -187,7 +186,7 @@ mod tests {
         let cloth = Cloth::grid("springs", GridPatch::new([9, 9], 0.02), &MaterialPreset::DENIM);
         let springs = ModelBuilder::new().cloth(cloth).build().unwrap();
         assert_eq!(Auto.resolved(&springs, Some(1)), Block);
-        assert_eq!([None, Some(250), Some(251)].map(|n| Auto.after(n)), [Block, Block, Schwarz]);
-        assert_eq!(Block.after(Some(1000)), Block);
+        assert_eq!([false, true].map(|needs| Auto.after(needs)), [Block, Schwarz]);
+        assert_eq!(Block.after(true), Block);
     }
 }

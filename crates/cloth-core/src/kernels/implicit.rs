@@ -243,6 +243,12 @@ pub trait ImplicitKernels: Send {
     /// What the device reports.
     fn vector_combine(&mut self, from: (f64, LinearVector), to: (f64, LinearVector)) -> Result<()>;
 
+    /// The same value in every particle.
+    ///
+    /// # Errors
+    /// What the device reports.
+    fn vector_fill(&mut self, value: [f64; 3], to: LinearVector) -> Result<()>;
+
     /// Solves A y = b under the constraints by sparse Cholesky factorisation.
     ///
     /// # Errors

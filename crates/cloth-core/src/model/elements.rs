@@ -180,20 +180,21 @@ impl FabricElements {
             particles: hinge.vertices.map(|vertex| vertex + first),
             angle: hinge.angle,
         }));
-        for (t, triangle) in shape.triangles.iter().enumerate() {
-            let angle = |hinge: u32| shape.hinges.get(hinge as usize).map_or(0.0, |h| h.angle);
-            self.patches.push(triangle.patch.map(|vertex| vertex + first));
-            let fold = |fold: u32| if fold == NONE { NONE } else { fold + first_fold };
-            self.patch_folds.push(triangle.folds.map(fold));
-            self.triangles.push(FabricTriangle {
+        let patches = shape.triangles.iter().map(|triangle| triangle.patch);
+        self.patches.extend(patches.map(|patch| patch.map(|vertex| vertex + first)));
+        let fold = |fold: u32| if fold == NONE { NONE } else { fold + first_fold };
+        self.patch_folds.extend(shape.triangles.iter().map(|triangle| triangle.folds.map(fold)));
+        let angle = |hinge: u32| shape.hinges.get(hinge as usize).map_or(0.0, |h| h.angle);
+        self.triangles.extend(shape.triangles.iter().enumerate().map(|(t, triangle)| {
+            FabricTriangle {
                 particles: triangle.vertices.map(|vertex| vertex + first),
                 fabric: number + panels.triangles.get(t).copied().unwrap_or_default(),
                 rest: triangle.state,
                 angles: triangle.folds.map(angle),
                 bending: triangle.bending,
                 fold_weights: shape.fold_weights(triangle),
-            });
-        }
+            }
+        }));
         // Particles of later cloths are larger, and so are their edges.
         let start = self.edges.len();
         let sides = |t: &RestTriangle| {

@@ -28,8 +28,6 @@ pub struct ElementRows<T> {
     pub rows: SlicedRows,
     /// Nine numbers of each entry, row by row, [`SlicedRows::SLICE`] apart.
     pub numbers: Vec<T>,
-    /// Diagonal blocks of all particles, xx, yy, zz, xy, xz, yz.
-    pub diagonal: Vec<[T; 6]>,
 }
 
 impl<T: Real> ElementRows<T> {
@@ -94,9 +92,7 @@ impl<T: Real> ContactRows<T> {
 pub struct MatrixCopy<T> {
     /// Places \[m\].
     pub positions: Vec<[T; 3]>,
-    /// Masses \[kg\].
-    pub masses: Vec<T>,
-    /// B of each particle with the diagonal blocks of triangles, without contacts: xx, yy, zz, xy, xz, yz.
+    /// B of each particle, without contacts: xx, yy, zz, xy, xz, yz.
     pub base: Vec<[T; 6]>,
     /// S of each particle, `None` for the identity.
     pub filters: Vec<Option<[T; 6]>>,
@@ -122,14 +118,6 @@ impl<T: Real> Rows for MatrixCopy<T> {
         }
         for (row, of_bodies) in base.iter_mut().zip(symmetric(of_bodies)) {
             row.iter_mut().zip(of_bodies).for_each(|(entry, of_bodies)| *entry += of_bodies);
-        }
-        if let Some(elements) = &self.elements {
-            let own = symmetric(elements.diagonal[particle]);
-            let mass = self.masses[particle].to_f64();
-            for (row, own) in own.iter().enumerate() {
-                (0..3).for_each(|column| base[row][column] -= own[column]);
-                base[row][row] = base[row][row].max(mass);
-            }
         }
         base
     }

@@ -1,11 +1,15 @@
 //! Backward Euler (NUMERICS §5).
 
 use crate::{
-    ImplicitSettings, Kernels, LinearMethod, LinearOutcome, LinearSettings, LinearStart,
-    LinearVector, NewtonSettings, NewtonStart, Result, SolverReport,
+    ImplicitSettings, Kernels, LinearStart, LinearVector, NewtonSettings, NewtonStart, Result,
+    SolverReport,
 };
 
+mod fall;
 mod inexact;
+mod system_solve;
+
+pub(super) use system_solve::system_solve;
 
 use super::{Substep, finish, forces};
 
@@ -123,14 +127,6 @@ pub fn system<K: Kernels + ?Sized>(
     kernels.implicit_assemble(substep, start)
 }
 
-/// The settings of the next solve: `Auto` as the first one of the frame tells, which is noted.
-pub(super) fn chosen(settings: &LinearSettings, report: &mut SolverReport) -> LinearSettings {
-    let preconditioner = settings.preconditioner.after(report.first_iterations);
-    let is_used = settings.method == LinearMethod::ConjugateGradient;
-    report.preconditioner = is_used.then_some(preconditioner);
-    LinearSettings { preconditioner, ..*settings }
-}
-
 /// Solves the system, again as long as contacts are released. Returns whether it could. `is_final` says
 /// that no other system of the substep comes after it.
 fn solve<K: Kernels + ?Sized>(
@@ -142,14 +138,9 @@ fn solve<K: Kernels + ?Sized>(
     let constrained = kernels.model().has_collider_constraints();
     // A contact that pulled in the very last solve has to be there when its impulse is looked for.
     let keeps = is_final && kernels.model().collider_impulses();
-    let solver = settings.linear.method.solver::<K>();
     report.newton_iterations += 1;
     for pass in 0..settings.constraint_passes {
-        let linear = chosen(&settings.linear, report);
-        solver.prepare(kernels, &linear)?;
-        let outcome: LinearOutcome = solver.solve(kernels, &linear, start)?;
-        report.add(&outcome);
-        if outcome.breakdown {
+        if system_solve(kernels, &settings.linear, start, report)?.breakdown {
             return Ok(false);
         }
         let last = pass + 1 == settings.constraint_passes;

@@ -26,13 +26,9 @@ pub fn substep<K: Kernels + ?Sized>(
     // Where the velocities of the start lead to: a motion along tangents stretches what turns, and forces have to know of it.
     kernels.position_from_kept(part.length)?;
     implicit::system(kernels, &part, NewtonStart::Iterate)?;
-    let solver = settings.linear.method.solver::<K>();
     report.newton_iterations += 1;
-    let linear = implicit::chosen(&settings.linear, report);
-    solver.prepare(kernels, &linear)?;
-    let outcome = solver.solve(kernels, &linear, LinearStart::Constraints)?;
-    report.add(&outcome);
-    if outcome.breakdown {
+    let start = LinearStart::Constraints;
+    if implicit::system_solve(kernels, &settings.linear, start, report)?.breakdown {
         kernels.state_restore()?;
         return Ok(false);
     }

@@ -69,7 +69,7 @@ impl TimeStep {
     ) -> Result<FrameEnd> {
         let integrator = kernels.config().integrator.clone();
         // A frame may be the first one of a run that goes on: nothing of others counts.
-        report.first_iterations = None;
+        report.needs_schwarz = false;
         match self.control {
             TimeStepControl::Fixed => {
                 plan.refill(kernels.model(), span, (0.0, step), self.longest);
@@ -199,8 +199,8 @@ impl AdaptiveFrame<'_> {
         kernels: &mut K,
         substep: &Substep,
     ) -> Result<(SolverReport, Option<SubstepFailure>, Option<Error>)> {
-        let first_iterations = self.report.first_iterations;
-        let mut attempt = SolverReport { first_iterations, ..SolverReport::default() };
+        let needs_schwarz = self.report.needs_schwarz;
+        let mut attempt = SolverReport { needs_schwarz, ..SolverReport::default() };
         let done = kernels.batch(|kernels| {
             kernels.state_keep()?;
             integrate::substep(kernels, substep, &self.integrator, &mut attempt)

@@ -18,4 +18,6 @@ pub use solvers::{
 };
 pub use state::{position_advance, position_from_kept, state_keep, state_restore, velocity_add};
 pub use system::{control_forces_assemble, implicit_assemble, matrix_apply};
-pub use vectors::{preconditioner_apply, preconditioner_is_symmetric, vector_combine, vector_dot};
+pub use vectors::{
+    preconditioner_apply, preconditioner_is_symmetric, vector_combine, vector_dot, vector_fill,
+};

@@ -154,3 +154,18 @@ pub fn vector_combine(candidate: &Candidate, description: &Description) -> Verdi
     }
     Ok(())
 }
+
+/// `vector_fill`, of a vector that holds no numbers.
+///
+/// # Errors
+/// What is wrong.
+pub fn vector_fill(candidate: &Candidate, description: &Description) -> Verdict {
+    use LinearVector::Solution;
+    let mut prepared = Prepared::at_start(candidate, description)?;
+    let nothing = vec![[f64::NAN; 3]; prepared.particles.len()];
+    prepared.kernels.vector_write(Solution, &nothing)?;
+    let value = [0.3, -9.81, 1e-4];
+    prepared.kernels.vector_fill(value, Solution)?;
+    let expected = vec![TrackedVector::rounded(value); nothing.len()];
+    compare(candidate, "filled:", &expected, &prepared.read(Solution)?, &[])
+}

@@ -94,7 +94,7 @@ impl Stages {
     }
 
     pub(crate) fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
-        let preconditioner = preconditioner.after(None);
+        let preconditioner = preconditioner.after(false);
         preconditioner_check(preconditioner)?;
         self.semi_implicit.length = None;
         self.preconditioner = preconditioner;
@@ -124,6 +124,12 @@ impl Stages {
         let [from_scale, to_scale] = [from_scale as f32, to_scale as f32];
         let call = Call { from_scale, to_scale, ..vectors_call(from, to) };
         self.linear_kernel("vector_combine", 0, call)
+    }
+
+    pub(crate) fn vector_fill(&mut self, value: [f64; 3], to: LinearVector) -> Result<()> {
+        let value = value.map(|number| number as f32);
+        let call = Call { vector_to: vector_number(to), value, ..Call::default() };
+        self.linear_kernel("vector_fill", 0, call)
     }
 
     /// Moves or accelerates all particles, by a kernel that is told one number.

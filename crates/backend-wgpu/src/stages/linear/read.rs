@@ -64,14 +64,11 @@ impl Stages {
         self.linear_prepare()?;
         let count = self.model.particle_count();
         let base: Vec<[f32; 4]> = self.read_words("matrix_base", 8 * count as u64)?;
-        let motion = [self.buffers.position(self.present), self.buffers.velocity(self.present)];
-        let [positions, velocities] = motion.map(Clone::clone);
-        let (mut position, mut velocity) = (Vec::new(), Vec::new());
+        let positions = self.buffers.position(self.present).clone();
+        let mut position = Vec::new();
         self.vectors_read(&positions, &mut position)?;
-        self.vectors_read(&velocities, &mut velocity)?;
         Ok(MatrixCopy {
             positions: position.iter().map(|&[x, y, z, _]| [x, y, z]).collect(),
-            masses: velocity.iter().map(|velocity| velocity[3]).collect(),
             base: base.as_chunks::<2>().0.iter().map(symmetric).collect(),
             filters: self.filters_read()?,
             springs: self.spring_pairs()?,

@@ -6,7 +6,7 @@ use crate::{
 };
 
 use super::{
-    super::Substep, HALVINGS_MAX, constraints_meet, controlled_system, is_short, residual,
+    super::Substep, HALVINGS_MAX, constraints_meet, controlled_system, fall, is_short, residual,
     residual_put, solve,
 };
 
@@ -90,10 +90,17 @@ pub(super) fn newton<K: Kernels + ?Sized>(
     let mut solves = ImplicitSettings { constraint_passes: 1, ..*settings };
     let was_free = is_linear && !kernels.triangles_touch();
     let is_loose = settings.linear.stop == LinearStop::Residual && !was_free;
-    let gravity = substep.length * substep.length * weight(kernels.model());
-    let mut scale = gravity;
+    let weight = substep.length * substep.length * weight(kernels.model());
+    let mut scale = weight;
     let mut end =
         if kernels.model().has_fabric() { NewtonStart::Iterate } else { NewtonStart::StepStart };
+    let mut fall = None;
+    if start == LinearStart::Constraints && kernels.model().has_fabric() {
+        fall = fall::start(kernels, substep, settings, weight)?;
+        start = fall.map_or(start, |_| LinearStart::Solution);
+    }
+    // What falls freely is a translation, of which no force depends: what counts of the first correction is the rest of it.
+    let fall = fall.filter(|_| !kernels.triangles_touch());
     let first = residual(kernels)?;
     let mut now = first;
     for iteration in 1..=iterations_max {
@@ -114,10 +121,11 @@ pub(super) fn newton<K: Kernels + ?Sized>(
             scale = scale.max(slope_start.min(FIRST_MAX * FIRST_MAX * scale));
         }
         let enough = correction * if iteration == 1 { FIRST_ALONE } else { 1.0 };
-        let [enough, enough_held] = [scale, gravity].map(|scale| enough * enough * scale);
+        let [enough, enough_held] = [scale, weight].map(|scale| enough * enough * scale);
         // What contacts did is told by the forces of the last system, which those at the start of a substep are not yet.
         let is_told = !keeps_impulses || end == NewtonStart::Iterate;
         let is_small = slope_start <= enough && is_told;
+        let falls = iteration == 1 && fall.is_some_and(|fall| slope_start - fall <= enough);
         let mut step = 1.0;
         if iteration > 1 {
             kernels.iterate_keep()?;
@@ -131,7 +139,7 @@ pub(super) fn newton<K: Kernels + ?Sized>(
             kernels.position_from_kept(substep.length)?;
             let stopped = kernels.contact_certify_iterate(substep)?;
             let is_free = was_free && iteration == 1 && !kernels.triangles_touch();
-            if is_small || (stopped == 0 && is_free) {
+            if is_small || (stopped == 0 && (is_free || falls)) {
                 return Ok(Some(end));
             }
             controlled_system(kernels, substep, NewtonStart::Iterate)?;
