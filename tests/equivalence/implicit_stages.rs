@@ -63,6 +63,11 @@ fn matrix_apply_of_fabric() {
 }
 
 #[test]
+fn matrix_apply_to_a_translation() {
+    for_all(CASES, &description_of_fabric(), checks::matrix_apply_to_a_translation);
+}
+
+#[test]
 fn contact_linearise() {
     for start in [NewtonStart::StepStart, NewtonStart::Iterate] {
         for_all(CASES, &with_contact(), |candidate, case| {

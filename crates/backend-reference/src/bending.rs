@@ -182,7 +182,8 @@ pub fn bending_linearise<N: Number>(
             right_side[row as usize] += patch.force(moments, a);
             for (b, &column) in vertices.iter().enumerate() {
                 let block = patch.block(a, b).scaled(weight);
-                blocks.push(ElementBlock { row: row as usize, column: column as usize, block });
+                let (row, column) = (row as usize, column as usize);
+                blocks.push(ElementBlock { row, column, block, is_internal: true });
             }
         }
     }

@@ -177,7 +177,8 @@ pub fn membrane_linearise<N: Number>(
             right_side[row as usize] += impulse;
             for (b, &column) in triangle.particles.iter().enumerate() {
                 let block = membrane.block(a, b, h * h + h * damping, h * h);
-                blocks.push(ElementBlock { row: row as usize, column: column as usize, block });
+                let (row, column) = (row as usize, column as usize);
+                blocks.push(ElementBlock { row, column, block, is_internal: true });
             }
         }
     }

@@ -152,7 +152,8 @@ impl TriangleContact {
                 }
                 for (column, b) in ends() {
                     let block = rows.scaled(a * b);
-                    blocks.push(ElementBlock { row, column: column as usize, block });
+                    let column = column as usize;
+                    blocks.push(ElementBlock { row, column, block, is_internal: false });
                 }
             }
         }

@@ -251,6 +251,7 @@ velocity = [0, 0, -5]
         let apart: [f64; 3] =
             std::array::from_fn(|k| brick.pose.translation[k] - ball.pose.translation[k]);
         let apart = apart.iter().map(|x| x * x).sum::<f64>().sqrt();
-        assert!(apart > 0.1299, "{apart} m in frame {}", simulation.frame());
+        // Rigid bodies may sink into each other by half a millimetre.
+        assert!(apart > 0.1295, "{apart} m in frame {}", simulation.frame());
     }
 }

@@ -34,9 +34,10 @@ pub use fused::explicit_substep;
 pub use implicit::{
     collider_constraints, conjugate_gradient, constraint_filter, constraint_impulses,
     constraint_project, constraint_release, control_forces_assemble, implicit_assemble,
-    implicit_frame, implicit_trajectory, jacobi, linear_solution, matrix_apply, position_advance,
-    position_from_kept, preconditioner_apply, preconditioner_is_symmetric, schwarz_of_many_groups,
-    state_keep, state_restore, vector_combine, vector_dot, vector_fill, velocity_add,
+    implicit_frame, implicit_trajectory, jacobi, linear_solution, matrix_apply,
+    matrix_apply_to_a_translation, position_advance, position_from_kept, preconditioner_apply,
+    preconditioner_is_symmetric, schwarz_of_many_groups, state_keep, state_restore, vector_combine,
+    vector_dot, vector_fill, velocity_add,
 };
 pub use invariants::invariants;
 pub use motion::{

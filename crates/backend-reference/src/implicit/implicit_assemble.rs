@@ -41,6 +41,8 @@ pub struct ElementBlock<N> {
     pub column: usize,
     /// What it adds.
     pub block: Matrix<N>,
+    /// Whether it acts between particles alone, so that a translation of all meets no resistance.
+    pub is_internal: bool,
 }
 
 /// What triangles of fabric add: blocks, and right-hand sides of all particles.
@@ -183,7 +185,7 @@ impl<N: Number> LinearSystem<N> {
                 *blocks.entry(place).or_default() += block;
             }
         }
-        for ElementBlock { row, column, block } in &self.elements {
+        for ElementBlock { row, column, block, .. } in &self.elements {
             if row != column {
                 *blocks.entry([*row, *column]).or_default() += *block;
             }
@@ -203,8 +205,9 @@ impl<N: Number> LinearSystem<N> {
             image[*i] += part;
             image[*j] -= part;
         }
-        for ElementBlock { row, column, block } in &self.elements {
-            image[*row] += block.apply(p[*column]);
+        for ElementBlock { row, column, block, is_internal } in &self.elements {
+            let of = if *is_internal { p[*column] - p[*row] } else { p[*column] };
+            image[*row] += block.apply(of);
         }
         image
     }

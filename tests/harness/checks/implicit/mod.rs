@@ -17,7 +17,9 @@ pub use solvers::{
     conjugate_gradient, implicit_frame, implicit_trajectory, jacobi, linear_solution,
 };
 pub use state::{position_advance, position_from_kept, state_keep, state_restore, velocity_add};
-pub use system::{control_forces_assemble, implicit_assemble, matrix_apply};
+pub use system::{
+    control_forces_assemble, implicit_assemble, matrix_apply, matrix_apply_to_a_translation,
+};
 pub use vectors::{
     preconditioner_apply, preconditioner_is_symmetric, vector_combine, vector_dot, vector_fill,
 };

@@ -6,7 +6,7 @@ use super::prepared::Prepared;
 use crate::{
     Verdict,
     backends::Candidate,
-    models::{Description, RandomForces},
+    models::{Contact, Description, RandomForces},
     stages,
     verdict::{compare, ensure},
 };
@@ -41,6 +41,37 @@ pub fn control_forces_assemble(
     let given = &case.state.positions;
     stages::control_forces_assemble(particles, (&forces, given), substep, start, system);
     compare_system(candidate, &mut prepared)
+}
+
+/// `matrix_apply` to a translation of all, in a case without surroundings: only the mass resists it, however stiff the cloth is, and to its own rounding.
+///
+/// # Errors
+/// What is wrong.
+pub fn matrix_apply_to_a_translation(candidate: &Candidate, description: &Description) -> Verdict {
+    let alone = Description {
+        fields: 0,
+        air: false,
+        colliders: 0,
+        contact: Contact::Off,
+        ..description.clone()
+    };
+    let mut prepared = Prepared::at_start(candidate, &alone)?;
+    let way = [0.25, -9.5, 1.0];
+    prepared.kernels.vector_fill(way, LinearVector::Direction)?;
+    let (from, to) = (LinearVector::Direction, LinearVector::DirectionImage);
+    prepared.kernels.matrix_apply(MatrixForm::MatrixFree, from, to)?;
+    let mut found = Vec::new();
+    prepared.kernels.vector_read(to, &mut found)?;
+    for ((particle, image), &mass) in found.iter().enumerate().zip(prepared.case.model.masses()) {
+        for (image, way) in image.iter().zip(way) {
+            let expected = mass * way;
+            let bound = 4.0 * candidate.epsilon() * expected.abs();
+            ensure((image - expected).abs() <= bound || !mass.is_finite(), || {
+                format!("{}: particle {particle} has {image}, not {expected}", candidate.label)
+            })?;
+        }
+    }
+    Ok(())
 }
 
 /// The blocks of the matrix and the right-hand side.

@@ -94,13 +94,9 @@ pub(super) fn newton<K: Kernels + ?Sized>(
     let mut scale = weight;
     let mut end =
         if kernels.model().has_fabric() { NewtonStart::Iterate } else { NewtonStart::StepStart };
-    let mut fall = None;
     if start == LinearStart::Constraints && kernels.model().has_fabric() {
-        fall = fall::start(kernels, substep, settings, weight)?;
-        start = fall.map_or(start, |_| LinearStart::Solution);
+        start = fall::start(kernels, substep, settings, weight)?;
     }
-    // What falls freely is a translation, of which no force depends: what counts of the first correction is the rest of it.
-    let fall = fall.filter(|_| !kernels.triangles_touch());
     let first = residual(kernels)?;
     let mut now = first;
     for iteration in 1..=iterations_max {
@@ -125,7 +121,6 @@ pub(super) fn newton<K: Kernels + ?Sized>(
         // What contacts did is told by the forces of the last system, which those at the start of a substep are not yet.
         let is_told = !keeps_impulses || end == NewtonStart::Iterate;
         let is_small = slope_start <= enough && is_told;
-        let falls = iteration == 1 && fall.is_some_and(|fall| slope_start - fall <= enough);
         let mut step = 1.0;
         if iteration > 1 {
             kernels.iterate_keep()?;
@@ -139,7 +134,7 @@ pub(super) fn newton<K: Kernels + ?Sized>(
             kernels.position_from_kept(substep.length)?;
             let stopped = kernels.contact_certify_iterate(substep)?;
             let is_free = was_free && iteration == 1 && !kernels.triangles_touch();
-            if is_small || (stopped == 0 && (is_free || falls)) {
+            if is_small || (stopped == 0 && is_free) {
                 return Ok(Some(end));
             }
             controlled_system(kernels, substep, NewtonStart::Iterate)?;

@@ -1,11 +1,10 @@
 //! Fabric that is folded at rest comes to lie so.
 
-#![allow(clippy::unwrap_used, reason = "helpers of tests may panic")]
-
 use cloth::{
     Simulation, backend_create,
     scene::{CompileOptions, Scene},
 };
+use glam::DVec3;
 
 /// Angle between the halves of a strip \[degrees\] after it was flat at first and free of forces: positive with the side inwards where triangles are seen
 /// counterclockwise.
@@ -30,12 +29,12 @@ fn folded(angle: f64, frames: u64) -> f64 {
     }
     let x = simulation.state().unwrap().positions.clone();
     // Both halves along the middle row, from the fold to near it and to the ends: the strip around the fold is as bent as its triangles allow.
-    let way = |from: usize, to: usize| [0, 1, 2].map(|k| x[34 + to][k] - x[34 + from][k]);
-    let [a, b] = [way(4, 0), way(12, 16)];
-    let dot: f64 = (0..3).map(|k| -a[k] * b[k]).sum();
-    let rise = a[2] + b[2];
-    let [long, other] = [a, b].map(|w| w.iter().map(|d| d * d).sum::<f64>().sqrt());
-    (dot / (long * other)).clamp(-1.0, 1.0).acos().to_degrees().copysign(rise)
+    let way = |from: usize, to: usize| DVec3::from(x[to]) - DVec3::from(x[from]);
+    let [a, b] = [way(34 + 4, 34), way(34 + 12, 34 + 16)];
+    // Nothing holds the strip, so that it may turn as a whole: up is where its triangles look.
+    let across = way(8, 76);
+    let up = b.cross(across) - a.cross(across);
+    (-a).angle_between(b).to_degrees().copysign((a + b).dot(up))
 }
 
 #[test]
