@@ -177,7 +177,7 @@ impl<T: Real> ElementBlocks<T> {
             let mut difference = vector.gather(columns);
             for (difference, own) in difference.iter_mut().zip(own) {
                 for lane in 0..LANES {
-                    difference[lane] = difference[lane] - own[lane];
+                    difference[lane] -= own[lane];
                 }
             }
             let [x, y, z] = &difference;
