@@ -128,28 +128,40 @@ pub fn picture_shapes(scene: &CompiledScene, poses: &[Pose], time: f64) -> Vec<P
     Visible::of(scene).at(poses, time)
 }
 
-/// The colliders that pictures show, with their numbers and colours.
-struct Visible(Vec<(usize, ColliderShape, Option<[u8; 3]>)>);
+/// The colliders that pictures show.
+struct Visible(Vec<VisibleSolid>);
+
+struct VisibleSolid {
+    /// Number of the collider.
+    index: usize,
+    shape: ColliderShape,
+    /// Whether cloth touches its triangles, rather than the shape itself.
+    is_body: bool,
+    color: Option<[u8; 3]>,
+}
 
 impl Visible {
     fn of(scene: &CompiledScene) -> Self {
         let all = Self::all(scene).0.into_iter();
-        Self(all.filter(|(index, ..)| !scene.solids[*index].hidden).collect())
+        Self(all.filter(|solid| !scene.solids[solid.index].hidden).collect())
     }
 
     /// These and those that are hidden.
     fn all(scene: &CompiledScene) -> Self {
         let all = scene.model.colliders().iter().zip(&scene.solids).enumerate();
-        let all = all.map(|(index, (collider, solid))| {
-            (index, collider.shape.clone(), solid.colour.map(|colour| colour.rgb))
+        let all = all.map(|(index, (collider, solid))| VisibleSolid {
+            index,
+            shape: collider.shape.clone(),
+            is_body: scene.model.is_contact_body(index),
+            color: solid.colour.map(|colour| colour.rgb),
         });
         Self(all.collect())
     }
 
     fn at(&self, poses: &[Pose], time: f64) -> Vec<PictureSolid> {
-        let posed = self.0.iter().filter_map(|(index, shape, color)| {
-            let shape = shape_at(shape, poses.get(*index)?, time);
-            Some(PictureSolid { shape, color: *color })
+        let posed = self.0.iter().filter_map(|solid| {
+            let shape = shape_at(solid, poses.get(solid.index)?, time);
+            Some(PictureSolid { shape, color: solid.color })
         });
         posed.collect()
     }
@@ -262,11 +274,30 @@ fn timeline_poses(scene: &CompiledScene) -> impl Fn(f64) -> Vec<Pose> + Send + S
     }
 }
 
-fn shape_at(shape: &ColliderShape, pose: &Pose, time: f64) -> PictureShape {
+/// A ball or a capsule that cloth touches is shown as the polyhedron that contact takes it for: the round shape, some tenths of a millimetre around it,
+/// would show through cloth that is pressed against it.
+fn shape_at(
+    VisibleSolid { shape, is_body, .. }: &VisibleSolid,
+    pose: &Pose,
+    time: f64,
+) -> PictureShape {
     let center = pose.translation;
     let rotation = pose.rotation_rows();
     let z_axis = rotation.map(|row| row[2]);
+    let mesh = || PictureShape::Mesh {
+        positions: shape
+            .body_positions(shape.sets_at(time))
+            .iter()
+            .map(|at| {
+                std::array::from_fn(|k| {
+                    center[k] + (0..3).map(|j| rotation[k][j] * at[j]).sum::<f64>()
+                })
+            })
+            .collect(),
+        triangles: shape.body_triangles().unwrap_or_default().iter().copied().collect(),
+    };
     match *shape {
+        ColliderShape::Sphere { .. } | ColliderShape::Capsule { .. } if *is_body => mesh(),
         ColliderShape::Plane => PictureShape::Plane {
             normal: z_axis,
             offset: (0..3).map(|k| z_axis[k] * center[k]).sum(),
@@ -280,18 +311,7 @@ fn shape_at(shape: &ColliderShape, pose: &Pose, time: f64) -> PictureShape {
         ColliderShape::Box { half_extents } => {
             PictureShape::Cuboid { center, rotation, half_extents }
         }
-        ColliderShape::Grid(_) | ColliderShape::Surface(_) => PictureShape::Mesh {
-            positions: shape
-                .body_positions(shape.sets_at(time))
-                .iter()
-                .map(|at| {
-                    std::array::from_fn(|k| {
-                        center[k] + (0..3).map(|j| rotation[k][j] * at[j]).sum::<f64>()
-                    })
-                })
-                .collect(),
-            triangles: shape.body_triangles().unwrap_or_default().iter().copied().collect(),
-        },
+        ColliderShape::Grid(_) | ColliderShape::Surface(_) => mesh(),
     }
 }
 
@@ -325,6 +345,39 @@ mod tests {
             shapes.at(1e9),
             [PictureSolid::from(PictureShape::Sphere { center, radius: 0.5 })]
         );
+    }
+
+    /// Cloth that is pressed against a ball lies between the polyhedron and the round surface.
+    #[test]
+    fn balls_are_shown_as_what_cloth_touches() {
+        let shapes = |contact: &str| {
+            let text = format!(
+                r#"
+                {contact}
+                [[cloth]]
+                material.preset = "cotton"
+                geometry.grid = {{ columns = 3, rows = 3, spacing = 0.1, centre = [0, 0, 1] }}
+                [[collider]]
+                shape.sphere.radius = 0.25
+                translation = [1, 0, 0]
+                [[collider]]
+                shape.capsule = {{ half_length = 0.2, radius = 0.1 }}
+                "#
+            );
+            let scene = Scene::from_toml(&text, "ball.toml").unwrap();
+            picture_style(&scene.compile(&CompileOptions::default()).unwrap()).shapes.at(0.0)
+        };
+        let [ball, capsule] = &shapes("")[..] else { panic!("two solids") };
+        for solid in [ball, capsule] {
+            assert!(matches!(solid.shape, PictureShape::Mesh { .. }), "{:?}", solid.shape);
+        }
+        let PictureShape::Mesh { positions, .. } = &ball.shape else { panic!("a mesh") };
+        for [x, y, z] in positions.iter() {
+            let distance = ((x - 1.0).powi(2) + y * y + z * z).sqrt();
+            assert!((distance - 0.25).abs() < 1e-12, "{distance}");
+        }
+        let [ball, _] = &shapes(r#"contact.response = "none""#)[..] else { panic!("two solids") };
+        assert!(matches!(ball.shape, PictureShape::Sphere { .. }));
     }
 
     const MOVING: &str = r#"

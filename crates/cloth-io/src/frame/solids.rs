@@ -89,13 +89,11 @@ impl Solid {
         let origin = [0.0; 3];
         let shape = match collider.shape {
             ColliderShape::Plane => return Self::plane(collider, cloth),
-            ColliderShape::Grid(_) | ColliderShape::Surface(_) => return Self::mesh(collider),
-            ColliderShape::Sphere { radius } => PictureShape::Sphere { center: origin, radius },
-            ColliderShape::Capsule { half_length, radius } => PictureShape::Capsule {
-                a: [0.0, 0.0, -half_length],
-                b: [0.0, 0.0, half_length],
-                radius,
-            },
+            // Those of balls and capsules, too, are the triangles that cloth touches: rounder ones would show through it.
+            ColliderShape::Grid(_)
+            | ColliderShape::Surface(_)
+            | ColliderShape::Sphere { .. }
+            | ColliderShape::Capsule { .. } => return Self::mesh(collider),
             ColliderShape::Box { half_extents } => PictureShape::Cuboid {
                 center: origin,
                 rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
