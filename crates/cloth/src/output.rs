@@ -6,6 +6,7 @@ use cloth_io::{
     PictureStyle, Topology, TopologyCloth,
 };
 use cloth_scene::{CompiledScene, SceneView};
+use glam::DVec3;
 
 use crate::{PoseLog, dust::picture_dust};
 
@@ -211,6 +212,22 @@ fn room_below(cloth: &Bounds) -> f64 {
     0.5 * (0..2).map(|axis| cloth.max[axis] - cloth.min[axis]).fold(0.0, f64::max)
 }
 
+/// Held particles of a cloth that are looked at.
+const HELD_MAX: usize = 64;
+
+/// How low the corners of a cloth can hang from the nearest of the places that hold it.
+fn hanging(cloth: &Bounds, held: &[DVec3]) -> f64 {
+    let corners = (0..8).map(|corner| {
+        let side = |axis: usize| if corner >> axis & 1 == 0 { cloth.min } else { cloth.max }[axis];
+        DVec3::new(side(0), side(1), side(2))
+    });
+    let lowest = corners.filter_map(|corner| {
+        let distances = held.iter().map(|place| (place.distance(corner), place.z));
+        distances.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(distance, height)| height - distance)
+    });
+    lowest.fold(f64::INFINITY, f64::min)
+}
+
 fn bounds_start(model: &Model, shapes: &[PictureSolid]) -> Bounds {
     let cloth = Bounds::of(model.positions());
     let all = shapes.iter().fold(cloth, |bounds, solid| bounds.union(&solid.shape.bounds()));
@@ -221,8 +238,12 @@ fn bounds_start(model: &Model, shapes: &[PictureSolid]) -> Bounds {
     // A rope from wall to wall says nothing of how far a towel on it hangs down.
     let fallen = model.cloths().iter().map(|cloth| {
         let particles = cloth.particles.start as usize..cloth.particles.end as usize;
-        let own = Bounds::of(&model.positions()[particles]);
-        own.min[2] - room_below(&own)
+        let own = Bounds::of(&model.positions()[particles.clone()]);
+        let held = model.pins().iter().map(|&pin| pin as usize);
+        let held: Vec<_> = held.filter(|pin| particles.contains(pin)).collect();
+        let step = (held.len() / HELD_MAX).max(1);
+        let held = held.into_iter().step_by(step).map(|pin| DVec3::from(model.positions()[pin]));
+        (own.min[2] - room_below(&own)).min(hanging(&own, &held.collect::<Vec<_>>()))
     });
     let lowest = floor.unwrap_or_else(|| fallen.fold(f64::INFINITY, f64::min)).min(all.min[2]);
     Bounds { min: [all.min[0], all.min[1], lowest], ..all }
@@ -345,6 +366,21 @@ mod tests {
             shapes.at(1e9),
             [PictureSolid::from(PictureShape::Sphere { center, radius: 0.5 })]
         );
+    }
+
+    /// A sheet that hangs from two corners is as far below them as it is wide.
+    #[test]
+    fn pictures_have_room_for_what_hangs_from_pins() {
+        let text = r#"
+            [[cloth]]
+            material.preset = "cotton"
+            geometry.grid = { columns = 11, rows = 11, spacing = 0.1, centre = [0, 0, 2] }
+            pins = [0, 10]
+        "#;
+        let scene = Scene::from_toml(text, "sheet.toml").unwrap();
+        let scene = scene.compile(&CompileOptions::default()).unwrap();
+        let lowest = bounds_start(&scene.model, &[]).min[2];
+        assert!((lowest - 1.0).abs() < 1e-9, "{lowest}");
     }
 
     /// Cloth that is pressed against a ball lies between the polyhedron and the round surface.
