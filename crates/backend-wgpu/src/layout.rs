@@ -108,7 +108,9 @@ shared_struct! {
         pass_count: u32,
         reach: u32,
         level: u32,
-        value: [f32; 3],
+        value_x: f32,
+        value_y: f32,
+        value_z: f32,
     }
 }
 

@@ -127,8 +127,9 @@ impl Stages {
     }
 
     pub(crate) fn vector_fill(&mut self, value: [f64; 3], to: LinearVector) -> Result<()> {
-        let value = value.map(|number| number as f32);
-        let call = Call { vector_to: vector_number(to), value, ..Call::default() };
+        let [value_x, value_y, value_z] = value.map(|number| number as f32);
+        let vector_to = vector_number(to);
+        let call = Call { vector_to, value_x, value_y, value_z, ..Call::default() };
         self.linear_kernel("vector_fill", 0, call)
     }
 
