@@ -418,6 +418,7 @@ mod tests {
 
     const MOVING: &str = r#"
         name = "moving"
+        contact.response = "none"
         simulation = { frames = 4, frames_per_second = 2 }
         [[cloth]]
         name = "patch"
