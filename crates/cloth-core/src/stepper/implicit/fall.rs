@@ -10,8 +10,8 @@ const SHARE_MIN: f64 = 0.1;
 /// Puts the part of a free fall that brings the solution closest, in the norm of the energy, where the first solve of a substep starts; nothing
 /// if little of the cloth falls. `most` is sum m (h g)^2 of all particles, what gravity would do to them all.
 ///
-/// All of a piece that falls gets the same velocity, and no force between its particles tells one of its ends of the other: without it a solver that reaches
-/// a few neighbours in an iteration takes hundreds to find out.
+/// All of a piece that falls gets the same velocity. Without this start a solver, which reaches a few neighbours in an iteration, takes hundreds to find
+/// that out.
 ///
 /// # Errors
 /// Those of the stages.
