@@ -90,12 +90,12 @@ pub(super) fn newton<K: Kernels + ?Sized>(
     let mut solves = ImplicitSettings { constraint_passes: 1, ..*settings };
     let was_free = is_linear && !kernels.triangles_touch();
     let is_loose = settings.linear.stop == LinearStop::Residual && !was_free;
-    let weight = substep.length * substep.length * weight(kernels.model());
-    let mut scale = weight;
+    let gravity = substep.length * substep.length * weight(kernels.model());
+    let mut scale = gravity;
     let mut end =
         if kernels.model().has_fabric() { NewtonStart::Iterate } else { NewtonStart::StepStart };
     if start == LinearStart::Constraints && kernels.model().has_fabric() {
-        start = fall::start(kernels, substep, settings, weight)?;
+        start = fall::start(kernels, substep, settings, gravity)?;
     }
     let first = residual(kernels)?;
     let mut now = first;
@@ -117,7 +117,7 @@ pub(super) fn newton<K: Kernels + ?Sized>(
             scale = scale.max(slope_start.min(FIRST_MAX * FIRST_MAX * scale));
         }
         let enough = correction * if iteration == 1 { FIRST_ALONE } else { 1.0 };
-        let [enough, enough_held] = [scale, weight].map(|scale| enough * enough * scale);
+        let [enough, enough_held] = [scale, gravity].map(|scale| enough * enough * scale);
         // What contacts did is told by the forces of the last system, which those at the start of a substep are not yet.
         let is_told = !keeps_impulses || end == NewtonStart::Iterate;
         let is_small = slope_start <= enough && is_told;

@@ -32,7 +32,8 @@ pub(in super::super) fn system_solve<K: Kernels + ?Sized>(
     let solver = settings.method.solver::<K>();
     solver.prepare(kernels, &linear)?;
     let mut outcome = solver.solve(kernels, &linear, start)?;
-    if is_trial && !(outcome.converged || outcome.breakdown) {
+    let has_tried = is_trial && outcome.iterations == BLOCK_ITERATIONS;
+    if has_tried && !(outcome.converged || outcome.breakdown) {
         report.needs_schwarz = true;
         let iterations_max = settings.iterations_max - outcome.iterations;
         let preconditioner = Preconditioner::Schwarz;
