@@ -8,16 +8,17 @@ struct SchwarzBuild {
     // For each group its centre, and the unknowns of rigid motions, R^-T G.
     double* centres;
     double* unknowns;
-    // Rows of the coarse matrix, of both triangles: starts, columns and blocks.
+    // Rows of the coarse matrix, of both triangles: starts, columns and blocks, row by row and column by column.
     const uint* rows;
     const uint* columns;
     double* blocks;
+    double* turned;
     // For each group whether its factor is to be built.
     const uint* outdated;
     ulong group_count;
 };
 
-static_assert(sizeof(SchwarzBuild) == 64, "`schwarz.rs` of the backend has another layout");
+static_assert(sizeof(SchwarzBuild) == 72, "`schwarz.rs` of the backend has another layout");
 
 struct Block3 {
     double entries[3][3];
@@ -38,8 +39,8 @@ __device__ __forceinline__ Block3 block_rank_one(const vec3& u, real g) {
     return block;
 }
 
-// The blocks off the diagonal of row i, in their order.
-template <typename Visit> __device__ __forceinline__ void row_visit(const Solver& s, const Linear& l, uint i, Visit visit) {
+// The blocks of springs in row i.
+template <typename Visit> __device__ __forceinline__ void springs_visit(const Solver& s, const Linear& l, uint i, Visit visit) {
     SpringRow row = spring_row(s, i);
     vec3 origin = row.count > 0 ? xyz(l.origin[i]) : vec3{0, 0, 0};
     for (uint k = 0; k < row.count; k++) {
@@ -49,17 +50,29 @@ template <typename Visit> __device__ __forceinline__ void row_visit(const Solver
         SpringBlock spring = spring_block(l, at, factor_place(s, l, link.y, i, j), xyz(l.origin[j]) - origin);
         visit(j, block_rank_one(spring.u, spring.g));
     }
-    if (l.has_elements) {
-        uint end = l.element_slices[i / SLICE + 1];
-        for (uint entry = l.element_slices[i / SLICE]; entry < end; entry++) {
-            uint j = l.element_columns[entry * SLICE + i % SLICE];
-            if (j == NONE) break;
-            const real* numbers = l.element_blocks + element_place(entry, i);
-            Block3 block;
-            for (uint k = 0; k < 9; k++) block.entries[k / 3][k % 3] = numbers[k * SLICE];
-            visit(j, block);
-        }
+}
+
+// The block of triangles at an entry of row i.
+__device__ __forceinline__ Block3 element_block(const Linear& l, uint entry, uint i) {
+    const real* numbers = l.element_blocks + element_place(entry, i);
+    Block3 block;
+    for (uint k = 0; k < 9; k++) block.entries[k / 3][k % 3] = numbers[k * SLICE];
+    return block;
+}
+
+// The blocks of triangles in row i.
+template <typename Visit> __device__ __forceinline__ void elements_visit(const Linear& l, uint i, Visit visit) {
+    if (!l.has_elements) return;
+    uint end = l.element_slices[i / SLICE + 1];
+    for (uint entry = l.element_slices[i / SLICE]; entry < end; entry++) {
+        uint j = l.element_columns[entry * SLICE + i % SLICE];
+        if (j == NONE) break;
+        visit(j, element_block(l, entry, i));
     }
+}
+
+// The blocks of contacts in row i: of points, of triangles.
+template <typename Visit> __device__ __forceinline__ void contacts_visit(const Solver& s, const Linear& l, uint i, Visit visit) {
     if (l.has_pairs) {
         uint count = l.pair_counts[i];
         for (uint k = 0; k < count; k++) {
@@ -79,6 +92,13 @@ template <typename Visit> __device__ __forceinline__ void row_visit(const Solver
             }
         }
     }
+}
+
+// The blocks off the diagonal of row i, in their order.
+template <typename Visit> __device__ __forceinline__ void row_visit(const Solver& s, const Linear& l, uint i, Visit visit) {
+    springs_visit(s, l, i, visit);
+    elements_visit(l, i, visit);
+    contacts_visit(s, l, i, visit);
 }
 
 // B of a particle: all that does not act between particles.
@@ -242,15 +262,28 @@ __device__ __forceinline__ uint block_find(const SchwarzBuild& b, uint row, uint
     return first;
 }
 
-// A row of P^T A P, by one warp, two entries of each block for the first four lanes.
-extern "C" __global__ void schwarz_coarse(const __grid_constant__ Solver s, const __grid_constant__ Linear l, const __grid_constant__ SchwarzBuild b) {
+#define COARSE_THREADS 128
+// Blocks of a row that are summed up in shared memory; those beyond stand where they belong.
+#define COARSE_NEAR 16
+
+// A row of P^T A P, by one warp, two entries of each block for the first four lanes. What a particle is coupled with is looked up by all lanes at once, an entry of
+// its row each.
+extern "C" __global__ void __launch_bounds__(COARSE_THREADS) schwarz_coarse(const __grid_constant__ Solver s, const __grid_constant__ Linear l, const __grid_constant__ SchwarzBuild b) {
+    __shared__ double shared[COARSE_THREADS / WARP][COARSE_NEAR][36];
     uint group = (blockIdx.x * blockDim.x + threadIdx.x) / WARP, lane = threadIdx.x % WARP;
     if (group >= b.group_count) return;
     const Schwarz& p = *l.schwarz;
-    uint place = 0, known = NONE;
+    double(*near)[36] = shared[threadIdx.x / WARP];
+    // Those left of the diagonal are written by the rows of their columns.
+    uint first = block_find(b, group, group), blocks = b.rows[group + 1] - first;
+    for (uint at = 0; at < blocks; at++) {
+        double* to = at < COARSE_NEAR ? near[at] : b.blocks + 36 * (size_t)(first + at);
+        for (uint entry = lane; entry < 36; entry += WARP) to[entry] = 0;
+    }
     double own[3][6];
     // p^T block q, added to a block of the row.
-    auto add = [&](double* to, const Block3& block, const float* q) {
+    auto add = [&](uint place, const Block3& block, const float* q) {
+        double* to = place - first < COARSE_NEAR ? near[place - first] : b.blocks + 36 * (size_t)place;
         for (uint entry = lane; entry < 36; entry += WARP) {
             uint r = entry / 6, c = entry % 6;
             double sum = 0;
@@ -262,28 +295,44 @@ extern "C" __global__ void schwarz_coarse(const __grid_constant__ Solver s, cons
             to[entry] += sum;
         }
     };
-    // Those left of the diagonal are written by the rows of their columns.
-    for (uint at = block_find(b, group, group); at < b.rows[group + 1]; at++)
-        for (uint entry = lane; entry < 36; entry += WARP) b.blocks[36 * (size_t)at + entry] = 0;
+    uint known = NONE, place = 0;
+    auto visit = [&](uint j, const Block3& block) {
+        uint column = p.group_of[j];
+        if (column < group) return;
+        if (column != known) {
+            known = column;
+            place = block_find(b, group, column);
+        }
+        add(place, block, p.prolongation + 18 * (size_t)p.places[j]);
+    };
     for (uint number = p.group_starts[group], end = p.group_starts[group + 1]; number < end; number++) {
         uint i = p.order[number];
         const float* mine = p.prolongation + 18 * (size_t)number;
         for (uint k = 0; k < 18; k++) own[k / 6][k % 6] = (double)mine[k];
-        row_visit(s, l, i, [&](uint j, const Block3& block) {
-            uint column = p.group_of[j];
-            if (column < group) return;
-            if (column != known) {
-                known = column;
-                place = block_find(b, group, column);
+        springs_visit(s, l, i, visit);
+        if (l.has_elements) {
+            uint end = l.element_slices[i / SLICE + 1];
+            for (uint start = l.element_slices[i / SLICE]; start < end; start += WARP) {
+                uint j = start + lane < end ? l.element_columns[(start + lane) * SLICE + i % SLICE] : NONE, at = NONE, from = 0;
+                if (j != NONE && p.group_of[j] >= group) {
+                    at = block_find(b, group, p.group_of[j]);
+                    from = p.places[j];
+                }
+                uint wanted = __ballot_sync(ALL_LANES, at != NONE);
+                while (wanted != 0) {
+                    uint turn = __ffs(wanted) - 1;
+                    wanted &= wanted - 1;
+                    add(__shfl_sync(ALL_LANES, at, turn), element_block(l, start + turn, i), p.prolongation + 18 * (size_t)__shfl_sync(ALL_LANES, from, turn));
+                }
             }
-            add(b.blocks + 36 * (size_t)place, block, p.prolongation + 18 * (size_t)p.places[j]);
-        });
+        }
+        contacts_visit(s, l, i, visit);
         Block3 diagonal;
         for (uint k = 0; k < 9; k++) diagonal.entries[k / 3][k % 3] = b.diagonals[9 * (size_t)i + k];
-        known = group;
-        place = block_find(b, group, group);
-        add(b.blocks + 36 * (size_t)place, diagonal, mine);
+        add(first, diagonal, mine);
     }
+    for (uint at = 0; at < min(blocks, (uint)COARSE_NEAR); at++)
+        for (uint entry = lane; entry < 36; entry += WARP) b.blocks[36 * (size_t)(first + at) + entry] = near[at][entry];
     __syncwarp();
     // The block on the diagonal as symmetric as it is but for rounding; those left of it are the others turned.
     for (uint at = block_find(b, group, group), end = b.rows[group + 1]; at < end; at++) {
@@ -297,10 +346,13 @@ extern "C" __global__ void schwarz_coarse(const __grid_constant__ Solver s, cons
         }
         __syncwarp();
         for (uint entry = lane, k = 0; entry < 36; entry += WARP, k++) {
+            uint turned = 6 * (entry % 6) + entry / 6;
+            b.turned[36 * (size_t)at + turned] = values[k];
             if (column == group) {
                 block[entry] = values[k];
             } else {
-                b.blocks[36 * other + 6 * (entry % 6) + entry / 6] = values[k];
+                b.blocks[36 * other + turned] = values[k];
+                b.turned[36 * other + entry] = values[k];
             }
         }
         __syncwarp();
@@ -315,13 +367,13 @@ extern "C" __global__ void schwarz_coarse(const __grid_constant__ Solver s, cons
 // The rows of the inverse factor of the block of a group of S A S + tr(D) (I - S), by one block of threads. The transposed factor fills
 // the upper triangle, its diagonal as reciprocals, and the inverse the lower one.
 extern "C" __global__ void __launch_bounds__(FACTOR_THREADS) schwarz_factors(const __grid_constant__ Solver s, const __grid_constant__ Linear l, const __grid_constant__ SchwarzBuild b) {
-    __shared__ double scale[TEAM];
+    __shared__ double scale[UNKNOWNS];
     uint group = blockIdx.x, t = threadIdx.x;
     if (!b.outdated[group]) return;
     const Schwarz& p = *l.schwarz;
     uint first = p.group_starts[group], size = 3 * (p.group_starts[group + 1] - first);
     double* a = (double*)frame_memory;
-    for (uint at = t; at < TEAM * FACTOR_STRIDE; at += FACTOR_THREADS) a[at] = 0;
+    for (uint at = t; at < UNKNOWNS * FACTOR_STRIDE; at += FACTOR_THREADS) a[at] = 0;
     __syncthreads();
     if (t < size) {
         // A thread for each row.
@@ -354,7 +406,7 @@ extern "C" __global__ void __launch_bounds__(FACTOR_THREADS) schwarz_factors(con
         scale[t] = entry > 0 && is_finite(entry) ? 1.0 / sqrt(entry) : 1.0;
     }
     __syncthreads();
-    uint column = t % TEAM, part = t / TEAM, parts = FACTOR_THREADS / TEAM;
+    uint column = t % UNKNOWNS, part = t / UNKNOWNS, parts = FACTOR_THREADS / UNKNOWNS;
     for (uint row = part; row <= column && column < size; row += parts) a[FACTOR_STRIDE * row + column] *= scale[row] * scale[column];
     __syncthreads();
     for (uint k = 0; k < size; k++) {

@@ -98,6 +98,7 @@ modules! {
     "position_from_kept" [],
     "preconditioner_apply" ["colliders"],
     "preconditioner_apply_bottom" [],
+    "preconditioner_apply_bottom_sums" [],
     "preconditioner_apply_end" ["colliders"],
     "preconditioner_apply_groups" [],
     "preconditioner_apply_restrict" [],

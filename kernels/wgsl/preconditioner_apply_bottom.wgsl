@@ -1,32 +1,36 @@
-// NUMERICS section 5, `schwarz`: the solution of the last level, of which the level below takes its share. One workgroup.
+// NUMERICS section 5, `schwarz`: on the last level, the products of the rows of its factor with the vector. Four threads for each row.
 //!include model call solve schwarz
 
-const TEAM: u32 = 128u;
-const UNKNOWNS: u32 = 384u;
+const TEAM: u32 = 64u;
 
-//!include schwarz_factor schwarz_prolong
+var<workgroup> quarters: array<f32, TEAM>;
 
 @compute @workgroup_size(TEAM)
-fn main(@builtin(local_invocation_index) thread: u32) {
+fn main(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
     if schwarz_rests(thread) {
         return;
     }
     let level = schwarz_level(call.level);
     let size = NODE * level.count;
-    for (var k = thread; k < UNKNOWNS; k += TEAM) {
-        var value = 0.0;
-        if k < size {
-            value = schwarz_number(level.scale + k) * schwarz_vectors[level.right_side + k];
+    let k = (workgroup.x * TEAM + thread) / 4u;
+    let quarter = thread % 4u;
+    var sum = vec4<f32>(0.0);
+    if k < size {
+        var at = (level.factors + factor_row(k)) / 4u + quarter;
+        for (var column = 4u * quarter; column <= k; column += CHUNK) {
+            var x = vec4<f32>(0.0);
+            for (var entry = 0u; entry < 4u; entry += 1u) {
+                if column + entry < size {
+                    x[entry] = schwarz_number(level.scale + column + entry) * schwarz_vectors[level.right_side + column + entry];
+                }
+            }
+            sum = fma(schwarz_factors[at], x, sum);
+            at += CHUNK / 4u;
         }
-        scaled[k] = value;
     }
-    factor_products(thread, level.factors, size);
-    for (var k = thread; k < size; k += TEAM) {
-        let value = schwarz_number(level.scale + k) * factor_column(k, level.factors, size);
-        schwarz_vectors[level.second + k] = value;
-        scaled[k] = value;
-    }
-    if call.level > 0u {
-        schwarz_prolong(schwarz_level(call.level - 1u), thread, 0u, level.count);
+    quarters[thread] = (sum.x + sum.y) + (sum.z + sum.w);
+    workgroupBarrier();
+    if quarter == 0u && k < size {
+        schwarz_vectors[level.first + k] = (quarters[thread] + quarters[thread + 1u]) + (quarters[thread + 2u] + quarters[thread + 3u]);
     }
 }

@@ -49,8 +49,8 @@ fn main(
     }
     scaled[thread] = scale * value;
     let rows = schwarz_tables[head.row_starts + group];
-    factor_products(thread, rows, size);
+    let sum = factor_times(thread, rows, size);
     if thread < size {
-        vectors[call.vector_to * model.particle_count + particle][thread % 3u] = scale * factor_column(thread, rows, size);
+        vectors[call.vector_to * model.particle_count + particle][thread % 3u] = scale * sum;
     }
 }

@@ -38,9 +38,9 @@ fn main(
     }
     scaled[thread] = scale * value;
     let rows = level.factors + start / UNKNOWNS * factor_row(UNKNOWNS);
-    factor_products(thread, rows, size);
+    let sum = factor_times(thread, rows, size);
     if thread < size {
-        value = fma(level.weight, scale * factor_column(thread, rows, size), before);
+        value = fma(level.weight, scale * sum, before);
         schwarz_vectors[select(level.first, level.second, is_second) + start + thread] = value;
     }
     if is_second && call.level > 0u {

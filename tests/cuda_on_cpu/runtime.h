@@ -38,6 +38,14 @@ struct alignas(16) uint4 {
     unsigned x, y, z, w;
 };
 
+struct float2 {
+    float x, y;
+};
+
+struct alignas(16) double2 {
+    double x, y;
+};
+
 struct Index {
     unsigned x;
 };

@@ -9,7 +9,8 @@ static uint input_integer() { return input_words.at(input_next++); }
 // A list of words, as entries of any type.
 template <typename T> static T* input_list() {
     uint length = input_integer();
-    T* entries = (T*)calloc(length + 4, sizeof(uint));
+    // The factor of a whole block is read from where one starts.
+    T* entries = (T*)calloc(length + FACTOR, sizeof(uint));
     memcpy(entries, input_words.data() + input_next, length * sizeof(uint));
     input_next += length;
     return entries;
@@ -44,6 +45,8 @@ int main(int, char** arguments) {
         level.scale = input_list<double>();
         level.prolongation = input_list<double>();
         level.groups = input_list<uint>();
+        level.group_of = input_list<uint>();
+        level.inverse = input_list<double>();
         level.weight = *input_list<double>();
         level.count = input_integer();
         level.group_count = input_integer();

@@ -70,6 +70,7 @@ int main(int, char** arguments) {
     b.centres = zeros<double>(3 * p.group_count);
     b.unknowns = zeros<double>(36 * p.group_count);
     b.blocks = zeros<double>(36 * blocks);
+    b.turned = zeros<double>(36 * blocks);
     uint* outdated = zeros<uint>(p.group_count);
     for (uint group = 0; group < p.group_count; group++) outdated[group] = 1;
     b.outdated = outdated;
@@ -84,5 +85,6 @@ int main(int, char** arguments) {
     fwrite(p.scale, sizeof(real), 3 * s.count, file);
     fwrite(p.factors, sizeof(float), rows, file);
     fwrite(b.blocks, sizeof(double), 36 * (size_t)blocks, file);
+    fwrite(b.turned, sizeof(double), 36 * (size_t)blocks, file);
     return fclose(file) == 0 ? 0 : 2;
 }

@@ -16,6 +16,8 @@ use crate::{
 const LEVELS_MAX: usize = 8;
 /// Teams of a block that each work on a block of unknowns, as in `shared/schwarz.cuh`.
 pub(crate) const TEAMS: usize = 4;
+/// Numbers of the factor of a whole block; so many are read from where one starts.
+const FACTOR: usize = 5376;
 
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 #[repr(C)]
@@ -27,6 +29,8 @@ struct LevelData {
     scale: u64,
     prolongation: u64,
     groups: u64,
+    group_of: u64,
+    inverse: u64,
     right_side: u64,
     solution: [u64; 2],
     weight: f64,
@@ -76,6 +80,7 @@ struct BuiltMemory {
     rows: Buffer<u32>,
     columns: Buffer<u32>,
     blocks: Buffer<f64>,
+    turned: Buffer<f64>,
     outdated: Buffer<u32>,
     /// Starts and columns of the rows.
     pattern: (Vec<u32>, Vec<u32>),
@@ -91,18 +96,19 @@ pub(crate) struct SchwarzBuild {
     rows: u64,
     columns: u64,
     blocks: u64,
+    turned: u64,
     outdated: u64,
     group_count: u64,
 }
 
 struct LevelMemory {
-    rows: Buffer<u32>,
-    columns: Buffer<u32>,
-    blocks: Buffer<f64>,
+    matrix: Option<MatrixMemory>,
     factors: Buffer<f32>,
     scale: Buffer<f64>,
     prolongation: Buffer<f64>,
     groups: Buffer<u32>,
+    group_of: Buffer<u32>,
+    inverse: Buffer<f64>,
     right_side: Buffer<f64>,
     solution: [Buffer<f64>; 2],
 }
@@ -128,7 +134,7 @@ impl<T: CudaReal> SchwarzMemory<T> {
             row_starts: Buffer::of(queue, &row_starts)?,
             places: Buffer::of(queue, schwarz.places())?,
             group_of: Buffer::of(queue, schwarz.group_of())?,
-            factors: Buffer::zeros(queue, factors.rows().len())?,
+            factors: Buffer::zeros(queue, factors.rows().len() + FACTOR)?,
             scale: Buffer::zeros(queue, factors.scale().len())?,
             prolongation: Buffer::zeros(queue, 18 * schwarz.len())?,
             levels: Vec::new(),
@@ -181,6 +187,7 @@ impl<T: CudaReal> SchwarzMemory<T> {
                 rows: Buffer::zeros(queue, groups + 1)?,
                 columns: Buffer::zeros(queue, 0)?,
                 blocks: Buffer::zeros(queue, 0)?,
+                turned: Buffer::zeros(queue, 0)?,
                 outdated: Buffer::zeros(queue, groups)?,
                 pattern: (Vec::new(), Vec::new()),
             }),
@@ -190,7 +197,9 @@ impl<T: CudaReal> SchwarzMemory<T> {
         built.outdated.write(queue, 0, &outdated)?;
         if built.blocks.len() < 36 * columns.len() {
             queue.synchronize()?;
-            built.blocks = Buffer::zeros(queue, 36 * (columns.len() + columns.len() / 4))?;
+            let length = 36 * (columns.len() + columns.len() / 4);
+            built.blocks = Buffer::zeros(queue, length)?;
+            built.turned = Buffer::zeros(queue, length)?;
         }
         built.pattern = (starts, columns);
         let data = SchwarzBuild {
@@ -200,6 +209,7 @@ impl<T: CudaReal> SchwarzMemory<T> {
             rows: built.rows.address(),
             columns: built.columns.address(),
             blocks: built.blocks.address(),
+            turned: built.turned.address(),
             outdated: built.outdated.address(),
             group_count: groups as u64,
         };
@@ -228,12 +238,17 @@ impl<T: CudaReal> SchwarzMemory<T> {
         self.schwarz.build_above(matrix, nodes, filter, Arch::new());
         if self.levels.is_empty() {
             for level in self.schwarz.levels() {
-                self.levels.push(LevelMemory::new(queue, level)?);
+                self.levels.push(LevelMemory::new(queue, level, self.levels.is_empty())?);
             }
         }
         let levels = self.levels.iter_mut().zip(self.schwarz.levels());
-        let data: Vec<LevelData> =
+        let mut data: Vec<LevelData> =
             levels.map(|(memory, level)| memory.upload(queue, level)).collect::<Result<_>>()?;
+        if let Some(first) = data.first_mut() {
+            first.rows = built.rows.address();
+            first.columns = built.columns.address();
+            first.blocks = built.turned.address();
+        }
         self.data_write(queue, &data)
     }
 
@@ -256,24 +271,53 @@ impl<T: CudaReal> SchwarzMemory<T> {
     }
 }
 
+/// A matrix between nodes, each block column by column.
+struct MatrixMemory {
+    rows: Buffer<u32>,
+    columns: Buffer<u32>,
+    blocks: Buffer<f64>,
+}
+
+impl MatrixMemory {
+    fn new(queue: &Queue, count: usize) -> Result<Self> {
+        Ok(Self {
+            rows: Buffer::zeros(queue, count + 1)?,
+            columns: Buffer::zeros(queue, 0)?,
+            blocks: Buffer::zeros(queue, 0)?,
+        })
+    }
+
+    /// Hands it to the device; where it is.
+    fn upload(&mut self, queue: &Queue, matrix: &NodeMatrix) -> Result<[u64; 3]> {
+        self.rows.write(queue, 0, matrix.starts())?;
+        self.columns.write_growing(queue, matrix.columns())?;
+        let turned = matrix
+            .blocks()
+            .iter()
+            .flat_map(|block| (0..36).map(|entry| block[entry % 6][entry / 6]));
+        self.blocks.write_growing(queue, &turned.collect::<Vec<f64>>())?;
+        Ok([self.rows.address(), self.columns.address(), self.blocks.address()])
+    }
+}
+
 /// Matrices of 6 x 6, one after the other.
 fn matrices(numbers: &[f64]) -> Vec<Matrix6> {
     numbers.as_chunks::<6>().0.as_chunks::<6>().0.to_vec()
 }
 
 impl LevelMemory {
-    /// For a level whose size and groups stay what they are, as nothing else does.
-    fn new(queue: &Queue, level: &CoarseLevel) -> Result<Self> {
+    /// For a level whose size and groups stay what they are, as nothing else does. The device has the matrix of the first one.
+    fn new(queue: &Queue, level: &CoarseLevel, is_first: bool) -> Result<Self> {
         let count = level.matrix().len();
         let vector = || Buffer::zeros(queue, 6 * count);
         Ok(Self {
-            rows: Buffer::zeros(queue, count + 1)?,
-            columns: Buffer::zeros(queue, 0)?,
-            blocks: Buffer::zeros(queue, 0)?,
-            factors: Buffer::zeros(queue, level.factors().rows().len())?,
+            matrix: (!is_first).then(|| MatrixMemory::new(queue, count)).transpose()?,
+            factors: Buffer::zeros(queue, level.factors().rows().len() + FACTOR)?,
             scale: Buffer::zeros(queue, level.factors().scale().len())?,
             prolongation: Buffer::zeros(queue, 36 * level.prolongation().len())?,
             groups: Buffer::of(queue, level.starts())?,
+            group_of: Buffer::of(queue, level.group_of())?,
+            inverse: Buffer::zeros(queue, level.inverse().len())?,
             right_side: vector()?,
             solution: [vector()?, vector()?],
         })
@@ -281,21 +325,28 @@ impl LevelMemory {
 
     fn upload(&mut self, queue: &Queue, level: &CoarseLevel) -> Result<LevelData> {
         let matrix = level.matrix();
-        self.rows.write(queue, 0, matrix.starts())?;
-        self.columns.write_growing(queue, matrix.columns())?;
-        self.blocks.write_growing(queue, matrix.blocks().as_flattened().as_flattened())?;
-        self.factors.write(queue, 0, level.factors().rows())?;
-        self.scale.write(queue, 0, level.factors().scale())?;
+        let [rows, columns, blocks] = match &mut self.matrix {
+            Some(memory) => memory.upload(queue, matrix)?,
+            None => [0; 3],
+        };
+        if level.inverse().is_empty() {
+            self.factors.write(queue, 0, level.factors().rows())?;
+            self.scale.write(queue, 0, level.factors().scale())?;
+        } else {
+            self.inverse.write(queue, 0, level.inverse())?;
+        }
         let prolongation = level.prolongation().as_flattened().as_flattened();
         self.prolongation.write(queue, 0, prolongation)?;
         Ok(LevelData {
-            rows: self.rows.address(),
-            columns: self.columns.address(),
-            blocks: self.blocks.address(),
+            rows,
+            columns,
+            blocks,
             factors: self.factors.address(),
             scale: self.scale.address(),
             prolongation: self.prolongation.address(),
             groups: self.groups.address(),
+            group_of: self.group_of.address(),
+            inverse: self.inverse.address(),
             right_side: self.right_side.address(),
             solution: self.solution.each_ref().map(Buffer::address),
             weight: level.weight(),
@@ -312,8 +363,8 @@ mod tests {
     /// The CUDA sources assert the same.
     #[test]
     fn kernels_are_given_as_many_bytes_as_they_take() {
-        assert_eq!(size_of::<LevelData>(), 96);
-        assert_eq!(size_of::<SchwarzData>(), 72 + LEVELS_MAX * 96);
-        assert_eq!(size_of::<SchwarzBuild>(), 64);
+        assert_eq!(size_of::<LevelData>(), 112);
+        assert_eq!(size_of::<SchwarzData>(), 72 + LEVELS_MAX * 112);
+        assert_eq!(size_of::<SchwarzBuild>(), 72);
     }
 }

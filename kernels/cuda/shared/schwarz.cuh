@@ -1,16 +1,19 @@
 // NUMERICS section 5, the preconditioner `schwarz`: inverses of the blocks of groups of particles, and a V-cycle over groups of
-// groups. Each sum has the order of `cloth_core::schwarz`. A block of 96 unknowns is worked on by a team of as many threads.
-// Vectors of a level are written by one pass over the whole grid and read by the next.
+// groups. Each sum has the order of `cloth_core::schwarz`. A block of up to 96 unknowns is worked on by a team of four warps, which has its
+// factor in registers. Vectors of a level are written by one pass over the whole grid and read by the next.
 
-#define TEAM 96
-// Unknowns that a chunk of a row of a factor has, of a node, of a run of nodes that is smoothed at once.
+// Threads of a team, and the unknowns of a block at most.
+#define TEAM 128
+#define UNKNOWNS 96
+// Unknowns that a chunk of a row of a factor has, and of a node; nodes of a group.
 #define CHUNK 16
 #define NODE 6
 #define CLUSTER 8
 #define LEVELS_MAX 8
 
-// Nodes of a level: starts, columns and blocks of the rows of their matrix; rows and scale of the inverse factors of runs of 16 of them, or
-// of all on the last level; what unit unknowns of a group do to each node, and where the nodes of each group start.
+// Nodes of a level: starts, columns and blocks of the rows of their matrix, each block column by column; rows and scale of the inverse factors of runs of
+// 16 of them; what unit unknowns of a group do to each node, where the nodes of each group start, and the group of each. The last level
+// has the inverse of its matrix, row by row, in place of factors and groups.
 struct SchwarzLevel {
     const uint* rows;
     const uint* columns;
@@ -19,6 +22,8 @@ struct SchwarzLevel {
     const double* scale;
     const double* prolongation;
     const uint* groups;
+    const uint* group_of;
+    const double* inverse;
     double* right_side;
     // Before and after the second smoothing; the last level has the second one alone.
     double* solution[2];
@@ -42,7 +47,7 @@ struct Schwarz {
     SchwarzLevel levels[LEVELS_MAX];
 };
 
-static_assert(sizeof(Schwarz) == 72 + LEVELS_MAX * 96, "`schwarz.rs` of the backend has another layout");
+static_assert(sizeof(Schwarz) == 72 + LEVELS_MAX * 112, "`schwarz.rs` of the backend has another layout");
 
 // Where row k of a factor starts: row j has j / 16 + 1 chunks.
 __device__ __forceinline__ uint factor_row(uint k) {
@@ -51,87 +56,129 @@ __device__ __forceinline__ uint factor_row(uint k) {
 }
 
 // Numbers of a whole factor.
-#define FACTOR (CHUNK * CHUNK * (TEAM / CHUNK) * (TEAM / CHUNK + 1) / 2)
-// Rows that a half warp works on at once.
-#define FACTOR_ROWS 4
+#define FACTOR (CHUNK * CHUNK * (UNKNOWNS / CHUNK) * (UNKNOWNS / CHUNK + 1) / 2)
+// Rows of a factor are handed out to so many half warps: row k to number k % 8.
+#define HALVES (TEAM / CHUNK)
+#define HALF_ROWS (UNKNOWNS / HALVES)
+
+// The half warp of a thread of a team: so that the first step of a tree over all of them is one within a warp.
+__device__ __forceinline__ uint half_of(uint t) { return t / WARP + HALVES / 2 * (t % WARP / CHUNK); }
 
 // What a team of threads works with.
 struct TeamMemory {
-    uint4 factor[FACTOR / 4];
-    double scaled[TEAM];
-    double products[TEAM];
-    real plain[TEAM];
+    double scaled[UNKNOWNS];
+    double partial[TEAM / WARP][UNKNOWNS];
+    double plain[UNKNOWNS];
 };
 
-// Brings the factor of a block near, all of it at once.
-__device__ __forceinline__ void factor_load(TeamMemory& memory, const float* rows, uint size, uint t) {
-    const uint4* from = (const uint4*)rows;
-    uint count = factor_row(size) / 4;
-#pragma unroll 7
-    for (uint at = t; at < count; at += TEAM) memory.factor[at] = __ldg(&from[at]);
+// Sums over the 16 lanes of a half warp, as trees, of the numbers that `row` gives of rows: lane k gets that of row k. Each step of the trees halves the rows that
+// a lane goes on with, and few numbers are there at a time.
+template <typename Number, uint DISTANCE = 1, typename Row> __device__ __forceinline__ Number lane_sums(Row row, uint first = 0) {
+    if constexpr (DISTANCE == CHUNK) {
+        return first < HALF_ROWS ? row(first) : (Number)0;
+    } else {
+        Number lower = lane_sums<Number, 2 * DISTANCE>(row, first), upper = lane_sums<Number, 2 * DISTANCE>(row, first + DISTANCE);
+        bool is_upper = threadIdx.x & DISTANCE;
+        return (is_upper ? upper : lower) + __shfl_xor_sync(ALL_LANES, is_upper ? lower : upper, DISTANCE);
+    }
 }
 
-// Entry t of the sum over k of w_k w_k^T times the vector `scaled`, by a team of `width` threads that has room for `products`. All threads of
-// the block are here.
-template <typename Number>
-__device__ __forceinline__ Number factor_times(const float* rows, uint size, uint t, uint width, const Number* scaled, Number* products) {
-    uint half = t / CHUNK, lane = t % CHUNK, halves = width / CHUNK;
-    for (uint first = 0; first < size; first += FACTOR_ROWS * halves) {
-        Number sums[FACTOR_ROWS] = {};
-        uint chunks = (min(first + FACTOR_ROWS * halves, size) + CHUNK - 1) / CHUNK;
-#pragma unroll 2
-        for (uint chunk = 0; chunk < chunks; chunk++) {
-            Number x = scaled[chunk * CHUNK + lane];
+// The rows of a factor that a half warp has, one number of each chunk for each lane: those of a block of 16 rows have one chunk more than those before.
+struct FactorRows {
+    float numbers[HALF_ROWS / 2 * (HALF_ROWS / 2 + 1)];
+
+    // Where those of a row begin, each second of which has one more than the one before it.
+    static __device__ __forceinline__ uint row_at(uint row) { return row / 2 * (row / 2 + 1) + row % 2 * (row / 2 + 1); }
+
+    // Starts to read them; nothing waits before they are used. Those beyond the last row are what comes behind it.
+    __device__ __forceinline__ void load(const float* rows, uint t) {
+        uint half = half_of(t);
 #pragma unroll
-            for (uint row = 0; row < FACTOR_ROWS; row++) {
-                uint k = first + row * halves + half;
-                if (k < size && chunk <= k / CHUNK) sums[row] += (Number)rows[factor_row(k) + chunk * CHUNK + lane] * x;
-            }
-        }
+        for (uint row = 0; row < HALF_ROWS; row++) {
+            // Of the block of 16 rows that row number 8 row + half is in, the first or the second half.
+            uint block = row / 2;
+            const float* own = rows + CHUNK * (CHUNK * block * (block + 1) / 2 + row % 2 * HALVES * (block + 1)) + (CHUNK * (block + 1) * half + t % CHUNK);
 #pragma unroll
-        for (uint row = 0; row < FACTOR_ROWS; row++) {
-            Number sum = sums[row];
-            for (uint distance = CHUNK / 2; distance > 0; distance /= 2) sum = sum + __shfl_xor_sync(ALL_LANES, sum, distance);
-            uint k = first + row * halves + half;
-            if (lane == 0 && k < size) products[k] = sum;
+            for (uint chunk = 0; chunk <= block; chunk++) numbers[row_at(row) + chunk] = __ldg(&own[chunk * CHUNK]);
         }
     }
-    __syncthreads();
-    Number sum = 0;
-    if (t < size) {
-        for (uint first = t / CHUNK * CHUNK; first < size; first += CHUNK) {
-            const float* entry = rows + factor_row(first) + t;
+
+    // What this half warp adds to the sum over k < size of w_k w_k^T times a vector, for its entries that this lane has.
+    template <typename Number> __device__ __forceinline__ void times(const Number* vector, uint size, uint t, Number (&out)[UNKNOWNS / CHUNK]) const {
+        Number own[UNKNOWNS / CHUNK];
 #pragma unroll
-            for (uint k = 0; k < CHUNK; k++) {
-                if (first + k < size) sum += (Number)entry[k * (first + CHUNK)] * products[first + k];
-            }
+        for (uint chunk = 0; chunk < UNKNOWNS / CHUNK; chunk++) {
+            own[chunk] = vector[chunk * CHUNK + t % CHUNK];
+            out[chunk] = 0;
+        }
+        Number products = lane_sums<Number>([&](uint row) {
+            Number sum = 0;
+#pragma unroll
+            for (uint chunk = 0; chunk <= row / 2; chunk++) sum += (Number)numbers[row_at(row) + chunk] * own[chunk];
+            return sum;
+        });
+        if (HALVES * (t % CHUNK) + half_of(t) >= size) products = 0;
+#pragma unroll
+        for (uint row = 0; row < HALF_ROWS; row++) {
+            Number product = __shfl_sync(ALL_LANES, products, t % WARP / CHUNK * CHUNK + row);
+#pragma unroll
+            for (uint chunk = 0; chunk <= row / 2; chunk++) out[chunk] += (Number)numbers[row_at(row) + chunk] * product;
         }
     }
-    return sum;
+};
+
+// Adds what the half warps of a team have, as a tree; entry t for each thread. `partial` is the team's own.
+template <typename Number> __device__ __forceinline__ Number halves_add(const Number (&own)[UNKNOWNS / CHUNK], Number* partial, uint team, uint t) {
+    uint warp = t / WARP, lane = t % CHUNK, half = t % WARP / CHUNK;
+#pragma unroll
+    for (uint chunk = 0; chunk < UNKNOWNS / CHUNK; chunk++) {
+        Number both = own[chunk] + __shfl_xor_sync(ALL_LANES, own[chunk], CHUNK);
+        if (chunk % 2 == half) partial[warp * UNKNOWNS + chunk * CHUNK + lane] = both;
+    }
+    team_wait(1 + team, TEAM);
+    if (t >= UNKNOWNS) return 0;
+    return (partial[t] + partial[2 * UNKNOWNS + t]) + (partial[UNKNOWNS + t] + partial[3 * UNKNOWNS + t]);
 }
 
-// The same with the factor in the memory of a team, whose threads have put it there, and the vector.
-template <typename Number>
-__device__ __forceinline__ Number factor_times(TeamMemory& memory, uint size, uint t) {
-    __syncthreads();
-    return factor_times((const float*)memory.factor, size, t, TEAM, (const Number*)memory.scaled, (Number*)memory.products);
-}
+// Blocks of a row that are asked for at once.
+#define NODE_TERMS 3
 
-// Entry k of the residual of a node.
+// Entry k of the residual of a node. The columns of the next blocks are on their way while some are worked on.
 __device__ __forceinline__ double node_residual(const SchwarzLevel& level, const double* x, uint node, uint k) {
     double sum = 0, given = level.right_side[NODE * (size_t)node + k];
-    uint end = __ldg(&level.rows[node + 1]);
-#pragma unroll 4
-    for (uint at = __ldg(&level.rows[node]); at < end; at++) {
-        const double* block = level.blocks + NODE * NODE * (size_t)at + NODE * k;
-        const double* other = x + NODE * (size_t)__ldg(&level.columns[at]);
+    uint at = __ldg(&level.rows[node]), end = __ldg(&level.rows[node + 1]), columns[NODE_TERMS];
+    auto columns_load = [&](uint first) {
 #pragma unroll
-        for (uint c = 0; c < NODE; c++) sum += __ldg(&block[c]) * other[c];
+        for (uint turn = 0; turn < NODE_TERMS; turn++) columns[turn] = first < end ? __ldg(&level.columns[min(first + turn, end - 1)]) : 0;
+    };
+    columns_load(at);
+    for (; at < end; at += NODE_TERMS) {
+        double entries[NODE_TERMS][NODE];
+        double2 others[NODE_TERMS][NODE / 2];
+#pragma unroll
+        for (uint turn = 0; turn < NODE_TERMS; turn++) {
+            const double* block = level.blocks + NODE * NODE * (size_t)min(at + turn, end - 1) + k;
+            const double2* other = (const double2*)(x + NODE * (size_t)columns[turn]);
+#pragma unroll
+            for (uint c = 0; c < NODE; c++) entries[turn][c] = __ldg(&block[NODE * c]);
+#pragma unroll
+            for (uint c = 0; c < NODE / 2; c++) others[turn][c] = other[c];
+        }
+        columns_load(at + NODE_TERMS);
+#pragma unroll
+        for (uint turn = 0; turn < NODE_TERMS; turn++) {
+            if (at + turn >= end) break;
+#pragma unroll
+            for (uint c = 0; c < NODE / 2; c++) {
+                sum += entries[turn][2 * c] * others[turn][c].x;
+                sum += entries[turn][2 * c + 1] * others[turn][c].y;
+            }
+        }
     }
     return given - sum;
 }
 
-// Teams of a block: as much shared memory as every GPU gives.
+// Teams of a block.
 #define TEAMS 4
 
 // The passes of one application, with memory for each team.
@@ -141,86 +188,113 @@ struct SchwarzPasses {
     TeamMemory& memory;
     uint team, t;
 
-    // Threads beyond the last team are in the place of others and do nothing.
     __device__ __forceinline__ SchwarzPasses(const Schwarz& schwarz, ulong* of_grid, unsigned char* shared)
-        : p(schwarz),
-          barrier(of_grid),
-          memory(((TeamMemory*)shared)[threadIdx.x / TEAM % TEAMS]),
-          team(threadIdx.x / TEAM),
-          t(threadIdx.x % TEAM) {}
+        : p(schwarz), barrier(of_grid), memory(((TeamMemory*)shared)[threadIdx.x / TEAM]), team(threadIdx.x / TEAM), t(threadIdx.x % TEAM) {}
 
-    // The task of this team, of those that the block takes in a step; `count` if it has none.
-    __device__ __forceinline__ uint task(uint first, uint count) const { return team < TEAMS ? min(first + team, count) : count; }
+    // All threads of the team are here.
+    __device__ __forceinline__ void wait() const { team_wait(1 + team, TEAM); }
 
-    // What the factors of groups make of a vector, and P^T of it.
+    // Where the unknowns and the rows of a group are; nowhere behind the last one.
+    struct Place {
+        uint start, size;
+        ulong rows;
+    };
+
+    __device__ __forceinline__ Place place_of(uint group) const {
+        if (group >= p.group_count) return {0, 0, 0};
+        uint start = __ldg(&p.group_starts[group]), end = __ldg(&p.group_starts[group + 1]);
+        return {3 * start, 3 * (end - start), __ldg(&p.row_starts[group])};
+    }
+
+    // What the factors of groups make of a vector, and P^T of it. What the next groups need is on its way while one is worked on: nothing waits for what
+    // it has just asked for.
     __device__ __forceinline__ void groups(const real4* from, real4* to) const {
-        for (uint first = blockIdx.x * TEAMS; first < p.group_count; first += gridDim.x * TEAMS) {
-            uint group = task(first, p.group_count), start = 0, size = 0;
-            if (group < p.group_count) {
-                start = 3 * p.group_starts[group];
-                size = 3 * p.group_starts[group + 1] - start;
-                factor_load(memory, p.factors + p.row_starts[group], size, t);
+        constexpr uint WARPS = TEAM / WARP;
+        uint group = blockIdx.x * TEAMS + team, stride = gridDim.x * TEAMS, lane = t % WARP;
+        real *scaled = (real*)memory.scaled, *plain = (real*)memory.plain;
+        auto particle_of = [&](const Place& place) { return t < place.size ? __ldg(&p.order[(place.start + t) / 3]) : 0; };
+        auto entry_of = [&](uint particle) { return ((const real*)&from[particle])[t % 3]; };
+        Place place = place_of(group), next = place_of(group + stride);
+        uint particle = particle_of(place);
+        FactorRows rows;
+        rows.load(p.factors + place.rows, t);
+        real value = entry_of(particle), scale = t < place.size ? __ldg(&p.scale[place.start + t]) : 0;
+        for (; group < p.group_count; group += stride) {
+            if (t < UNKNOWNS) {
+                plain[t] = t < place.size ? value : 0;
+                scaled[t] = scale * plain[t];
             }
-            real value = 0, scale = 0, *plain = memory.plain;
-            uint particle = 0;
-            if (t < size) {
-                particle = p.order[(start + t) / 3];
-                value = component(xyz(from[particle]), t % 3);
-                scale = p.scale[start + t];
-            }
-            if (team < TEAMS) {
-                ((real*)memory.scaled)[t] = scale * value;
-                plain[t] = value;
-            }
-            real sum = factor_times<real>(memory, size, t);
-            if (t < size) ((real*)&to[particle])[t % 3] = scale * sum;
-            // P^T of it: a particle for each lane, two modes for each warp.
-            uint lane = t % WARP;
-            for (uint k = t / WARP * 2, end = k + 2; k < end; k++) {
-                double sum = 0;
-                if (3 * lane < size) {
-                    const float* column = p.prolongation + NODE * ((size_t)start + 3 * lane) + k;
-                    for (uint axis = 0; axis < 3; axis++) sum += (double)column[NODE * axis] * (double)plain[3 * lane + axis];
+            uint next_particle = particle_of(next);
+            // A particle for each lane, modes for each warp.
+            float columns[2][3];
+#pragma unroll
+            for (uint turn = 0; turn < 2; turn++) {
+#pragma unroll
+                for (uint axis = 0; axis < 3; axis++) {
+                    uint k = t / WARP + turn * WARPS;
+                    bool exists = k < NODE && 3 * lane < place.size;
+                    columns[turn][axis] = exists ? __ldg(&p.prolongation[NODE * ((size_t)place.start + 3 * lane + axis) + k]) : 0.0f;
                 }
-                sum = sum_of_warp(sum);
-                if (lane == 0 && size > 0) p.levels[0].right_side[NODE * (size_t)group + k] = sum;
             }
-            __syncthreads();
+            wait();
+            real sums[UNKNOWNS / CHUNK];
+            rows.times(scaled, place.size, t, sums);
+            rows.load(p.factors + next.rows, t);
+            value = entry_of(next_particle);
+            real next_scale = t < next.size ? __ldg(&p.scale[next.start + t]) : 0;
+            Place after = place_of(group + 2 * stride);
+            real sum = halves_add(sums, (real*)memory.partial, team, t);
+            if (t < place.size) ((real*)&to[particle])[t % 3] = scale * sum;
+#pragma unroll
+            for (uint turn = 0; turn < 2; turn++) {
+                uint k = t / WARP + turn * WARPS;
+                if (k >= NODE) break;
+                double sum = 0;
+#pragma unroll
+                for (uint axis = 0; axis < 3; axis++) sum += (double)columns[turn][axis] * (double)plain[3 * lane + axis];
+                sum = sum_of_warp(sum);
+                if (lane == 0) p.levels[0].right_side[NODE * (size_t)group + k] = sum;
+            }
+            wait();
+            place = next;
+            next = after;
+            particle = next_particle;
+            scale = next_scale;
         }
     }
 
     // x = w Z r for the unknowns of the runs that `residual` gives r of, x + w Z r with `adds`; `done` takes x.
     template <typename Residual, typename Done>
     __device__ __forceinline__ void smooth(const SchwarzLevel& level, bool adds, Residual residual, Done done) const {
-        uint unknowns = NODE * level.count, runs = (unknowns + TEAM - 1) / TEAM;
-        for (uint first = blockIdx.x * TEAMS; first < runs; first += gridDim.x * TEAMS) {
-            uint run = task(first, runs), start = run * TEAM, size = run < runs ? min((uint)TEAM, unknowns - start) : 0;
-            if (size > 0) factor_load(memory, level.factors + (size_t)run * FACTOR, size, t);
-            double scale = 0, value = 0;
-            if (t < size) {
-                scale = level.scale[start + t];
-                value = scale * residual(start + t);
-            }
-            if (team < TEAMS) memory.scaled[t] = value;
-            double sum = factor_times<double>(memory, size, t);
+        uint unknowns = NODE * level.count, runs = (unknowns + UNKNOWNS - 1) / UNKNOWNS;
+        for (uint run = blockIdx.x * TEAMS + team; run < runs; run += gridDim.x * TEAMS) {
+            uint start = run * UNKNOWNS, size = min((uint)UNKNOWNS, unknowns - start);
+            FactorRows rows;
+            rows.load(level.factors + (size_t)run * FACTOR, t);
+            double scale = 0;
+            if (t < size) scale = __ldg(&level.scale[start + t]);
+            if (t < UNKNOWNS) memory.scaled[t] = t < size ? scale * residual(start + t) : 0;
+            wait();
+            double sums[UNKNOWNS / CHUNK];
+            rows.times(memory.scaled, size, t, sums);
+            double sum = halves_add(sums, (double*)memory.partial, team, t);
             double x = level.weight * (scale * sum) + (adds && t < size ? level.solution[0][start + t] : 0.0);
             // Nobody needs the vector any more.
             if (t < size) memory.scaled[t] = x;
-            __syncthreads();
+            wait();
             done(start, size, x, memory.scaled);
-            __syncthreads();
+            wait();
         }
     }
 
-    // x += P of the unknowns of nodes of the level above, `x` of them from number `start` on, by `threads` threads.
-    __device__ __forceinline__ void prolong(const SchwarzLevel& below, uint start, uint size, const double* x, uint thread, uint threads) const {
+    // x += P of the unknowns of nodes of the level above, `x` of them from number `start` on.
+    __device__ __forceinline__ void prolong(const SchwarzLevel& below, uint start, uint size, const double* x) const {
         uint first = start / NODE, last = first + size / NODE;
-        if (first == last) return;
-        uint begin = NODE * __ldg(&below.groups[first]), end = NODE * __ldg(&below.groups[last]), node = first;
-        for (uint at = begin + thread; at < end; at += threads) {
-            while (NODE * __ldg(&below.groups[node + 1]) <= at) node++;
+        uint begin = NODE * __ldg(&below.groups[first]), end = NODE * __ldg(&below.groups[last]);
+#pragma unroll 2
+        for (uint at = begin + t; at < end; at += TEAM) {
             const double* row = below.prolongation + NODE * (size_t)at;
-            const double* own = x + NODE * (node - first);
+            const double* own = x + NODE * (__ldg(&below.group_of[at / NODE]) - first);
             double sum = 0;
 #pragma unroll
             for (uint k = 0; k < NODE; k++) sum = sum + __ldg(&row[k]) * own[k];
@@ -232,16 +306,15 @@ struct SchwarzPasses {
     __device__ __forceinline__ void restrict_to(const SchwarzLevel& level, const SchwarzLevel& above) const {
         constexpr uint HALF = NODE * CLUSTER;
         uint half = t / HALF, u = t % HALF;
-        double *own = memory.scaled + half * HALF, *of_nodes = memory.products + half * HALF;
-        for (uint first = blockIdx.x * 2 * TEAMS; first < level.group_count; first += gridDim.x * 2 * TEAMS) {
-            uint group = team < TEAMS ? first + 2 * team + half : level.group_count;
-            uint start = 0, size = 0;
-            if (group < level.group_count) {
+        double *own = memory.scaled + half * HALF, *of_nodes = memory.partial[0] + half * HALF;
+        for (uint first = 2 * (blockIdx.x * TEAMS + team); first < level.group_count; first += gridDim.x * 2 * TEAMS) {
+            uint group = first + half, start = 0, size = 0;
+            if (half < 2 && group < level.group_count) {
                 start = level.groups[group];
                 size = NODE * (level.groups[group + 1] - start);
             }
             if (u < size) own[u] = node_residual(level, level.solution[0], start + u / NODE, u % NODE);
-            __syncthreads();
+            wait();
             // Of each node, then of all.
             double sum = 0;
             if (u < size) {
@@ -250,13 +323,13 @@ struct SchwarzPasses {
                 for (uint k = 0; k < NODE; k++) sum += column[NODE * k] * of_node[k];
                 of_nodes[u] = sum;
             }
-            __syncthreads();
+            wait();
             if (u < NODE && size > 0) {
                 sum = 0;
                 for (uint k = u; k < size; k += NODE) sum += of_nodes[k];
                 above.right_side[NODE * (size_t)group + u] = sum;
             }
-            __syncthreads();
+            wait();
         }
     }
 
@@ -283,35 +356,38 @@ struct SchwarzPasses {
                 level, true, [&](uint at) { return node_residual(level, level.solution[0], at / NODE, at % NODE); },
                 [&](uint start, uint size, double x, const double* own) {
                     if (t < size) level.solution[1][start + t] = x;
-                    if (k > 1) prolong(p.levels[k - 2], start, size, own, t, TEAM);
+                    if (k > 1) prolong(p.levels[k - 2], start, size, own);
                 });
             grid_barrier(barrier);
         }
     }
 
-    // The last level, which one block of all its threads solves; its factor is too large to be near.
-    __device__ __forceinline__ void bottom(const SchwarzLevel& level, const SchwarzLevel* below, double* shared, uint threads) const {
-        if (blockIdx.x > 0) return;
-        double *scaled = shared, *products = shared + threads;
-        uint size = NODE * level.count, u = threadIdx.x;
-        double scale = u < size ? level.scale[u] : 0;
-        scaled[u] = u < size ? scale * level.right_side[u] : 0;
-        __syncthreads();
-        double x = scale * factor_times<double>(level.factors, size, u, threads, scaled, products);
-        __syncthreads();
-        scaled[u] = x;
-        if (u < size) level.solution[1][u] = x;
-        __syncthreads();
-        if (below) prolong(*below, 0, size, scaled, u, threads);
+    // The last level: a team for each node, a half warp for each of its unknowns.
+    __device__ __forceinline__ void bottom(const SchwarzLevel& level, const SchwarzLevel* below) const {
+        uint size = NODE * level.count, lane = t % CHUNK, row = t / CHUNK;
+        // Teams of different blocks first.
+        for (uint node = team * gridDim.x + blockIdx.x; node < level.count; node += TEAMS * gridDim.x) {
+            double sum = 0;
+            if (row < NODE) {
+                const double* entries = level.inverse + (size_t)size * (NODE * node + row);
+#pragma unroll 8
+                for (uint place = lane; place < size; place += CHUNK) sum += __ldg(&entries[place]) * level.right_side[place];
+            }
+            sum = sum_of_lanes(sum);
+            if (row < NODE && lane == 0) memory.scaled[row] = level.solution[1][NODE * node + row] = sum;
+            wait();
+            if (below) prolong(*below, NODE * node, NODE, memory.scaled);
+            wait();
+        }
     }
 
-    // All that comes before `schwarz_of`, by blocks of so many threads.
-    __device__ __forceinline__ void apply(const real4* from, real4* to, unsigned char* shared, uint threads) const {
+    // All that comes before `schwarz_of`.
+    __device__ __forceinline__ void apply(const real4* from, real4* to) const {
         groups(from, to);
         grid_barrier(barrier);
         uint last = p.level_count - 1;
         down(last);
-        bottom(p.levels[last], last > 0 ? &p.levels[last - 1] : nullptr, (double*)shared, threads);
+        bottom(p.levels[last], last > 0 ? &p.levels[last - 1] : nullptr);
         grid_barrier(barrier);
         up(last);
     }
@@ -319,13 +395,18 @@ struct SchwarzPasses {
 
 // P^-1 of a vector for a particle, from what `SchwarzPasses::apply` has left: unfiltered.
 __device__ __forceinline__ vec3 schwarz_of(const Schwarz& p, const real4& local, uint i) {
-    const double* coarse = p.levels[0].solution[1] + NODE * (size_t)p.group_of[i];
-    const float* rows = p.prolongation + 3 * NODE * (size_t)p.places[i];
-    double sums[3];
-    for (uint axis = 0; axis < 3; axis++) {
-        double sum = 0;
-        for (uint k = 0; k < NODE; k++) sum = sum + (double)rows[NODE * axis + k] * coarse[k];
-        sums[axis] = sum;
+    const double2* coarse = (const double2*)(p.levels[0].solution[1] + NODE * (size_t)__ldg(&p.group_of[i]));
+    const float2* rows = (const float2*)(p.prolongation + 3 * NODE * (size_t)__ldg(&p.places[i]));
+    double sums[3] = {0, 0, 0};
+#pragma unroll
+    for (uint k = 0; k < NODE / 2; k++) {
+        double2 unknowns = coarse[k];
+#pragma unroll
+        for (uint axis = 0; axis < 3; axis++) {
+            float2 row = __ldg(&rows[NODE / 2 * axis + k]);
+            sums[axis] = sums[axis] + (double)row.x * unknowns.x;
+            sums[axis] = sums[axis] + (double)row.y * unknowns.y;
+        }
     }
     return {local.x + (real)sums[0], local.y + (real)sums[1], local.z + (real)sums[2]};
 }

@@ -228,7 +228,7 @@ template <typename Memory> struct Passes {
         __shared__ Schwarz near;
         for (uint word = threadIdx.x; word < sizeof(Schwarz) / sizeof(uint); word += THREADS) ((uint*)&near)[word] = ((const uint*)l.schwarz)[word];
         __syncthreads();
-        SchwarzPasses(near, &s.status->barrier[1], frame_memory).apply(l.vectors[from], l.vectors[to], frame_memory, THREADS);
+        SchwarzPasses(near, &s.status->barrier[1], frame_memory).apply(l.vectors[from], l.vectors[to]);
         for_particles(s, memory, 1, sums, sums, [&](uint i) {
             vec3 c = ::filtered(s, l, i, schwarz_of(*l.schwarz, l.vectors[to][i], i));
             l.vectors[to][i] = with_w(c, 0);

@@ -1,8 +1,8 @@
 // NUMERICS section 5, the preconditioner `schwarz`: its tables, which the host builds. Whatever lies above the particles is
 // in single precision here.
 
-// Rows of the inverse factors of all groups, and of the runs of nodes of all levels.
-@group(0) @binding(76) var<storage, read> schwarz_factors: array<f32>;
+// Rows of the inverse factors of all groups, and of the runs of nodes of all levels, four numbers each.
+@group(0) @binding(76) var<storage, read> schwarz_factors: array<vec4<f32>>;
 // Words: those of `SchwarzHead`, LEVEL_WORDS of `SchwarzLevel` for each level, and what these tell the places of.
 @group(0) @binding(77) var<storage, read> schwarz_tables: array<u32>;
 // Right-hand side and both solutions of all levels.
@@ -65,6 +65,12 @@ fn schwarz_level(number: u32) -> SchwarzLevel {
 
 fn schwarz_number(at: u32) -> f32 {
     return bitcast<f32>(schwarz_tables[at]);
+}
+
+// Where row k of a factor starts: row j has j / 16 + 1 chunks.
+fn factor_row(k: u32) -> u32 {
+    let whole = k / CHUNK;
+    return CHUNK * (CHUNK * whole * (whole + 1u) / 2u + k % CHUNK * (whole + 1u));
 }
 
 // Whether there is nothing to do, as the solve has ended: for all threads of a workgroup.

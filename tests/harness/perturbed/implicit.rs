@@ -148,6 +148,10 @@ impl ImplicitKernels for PerturbedKernels {
         self.vector_scale_if(Stage::MatrixApply, to)
     }
 
+    fn preconditioner_forget(&mut self) {
+        self.inner.preconditioner_forget();
+    }
+
     fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
         self.inner.preconditioner_build(preconditioner)
     }

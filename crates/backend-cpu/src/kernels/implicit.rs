@@ -229,6 +229,10 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
         Ok(())
     }
 
+    fn preconditioner_forget(&mut self) {
+        self.history_forget();
+    }
+
     fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
         self.implicit_stage("preconditioner_build", 0.0, |kernels, system, _| {
             let model = (&*kernels.model, &kernels.springs);

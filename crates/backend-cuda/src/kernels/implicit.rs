@@ -198,6 +198,10 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
         self.row_apply(from, to)
     }
 
+    fn preconditioner_forget(&mut self) {
+        self.schwarz_forget();
+    }
+
     fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
         let preconditioner = preconditioner.after(false);
         let blocks = check_preconditioner(preconditioner)?;

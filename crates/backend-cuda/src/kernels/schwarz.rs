@@ -16,6 +16,7 @@ const MODULE: &str = "preconditioner_build_schwarz";
 /// `preconditioner_build_schwarz.cu`.
 const WARP: usize = 32;
 const MODES_THREADS: u32 = 32;
+const COARSE_THREADS: u32 = 128;
 const FACTOR_THREADS: u32 = 288;
 const FACTOR_MEMORY: usize = 96 * 97 * size_of::<f64>();
 
@@ -75,7 +76,9 @@ impl<T: CudaReal> CudaKernels<T> {
             let blocks = (groups as u32).div_ceil(MODES_THREADS);
             let modes = Launch { blocks, threads: MODES_THREADS, shared: 0, cooperative: false };
             start("schwarz_modes", modes)?;
-            start("schwarz_coarse", Launch::over(WARP * groups))?;
+            let blocks = (WARP as u32 * groups as u32).div_ceil(COARSE_THREADS);
+            let coarse = Launch { blocks, threads: COARSE_THREADS, shared: 0, cooperative: false };
+            start("schwarz_coarse", coarse)?;
             let name = "schwarz_factors";
             let kernel = kernels.cache.kernel(MODULE, name)?;
             // It is told how much memory its blocks may have.

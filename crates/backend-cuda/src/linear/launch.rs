@@ -9,7 +9,7 @@ use crate::{
 };
 
 /// Bytes of shared memory of a team, as in `shared/schwarz.cuh`.
-const TEAM_MEMORY: usize = 4 * 5376 + 2 * 8 * 96;
+const TEAM_MEMORY: usize = 6 * 96 * size_of::<f64>();
 /// Particles up to which rows are worked out by several threads each.
 const TEAMS_PARTICLES_MAX: usize = 1 << 17;
 
@@ -40,7 +40,7 @@ pub(crate) fn choose<T: CudaReal>(
     let device = &memory.queue.device;
     let shared = match form {
         SolverForm::General | SolverForm::Teams => 0,
-        SolverForm::Schwarz => TEAMS * (TEAM_MEMORY + 96 * size_of::<T>()),
+        SolverForm::Schwarz => TEAMS * TEAM_MEMORY,
     };
     if shared > device.shared_left(kernel)? {
         let feature = "the preconditioner schwarz on a GPU with so little shared memory".into();

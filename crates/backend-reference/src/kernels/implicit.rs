@@ -205,6 +205,9 @@ impl ImplicitKernels for ReferenceKernels {
         Ok(())
     }
 
+    /// It is made anew each time.
+    fn preconditioner_forget(&mut self) {}
+
     fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
         check_preconditioner(preconditioner)?;
         self.linear.preconditioner = (self.linear.system.diagonal(), preconditioner);

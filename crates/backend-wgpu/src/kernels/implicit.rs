@@ -82,6 +82,10 @@ impl ImplicitKernels for WgpuKernels {
         self.stages.matrix_apply(form, from, to)
     }
 
+    fn preconditioner_forget(&mut self) {
+        self.stages.schwarz_forget();
+    }
+
     fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
         self.stages.preconditioner_build(preconditioner)
     }

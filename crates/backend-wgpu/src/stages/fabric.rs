@@ -162,12 +162,18 @@ impl Stages {
     pub(super) fn element_rows(&mut self) -> Result<Option<ElementRows<f32>>> {
         let Some(rows) = self.element_rows.clone() else { return Ok(None) };
         let (head, count) = (rows.slices.len(), rows.entry_count());
-        let words = (head + count * ENTRY_WORDS) as u64;
-        let entries: Vec<u32> = self.read_words("element_entries", words)?;
-        // The columns of an entry come before its numbers.
-        let numbers = entries[head..].chunks_exact(ENTRY_WORDS);
-        let numbers = numbers.flat_map(|entry| &entry[SlicedRows::SLICE..]);
-        let numbers = numbers.map(|&word| f32::from_bits(word)).collect();
+        let buffer = self.buffers.get("element_entries", 0, 0)?.clone();
+        let size = 4 * (count * ENTRY_WORDS) as u64;
+        let mut numbers = Vec::with_capacity(count * (ENTRY_WORDS - SlicedRows::SLICE));
+        if size > 0 {
+            // The columns of an entry come before its numbers.
+            self.read_part(&buffer, 4 * head as u64, size, |bytes| {
+                for entry in bytes.chunks_exact(4 * ENTRY_WORDS) {
+                    let own = &entry[4 * SlicedRows::SLICE..];
+                    numbers.extend_from_slice(bytemuck::cast_slice::<_, f32>(own));
+                }
+            })?;
+        }
         Ok(Some(ElementRows { rows, numbers }))
     }
 }

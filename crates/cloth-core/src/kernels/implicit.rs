@@ -219,11 +219,14 @@ pub trait ImplicitKernels: Send {
     ) -> Result<()>;
 
     /// NUMERICS §5: makes the preconditioner of the present matrix and constraints. That of the name `schwarz` may be one
-    /// made before in this frame.
+    /// made before, since [`Self::preconditioner_forget`].
     ///
     /// # Errors
     /// `Unsupported` for one that the backend does not have; what the device reports.
     fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()>;
+
+    /// A substep begins, or the state is another: a preconditioner of before counts no more, and the next one is made anew.
+    fn preconditioner_forget(&mut self);
 
     /// NUMERICS §5: to = S P^-1 from.
     ///

@@ -10,11 +10,19 @@
 //! symmetric and positive definite whatever rounding and however old it is, and one stream of memory in which each row is read once.
 //! Rows are filled up with zeros to whole chunks of 16: row k has k / 16 + 1 of them.
 
-use crate::Real;
 use pulp::NullaryFnOnce;
+use rayon::prelude::*;
+
+use crate::Real;
 
 /// Entries that are worked on together; the order of a sum over a row follows from it.
 const CHUNK: usize = 16;
+
+/// Sums over rows that are added at last, row k to number k % 8.
+const SUMS: usize = 8;
+
+/// What a product needs beside its vectors, in vectors: one, and the sums.
+pub(super) const SCRATCH: usize = 1 + SUMS;
 
 /// Rows that an elimination takes at once.
 const STEP: usize = 4;
@@ -109,12 +117,12 @@ impl<T: Real> BlockFactors<T> {
         .collect()
     }
 
-    /// out = the inverse of a block, as it is kept, times `from`. `scratch` has twice the size of the block, in whole chunks.
+    /// out = the inverse of a block, as it is kept, times `from`. `scratch` has [`SCRATCH`] times the size of the block, in whole chunks.
     #[inline(always)]
     pub(super) fn apply(&self, block: usize, from: &[T], out: &mut [T], scratch: &mut [T]) {
         let size = from.len();
         let padded = size.next_multiple_of(CHUNK);
-        let (scaled, sums) = scratch[..2 * padded].split_at_mut(padded);
+        let (scaled, sums) = scratch[..SCRATCH * padded].split_at_mut(padded);
         scaled[size..].fill(T::ZERO);
         sums.fill(T::ZERO);
         let scale = &self.scale[self.starts[block]..][..size];
@@ -123,6 +131,7 @@ impl<T: Real> BlockFactors<T> {
         }
         let (scaled, _) = scaled.as_chunks::<CHUNK>();
         let (chunks, _) = sums.as_chunks_mut::<CHUNK>();
+        let count = padded / CHUNK;
         let (mut rows, _) = self.rows[self.row_starts[block]..].as_chunks::<CHUNK>();
         for k in 0..size {
             let (row, rest) = rows.split_at(k / CHUNK + 1);
@@ -134,15 +143,59 @@ impl<T: Real> BlockFactors<T> {
                 }
             }
             let product = tree(lanes);
-            for (row, sums) in row.iter().zip(chunks.iter_mut()) {
+            for (row, sums) in row.iter().zip(&mut chunks[k % SUMS * count..]) {
                 for lane in 0..CHUNK {
                     sums[lane] += number::<T>(row[lane]) * product;
                 }
             }
         }
-        for ((out, sum), scale) in out.iter_mut().zip(sums.iter()).zip(scale) {
-            *out = *scale * *sum;
+        for (entry, (out, scale)) in out.iter_mut().zip(scale).enumerate() {
+            let sums = std::array::from_fn::<T, SUMS, _>(|sum| {
+                chunks[sum * count + entry / CHUNK][entry % CHUNK]
+            });
+            *out = *scale * tree(sums);
         }
+    }
+}
+
+impl BlockFactors<f64> {
+    /// The inverse of a block, as it is kept, as a whole matrix, row by row.
+    pub(super) fn inverse(&self, block: usize) -> Vec<f64> {
+        let size = self.starts[block + 1] - self.starts[block];
+        let scale = &self.scale[self.starts[block]..][..size];
+        let rows = &self.rows[self.row_starts[block]..];
+        let mut inverse = vec![0.0; size * size];
+        inverse.par_chunks_mut(size.max(1)).enumerate().for_each(|(i, out)| {
+            for k in i..size {
+                let row = &rows[packed(k)..];
+                let own = f64::from(row[i]);
+                for (out, entry) in out[..=i].iter_mut().zip(row) {
+                    *out += own * f64::from(*entry);
+                }
+            }
+            for (out, other) in out[..=i].iter_mut().zip(scale) {
+                *out *= scale[i] * other;
+            }
+        });
+        for i in 0..size {
+            for j in 0..i {
+                inverse[j * size + i] = inverse[i * size + j];
+            }
+        }
+        inverse
+    }
+}
+
+/// to = a x for a square matrix, row by row: sums in lanes over whole chunks of a row, and then over lanes.
+pub(super) fn dense_product(a: &[f64], x: &[f64], to: &mut [f64]) {
+    for (to, row) in to.iter_mut().zip(a.chunks_exact(x.len().max(1))) {
+        let mut lanes = [0.0; CHUNK];
+        for (row, x) in row.chunks(CHUNK).zip(x.chunks(CHUNK)) {
+            for (lane, (entry, x)) in lanes.iter_mut().zip(row.iter().zip(x)) {
+                *lane += entry * x;
+            }
+        }
+        *to = tree(lanes);
     }
 }
 
@@ -159,8 +212,8 @@ fn number<T: Real>(value: f32) -> T {
 
 /// The sum of all lanes: the second half is added to the first, until one is left.
 #[inline(always)]
-fn tree<T: Real>(mut lanes: [T; CHUNK]) -> T {
-    let mut half = CHUNK / 2;
+fn tree<T: Real, const LANES: usize>(mut lanes: [T; LANES]) -> T {
+    let mut half = LANES / 2;
     while half > 0 {
         for lane in 0..half {
             lanes[lane] += lanes[lane + half];
@@ -324,7 +377,7 @@ mod tests {
             let product: Vec<f64> =
                 (0..size).map(|i| (0..size).map(|j| entry(i, j) * x[j]).sum()).collect();
             let mut found = vec![0.0; size];
-            factors.apply(0, &product, &mut found, &mut vec![f64::NAN; 2 * size + 2 * CHUNK]);
+            factors.apply(0, &product, &mut found, &mut vec![f64::NAN; SCRATCH * (size + CHUNK)]);
             for k in 0..size {
                 let error = (found[k] - x[k]).abs() * mass(k).sqrt();
                 assert!(error < 1e-5, "{size}: {} {}", found[k], x[k]);
@@ -342,7 +395,7 @@ mod tests {
             let factors = factors(20, entry);
             let from: Vec<f64> = (0..20).map(|k| f64::from(k) - 9.7).collect();
             let mut found = vec![0.0; 20];
-            factors.apply(0, &from, &mut found, &mut [f64::NAN; 4 * CHUNK]);
+            factors.apply(0, &from, &mut found, &mut [f64::NAN; 2 * SCRATCH * CHUNK]);
             let product: f64 = from.iter().zip(&found).map(|(a, b)| a * b).sum();
             assert!(product > 0.0 && product.is_finite());
         }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::GroupHierarchy;
 
 use super::{
-    block_factors::{BlockFactors, Workspace},
+    block_factors::{BlockFactors, SCRATCH, Workspace, dense_product},
     node_matrix::NodeMatrix,
     rigid_modes::{Matrix6, Modes, ZERO6, centre, moved_motion, product, transposed_product_add},
 };
@@ -34,13 +34,12 @@ pub struct CoarseLevel {
     matrix: NodeMatrix,
     /// Of runs of nodes, or of all nodes on the last level.
     factors: BlockFactors<f64>,
+    /// Of the whole matrix, row by row, on the last level.
+    inverse: Vec<f64>,
     /// Weight of the smoother.
     weight: f64,
-    /// What unit unknowns of its group do to each node; empty on the last level.
-    prolongation: Vec<Matrix6>,
-    /// The group of each node, and where the nodes of each group start.
-    group_of: Vec<u32>,
-    starts: Vec<u32>,
+    /// Nothing on the last level.
+    grouped: Grouped,
     right_side: Vec<f64>,
     solution: Vec<f64>,
     residual: Vec<f64>,
@@ -66,44 +65,54 @@ pub(super) fn levels(
     groups: &[Vec<u32>],
     arch: pulp::Arch,
 ) -> Vec<CoarseLevel> {
-    let mut levels = Vec::with_capacity(groups.len() + 1);
+    let mut tasks = Vec::with_capacity(groups.len() + 1);
     for starts in groups {
-        let (level, coarse, above) = CoarseLevel::new(matrix, &nodes, starts, arch);
-        levels.push(level);
-        (matrix, nodes) = (coarse, above);
-    }
-    levels.push(CoarseLevel::last(matrix, arch));
-    levels
-}
-
-impl CoarseLevel {
-    /// A level, and the matrix and the nodes of the next one.
-    fn new(
-        matrix: NodeMatrix,
-        nodes: &Nodes,
-        starts: &[u32],
-        arch: pulp::Arch,
-    ) -> (Self, NodeMatrix, Nodes) {
-        let (prolongation, above) = group(nodes, starts);
+        let (prolongation, above) = group(&nodes, starts);
         let mut group_of = vec![0; nodes.len()];
         for (group, ends) in starts.windows(2).enumerate() {
             group_of[ends[0] as usize..ends[1] as usize].fill(group as u32);
         }
         let coarse = matrix.coarse(&prolongation, starts, &group_of);
-        let mut level = Self::smoothed(matrix, GroupHierarchy::SMOOTHED, arch);
+        let grouped = Grouped { prolongation, group_of, starts: starts.clone() };
+        tasks.push((std::mem::replace(&mut matrix, coarse), Some(grouped)));
+        nodes = above;
+    }
+    tasks.push((matrix, None));
+    // What smooths a level needs nothing of the others.
+    let build = |(matrix, grouped)| match grouped {
+        Some(grouped) => CoarseLevel::smoothed(matrix, grouped, arch),
+        None => CoarseLevel::last(matrix, arch),
+    };
+    tasks.into_par_iter().map(build).collect()
+}
+
+/// The groups of a level: what unit unknowns of its group do to each node, the group of each node, and where the nodes of each group start.
+#[derive(Debug, Default)]
+struct Grouped {
+    prolongation: Vec<Matrix6>,
+    group_of: Vec<u32>,
+    starts: Vec<u32>,
+}
+
+impl CoarseLevel {
+    /// A level with the factors of runs of nodes.
+    fn smoothed(matrix: NodeMatrix, grouped: Grouped, arch: pulp::Arch) -> Self {
+        let mut level = Self::factorised(matrix, GroupHierarchy::SMOOTHED, arch);
         level.weight = level.weight_find();
-        (level.prolongation, level.group_of) = (prolongation, group_of);
-        level.starts = starts.to_vec();
-        (level, coarse, above)
+        level.grouped = grouped;
+        level
     }
 
+    /// The last level, with its inverse.
     fn last(matrix: NodeMatrix, arch: pulp::Arch) -> Self {
         let all = matrix.len().max(1);
-        Self::smoothed(matrix, all, arch)
+        let mut level = Self::factorised(matrix, all, arch);
+        level.inverse = level.factors.inverse(0);
+        level
     }
 
     /// With the factors of runs of so many nodes.
-    fn smoothed(matrix: NodeMatrix, run: usize, arch: pulp::Arch) -> Self {
+    fn factorised(matrix: NodeMatrix, run: usize, arch: pulp::Arch) -> Self {
         let count = matrix.len();
         let sizes = (0..count).step_by(run).map(|first| 6 * run.min(count - first));
         let mut factors = BlockFactors::new(sizes);
@@ -134,10 +143,9 @@ impl CoarseLevel {
         Self {
             matrix,
             factors,
+            inverse: Vec::new(),
             weight: 1.0,
-            prolongation: Vec::new(),
-            group_of: Vec::new(),
-            starts: Vec::new(),
+            grouped: Grouped::default(),
             right_side: zeros(),
             solution: zeros(),
             residual: zeros(),
@@ -147,19 +155,31 @@ impl CoarseLevel {
     /// What unit unknowns of its group do to each node; nothing on the last level.
     #[must_use]
     pub fn prolongation(&self) -> &[Matrix6] {
-        &self.prolongation
+        &self.grouped.prolongation
     }
 
     /// Where the nodes of each group start, and the end; nothing on the last level.
     #[must_use]
     pub fn starts(&self) -> &[u32] {
-        &self.starts
+        &self.grouped.starts
+    }
+
+    /// The group of each node; nothing on the last level.
+    #[must_use]
+    pub fn group_of(&self) -> &[u32] {
+        &self.grouped.group_of
     }
 
     /// The inverses of the blocks of runs of nodes, or of the whole matrix on the last level.
     #[must_use]
     pub const fn factors(&self) -> &BlockFactors<f64> {
         &self.factors
+    }
+
+    /// The inverse of the whole matrix, row by row, on the last level.
+    #[must_use]
+    pub fn inverse(&self) -> &[f64] {
+        &self.inverse
     }
 
     /// Weight of the smoother.
@@ -210,7 +230,7 @@ impl CoarseLevel {
     fn smooth(&self, r: &[f64], weight: f64, adds: bool, x: &mut [f64]) {
         let blocks = x.par_chunks_mut(SMOOTHED).zip(r.par_chunks(SMOOTHED)).enumerate();
         blocks.with_min_len(SMOOTH_TASK).for_each(|(block, (x, r))| {
-            let (mut scratch, mut smoothed) = ([0.0; 2 * SMOOTHED], [0.0; SMOOTHED]);
+            let (mut scratch, mut smoothed) = ([0.0; SCRATCH * SMOOTHED], [0.0; SMOOTHED]);
             let smoothed = &mut smoothed[..r.len()];
             self.factors.apply(block, r, smoothed, &mut scratch);
             for (x, smoothed) in x.iter_mut().zip(smoothed) {
@@ -223,10 +243,11 @@ impl CoarseLevel {
     fn restrict(&self, coarse: &mut [f64]) {
         coarse.par_chunks_mut(6).enumerate().with_min_len(TASK).for_each(|(group, coarse)| {
             coarse.fill(0.0);
-            for node in self.starts[group] as usize..self.starts[group + 1] as usize {
+            let Grouped { prolongation, starts, .. } = &self.grouped;
+            for node in starts[group] as usize..starts[group + 1] as usize {
                 let residual = &self.residual[6 * node..][..6];
                 let mut of_node = [0.0; 6];
-                for (row, residual) in self.prolongation[node].iter().zip(residual) {
+                for (row, residual) in prolongation[node].iter().zip(residual) {
                     (0..6).for_each(|k| of_node[k] += row[k] * residual);
                 }
                 (0..6).for_each(|k| coarse[k] += of_node[k]);
@@ -236,7 +257,7 @@ impl CoarseLevel {
 
     /// x += P coarse.
     fn prolong(&mut self, coarse: &[f64]) {
-        let Self { prolongation, group_of, solution, .. } = self;
+        let Self { grouped: Grouped { prolongation, group_of, .. }, solution, .. } = self;
         solution.par_chunks_mut(6).enumerate().with_min_len(TASK).for_each(|(node, x)| {
             let coarse = &coarse[6 * group_of[node] as usize..][..6];
             for (x, row) in x.iter_mut().zip(&prolongation[node]) {
@@ -251,10 +272,7 @@ pub(super) fn cycle(levels: &mut [CoarseLevel]) {
     let Some((level, above)) = levels.split_first_mut() else { return };
     let mut solution = std::mem::take(&mut level.solution);
     if above.is_empty() {
-        if !solution.is_empty() {
-            let mut scratch = [0.0; 12 * GroupHierarchy::BOTTOM];
-            level.factors.apply(0, &level.right_side, &mut solution, &mut scratch);
-        }
+        dense_product(&level.inverse, &level.right_side, &mut solution);
         level.solution = solution;
         return;
     }

@@ -26,7 +26,7 @@ use rayon::prelude::*;
 use crate::{GroupHierarchy, Real};
 
 pub use block_factors::BlockFactors;
-use block_factors::Workspace;
+use block_factors::{SCRATCH, Workspace};
 pub use coarse_level::CoarseLevel;
 use coarse_level::{Nodes, cycle};
 pub use copy::{ContactRow, ContactRows, ElementRows, MatrixCopy, PairRows};
@@ -280,37 +280,42 @@ impl<T: Real> Schwarz<T> {
 
     /// The rigid modes of groups, and the groups as nodes.
     fn modes_find(&mut self, rows: &impl Rows) -> Nodes {
-        let mut nodes = Nodes { centres: Vec::new(), unknowns: Vec::new() };
-        let mut motions: Vec<[[f64; 6]; 3]> = Vec::new();
-        for group in 0..self.group_count() {
-            let particles = members(&self.hierarchy, group);
+        let Self { hierarchy, prolongation, .. } = self;
+        let starts = &hierarchy.levels()[0];
+        let mut rest = prolongation.as_mut_slice();
+        let of_groups: Vec<_> = starts
+            .windows(2)
+            .map(|ends| rest.split_off_mut(..(ends[1] - ends[0]) as usize).unwrap_or_default())
+            .collect();
+        let hierarchy = &*hierarchy;
+        let modes = |(group, prolongation): (usize, &mut [[[f32; 6]; 3]])| {
+            let particles = members(hierarchy, group);
             let centre = centre(particles.iter().map(|&i| rows.position(i as usize)));
             let mut gram = ZERO6;
-            motions.clear();
-            for &particle in particles {
+            let mut motions = [[[0.0; 6]; 3]; GroupHierarchy::GROUP];
+            let motions = &mut motions[..particles.len()];
+            for (motion, &particle) in motions.iter_mut().zip(particles) {
                 let place = rows.position(particle as usize);
-                let mut motion =
-                    point_motion(std::array::from_fn(|axis| place[axis] - centre[axis]));
+                *motion = point_motion(std::array::from_fn(|axis| place[axis] - centre[axis]));
                 if let Some(filter) = rows.filter(particle as usize) {
-                    let free = motion;
-                    motion = std::array::from_fn(|row| {
+                    let free = *motion;
+                    *motion = std::array::from_fn(|row| {
                         std::array::from_fn(|k| {
                             (0..3).fold(0.0, |sum, axis| sum + filter[row][axis] * free[axis][k])
                         })
                     });
                 }
-                transposed_product_add(&mut gram, &motion, &motion);
-                motions.push(motion);
+                transposed_product_add(&mut gram, motion, motion);
             }
             let modes = Modes::new(&gram);
-            let first = self.hierarchy.levels()[0][group] as usize;
-            for (to, motion) in self.prolongation[first..].iter_mut().zip(&motions) {
+            for (to, motion) in prolongation.iter_mut().zip(motions) {
                 *to = product(motion, &modes.motions).map(|row| row.map(|entry| entry as f32));
             }
-            nodes.centres.push(centre);
-            nodes.unknowns.push(modes.unknowns);
-        }
-        nodes
+            (centre, modes.unknowns)
+        };
+        let nodes = of_groups.into_par_iter().enumerate().with_min_len(TASK).map(modes);
+        let (centres, unknowns) = nodes.unzip();
+        Nodes { centres, unknowns }
     }
 
     /// P^T A P.
@@ -422,8 +427,13 @@ impl<T: Real, F: Fn(usize) -> [T; 3]> NullaryFnOnce for GroupTask<'_, '_, T, F> 
             half /= 2;
         }
         right_side.copy_from_slice(&modes[0]);
-        let mut scratch = [T::ZERO; 6 * GroupHierarchy::GROUP];
-        factors.apply(group, vector.as_flattened(), local.as_flattened_mut(), &mut scratch);
+        let mut scratch = [[T::ZERO; 3 * GroupHierarchy::GROUP]; SCRATCH];
+        factors.apply(
+            group,
+            vector.as_flattened(),
+            local.as_flattened_mut(),
+            scratch.as_flattened_mut(),
+        );
     }
 }
 

@@ -35,6 +35,7 @@ pub fn substep<K: Kernels + ?Sized>(
     report: &mut SolverReport,
 ) -> Result<bool> {
     kernels.state_keep()?;
+    kernels.preconditioner_forget();
     finish::collider_start(kernels)?;
     if kernels.model().has_collider_constraints() {
         kernels.collider_constraints(substep)?;

@@ -20,6 +20,7 @@ pub fn substep<K: Kernels + ?Sized>(
     report: &mut SolverReport,
 ) -> Result<bool> {
     kernels.state_keep()?;
+    kernels.preconditioner_forget();
     finish::collider_start(kernels)?;
     let whole = substep.length;
     let part = Substep { length: settings.weight * whole, ..*substep };

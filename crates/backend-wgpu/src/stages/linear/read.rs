@@ -102,6 +102,9 @@ impl Stages {
     }
 
     fn spring_pairs(&mut self) -> Result<PairRows<f32>> {
+        if self.model.springs().is_empty() {
+            return Ok(PairRows::default());
+        }
         let links = LinkTables::new(&self.model);
         let factors: Vec<[f32; 4]> = self.read_words("factors", 4 * links.places as u64)?;
         let mut springs = PairRows { starts: vec![0], pairs: Vec::new() };

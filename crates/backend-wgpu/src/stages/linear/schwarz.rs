@@ -14,6 +14,10 @@ const LEVEL_WORDS: usize = 16;
 /// Nodes of a run, which a workgroup smooths.
 const RUN: u32 = GroupHierarchy::SMOOTHED as u32;
 
+/// Rows of the factor of the last level, and its nodes, that a workgroup takes.
+const ROWS: u32 = 16;
+const NODES: u32 = 8;
+
 /// The preconditioner as the host has it.
 #[derive(Debug)]
 pub(in crate::stages) struct SchwarzTables {
@@ -59,11 +63,20 @@ impl Stages {
         let size = |level: &CoarseLevel| [level.matrix().len() as u32, groups(level)];
         tables.levels = schwarz.levels().iter().map(size).collect();
         let nodes: u32 = tables.levels.iter().map(|[nodes, _]| nodes).sum();
-        let factors = schwarz.levels().iter().map(|level| level.factors().rows());
-        let rows: Vec<f32> =
-            std::iter::once(schwarz.factors().rows()).chain(factors).flatten().copied().collect();
         self.write_growing("schwarz_tables", bytemuck::cast_slice(&words(schwarz)))?;
-        self.write_growing("schwarz_factors", bytemuck::cast_slice(&rows))?;
+        let levels = schwarz.levels().iter().map(|level| level.factors().rows());
+        let factors: Vec<&[f32]> =
+            std::iter::once(schwarz.factors().rows()).chain(levels).collect();
+        let room = factors.iter().map(|rows| size_of_val(*rows) as u64).sum();
+        let mut offset = 0;
+        for rows in factors {
+            let bytes = bytemuck::cast_slice(rows);
+            match offset {
+                0 => self.write_growing_to("schwarz_factors", bytes, room)?,
+                _ => self.write("schwarz_factors", offset, bytes)?,
+            }
+            offset += bytes.len() as u64;
+        }
         if !self.buffers.has("schwarz_vectors") {
             let size = 4 * 3 * 6 * u64::from(nodes);
             self.buffers.create(&self.context, "schwarz_vectors", size, None)?;
@@ -89,7 +102,10 @@ impl Stages {
             self.schwarz_kernel("preconditioner_apply_restrict", groups, call)?;
         }
         let bottom = Call { level: last as u32, ..call };
-        self.schwarz_kernel("preconditioner_apply_bottom", 1, bottom)?;
+        let nodes = levels[last][0];
+        self.schwarz_kernel("preconditioner_apply_bottom", (6 * nodes).div_ceil(ROWS), bottom)?;
+        let name = "preconditioner_apply_bottom_sums";
+        self.schwarz_kernel(name, nodes.div_ceil(NODES), bottom)?;
         for (level, &[nodes, _]) in levels[..last].iter().enumerate().rev() {
             let call = Call { level: level as u32, flags: flags | CALL_SECOND, ..call };
             self.schwarz_kernel("preconditioner_apply_smooth", nodes.div_ceil(RUN), call)?;
@@ -112,7 +128,7 @@ impl Stages {
     }
 
     /// Another frame, or another state: nothing of before counts.
-    pub(in crate::stages) fn schwarz_forget(&mut self) {
+    pub(crate) fn schwarz_forget(&mut self) {
         if let Some(tables) = &mut self.schwarz {
             tables.reuse.forget();
         }

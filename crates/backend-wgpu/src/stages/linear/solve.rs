@@ -13,10 +13,13 @@ use crate::{
         CALL_SCHWARZ, Call, SOLVE_CONVERGED, SOLVE_ENDED, SOLVE_INDEFINITE, SOLVE_RUNNING, Solve,
     },
     linear::{SolveRequest, call_of, linear_check, vector_number},
+    readback::{Answer, Readback},
 };
 
-/// Iterations that are recorded before the host looks, where it waits for a solve.
+/// Iterations after which the host looks, where it waits for a solve: those that are recorded meanwhile return at once if the solve has ended.
 const CHUNK: u32 = 32;
+/// The same with `schwarz`, whose iterations are ten kernels and more.
+const CHUNK_SCHWARZ: u32 = 8;
 
 impl Stages {
     pub(crate) fn vector_dot(&mut self, a: LinearVector, b: LinearVector) -> Result<f64> {
@@ -201,17 +204,39 @@ impl Stages {
         }
         let slot = self.slots.current;
         self.solve_begin(stage, slot, call)?;
+        let is_schwarz = self.preconditioner == Preconditioner::Schwarz;
+        let chunk = if is_schwarz { CHUNK_SCHWARZ } else { CHUNK };
         let mut done = 0;
+        // The device is at work on the next iterations while the host learns of those before.
+        let mut asked: Option<Answer> = None;
         loop {
-            let count = CHUNK.min(settings.iterations_max - done);
+            let count = chunk.min(settings.iterations_max - done);
             let after = self.solve_iterate(method, (done, count), call)?;
             done += count;
             self.single(stage, "linear_end", slot, after)?;
-            let solve = self.solve_read()?;
-            if solve.outcome_phase != SOLVE_RUNNING {
-                return Ok(solve);
+            let answer = self.solve_ask()?;
+            if let Some(before) = asked.replace(answer) {
+                let solve: Solve = before.wait(&self.context, bytemuck::pod_read_unaligned)?;
+                if solve.outcome_phase != SOLVE_RUNNING {
+                    return Ok(solve);
+                }
+            }
+            if done == settings.iterations_max
+                && let Some(last) = asked.take()
+            {
+                return last.wait(&self.context, bytemuck::pod_read_unaligned);
             }
         }
+    }
+
+    /// Asks for what has become of a solve after all that is recorded.
+    fn solve_ask(&mut self) -> Result<Answer> {
+        let size = size_of::<Solve>() as u64;
+        let readback = Readback::new(&self.context, size);
+        let solve = self.buffers.get("solve", 0, 0)?;
+        self.recorder.copy(&self.context, solve, 0, readback.buffer(), 0, size);
+        self.recorder.submit(&self.context)?;
+        Ok(Answer::ask(&self.context, readback, size))
     }
 
     /// Records all solves of a substep.
