@@ -16,13 +16,13 @@ const SIDE: u32 = 130;
 
 /// Two patches, so that behind the last group of the first one, which is smaller than the others, there is another.
 fn model(side: u32) -> Model {
-    let patch = |side, height| {
+    let patch = |name, side, height| {
         let patch = GridPatch::horizontal(side, 0.01, height);
-        let mut cloth = Cloth::grid("cloth", patch, &MaterialPreset::ALL[0]);
+        let mut cloth = Cloth::grid(name, patch, &MaterialPreset::ALL[0]);
         cloth.material = MaterialPreset::ALL[0].material(1.0).into();
         cloth
     };
-    let cloths = ModelBuilder::new().cloth(patch(side, 0.0)).cloth(patch(6, 0.1));
+    let cloths = ModelBuilder::new().cloth(patch("large", side, 0.0)).cloth(patch("small", 6, 0.1));
     cloths.build().expect("patches are a model")
 }
 

@@ -27,6 +27,13 @@ pub(super) const SCRATCH: usize = 1 + SUMS;
 /// Rows that an elimination takes at once.
 const STEP: usize = 4;
 
+/// Rows after which all threads work on those below, and of a matrix that is worth it.
+const PANEL: usize = 32;
+const SHARED_MIN: usize = 160;
+
+/// Rows in one task.
+const TASK: usize = 16;
+
 /// A pivot that is not above this share of its diagonal entry counts as 1: rounding has left nothing of it, or it has no entry.
 const PIVOT_MIN: f64 = 1e-12;
 
@@ -188,7 +195,8 @@ impl BlockFactors<f64> {
 
 /// to = a x for a square matrix, row by row: sums in lanes over whole chunks of a row, and then over lanes.
 pub(super) fn dense_product(a: &[f64], x: &[f64], to: &mut [f64]) {
-    for (to, row) in to.iter_mut().zip(a.chunks_exact(x.len().max(1))) {
+    let rows = to.par_iter_mut().zip(a.par_chunks_exact(x.len().max(1)));
+    rows.with_min_len(TASK).for_each(|(to, row)| {
         let mut lanes = [0.0; CHUNK];
         for (row, x) in row.chunks(CHUNK).zip(x.chunks(CHUNK)) {
             for (lane, (entry, x)) in lanes.iter_mut().zip(row.iter().zip(x)) {
@@ -196,7 +204,7 @@ pub(super) fn dense_product(a: &[f64], x: &[f64], to: &mut [f64]) {
             }
         }
         *to = tree(lanes);
-    }
+    });
 }
 
 /// Entries of the rows of a block.
@@ -226,7 +234,7 @@ fn tree<T: Real, const LANES: usize>(mut lanes: [T; LANES]) -> T {
 impl<T: Real> FactorTask<'_, T> {
     /// Factorises the matrix of the workspace, which is used up.
     pub(super) fn factorise(&mut self, work: &mut Workspace, arch: pulp::Arch) {
-        arch.dispatch(Factorise { work });
+        arch.dispatch(Factorise { work, arch });
         let Workspace { size, stride, inverse, scale, .. } = &*work;
         let mut rows = &mut *self.rows;
         for k in 0..*size {
@@ -245,6 +253,7 @@ impl<T: Real> FactorTask<'_, T> {
 /// Scaling, factorisation and inverse of the factor, compiled for each instruction set.
 struct Factorise<'a> {
     work: &'a mut Workspace,
+    arch: pulp::Arch,
 }
 
 impl NullaryFnOnce for Factorise<'_> {
@@ -265,38 +274,128 @@ impl NullaryFnOnce for Factorise<'_> {
                 *entry *= scale[k] * other;
             }
         }
-        cholesky(matrix, size, stride);
-        invert(matrix, inverse, size, stride);
+        let panel = if size < SHARED_MIN { size } else { PANEL };
+        for first in (0..size).step_by(panel.max(1)) {
+            cholesky(matrix, [first, size.min(first + panel), size], stride, self.arch);
+        }
+        for first in (0..size).step_by(panel.max(1)) {
+            invert(matrix, inverse, [first, size.min(first + panel)], stride, self.arch);
+        }
     }
 }
 
-/// The transposed factor in place of the upper triangle, its diagonal as reciprocals.
+/// The transposed factor in place of the upper triangle, its diagonal as reciprocals: rows from `begin` to `end`, and what the rows below take from them. All rows
+/// before are done.
 #[inline(always)]
-fn cholesky(matrix: &mut [f64], size: usize, stride: usize) {
-    for first in (0..size).step_by(STEP) {
-        let end = size.min(first + STEP);
-        let (head, rest) = matrix.split_at_mut(end * stride);
+fn cholesky(matrix: &mut [f64], [begin, end, size]: [usize; 3], stride: usize, arch: pulp::Arch) {
+    let (head, below) = matrix.split_at_mut(end * stride);
+    for first in (begin..end).step_by(STEP) {
+        let last = end.min(first + STEP);
+        let (head, rest) = head.split_at_mut(last * stride);
         let panel = &mut head[first * stride..];
-        for k in first..end {
+        for k in first..last {
             let (above, below) = panel.split_at_mut((k - first + 1) * stride);
             let row = &mut above[(k - first) * stride..][..size];
             let pivot = if row[k] > PIVOT_MIN { row[k] } else { 1.0 };
             let reciprocal = 1.0 / pivot.sqrt();
             row[k + 1..].iter_mut().for_each(|entry| *entry *= reciprocal);
             row[k] = reciprocal;
-            for (i, below) in (k + 1..end).zip(below.chunks_exact_mut(stride)) {
+            for (i, below) in (k + 1..last).zip(below.chunks_exact_mut(stride)) {
                 let factor = row[i];
                 for (entry, other) in below[i..size].iter_mut().zip(&row[i..]) {
                     *entry -= factor * other;
                 }
             }
         }
-        for (i, to) in (end..size).zip(rest.chunks_exact_mut(stride)) {
+        for (i, to) in (last..end).zip(rest.chunks_exact_mut(stride)) {
+            CholeskyRow { to: &mut to[i..size], done: panel, stride, i, count: last - first }
+                .call();
+        }
+    }
+    let done = &head[begin * stride..];
+    let below = below.par_chunks_exact_mut(stride).enumerate();
+    below.with_min_len(TASK).for_each(|(at, to)| {
+        let i = end + at;
+        let to = &mut to[i..size];
+        arch.dispatch(CholeskyRow { to, done, stride, i, count: end - begin });
+    });
+}
+
+/// What row i of the matrix, from its diagonal on, takes from `count` rows that are done.
+struct CholeskyRow<'a> {
+    to: &'a mut [f64],
+    done: &'a [f64],
+    stride: usize,
+    i: usize,
+    count: usize,
+}
+
+impl NullaryFnOnce for CholeskyRow<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { to, done, stride, i, count } = self;
+        for first in (0..count).step_by(STEP) {
             eliminate(
-                &mut to[i..size],
-                end - first,
+                to,
+                STEP.min(count - first),
                 #[inline(always)]
-                |k| (panel[k * stride + i], &panel[k * stride + i..]),
+                |k| (done[(first + k) * stride + i], &done[(first + k) * stride + i..]),
+            );
+        }
+    }
+}
+
+/// The inverse of the factor, row by row: w_i = (e_i - sum over j < i of L_ij w_j) / L_ii. As above, rows from `begin` to `end`.
+#[inline(always)]
+fn invert(
+    matrix: &[f64],
+    inverse: &mut [f64],
+    [begin, end]: [usize; 2],
+    stride: usize,
+    arch: pulp::Arch,
+) {
+    let (head, below) = inverse.split_at_mut(end * stride);
+    for i in begin..end {
+        let (done, rest) = head.split_at_mut(i * stride);
+        let to = &mut rest[..stride];
+        InverseRow { to, matrix, done, stride, i, begin, end: i }.call();
+        let reciprocal = matrix[i * stride + i];
+        to[..i].iter_mut().for_each(|entry| *entry *= reciprocal);
+        to[i] = reciprocal;
+    }
+    let done = &*head;
+    let below = below.par_chunks_exact_mut(stride).enumerate();
+    below.with_min_len(TASK).for_each(|(at, to)| {
+        arch.dispatch(InverseRow { to, matrix, done, stride, i: end + at, begin, end });
+    });
+}
+
+/// What row i of the inverse takes from those from `begin` to `end`.
+struct InverseRow<'a> {
+    to: &'a mut [f64],
+    matrix: &'a [f64],
+    done: &'a [f64],
+    stride: usize,
+    i: usize,
+    begin: usize,
+    end: usize,
+}
+
+impl NullaryFnOnce for InverseRow<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { to, matrix, done, stride, i, begin, end } = self;
+        for first in (begin..end).step_by(STEP) {
+            let last = end.min(first + STEP);
+            eliminate(
+                &mut to[..last],
+                last - first,
+                #[inline(always)]
+                |k| (matrix[(first + k) * stride + i], &done[(first + k) * stride..]),
             );
         }
     }
@@ -323,27 +422,6 @@ fn eliminate<'a>(to: &mut [f64], count: usize, term: impl Fn(usize) -> (f64, &'a
                 *to -= factor * other;
             }
         }
-    }
-}
-
-/// The inverse of the factor, row by row: w_i = (e_i - sum over j < i of L_ij w_j) / L_ii.
-#[inline(always)]
-fn invert(matrix: &[f64], inverse: &mut [f64], size: usize, stride: usize) {
-    for i in 0..size {
-        let (done, rest) = inverse.split_at_mut(i * stride);
-        let row = &mut rest[..stride];
-        for first in (0..i).step_by(STEP) {
-            let end = i.min(first + STEP);
-            eliminate(
-                &mut row[..end],
-                end - first,
-                #[inline(always)]
-                |k| (matrix[(first + k) * stride + i], &done[(first + k) * stride..]),
-            );
-        }
-        let reciprocal = matrix[i * stride + i];
-        row[..i].iter_mut().for_each(|entry| *entry *= reciprocal);
-        row[i] = reciprocal;
     }
 }
 

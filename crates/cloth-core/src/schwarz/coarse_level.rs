@@ -20,13 +20,13 @@ const POWER_FOUND: f64 = 0.9;
 const DAMPING: f64 = 4.0 / 3.0;
 
 /// Nodes in one task.
-const TASK: usize = 512;
+const TASK: usize = 64;
 
 /// Unknowns of a run of smoothed nodes.
 const SMOOTHED: usize = 6 * GroupHierarchy::SMOOTHED;
 
 /// Runs of smoothed nodes in one task.
-const SMOOTH_TASK: usize = 16;
+const SMOOTH_TASK: usize = 2;
 
 /// Nodes with six unknowns each: their matrix, what smooths it, and how the next level moves them.
 #[derive(Debug)]

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::rigid_modes::{Matrix6, product, transposed_product, transposed_product_add};
 
 /// Rows in one task.
-const TASK: usize = 512;
+const TASK: usize = 64;
 
 /// The matrix.
 #[derive(Debug, Default)]
