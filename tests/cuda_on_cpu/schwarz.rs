@@ -246,7 +246,7 @@ fn the_preconditioner_schwarz() {
             "node_residual(level, level.solution[0], at / NODE",
             "node_residual(level, level.solution[1], at / NODE",
         ),
-        ("(size_t)p.group_of[i]", "(size_t)(p.group_of[i] ^ 1)"),
+        ("(size_t)__ldg(&p.group_of[i])", "(size_t)(__ldg(&p.group_of[i]) / 2)"),
     ] {
         let found = by_kernel(&words, (2, 0), |text| replaced(&text, right, wrong));
         assert!(expected != found, "`{wrong}` is not found");
