@@ -5,7 +5,10 @@ use std::{fmt, io};
 use cloth_core::ModelError;
 use cloth_io::MeshError;
 
-use crate::suggestion::suggestion;
+use crate::{
+    elsewhere::{self, Mend},
+    suggestion::suggestion,
+};
 
 /// A scene that cannot be used. Each case names the place and the mend.
 #[derive(Debug, thiserror::Error)]
@@ -127,9 +130,13 @@ impl SceneUnknown {
         name: &str,
         known: Vec<String>,
     ) -> SceneError {
-        let suggestion = suggestion(name, known.iter().map(String::as_str));
+        let (note, suggestion) = match elsewhere::mend(name, &known).filter(|_| what == "key") {
+            Some(Mend::Key(key)) => (None, Some(key.to_owned())),
+            Some(Mend::Note(note)) => (Some(note.to_owned()), None),
+            None => (None, suggestion(name, known.iter().map(String::as_str))),
+        };
         let name = name.into();
-        SceneError::Unknown(Box::new(Self { place, what, name, note: None, suggestion, known }))
+        SceneError::Unknown(Box::new(Self { place, what, name, note, suggestion, known }))
     }
 
     fn mend(&self) -> String {

@@ -9,6 +9,7 @@
 
 mod builtin;
 mod compile;
+mod elsewhere;
 mod error;
 mod fabrics;
 mod format;

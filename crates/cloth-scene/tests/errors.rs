@@ -123,6 +123,15 @@ fn unknown_words_have_suggestions() {
 }
 
 #[test]
+fn words_of_other_programs_are_told_what_they_are_here() {
+    changed("time_step = 0.001", "dt = 0.001", "did you mean `time_step`?");
+    changed("frames = 10", "gravity = -9.81", "at the top of the file");
+    changed("velocity = [0, 0, 0]", "position = [0, 0, 1]", "a cloth is belongs to its geometry");
+    changed("velocity = [0, 0, 0]", "fabric = \"denim\"", "material.preset = \"cotton\"");
+    changed("translation = [0, 0, 1]", "position = [0, 0, 1]", "did you mean `translation`?");
+}
+
+#[test]
 fn syntax_errors_have_a_line() {
     changed("frames = 10", "frames = = 10", "correct the text there");
     changed("columns = 5", "columns = \"five\"", "invalid type");
