@@ -73,7 +73,7 @@ pub enum LinearStop {
 
 impl Preconditioner {
     /// Particles of a piece of fabric from which on `Auto` may stand for `Schwarz`. It is the same on all backends that have both, so that they have the
-    /// same bits: on the CPU smaller pieces would gain a little, on CUDA those of tens of thousands lose a little.
+    /// same bits: on the CPU smaller pieces would gain a little, on CUDA those of ten thousand gain as little.
     pub const SCHWARZ_MIN: usize = 4_000;
 
     /// What is left of `Auto` in a model before anything is solved: `Auto`, which each frame decides, where a piece of fabric has
