@@ -54,8 +54,6 @@ pub(crate) struct ImplicitSystem<T> {
     reuse: Reuse,
     /// Those of the last build of it.
     filters: ParticleFilters<T>,
-    /// Length of the substep of the matrix \[s\].
-    length: f64,
 }
 
 /// What the stages read of the solver they belong to.
@@ -89,11 +87,10 @@ impl<T: Real> ImplicitSystem<T> {
             schwarz: None,
             reuse: Reuse::default(),
             filters: ParticleFilters::new(0),
-            length: 0.0,
         }
     }
 
-    /// A frame begins, or the state is another: nothing is left of matrices before.
+    /// A frame or a substep begins, or the state is another: nothing is left of matrices before.
     pub(crate) fn history_forget(&mut self) {
         self.reuse.forget();
     }
@@ -122,7 +119,6 @@ impl<T: Real> ImplicitSystem<T> {
     pub(crate) fn spring_linearise(&mut self, at: Surroundings<'_, T>) {
         let position = FieldView::new(&at.motion.position);
         let factors = &mut self.matrix.factors;
-        self.length = at.length.to_f64();
         spring_linearise::run(factors, at.springs, position, at.length, at.arch);
         self.matrix.contacts.clear();
         self.matrix.rows.clear();
@@ -370,7 +366,7 @@ impl<T: Real> ImplicitSystem<T> {
         filters.fill(&Filter { masses, constraints: &self.constraints });
         let (matrix, position) = (&self.matrix, FieldView::new(position));
         let rows = SystemRows { matrix, springs, filters, position };
-        if self.reuse.wants_build(self.length) {
+        if self.reuse.wants_build() {
             schwarz.build(&rows, arch);
         } else {
             schwarz.update(&rows, arch);

@@ -36,9 +36,8 @@ impl<T: CudaReal> CudaKernels<T> {
             Some(memory) => memory,
             None => Box::new(SchwarzMemory::new(&self.memory.queue, &self.model)?),
         };
-        let length = linear.data.length.to_f64();
         let has_constraints = linear.data.has_constraints != 0;
-        let built = self.schwarz_update(&mut memory, length, has_constraints);
+        let built = self.schwarz_update(&mut memory, has_constraints);
         if let Some(linear) = &mut self.linear {
             linear.data.schwarz = memory.address();
             linear.schwarz = Some(memory);
@@ -49,10 +48,9 @@ impl<T: CudaReal> CudaKernels<T> {
     fn schwarz_update(
         &mut self,
         memory: &mut SchwarzMemory<T>,
-        length: f64,
         has_constraints: bool,
     ) -> Result<()> {
-        let is_new = memory.reuse.wants_build(length);
+        let is_new = memory.reuse.wants_build();
         if !is_new {
             // Particles are held by command alone otherwise, which a frame begins with.
             if !has_constraints {
@@ -137,7 +135,7 @@ impl<T: CudaReal> CudaKernels<T> {
         })
     }
 
-    /// Another frame, or another state: nothing of before counts.
+    /// Another frame, substep or state: nothing of before counts.
     pub(super) fn schwarz_forget(&mut self) {
         if let Some(schwarz) = self.linear.as_mut().and_then(|linear| linear.schwarz.as_mut()) {
             schwarz.reuse.forget();

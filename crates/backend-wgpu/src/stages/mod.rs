@@ -91,8 +91,6 @@ pub(crate) struct Stages {
     /// The preconditioner that is there, and that of the name `schwarz` if it was ever built.
     preconditioner: Preconditioner,
     schwarz: Option<Box<linear::SchwarzTables>>,
-    /// Length of the substep that the matrix is of \[s\].
-    length: f64,
     /// The pattern of what triangles of fabric add to the matrix, once its memory is there.
     element_rows: Option<SlicedRows>,
     semi_implicit: SemiImplicit,
@@ -217,7 +215,6 @@ impl Stages {
             solve_reach: None,
             preconditioner: Preconditioner::Block,
             schwarz: None,
-            length: 0.0,
             element_rows: None,
             semi_implicit: SemiImplicit::default(),
             triangles: DeviceContact::new(&model, config.pinch).map(Box::new),

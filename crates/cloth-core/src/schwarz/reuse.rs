@@ -9,26 +9,25 @@ const GROWTH_MORE: f64 = 4.0;
 /// Whether the preconditioner that is there is good enough.
 #[derive(Debug, Default)]
 pub struct Reuse {
-    /// Length of the substep that it was built for \[s\].
-    length: Option<f64>,
+    is_built: bool,
     /// Iterations of the first solve since then.
     first: Option<u32>,
     is_slow: bool,
 }
 
 impl Reuse {
-    /// Nothing of before counts: another frame, another state. So a run goes on from a checkpoint, which is one of a frame, as it
+    /// Nothing of before counts: another substep, another state. So a run goes on from a checkpoint, which is one of a frame, as it
     /// would have without a stop.
     pub fn forget(&mut self) {
         *self = Self::default();
     }
 
-    /// Whether it is to be built for a substep of this length; it is taken to be built then.
-    pub fn wants_build(&mut self, length: f64) -> bool {
-        if self.length == Some(length) && !self.is_slow {
+    /// Whether it is to be built; it is taken to be built then.
+    pub fn wants_build(&mut self) -> bool {
+        if self.is_built && !self.is_slow {
             return false;
         }
-        *self = Self { length: Some(length), first: None, is_slow: false };
+        *self = Self { is_built: true, first: None, is_slow: false };
         true
     }
 
@@ -44,18 +43,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_is_built_for_another_step_and_when_it_gets_slow() {
+    fn it_is_built_once_and_when_it_gets_slow() {
         let mut reuse = Reuse::default();
-        assert!(reuse.wants_build(0.01));
-        reuse.solved(20);
-        assert!(!reuse.wants_build(0.01));
-        assert!(reuse.wants_build(0.005));
+        assert!(reuse.wants_build());
         reuse.solved(20);
         reuse.solved(34);
-        assert!(!reuse.wants_build(0.005));
+        assert!(!reuse.wants_build());
         reuse.solved(35);
-        assert!(reuse.wants_build(0.005));
+        assert!(reuse.wants_build());
+        assert!(!reuse.wants_build());
         reuse.forget();
-        assert!(reuse.wants_build(0.005));
+        assert!(reuse.wants_build());
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use cloth_core::{
     LinearMethod, LinearSettings, LinearStart, LinearStop, LinearVector, NewtonStart,
     Preconditioner,
-    stepper::{FramePlan, FrameSpan, implicit::system},
+    stepper::{FramePlan, FrameSpan, Substep, implicit::system},
 };
 
 use crate::{
@@ -23,6 +23,8 @@ struct Found {
     iterations: u32,
     /// Of solves that end by energy, at z and from an answer to a like question: iterations, estimate.
     by_energy: [(u32, f64); 2],
+    /// As `preconditioned`, of the matrix of a tenth of the step.
+    of_short: Vec<[f64; 3]>,
 }
 
 fn found(candidate: &Candidate, patch: &PatchFrames) -> Result<Found, Failure> {
@@ -60,6 +62,7 @@ fn found(candidate: &Candidate, patch: &PatchFrames) -> Result<Found, Failure> {
         solution: Vec::new(),
         iterations: 0,
         by_energy: [(0, 0.0); 2],
+        of_short: Vec::new(),
     };
     kernels.vector_read(Preconditioned, &mut found.preconditioned)?;
     kernels.vector_combine((1.0, Residual), (0.0, RightSide))?;
@@ -86,6 +89,18 @@ fn found(candidate: &Candidate, patch: &PatchFrames) -> Result<Found, Failure> {
         *of_energy = (outcome.iterations, outcome.energy.unwrap_or(f64::NAN));
         kernels.vector_combine((1.0, RightSide), (1.0, RightSide))?;
     }
+    let short = Substep { length: 0.1 * length, ..plan.substeps[0] };
+    system(&mut *kernels, &short, NewtonStart::StepStart)?;
+    kernels.vector_write(Residual, &vector)?;
+    kernels.constraint_filter(Residual)?;
+    kernels.preconditioner_forget();
+    kernels.preconditioner_build(Preconditioner::Schwarz)?;
+    kernels.preconditioner_apply(Residual, Preconditioned)?;
+    kernels.vector_read(Preconditioned, &mut found.of_short)?;
+    // It would be that of before.
+    ensure(apart(&found.preconditioned, &found.of_short) > 0.1, || {
+        format!("{}: what was forgotten is there", candidate.label)
+    })?;
     Ok(found)
 }
 
@@ -111,13 +126,17 @@ pub fn schwarz_of_many_groups(
     let [expected, given] = [found(candidates[0], patch)?, found(candidates[1], patch)?];
     let preconditioned = apart(&expected.preconditioned, &given.preconditioned);
     let solution = apart(&expected.solution, &given.solution);
+    let of_short = apart(&expected.of_short, &given.of_short);
     println!(
-        "{label}: preconditioned {preconditioned:.1e}, solution {solution:.1e} apart, {} and {} iterations, by energy {:?}",
+        "{label}: preconditioned {preconditioned:.1e} and {of_short:.1e}, solution {solution:.1e} apart, {} and {} iterations, by energy {:?}",
         expected.iterations, given.iterations, given.by_energy
     );
     // Written so that NaN fails.
-    ensure(preconditioned <= tolerances[0] && solution <= tolerances[1], || {
-        format!("{label}: preconditioned {preconditioned:e} and solution {solution:e} apart")
+    let is_near = preconditioned <= tolerances[0] && of_short <= tolerances[0];
+    ensure(is_near && solution <= tolerances[1], || {
+        format!(
+            "{label}: preconditioned {preconditioned:e}, {of_short:e}, solution {solution:e} apart"
+        )
     })?;
     let more = given.iterations.abs_diff(expected.iterations);
     ensure(20 * more <= expected.iterations + 19, || {

@@ -75,7 +75,6 @@ impl Stages {
             return Ok(());
         }
         self.semi_implicit.length = None;
-        self.length = f64::from(substep.length as f32);
         let slot = self.slot(substep)?;
         self.linear_prepare()?;
         self.fabric_assemble(slot)?;

@@ -45,7 +45,7 @@ impl Stages {
     }
 
     fn schwarz_update(&mut self, tables: &mut SchwarzTables) -> Result<()> {
-        if tables.reuse.wants_build(self.length) {
+        if tables.reuse.wants_build() {
             tables.schwarz.build(&self.matrix_copy()?, Arch::new());
         } else {
             // Particles are held by command alone otherwise, which a frame begins with.
@@ -127,7 +127,7 @@ impl Stages {
         self.schwarz_record(vectors, CALL_SOLVE)
     }
 
-    /// Another frame, or another state: nothing of before counts.
+    /// Another frame, substep or state: nothing of before counts.
     pub(crate) fn schwarz_forget(&mut self) {
         if let Some(tables) = &mut self.schwarz {
             tables.reuse.forget();
