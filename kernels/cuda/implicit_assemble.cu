@@ -42,8 +42,16 @@ extern "C" __global__ void implicit_assemble(const __grid_constant__ Solver s, c
     l.base[0][i] = with_w(on, 0);
     if (l.is_full) l.base[1][i] = with_w(off, 0);
     if (l.has_elements) {
-        on = on + xyz(l.element_sums[i]);
-        off = off + xyz(l.element_sums[s.count + i]);
+        // By which products stand for the diagonal block.
+        vec3 rest_on = {0, 0, 0}, rest_off = {0, 0, 0};
+        for (uint entry = l.element_slices[i / SLICE], end = l.element_slices[i / SLICE + 1]; entry < end; entry++) {
+            if (l.element_columns[entry * SLICE + i % SLICE] == NONE) break;
+            const real* b = l.element_blocks + element_place(entry, i);
+            rest_on = rest_on - make_vec3(b[0], b[4 * SLICE], b[8 * SLICE]);
+            rest_off = rest_off - make_vec3(b[1 * SLICE], b[2 * SLICE], b[5 * SLICE]);
+        }
+        on = on + rest_on;
+        off = off + rest_off;
     }
     vec3 right = length * xyz(s.force[i]);
     if (is_iterate) {
@@ -125,120 +133,30 @@ extern "C" __global__ void implicit_assemble(const __grid_constant__ Solver s, c
     }
 }
 
-// Rows of a block, each with half a warp, a lane for each place of a patch; and blocks off the diagonal of a row that are summed up at once.
-#define ROW_LANES 16
-#define ASSEMBLED_ROWS 16
-#ifdef CLOTH_F64
-#define ROW_BLOCKS 32
-#else
-#define ROW_BLOCKS 64
-#endif
-
-// The sums of a row; the diagonal block comes last.
-struct RowSums {
-    real blocks[ROW_BLOCKS + 1][9];
-    uint columns[ROW_BLOCKS];
-
-    // The block of a column; none if it is not among these.
-    __device__ __forceinline__ real* block(uint j, bool is_own) {
-        if (is_own) return blocks[ROW_BLOCKS];
-        uint place = 0;
+// What triangles and folds add to the blocks of the matrix off its diagonal, in this order: a thread for each block.
+extern "C" __global__ void implicit_assemble_fabric(const __grid_constant__ Solver s, const __grid_constant__ Linear l) {
+    uint place = blockIdx.x * blockDim.x + threadIdx.x;
+    uint entries = l.element_slices[(s.count + SLICE - 1) / SLICE];
+    if (place >= entries * SLICE || l.element_columns[place] == NONE) return;
+    real sum[9] = {};
+    uint k = l.term_offsets[place], end = l.term_offsets[place + 1];
+    for (; k < end && !(l.terms[k] & OF_FOLD); k++) {
+        uint term = l.terms[k], number = term >> TERM_SHIFT, own = term >> 2 & 3, other = term & 3;
+        const MembraneTriangle& triangle = s.membranes[number];
+        // Below the diagonal it is that of the other row, turned around.
+        bool is_below = triangle.particles[other] < triangle.particles[own];
+        ElementBlock block = membrane_block(triangle, l.membrane_tangents[number], is_below ? other : own, is_below ? own : other);
 #pragma unroll
-        for (uint step = ROW_BLOCKS / 2; step > 0; step /= 2) {
-            if (columns[place + step - 1] < j) place += step;
-        }
-        return columns[place] == j ? blocks[place] : nullptr;
+        for (uint n = 0; n < 9; n++) sum[n] += is_below ? block.entries[n % 3][n / 3] : block.entries[n / 3][n % 3];
     }
-};
-
-// What triangles of fabric add to the rows of the matrix, in the order of the triangles. Vertices of a patch that come again have nothing of their own.
-extern "C" __global__ void __launch_bounds__(ROW_LANES * ASSEMBLED_ROWS) implicit_assemble_fabric(const __grid_constant__ Solver s, const __grid_constant__ Linear l) {
-    __shared__ RowSums rows[ASSEMBLED_ROWS];
-    uint t = threadIdx.x, lane = t % ROW_LANES, first = blockIdx.x * ASSEMBLED_ROWS, i = first + t / ROW_LANES;
-    RowSums& row = rows[t / ROW_LANES];
-    bool exists = i < s.count;
-    // Both rows of a warp take as many turns.
-    auto turns = [&](const uint* starts) {
-        uint count = exists ? starts[i + 1] - starts[i] : 0;
-        return max(count, __shfl_xor_sync(ALL_LANES, count, ROW_LANES));
-    };
-    uint membranes = turns(s.membrane_rows), patches = turns(s.bending_rows);
-    uint begin = l.element_slices[first / SLICE], end = l.element_slices[first / SLICE + 1];
-    // Once for rows without any neighbours as well.
-    for (uint base = begin; base == begin || base < end; base += ROW_BLOCKS) {
-        for (uint at = t; at < ROW_BLOCKS * ASSEMBLED_ROWS; at += ROW_LANES * ASSEMBLED_ROWS) {
-            uint entry = base + at / ASSEMBLED_ROWS, k = at % ASSEMBLED_ROWS;
-            rows[k].columns[at / ASSEMBLED_ROWS] = entry < end ? l.element_columns[entry * SLICE + (first + k) % SLICE] : NONE;
-        }
-        for (uint at = lane; at < 9 * (ROW_BLOCKS + 1); at += ROW_LANES) row.blocks[0][at] = 0;
-        __syncthreads();
-        for (uint k = 0; k < membranes; k++) {
-            uint at = exists ? s.membrane_rows[i] + k : 0;
-            if (exists && at < s.membrane_rows[i + 1] && lane < 3) {
-                uint number = s.membrane_entries[at] / 3, own = s.membrane_entries[at] % 3;
-                const MembraneTriangle& triangle = s.membranes[number];
-                uint j = triangle.particles[lane];
-                real* to = row.block(j, j == i);
-                if (to) {
-                    // Below the diagonal it is that of the other row, turned around.
-                    bool is_below = j < i;
-                    ElementBlock block = membrane_block(triangle, l.membrane_tangents[number], is_below ? lane : own, is_below ? own : lane);
+    for (; k < end; k++) {
+        uint term = l.terms[k];
+        const real4* tangent = l.fold_tangents + 4 * (size_t)((term & ~OF_FOLD) >> TERM_SHIFT);
+        vec3 own = xyz(tangent[term >> 2 & 3]), other = xyz(tangent[term & 3]);
 #pragma unroll
-                    for (uint n = 0; n < 9; n++) to[n] += is_below ? block.entries[n % 3][n / 3] : block.entries[n / 3][n % 3];
-                }
-            }
-            __syncwarp();
-        }
-        for (uint k = 0; k < patches; k++) {
-            uint at = exists ? s.bending_rows[i] + k : 0;
-            bool is_there = exists && at < s.bending_rows[i + 1];
-            uint own = 0, j = COMES_AGAIN;
-            real of[9] = {};
-            if (is_there && lane < PATCH_VERTICES) {
-                uint entry = s.bending_entries[at], number = entry / PATCH_VERTICES;
-                own = entry % PATCH_VERTICES;
-                j = ((const uint*)s.patches[number].particles)[lane];
-                const real* tangent = l.bending_tangents + (size_t)number * BENDING_TANGENT;
-                const real4 a = ((const real4*)tangent)[lane], b = ((const real4*)tangent)[PATCH_VERTICES + lane];
-                of[0] = a.x;
-                of[1] = a.y;
-                of[2] = a.z;
-                of[3] = a.w;
-                of[4] = b.x;
-                of[5] = b.y;
-                of[6] = b.z;
-                of[7] = b.w;
-                of[8] = tangent[tangent_place(lane, 8)];
-            }
-            uint source = t % WARP / ROW_LANES * ROW_LANES + own;
-            bool comes_again = __shfl_sync(ALL_LANES, j, source) & COMES_AGAIN;
-            real self[9];
-#pragma unroll
-            for (uint n = 0; n < 9; n++) self[n] = __shfl_sync(ALL_LANES, of[n], source);
-            if (!comes_again && !(j & COMES_AGAIN)) {
-                real* to = row.block(j, j == i);
-                if (to) {
-#pragma unroll
-                    for (uint n = 0; n < 9; n++) {
-                        uint r = n / 3, c = n % 3;
-                        to[n] += of[c] * self[r] + of[3 + c] * self[3 + r] + of[6 + c] * self[6 + r];
-                    }
-                }
-            }
-            __syncwarp();
-        }
-        __syncthreads();
-        if (base == begin && t < ASSEMBLED_ROWS && first + t < s.count) {
-            const real* b = rows[t].blocks[ROW_BLOCKS];
-            l.element_sums[first + t] = {b[0], b[4], b[8], 0};
-            l.element_sums[s.count + first + t] = {b[1], b[2], b[5], 0};
-        }
-        // Rows are side by side in memory.
-        for (uint at = t; at < 9 * ROW_BLOCKS * ASSEMBLED_ROWS; at += ROW_LANES * ASSEMBLED_ROWS) {
-            uint k = at % ASSEMBLED_ROWS, n = at / ASSEMBLED_ROWS % 9, place = at / (9 * ASSEMBLED_ROWS);
-            if (base + place >= end) break;
-            if (rows[k].columns[place] != NONE) l.element_blocks[element_place(base + place, first + k) + n * SLICE] = rows[k].blocks[place][n];
-        }
-        __syncthreads();
+        for (uint n = 0; n < 9; n++) sum[n] += component(other, n % 3) * component(own, n / 3);
     }
+    real* block = l.element_blocks + element_place(place / SLICE, place % SLICE);
+#pragma unroll
+    for (uint n = 0; n < 9; n++) block[n * SLICE] = sum[n];
 }

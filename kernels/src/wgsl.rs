@@ -78,6 +78,7 @@ modules! {
     "field_forces" [],
     "implicit_assemble" ["air", "buckling", "colliders", "fabric", "penalty", "triangles"],
     "implicit_assemble_fabric" [],
+    "implicit_assemble_fabric_rows" [],
     "integrate_explicit" [],
     "jacobi" [],
     "linear_begin" [],

@@ -41,6 +41,7 @@ fn stages_run_where_few_buffers_can_be_bound() {
         "membrane_linearise",
         "bending_linearise",
         "implicit_assemble_fabric",
+        "implicit_assemble_fabric_rows",
     ] {
         let module = WgslModule::find(name).unwrap();
         let bindings = wgsl_bindings(&module.compose(&[]).unwrap());

@@ -43,11 +43,9 @@ fn main(
         pull = Pull(pull.second + turning.second, pull.third + turning.third);
     }
     membrane_store(number, pull);
-    let at = number * TANGENT_WORDS;
     let scale = weight * triangle.area;
-    tangent_set(at, f.u);
-    tangent_set(at + 3u, f.v);
-    tangent_set(at + 6u, scale * vec3f(response.slopes.x, response.coupling, response.slopes.y));
-    fabric_tangents[at + 9u] = scale * response.slopes.z;
-    tangent_set(at + 10u, square * tensile);
+    fabric_tangents[4u * number] = vec4f(f.u, scale * response.slopes.z);
+    fabric_tangents[4u * number + 1u] = vec4f(f.v, 0.0);
+    fabric_tangents[4u * number + 2u] = vec4f(scale * vec3f(response.slopes.x, response.coupling, response.slopes.y), 0.0);
+    fabric_tangents[4u * number + 3u] = vec4f(square * tensile, 0.0);
 }

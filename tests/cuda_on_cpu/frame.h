@@ -116,12 +116,9 @@ static void fabric_describe(Solver& s, Input& input) {
     s.fabric_laws = (const FabricLaw*)list();
     s.membranes = (const MembraneTriangle*)list();
     s.element_count = length * sizeof(uint) / sizeof(MembraneTriangle);
-    s.patches = (const BendingPatch*)list();
     s.plates = (const real*)list();
     s.membrane_rows = list();
     s.membrane_entries = list();
-    s.bending_rows = list();
-    s.bending_entries = list();
     s.fold_particles = (const uint4*)list();
     s.fold_angles = (const real*)list();
     s.fold_count = length;

@@ -43,12 +43,9 @@ int main(int, char** arguments) {
     s.fabric_laws = (const FabricLaw*)input_list();
     s.membranes = (const MembraneTriangle*)input_list();
     s.element_count = list_length * sizeof(uint) / sizeof(MembraneTriangle);
-    s.patches = (const BendingPatch*)input_list();
     s.plates = (const real*)input_list();
     s.membrane_rows = input_list();
     s.membrane_entries = input_list();
-    s.bending_rows = input_list();
-    s.bending_entries = input_list();
     s.fold_particles = (const uint4*)input_list();
     s.fold_angles = (const real*)input_list();
     s.fold_count = list_length;
@@ -63,7 +60,11 @@ int main(int, char** arguments) {
     s.fold_moments = zeros<real>(PATCH_FOLDS * (size_t)s.element_count + 1);
     l.element_slices = input_list();
     l.element_columns = input_list();
-    l.element_blocks = zeros<real>(9 * (size_t)list_length);
+    uint places = list_length;
+    l.element_blocks = zeros<real>(9 * (size_t)places);
+    l.fold_stiffness = (const real2*)input_list();
+    l.term_offsets = input_list();
+    l.terms = input_list();
     s.position[0] = (real4*)input_list();
     s.velocity[0] = (real4*)input_list();
     s.kept_velocity = (real4*)input_list();
@@ -80,8 +81,7 @@ int main(int, char** arguments) {
     l.has_elements = l.is_full = 1;
     l.origin = s.position[0];
     l.membrane_tangents = zeros<MembraneTangent>(s.element_count);
-    l.bending_tangents = zeros<real>(BENDING_TANGENT * (size_t)s.element_count);
-    l.element_sums = zeros<real4>(2 * (size_t)s.count);
+    l.fold_tangents = zeros<real4>(4 * (size_t)s.fold_count);
     for (uint k = 0; k < 2; k++) {
         l.base[k] = zeros<real4>(s.count);
         l.diagonal[k] = zeros<real4>(s.count);
@@ -93,8 +93,8 @@ int main(int, char** arguments) {
     launch_over(s.fold_count, [&] { bending_forces_folds(s); });
     launch_over(s.element_count, [&] { bending_forces_moments(s, l.length, l.length, from_start ? l.length * l.length : 0); });
     launch_over(s.fold_count, [&] { bending_forces(s); });
-    launch([] { bending_linearise(s, l); }, (s.element_count + PATCHES - 1) / PATCHES, 3 * PATCHES, seed);
-    launch([] { implicit_assemble_fabric(s, l); }, (s.count + ASSEMBLED_ROWS - 1) / ASSEMBLED_ROWS, ROW_LANES * ASSEMBLED_ROWS, seed);
+    launch_over(s.fold_count, [&] { bending_linearise(s, l); });
+    launch_over(places, [&] { implicit_assemble_fabric(s, l); });
     launch_over(s.count, [&] { implicit_assemble(s, l, !from_start); });
     launch_over(s.count, [&] { matrix_apply(s, l, RIGHT_SIDE, IMAGE); });
     file = fopen(arguments[2], "wb");

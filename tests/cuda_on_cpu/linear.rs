@@ -3,8 +3,8 @@
 use std::{fs, process::Command, sync::Arc};
 
 use cloth_core::{
-    Backend, Integrator, LinearVector, MatrixForm, Model, Neighbours, NewtonStart, SlicedRows,
-    SolverConfig, State,
+    Backend, FabricTerms, Integrator, LinearVector, MatrixForm, Model, Neighbours, NewtonStart,
+    SlicedRows, SolverConfig, State,
     contact::{ContactLaw, ContactMotion, ContactSet, ContactSurface},
     stepper::Substep,
 };
@@ -52,6 +52,8 @@ fn words(
 ) -> Vec<u32> {
     let neighbours = Neighbours::new(&model.interactions().of_fabric());
     let rows = SlicedRows::new(&neighbours);
+    let FabricTerms { offsets, terms } = FabricTerms::new(model.elements(), &rows);
+    let folds = model.elements().folds().iter();
     let from_start = u32::from(start == NewtonStart::StepStart);
     let mut words = vec![model.particle_count() as u32, from_start, seed];
     let bits = |number: f64| (number as f32).to_bits();
@@ -68,6 +70,9 @@ fn words(
     let lists = [
         rows.slices,
         rows.columns,
+        folds.flat_map(|fold| [fold.stiffness, fold.damping]).map(bits).collect(),
+        offsets,
+        terms,
         vectors(&state.positions, &mut masses().zip(&state.held).map(inverse)),
         vectors(&state.velocities, &mut masses().map(|&mass| bits(mass))),
         vectors(&before.velocities, &mut masses().map(|&mass| bits(mass))),
@@ -194,17 +199,23 @@ fn systems_of_fabric() {
     }
     let start = NewtonStart::StepStart;
     let (expected, words) = (by_cpu(&model, states, start), words(&model, states, (start, 0)));
-    // A block that is not turned around, a negative eigenvalue that stays, a search that goes astray, a vector of another curvature, the vector of another row, threads
-    // that jam too softly, a weight without its root, a fold from the wrong side.
+    // A block that is not turned around, a negative eigenvalue that stays, a vector of the wrong vertex, threads that jam too softly, a weight without its
+    // root, damping left out, a diagonal that lacks a block, a block of the wrong row.
     for (right, wrong) in [
         ("is_below ? block.entries[n % 3][n / 3] :", "is_below ? block.entries[n / 3][n % 3] :"),
         ("if (largest <= 0) return {0, 0, 0};", "if (largest <= 0) return s;"),
-        ("if (columns[place + step - 1] < j)", "if (columns[place + step - 1] <= j)"),
-        ("of[3 + c] * self[3 + r]", "of[3 + c] * self[r]"),
-        ("t % WARP / ROW_LANES * ROW_LANES + own", "own"),
+        ("xyz(tangent[term >> 2 & 3])", "xyz(tangent[term >> 2 & 1])"),
+        (
+            "component(other, n % 3) * component(own, n / 3)",
+            "component(own, n % 3) * component(other, n / 3)",
+        ),
+        (
+            "end = l.element_slices[i / SLICE + 1]; entry < end",
+            "end = l.element_slices[i / SLICE + 1]; entry + 1 < end",
+        ),
         ("at.slope = steep + steep;", "at.slope = steep;"),
-        ("weight = root(l.length", "weight = (l.length"),
-        ("fold & TURNED ? gradient[vertex ^ 1] : gradient[vertex]", "gradient[vertex]"),
+        ("weight = root((l.length * l.length)", "weight = ((l.length * l.length)"),
+        (" + l.length * stiffness.y)", ")"),
     ] {
         let found = by_kernels(&words, |text| replaced(&text, right, wrong));
         assert!(first_difference(&expected, &found).is_some(), "`{wrong}` is not found");

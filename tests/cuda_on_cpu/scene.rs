@@ -3,7 +3,7 @@
 use cloth_core::{
     ColliderShape, ColourRegions, Colouring, ContactResponse, FabricTriangle, Incidence,
     InteractionKind, Model, NONE, SelfContact, SpringColouring, State,
-    fabric::{Fabric, Locking, bending::marked},
+    fabric::{Fabric, Locking},
 };
 use harness::checks::PatchFrames;
 
@@ -99,8 +99,8 @@ fn limits(patch: &PatchFrames, model: &Model, region: Option<usize>) -> Vec<u32>
     words
 }
 
-/// Triangles of fabric, as lists that begin with their lengths: laws, membranes, patches, what these make of their folds, and for both where the
-/// rows of particles start and these rows; then the folds.
+/// Triangles of fabric, as lists that begin with their lengths: laws, membranes, what patches make of their folds, and where the rows of
+/// triangles around particles start and these rows; then the folds.
 pub(crate) fn fabric(model: &Model) -> Vec<u32> {
     let elements = model.elements();
     let bits = |number: f64| (number as f32).to_bits();
@@ -125,15 +125,13 @@ pub(crate) fn fabric(model: &Model) -> Vec<u32> {
     let mut lists: Vec<Vec<u32>> = vec![
         elements.fabrics().iter().flat_map(law).collect(),
         triangles.iter().flat_map(membrane).collect(),
-        elements.patches().iter().flat_map(marked).collect(),
         transposed(&triangles.iter().map(plate).collect::<Vec<_>>()),
     ];
     let interactions = model.interactions();
     let list = interactions.list(InteractionKind::Membrane).expect("there are triangles");
     let count = model.particle_count();
-    for rows in [Incidence::new(list, count), elements.patch_rows(count)] {
-        lists.extend([rows.offsets().to_vec(), rows.entries().to_vec()]);
-    }
+    let rows = Incidence::new(list, count);
+    lists.extend([rows.offsets().to_vec(), rows.entries().to_vec()]);
     let (folds, of_patches) = (elements.folds(), elements.patch_folds());
     let vertices: Vec<_> = folds.iter().map(|fold| fold.particles).collect();
     let around = Incidence::of(&vertices, model.particle_count());
@@ -145,11 +143,12 @@ pub(crate) fn fabric(model: &Model) -> Vec<u32> {
     let places: Vec<_> =
         elements.fold_places().iter().map(|places| places.map(place).to_vec()).collect();
     let none = folds.len() as u32;
-    let there = |patch: [u32; 9]| patch.map(|fold| if fold == NONE { none } else { fold }).to_vec();
+    let there =
+        |patch: &[u32; 9]| patch.map(|fold| if fold == NONE { none } else { fold }).to_vec();
     lists.extend([
         vertices.concat(),
         folds.iter().map(|fold| bits(fold.angle)).collect(),
-        transposed(&elements.turned_folds().map(there).collect::<Vec<_>>()),
+        transposed(&of_patches.iter().map(there).collect::<Vec<_>>()),
         transposed(&places),
         around.offsets().to_vec(),
         around.entries().to_vec(),

@@ -1,6 +1,6 @@
 //! NUMERICS §12, `bending_forces` and `bending_linearise`: triangles of fabric that resist folds.
 
-use cloth_core::{FabricTriangle, Model, NewtonStart};
+use cloth_core::{FabricFold, FabricTriangle, Model, NewtonStart};
 
 use crate::{ElementBlock, Matrix, Number, Particles, Vector};
 
@@ -84,25 +84,6 @@ impl<N: Number> Patch<N> {
             force - self.gradients[edge][place].scaled(moments[edge])
         })
     }
-
-    /// The derivatives of the curvatures by one vertex.
-    fn gradient(&self, place: usize) -> [Vector<N>; 3] {
-        self.map.map(|row| {
-            (0..COUNT).fold(Vector::ZERO, |sum, f| sum + self.gradients[f][place].scaled(row[f]))
-        })
-    }
-
-    /// The sum of A D_kl grad_k grad_l^T for two places.
-    fn block(&self, a: usize, b: usize) -> Matrix<N> {
-        let [a, b] = [a, b].map(|place| self.gradient(place));
-        let mut block = Matrix::ZERO;
-        for (k, row) in self.plate.iter().enumerate() {
-            for (l, &entry) in row.iter().enumerate() {
-                block += Matrix::outer(a[k], b[l]).scaled(entry);
-            }
-        }
-        block
-    }
 }
 
 /// Angle and gradient of the fold of the triangles (0, 1, 2) and (1, 0, 3).
@@ -158,7 +139,7 @@ pub fn bending_forces<N: Number>(
     }
 }
 
-/// What all folds add to the matrix, and to the right-hand side of each particle, for a substep of `length` \[s\].
+/// What all folds add to the matrix, and all patches to the right-hand side of each particle, for a substep of `length` \[s\].
 #[must_use]
 pub fn bending_linearise<N: Number>(
     model: &Model,
@@ -168,7 +149,6 @@ pub fn bending_linearise<N: Number>(
 ) -> (Vec<ElementBlock<N>>, Vec<Vector<N>>) {
     let elements = model.elements();
     let h = N::rounded(length);
-    let mut blocks = Vec::new();
     let mut right_side = vec![Vector::ZERO; particles.len()];
     for (triangle, vertices) in elements.triangles().iter().zip(elements.patches()) {
         let damping = N::rounded(elements.fabrics()[triangle.fabric as usize].damping[1]);
@@ -178,10 +158,18 @@ pub fn bending_linearise<N: Number>(
         let bent =
             std::array::from_fn(|edge| h * patch.differences[edge] + along * patch.rates[edge]);
         let moments = patch.moments(bent);
-        for (a, &row) in vertices.iter().enumerate() {
-            right_side[row as usize] += patch.force(moments, a);
-            for (b, &column) in vertices.iter().enumerate() {
-                let block = patch.block(a, b).scaled(weight);
+        for (place, &row) in vertices.iter().enumerate() {
+            right_side[row as usize] += patch.force(moments, place);
+        }
+    }
+    let mut blocks = Vec::new();
+    for FabricFold { particles: vertices, stiffness, damping, .. } in elements.folds() {
+        let x = vertices.map(|particle| particles.positions[particle as usize]);
+        let (_, gradient) = fold(x);
+        let weight = h * h * N::rounded(*stiffness) + h * N::rounded(*damping);
+        for (&row, of_row) in vertices.iter().zip(gradient) {
+            for (&column, of_column) in vertices.iter().zip(gradient) {
+                let block = Matrix::outer(of_row, of_column).scaled(weight);
                 let (row, column) = (row as usize, column as usize);
                 blocks.push(ElementBlock { row, column, block, is_internal: true });
             }

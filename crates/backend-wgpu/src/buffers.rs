@@ -296,8 +296,8 @@ fn limit_name(buffer: &'static str) -> &'static str {
         | "collider_impulses_of_frame"
         | "impulse_partials" => "bytes of a buffer of colliders on this device",
         "vectors" | "matrix_base" | "matrix_diagonal" | "inverse" | "factors" | "link_entries"
-        | "constraints" | "fabric_tangents" | "element_sums" | "element_entries"
-        | "schwarz_factors" | "schwarz_tables" | "schwarz_vectors" => {
+        | "constraints" | "fabric_tangents" | "fabric_terms" | "element_sums"
+        | "element_entries" | "schwarz_factors" | "schwarz_tables" | "schwarz_vectors" => {
             "bytes of a buffer of the linear system on this device"
         }
         "contact_entries" | "contact_factors" | "contact_table" | "group_rows" | "pairs"

@@ -63,14 +63,15 @@ pub use model::{
     Buckling, Cloth, ClothMaterial, ClothRange, Collider, ColliderShape, ColourRegion,
     ColourRegions, Colouring, ContactFeature, ContactMap, ContactResponse, ContactRule,
     DistanceGrid, FOLD_PLACES_MAX, FabricAudit, FabricElements, FabricFold, FabricMaterial,
-    FabricMatrix, FabricTriangle, Feature, FeatureSet, Field, Geometry, GridPatch, GridSets,
-    GroupHierarchy, Gust, Incidence, Inflation, InteractionKind, InteractionList, Interactions,
-    Mass, Material, MaterialPreset, Meshing, Model, ModelBuilder, ModelFeatures, ModelShape, NONE,
-    Neighbours, NetworkSpring, PieceBlocks, Pose, RegularPatch, RestSource, STITCH_LENGTH,
-    ScalarEntry, Seam, SeamError, SeamRange, SeamTie, Seams, SelfContact, SlicedRows, SplitMesh,
-    Spring, SpringClass, SpringCoefficients, SpringColouring, SpringKind, SpringNetwork,
-    SpringRows, Springs, Stencil, Stitching, StrainGauge, StrainMeasure, TURNED, Tear, TearEdge,
-    Tears, TriangleStrain, VertexClasses, Weld, Welding, WingedEdge, WingedEdges,
+    FabricMatrix, FabricTerms, FabricTriangle, Feature, FeatureSet, Field, Geometry, GridPatch,
+    GridSets, GroupHierarchy, Gust, Incidence, Inflation, InteractionKind, InteractionList,
+    Interactions, Mass, Material, MaterialPreset, Meshing, Model, ModelBuilder, ModelFeatures,
+    ModelShape, NONE, Neighbours, NetworkSpring, OF_FOLD, PieceBlocks, Pose, RegularPatch,
+    RestSource, STITCH_LENGTH, ScalarEntry, Seam, SeamError, SeamRange, SeamTie, Seams,
+    SelfContact, SlicedRows, SplitMesh, Spring, SpringClass, SpringCoefficients, SpringColouring,
+    SpringKind, SpringNetwork, SpringRows, Springs, Stencil, Stitching, StrainGauge, StrainMeasure,
+    TERM_SHIFT, Tear, TearEdge, Tears, TriangleStrain, VertexClasses, Weld, Welding, WingedEdge,
+    WingedEdges,
 };
 pub use real::Real;
 pub use report::{Measures, SolverReport, StageTime, StepReport, TimeStepChange, TimeStepReason};

@@ -1,19 +1,9 @@
 // NUMERICS section 12: triangles of fabric that resist curvature, as the folds around them tell it. All operations are those of the CPU in their order.
 
-// Vertices and folds of a patch.
-#define PATCH_VERTICES 12
+// Folds of a patch.
 #define PATCH_FOLDS 9
 // Places of patches that a fold can have.
 #define FOLD_PLACES_MAX 6
-
-// A triangle with the folds that tell its curvature: its corners, the vertices beyond its edges, and those beyond the other edges of these
-// neighbours. Where one comes again, the mark and the place where it came first.
-struct BendingPatch {
-    uint4 particles[PATCH_VERTICES / 4];
-};
-#define COMES_AGAIN 0x80000000u
-// Marks a fold of which a patch has the vertices the other way around.
-#define TURNED 0x80000000u
 
 #ifdef CLOTH_F64
 #define REAL_MIN 2.2250738585072014e-308
@@ -126,12 +116,6 @@ __device__ __forceinline__ real angle_difference(real angle, real rest_angle) {
     return difference > half ? difference - full : difference < -half ? difference + full : difference;
 }
 
-// The place in the patch of a vertex of a fold: start and end of the edge, third vertex, the one beyond. Octal digits are those of the folds, the
-// first one last: of the edges ab, bc, ca, and for each of these of the triangle beyond, from the edge's start to its apex and from there to its end.
-__device__ __forceinline__ constexpr uint fold_place(uint fold, uint vertex) {
-    return vertex == 3 ? 3 + fold : (vertex == 0 ? 0524130210u : vertex == 1 ? 0052413021u : 0201201102u) >> 3 * fold & 7;
-}
-
 // What a patch makes of its folds, by its number: for each fold [rad] the three numbers [J^(1/2)] half the sum of whose squares is the energy;
 // damping of bending [s]. Numbers of one meaning are side by side for all patches.
 struct Plate {
@@ -151,7 +135,7 @@ __device__ __forceinline__ Plane energy_roots(const Solver& s, uint number, cons
 #pragma unroll
     for (uint k = 0; k < PATCH_FOLDS; k++) {
         // Behind the last fold is one that does not fold, for those that are not there.
-        real2 state = s.fold_states[s.patch_folds[(size_t)k * s.element_count + number] & ~TURNED];
+        real2 state = s.fold_states[s.patch_folds[(size_t)k * s.element_count + number]];
         real bent = still * state.x + moving * state.y;
         sum = {sum.uu + plate.map(0, k) * bent, sum.vv + plate.map(1, k) * bent, sum.uv + plate.map(2, k) * bent};
     }

@@ -8,12 +8,9 @@ struct MembraneTangent {
     Plane stress;
 };
 
-// What a patch adds to the matrix is the sum of three products of a vector and itself. Nine numbers of these are those of a place of the patch [kg^(1/2)]: the first
-// four for all places, the next four, the last ones. Where the number of a place is:
-#define BENDING_TANGENT (9 * PATCH_VERTICES)
-__device__ __forceinline__ constexpr uint tangent_place(uint place, uint number) {
-    return number < 8 ? number / 4 * 4 * PATCH_VERTICES + 4 * place + number % 4 : 8 * PATCH_VERTICES + place;
-}
+// A term of a block: the mark of a fold, its number or that of a triangle, and the places there of the particles of row and column, of two bits each.
+#define OF_FOLD 0x80000000u
+#define TERM_SHIFT 4
 
 struct ElementBlock {
     real entries[3][3];

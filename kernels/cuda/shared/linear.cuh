@@ -84,12 +84,16 @@ struct Linear {
     uint* pair_counts;
     Outcome* outcome;
     double* partials;
-    // Triangles of fabric: what their blocks are made of; the diagonal block of each particle, two vectors; blocks off the diagonal in slices of 32
-    // rows: for each slice its first entry, and the end; the columns of an entry, ascending, NONE behind the last one of a row; and nine numbers of
+    // Fabric: what the blocks of triangles are made of; stiffness [N m] and damping [N m s] of each fold in the matrix, and its vector at its four
+    // vertices [kg^(1/2)], whose product with itself it adds; the constant diagonal of the semi-implicit step; for each place of the blocks where its terms
+    // begin, and the end, and these; blocks off the diagonal in slices of 32 rows: for each slice its first entry, and the end; the columns of an entry, ascending, NONE behind the last one of a row; and nine numbers of
     // each, SLICE apart.
     MembraneTangent* membrane_tangents;
-    real* bending_tangents;
+    const real2* fold_stiffness;
+    real4* fold_tangents;
     real4* element_sums;
+    const uint* term_offsets;
+    const uint* terms;
     const uint* element_slices;
     const uint* element_columns;
     real* element_blocks;
@@ -113,7 +117,7 @@ struct Linear {
     real pair_share;
 };
 
-static_assert(sizeof(Linear) == (sizeof(real) > 4 ? 344 : 336), "`linear/data.rs` of the backend has another layout");
+static_assert(sizeof(Linear) == (sizeof(real) > 4 ? 368 : 360), "`linear/data.rs` of the backend has another layout");
 
 #define SOLUTION 0
 #define RIGHT_SIDE 1

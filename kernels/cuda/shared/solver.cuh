@@ -88,7 +88,6 @@ struct Status {
 
 struct FabricLaw;
 struct MembraneTriangle;
-struct BendingPatch;
 
 // A part of the particles whose springs are shortened together: where its particles begin in the list, how many of them are its
 // own, which come first, and how many there are with those that these depend on.
@@ -179,14 +178,11 @@ struct Solver {
     // an implicit step; and for each particle, ascending, the places among these that are its own.
     const FabricLaw* fabric_laws;
     const MembraneTriangle* membranes;
-    const BendingPatch* patches;
     const real* plates;
     real4* membrane_forces;
     real4* bending_forces;
     const uint* membrane_rows;
     const uint* membrane_entries;
-    const uint* bending_rows;
-    const uint* bending_entries;
     // Folds, each once: vertices, angle at rest; those of the patches; how far they are from rest and how fast they fold, and of what their derivatives
     // consist, with a last one that never does; what patches ask of theirs, with a last number that is zero, and for each fold up to six places of that; for each particle the places among
     // forces on the vertices of folds, which are in `bending_forces` too.
@@ -250,7 +246,7 @@ struct Solver {
     real stretch_ratio;
 };
 
-static_assert(sizeof(Solver) == (720 + 33 * sizeof(real) + 7) / 8 * 8, "`layout.rs` of the backend has another layout");
+static_assert(sizeof(Solver) == (696 + 33 * sizeof(real) + 7) / 8 * 8, "`layout.rs` of the backend has another layout");
 
 // Positions and velocities that a kernel reads.
 struct Motion {

@@ -1,7 +1,6 @@
 // The sums of what triangles of fabric put at a particle.
 
-// Where the rows of each particle start and end: n + 1 numbers for triangles, n + 1 for patches, n + 1 for folds; then the rows, ascending: places in
-// `fabric_vectors`.
+// Where the rows of each particle start and end: n + 1 numbers for triangles, n + 1 for folds; then the rows, ascending: places in `fabric_vectors`.
 @group(0) @binding(63) var<storage, read> fabric_rows: array<u32>;
 @group(0) @binding(64) var<storage, read> fabric_vectors: array<vec4f>;
 
@@ -19,5 +18,5 @@ fn membrane_force(particle: u32) -> vec3f {
 }
 
 fn bending_force(particle: u32) -> vec3f {
-    return fabric_sum(vec3f(0.0), 2u * (model.particle_count + 1u) + particle);
+    return fabric_sum(vec3f(0.0), model.particle_count + 1u + particle);
 }

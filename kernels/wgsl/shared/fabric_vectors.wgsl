@@ -1,5 +1,5 @@
 // What a triangle of fabric puts at its three corners, for all triangles, then what each fold puts at its four vertices: forces [N]; in implicit steps
-// impulses [N s], and what a triangle puts at the vertices of its patch instead of what folds do.
+// impulses [N s].
 
 @group(0) @binding(64) var<storage, read_write> fabric_vectors: array<vec4f>;
 

@@ -3,7 +3,7 @@
 fn energy_roots(number: u32, still: f32, moving: f32) -> vec3f {
     var roots = vec3f(0.0);
     for (var k = 0u; k < PATCH_FOLDS; k += 1u) {
-        let fold = 2u * (patch_fold(number, k) & ~TURNED);
+        let fold = 2u * patch_fold(number, k);
         let bent = fma(moving, fold_numbers[fold + 1u], still * fold_numbers[fold]);
         roots = fma(vec3f(bent), patch_map(number, k), roots);
     }

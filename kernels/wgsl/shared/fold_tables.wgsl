@@ -1,6 +1,6 @@
 // Folds, each once, numbers of one meaning side by side for all of them: the ends of its edge, and the third corners of both triangles; the angle at rest
-// [rad]; FOLD_PLACES_MAX places in `fold_numbers` of what patches ask of it, that of a zero behind the last one. Then for all patches the first of their folds, the
-// second ones and so on, marked where they are turned.
+// [rad]; what stands in the matrix for stiffness [N m] and damping [N m s]; FOLD_PLACES_MAX places in `fold_numbers` of what patches ask of it, that of a
+// zero behind the last one. Then for all patches the first of their folds, the second ones and so on.
 @group(0) @binding(81) var<storage, read> fold_tables: array<u32>;
 
 const FOLD_PLACES_MAX: u32 = 6u;
@@ -14,13 +14,18 @@ fn fold_rest(number: u32) -> f32 {
     return bitcast<f32>(fold_tables[4u * model.fold_count + number]);
 }
 
-fn fold_place(number: u32, k: u32) -> u32 {
-    return fold_tables[(5u + k) * model.fold_count + number];
+fn fold_stiffness(number: u32) -> f32 {
+    return bitcast<f32>(fold_tables[5u * model.fold_count + number]);
 }
 
-// Marks a fold of which a patch has the vertices the other way around.
-const TURNED: u32 = 0x80000000u;
+fn fold_damping(number: u32) -> f32 {
+    return bitcast<f32>(fold_tables[6u * model.fold_count + number]);
+}
+
+fn fold_place(number: u32, k: u32) -> u32 {
+    return fold_tables[(7u + k) * model.fold_count + number];
+}
 
 fn patch_fold(number: u32, k: u32) -> u32 {
-    return fold_tables[(5u + FOLD_PLACES_MAX) * model.fold_count + k * model.element_count + number];
+    return fold_tables[(7u + FOLD_PLACES_MAX) * model.fold_count + k * model.element_count + number];
 }

@@ -4,7 +4,7 @@ const PATCH_FOLDS: u32 = 9u;
 
 // Damping of bending [s].
 fn bending_damping(number: u32) -> f32 {
-    return bitcast<f32>(fabric_elements[number * ELEMENT_WORDS + ELEMENT_LAW].z);
+    return bitcast<f32>(fabric_elements[number * ELEMENT_WORDS + ELEMENT_AREA].y);
 }
 
 // The three numbers for a fold.

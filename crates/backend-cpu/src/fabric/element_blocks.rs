@@ -2,10 +2,7 @@
 
 use std::cmp::Ordering;
 
-use cloth_core::{
-    FabricElements, Incidence, InteractionKind, Model, Neighbours, Real,
-    fabric::bending::{self, COMES_AGAIN, FOLD_PLACES, PATCH},
-};
+use cloth_core::{Incidence, Model, Neighbours, Real};
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
@@ -20,12 +17,6 @@ type LaneBlock<T> = [[Lanes<T>; 3]; 3];
 
 /// Rows in one task.
 const ROWS: usize = 128;
-
-/// Places of particles in patches in one task.
-const ENTRIES: usize = 4096;
-
-/// Bits for the slot of a block in a row; those above are for the place of a patch.
-const PLACE_SHIFT: u32 = 28;
 
 /// There is no such place.
 const NONE: u32 = u32::MAX;
@@ -43,15 +34,14 @@ pub(crate) struct ElementBlocks<T> {
     blocks: Vec<Block<T>>,
     /// For each triangle of each particle where the blocks of its three particles go in the row, or [`NONE`].
     membrane_slots: Vec<[u32; 3]>,
-    /// The same for the patches of each particle: where what is to be added begins for each, and the end; then places of patches, and where in the row
-    /// each of these goes.
-    bending_slots: (Vec<u32>, Vec<u32>),
+    /// The same for the folds of each particle.
+    fold_slots: Vec<[u32; 4]>,
     /// Where the entries of each packet start, and the end.
     slices: Vec<u32>,
     entries: Vec<Entry<T>>,
     /// For each entry the places among the blocks that are summed up, or [`NONE`].
     sources: Vec<Lanes<u32>>,
-    /// xx, yy, zz, xy, xz, yz.
+    /// xx, yy, zz, xy, xz, yz: minus the sum of the rest of each row, by which products stand for it.
     pub(crate) diagonal: Vec<[T; 6]>,
     pub(crate) right_side: Vec<[T; 3]>,
 }
@@ -63,7 +53,7 @@ struct Entry<T> {
     blocks: LaneBlock<T>,
 }
 
-/// What is added up for a row: the diagonal block, and those with larger columns behind it.
+/// What is added up for a row: the blocks with larger columns.
 struct Row<'a, T> {
     blocks: &'a mut [PaddedBlock<T>],
     right_side: [T; 3],
@@ -107,18 +97,11 @@ impl<T: Real> ElementBlocks<T> {
             slices.push(entries.len() as u32);
         }
         let elements = model.elements();
-        let corners: Vec<[u32; 3]> =
-            elements.triangles().iter().map(|triangle| triangle.particles).collect();
-        let incidence = |kind| {
-            let list = interactions.list(kind);
-            list.map_or_else(Incidence::default, |list| Incidence::new(list, count))
-        };
-        let membrane = incidence(InteractionKind::Membrane);
-        let bending = incidence(InteractionKind::Bending);
-        let bending_slots = slots(&neighbours, &bending, elements.patches());
+        let corners: Vec<_> = elements.triangles().iter().map(|t| t.particles).collect();
+        let folds: Vec<_> = elements.folds().iter().map(|fold| fold.particles).collect();
         Self {
-            membrane_slots: slots(&neighbours, &membrane, &corners),
-            bending_slots: patch_slots(&bending_slots, &bending, elements),
+            membrane_slots: slots(&neighbours, &Incidence::of(&corners, count), &corners),
+            fold_slots: slots(&neighbours, &Incidence::of(&folds, count), &folds),
             blocks: vec![[[T::ZERO; 3]; 3]; upper[count] as usize],
             diagonal: vec![[T::ZERO; 6]; count],
             right_side: vec![[T::ZERO; 3]; count],
@@ -133,7 +116,7 @@ impl<T: Real> ElementBlocks<T> {
     /// Sums up what the triangles have been linearised to, row by row, in the order of the triangles.
     pub(crate) fn assemble(&mut self, fabric: &Fabric<T>, arch: pulp::Arch) {
         let Self { upper, blocks, entries, slices, sources, diagonal, right_side, .. } = self;
-        let slots = (&*self.membrane_slots, (&*self.bending_slots.0, &*self.bending_slots.1));
+        let slots = (&*self.membrane_slots, &*self.fold_slots);
         let mut rest = &mut **blocks;
         let tasks: Vec<_> = (upper[..upper.len() - 1].chunks(ROWS).enumerate())
             .map(|(number, starts)| {
@@ -144,13 +127,12 @@ impl<T: Real> ElementBlocks<T> {
                 (first, own)
             })
             .collect();
-        (tasks.into_par_iter())
-            .zip(diagonal.par_chunks_mut(ROWS))
-            .zip(right_side.par_chunks_mut(ROWS))
-            .for_each(|(((first, blocks), diagonal), right_side)| {
-                let out = (blocks, diagonal, right_side);
+        (tasks.into_par_iter()).zip(right_side.par_chunks_mut(ROWS)).for_each(
+            |((first, blocks), right_side)| {
+                let out = (blocks, right_side);
                 arch.dispatch(RowsTask { fabric, upper, slots, first, out });
-            });
+            },
+        );
         let mut rest = &mut **entries;
         let packets: Vec<_> = (slices.windows(2).enumerate())
             .map(|(packet, ends)| {
@@ -160,9 +142,20 @@ impl<T: Real> ElementBlocks<T> {
                 (packet * LANES, own, &sources[ends[0] as usize..])
             })
             .collect();
-        packets.into_par_iter().with_min_len(ROWS / LANES).for_each(|(first, entries, sources)| {
-            let all = entries.iter_mut().zip(sources);
-            all.for_each(|(entry, sources)| entry.fill((blocks, sources), first));
+        let packets = packets.into_par_iter().zip(diagonal.par_chunks_mut(LANES));
+        packets.with_min_len(ROWS / LANES).for_each(|((first, entries, sources), diagonal)| {
+            let mut rest = [[T::ZERO; LANES]; 6];
+            for (entry, sources) in entries.iter_mut().zip(sources) {
+                entry.fill((blocks, sources), first);
+                let [x, y, z] = &entry.blocks;
+                let others = [&x[0], &y[1], &z[2], &x[1], &x[2], &y[2]];
+                for (rest, other) in rest.iter_mut().zip(others) {
+                    rest.iter_mut().zip(other).for_each(|(rest, other)| *rest -= *other);
+                }
+            }
+            for (lane, diagonal) in diagonal.iter_mut().enumerate() {
+                *diagonal = rest.each_ref().map(|rest| rest[lane]);
+            }
         });
     }
 
@@ -209,7 +202,7 @@ impl<T: Real> ElementBlocks<T> {
     }
 }
 
-/// For each triangle of each particle where the blocks of its particles go in the row of that one: 0 is the diagonal, columns that are larger follow.
+/// For each triangle of each particle where the blocks of its particles go in the row of that one, of which there are those with larger columns.
 fn slots<const N: usize>(
     neighbours: &Neighbours,
     incidence: &Incidence,
@@ -218,60 +211,14 @@ fn slots<const N: usize>(
     let of_row = |i: usize| {
         let row = neighbours.row(i);
         let slot = move |j: u32| match (j as usize).cmp(&i) {
-            Ordering::Less => NONE,
-            Ordering::Equal => 0,
-            Ordering::Greater => (smaller(row, j as usize) - smaller(row, i)) as u32 + 1,
+            Ordering::Less | Ordering::Equal => NONE,
+            Ordering::Greater => (smaller(row, j as usize) - smaller(row, i)) as u32,
         };
         let triangles = incidence.row(i).iter().map(|&entry| triangles[entry as usize / N]);
         triangles.map(move |particles| particles.map(slot))
     };
     let rows = (0..neighbours.len()).into_par_iter().with_min_len(ROWS);
     rows.flat_map_iter(of_row).collect()
-}
-
-/// The slots of patches that are there, each with its place. Places without any stiffness have none, and what comes again is with the first place.
-fn patch_slots(
-    slots: &[[u32; PATCH]],
-    incidence: &Incidence,
-    elements: &FabricElements,
-) -> (Vec<u32>, Vec<u32>) {
-    let of_entry = |slots: &[u32; PATCH], entry: u32, all: &mut Vec<u32>| {
-        let (patch, own) = (entry as usize / PATCH, entry as usize % PATCH);
-        let map = &elements.triangles()[patch].bending.map;
-        let marked = bending::marked(&elements.patches()[patch]);
-        let bends = |place: usize| {
-            let mut folds =
-                FOLD_PLACES.iter().enumerate().filter(|(_, fold)| fold.contains(&place));
-            folds.any(|(fold, _)| map.iter().any(|row| row[fold] != 0.0))
-        };
-        let acts = |place: usize| {
-            let again = COMES_AGAIN | place as u32;
-            let mut same = (0..PATCH).filter(|&other| other == place || marked[other] == again);
-            marked[place] & COMES_AGAIN == 0 && same.any(bends)
-        };
-        if acts(own) {
-            let places = (0..PATCH).filter(|&place| slots[place] != NONE && acts(place));
-            all.extend(places.map(|place| (place as u32) << PLACE_SHIFT | slots[place]));
-        }
-    };
-    let tasks = slots.par_chunks(ENTRIES).zip(incidence.entries().par_chunks(ENTRIES));
-    let parts: Vec<(Vec<u32>, Vec<u32>)> = tasks
-        .map(|(slots, entries)| {
-            let (mut ends, mut all) = (Vec::with_capacity(slots.len()), Vec::new());
-            for (slots, &entry) in slots.iter().zip(entries) {
-                of_entry(slots, entry, &mut all);
-                ends.push(all.len() as u32);
-            }
-            (ends, all)
-        })
-        .collect();
-    let (mut ends, mut all) = (vec![0], Vec::new());
-    for (part_ends, part) in parts {
-        let first = all.len() as u32;
-        ends.extend(part_ends.into_iter().map(|end| first + end));
-        all.extend(part);
-    }
-    (ends, all)
 }
 
 /// How many columns of a row are smaller.
@@ -294,17 +241,14 @@ impl<T: Real> Entry<T> {
     }
 }
 
-/// Where the blocks of triangles and of patches go.
-type Slots<'a> = (&'a [[u32; 3]], PatchSlots<'a>);
-
-/// As [`ElementBlocks::bending_slots`].
-type PatchSlots<'a> = (&'a [u32], &'a [u32]);
+/// Where the blocks of triangles and of folds go.
+type Slots<'a> = (&'a [[u32; 3]], &'a [[u32; 4]]);
 
 /// A block whose rows fill vector registers; the fourth column is zero.
 type PaddedBlock<T> = [[T; 4]; 3];
 
-/// Blocks, diagonal blocks and right-hand sides of some rows.
-type RowsOut<'a, T> = (&'a mut [Block<T>], &'a mut [[T; 6]], &'a mut [[T; 3]]);
+/// Blocks with larger columns and right-hand sides of some rows.
+type RowsOut<'a, T> = (&'a mut [Block<T>], &'a mut [[T; 3]]);
 
 /// Sums up some rows, compiled for each instruction set.
 struct RowsTask<'a, T> {
@@ -320,23 +264,21 @@ impl<T: Real> NullaryFnOnce for RowsTask<'_, T> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { fabric, upper, slots, first, out: (mut blocks, diagonal, right_side) } = self;
+        let Self { fabric, upper, slots, first, out: (mut blocks, right_side) } = self;
         let mut sums = Vec::new();
-        for (local, (diagonal, right_side)) in diagonal.iter_mut().zip(right_side).enumerate() {
+        for (local, right_side) in right_side.iter_mut().enumerate() {
             let i = first + local;
             let length = (upper[i + 1] - upper[i]) as usize;
             let (own, rest) = std::mem::take(&mut blocks).split_at_mut(length);
             blocks = rest;
             sums.clear();
-            sums.resize(length + 1, [[T::ZERO; 4]; 3]);
+            sums.resize(length, [[T::ZERO; 4]; 3]);
             let mut row = Row { blocks: &mut sums, right_side: [T::ZERO; 3] };
             fabric.membrane_row(i, slots.0, &mut row);
-            fabric.bending_row(i, slots.1, &mut row);
+            fabric.fold_row(i, slots.1, &mut row);
             let bent = fabric.bending_force(i);
             *right_side = std::array::from_fn(|axis| row.right_side[axis] + bent[axis]);
-            let [x, y, z] = sums[0];
-            *diagonal = [x[0], y[1], z[2], x[1], x[2], y[2]];
-            for (block, [x, y, z]) in own.iter_mut().zip(&sums[1..]) {
+            for (block, [x, y, z]) in own.iter_mut().zip(&sums) {
                 *block = [[x[0], x[1], x[2]], [y[0], y[1], y[2]], [z[0], z[1], z[2]]];
             }
         }
@@ -355,8 +297,8 @@ impl<T: Real> Row<'_, T> {
 impl<T: Real> Fabric<T> {
     #[inline(always)]
     fn membrane_row(&self, i: usize, slots: &[[u32; 3]], row: &mut Row<'_, T>) {
-        let first = self.rows[0].offsets()[i] as usize;
-        for (&entry, slots) in self.rows[0].row(i).iter().zip(&slots[first..]) {
+        let first = self.around.offsets()[i] as usize;
+        for (&entry, slots) in self.around.row(i).iter().zip(&slots[first..]) {
             let (triangle, a) = (entry as usize / 3, entry as usize % 3);
             let tangent = &self.membrane_tangents[triangle];
             row.push(tangent.impulses[a]);
@@ -372,24 +314,21 @@ impl<T: Real> Fabric<T> {
         }
     }
 
-    /// The blocks of two places of a patch: three products of a vector of one and one of the other. All blocks together are symmetric to the last bit, and
+    /// The blocks of two vertices of a fold: the product of a vector of one and one of the other. All blocks together are symmetric to the last bit, and
     /// positive semi-definite.
     #[inline(always)]
-    fn bending_row(&self, i: usize, (ends, slots): PatchSlots<'_>, row: &mut Row<'_, T>) {
-        let first = self.rows[1].offsets()[i] as usize;
-        for (&entry, ends) in self.rows[1].row(i).iter().zip(ends[first..].windows(2)) {
-            let tangent = self.patches.tangent(entry as usize / PATCH);
-            let [g, h, k] = tangent[entry as usize % PATCH];
-            for &place_and_slot in &slots[ends[0] as usize..ends[1] as usize] {
-                let [g_of, h_of, k_of] = tangent[(place_and_slot >> PLACE_SHIFT) as usize % PATCH];
-                let slot = place_and_slot & !(u32::MAX << PLACE_SHIFT);
+    fn fold_row(&self, i: usize, slots: &[[u32; 4]], row: &mut Row<'_, T>) {
+        let around = &self.folds.around;
+        let first = around.offsets()[i] as usize;
+        for (&entry, slots) in around.row(i).iter().zip(&slots[first..]) {
+            let tangent = self.folds.tangent(entry as usize / 4);
+            let own = tangent[entry as usize % 4];
+            for (other, &slot) in tangent.iter().zip(slots).filter(|&(_, &slot)| slot != NONE) {
                 // A copy, of which the compiler knows that it does not overlap.
                 let mut sum = row.blocks[slot as usize];
                 for axis in 0..3 {
                     for column in 0..4 {
-                        sum[axis][column] += g_of[column] * g[axis]
-                            + h_of[column] * h[axis]
-                            + k_of[column] * k[axis];
+                        sum[axis][column] += other[column] * own[axis];
                     }
                 }
                 row.blocks[slot as usize] = sum;

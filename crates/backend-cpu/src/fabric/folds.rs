@@ -3,7 +3,7 @@
 //! A fold is in the patches of up to six triangles. So it is looked at first, then what the patches make of all folds (`bending.rs`), then what all
 //! patches ask of each fold.
 
-use cloth_core::{FOLD_PLACES_MAX, Incidence, Model, NONE, Real, fabric::hinge};
+use cloth_core::{FOLD_PLACES_MAX, FabricFold, Incidence, Model, NONE, Real, fabric::hinge};
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
@@ -23,8 +23,11 @@ pub(super) struct Folds<T> {
     /// The places of the moments of each fold.
     places: Vec<[u32; FOLD_PLACES_MAX]>,
     forces: Vec<[[T; 3]; 4]>,
+    /// What each fold is in the matrix: stiffness \[N m\] and damping \[N m s\].
+    stiffness: Vec<[T; 2]>,
+    tangents: Vec<FoldTangent<T>>,
     /// The vertices of folds that each particle is.
-    around: Incidence,
+    pub(super) around: Incidence,
 }
 
 /// Folds at rest. In the last packet the last fold fills the places that are left.
@@ -44,6 +47,9 @@ pub(super) struct FoldState<T> {
     pub(super) apexes: [[T; 3]; 2],
     pub(super) feet: [T; 2],
 }
+
+/// What a fold adds to the matrix: the product of a vector and itself, whose parts stand here for each vertex \[kg^(1/2)\]. The fourth numbers are zero.
+pub(super) type FoldTangent<T> = [[T; 4]; 4];
 
 impl<T: Real> FoldState<T> {
     const NONE: Self =
@@ -70,6 +76,8 @@ impl<T: Real> Folds<T> {
             states: vec![FoldState::NONE; count + 1],
             places: elements.fold_places(),
             forces: vec![[[T::ZERO; 3]; 4]; count],
+            stiffness: folds.iter().map(|f| [f.stiffness, f.damping].map(T::from_f64)).collect(),
+            tangents: Vec::new(),
             around: Incidence::of(&vertices, model.particle_count()),
         }
     }
@@ -119,9 +127,20 @@ impl<T: Real> Folds<T> {
         });
     }
 
-    /// The places among [`Self::forces_of_all`] that are those of a particle.
-    pub(super) fn around(&self, particle: usize) -> &[u32] {
-        self.around.row(particle)
+    /// Linearises all folds, as they were last looked at, for a substep of `length` \[s\].
+    pub(super) fn linearise(&mut self, length: T) {
+        let Self { tangents, states, stiffness, .. } = self;
+        let all = states.par_iter().zip(&*stiffness).with_min_len(TASK * LANES);
+        let tangent = |(state, &stiffness): (&FoldState<T>, &[T; 2])| {
+            let root = FabricFold::weight(stiffness, length).sqrt();
+            let gradient = hinge::gradient_of(state.apexes[0], state.apexes[1], state.feet);
+            gradient.map(|[x, y, z]| [root * x, root * y, root * z, T::ZERO])
+        };
+        all.map(tangent).collect_into_vec(tangents);
+    }
+
+    pub(super) fn tangent(&self, fold: usize) -> &FoldTangent<T> {
+        &self.tangents[fold]
     }
 
     /// Forces on the vertices of each fold.

@@ -53,8 +53,8 @@ pub(crate) struct Fabric<T> {
     membranes: Vec<MembraneTriangle<T>>,
     patches: Patches<T>,
     folds: Folds<T>,
-    /// Triangles, then patches, around each particle.
-    rows: [Incidence; 2],
+    /// Triangles around each particle.
+    around: Incidence,
     /// Forces, or impulses of an implicit step, on the corners of each triangle.
     membrane: Vec<[[T; 3]; 3]>,
     membrane_tangents: Vec<MembraneTangent<T>>,
@@ -106,10 +106,7 @@ impl<T: Real> Fabric<T> {
         };
         let triangles = elements.triangles();
         let (interactions, count) = (model.interactions(), model.particle_count());
-        let rows = |kind| {
-            let list = interactions.list(kind);
-            list.map_or_else(Incidence::default, |list| Incidence::new(list, count))
-        };
+        let membranes = interactions.list(InteractionKind::Membrane);
         let zero = [T::ZERO; 3];
         Ok(Some(Self {
             laws: elements.fabrics().iter().map(law).collect::<Result<_>>()?,
@@ -123,7 +120,7 @@ impl<T: Real> Fabric<T> {
                 .collect(),
             patches: Patches::new(model),
             folds: Folds::new(model),
-            rows: [rows(InteractionKind::Membrane), rows(InteractionKind::Bending)],
+            around: membranes.map_or_else(Incidence::default, |list| Incidence::new(list, count)),
             membrane: vec![[zero; 3]; triangles.len()],
             membrane_tangents: Vec::new(),
         }))
@@ -166,20 +163,21 @@ impl<T: Real> Fabric<T> {
         arch: pulp::Arch,
     ) {
         self.folds.look(motion, arch);
-        self.patches.linearise(self.folds.states(), (length, start), arch);
+        self.patches.impulses_find(self.folds.states(), (length, start), arch);
         self.folds.push(self.patches.moments());
+        self.folds.linearise(length);
     }
 
     /// Sum of the forces of stretched triangles on a particle \[N\].
     #[inline(always)]
     pub(crate) fn membrane_force(&self, particle: usize) -> [T; 3] {
-        gather(self.rows[0].row(particle), self.membrane.as_flattened())
+        gather(self.around.row(particle), self.membrane.as_flattened())
     }
 
     /// Sum of the forces of folded triangles on a particle \[N\], or of their impulses in an implicit step \[N s\].
     #[inline(always)]
     pub(crate) fn bending_force(&self, particle: usize) -> [T; 3] {
-        gather(self.folds.around(particle), self.folds.forces_of_all())
+        gather(self.folds.around.row(particle), self.folds.forces_of_all())
     }
 
     /// Energies and stretches.

@@ -9,12 +9,6 @@ use crate::{
     queue::{Buffer, Launch, argument},
 };
 
-/// Patches of a block, as in `bending_linearise.cu`.
-const PATCHES: usize = 32;
-/// Rows of a block and lanes of each, as in `implicit_assemble.cu`.
-const ASSEMBLED_ROWS: usize = 16;
-const ROW_LANES: usize = 16;
-
 impl<T: CudaReal> CudaKernels<T> {
     /// Triangles of fabric.
     fn element_count(&self) -> usize {
@@ -95,8 +89,7 @@ impl<T: CudaReal> CudaKernels<T> {
         let length = T::from_f64(substep.length);
         self.linear()?.length_set(length);
         let ahead = if start == NewtonStart::StepStart { length * length } else { T::ZERO };
-        let blocks = self.element_count().div_ceil(PATCHES) as u32;
-        let launch = Launch { blocks, threads: 3 * PATCHES as u32, shared: 0, cooperative: false };
+        let launch = Launch::over(self.memory.data.fold_count as usize);
         let stage = "bending_linearise";
         self.stage(stage, |kernels| {
             kernels.bending_start([length, length, ahead])?;
@@ -106,12 +99,8 @@ impl<T: CudaReal> CudaKernels<T> {
 
     /// What they add to the matrix.
     pub(super) fn fabric_assemble(&mut self) -> Result<()> {
-        if self.linear()?.elements.is_none() {
-            return Ok(());
-        }
-        let blocks = self.count().div_ceil(ASSEMBLED_ROWS) as u32;
-        let threads = (ASSEMBLED_ROWS * ROW_LANES) as u32;
-        let launch = Launch { blocks, threads, shared: 0, cooperative: false };
+        let Some(elements) = &self.linear()?.elements else { return Ok(()) };
+        let launch = Launch::over(elements.place_count());
         self.stage("implicit_assemble", |kernels| {
             kernels.linear_start(("implicit_assemble", "implicit_assemble_fabric"), launch, &[])
         })

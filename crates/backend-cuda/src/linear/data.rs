@@ -41,8 +41,11 @@ pub(crate) struct LinearData<T> {
     pub(crate) outcome: u64,
     pub(crate) partials: u64,
     pub(crate) membrane_tangents: u64,
-    pub(crate) bending_tangents: u64,
+    pub(crate) fold_stiffness: u64,
+    pub(crate) fold_tangents: u64,
     pub(crate) element_sums: u64,
+    pub(crate) term_offsets: u64,
+    pub(crate) terms: u64,
     pub(crate) element_slices: u64,
     pub(crate) element_columns: u64,
     pub(crate) element_blocks: u64,
@@ -66,7 +69,7 @@ mod tests {
     /// The CUDA sources assert the same.
     #[test]
     fn kernels_are_given_as_many_bytes_as_they_take() {
-        assert_eq!(size_of::<LinearData<f32>>(), 336);
-        assert_eq!(size_of::<LinearData<f64>>(), 344);
+        assert_eq!(size_of::<LinearData<f32>>(), 360);
+        assert_eq!(size_of::<LinearData<f64>>(), 368);
     }
 }

@@ -1,8 +1,7 @@
 //! The blocks of the matrix that triangles of fabric add, as `shared/linear.cuh` lays them out.
 
 use cloth_core::{
-    FabricMatrix, Model, Neighbours, Result, SlicedRows, fabric::bending::PATCH,
-    schwarz::ElementRows,
+    FabricMatrix, FabricTerms, Model, Neighbours, Result, SlicedRows, schwarz::ElementRows,
 };
 
 use super::data::LinearData;
@@ -11,17 +10,19 @@ use crate::{
     queue::{Buffer, Queue},
 };
 
-/// Numbers of what the blocks of a triangle and those of its patch are made of, and of a block.
+/// Numbers of what the blocks of a triangle are made of, and of a block.
 const MEMBRANE: usize = 13;
-const BENDING: usize = 9 * PATCH;
 const BLOCK: usize = 9;
 
 /// Device memory of these blocks, whose pattern never changes.
 pub(crate) struct ElementMemory<T> {
     rows: SlicedRows,
-    tangents: [Buffer<T>; 2],
+    membranes: Buffer<T>,
+    stiffness: Buffer<T>,
+    folds: Buffer<Real4<T>>,
     sums: Buffer<Real4<T>>,
     pattern: [Buffer<u32>; 2],
+    terms: [Buffer<u32>; 2],
     blocks: Buffer<T>,
 }
 
@@ -33,12 +34,14 @@ impl<T: CudaReal> ElementMemory<T> {
     pub(crate) fn new(queue: &Queue, model: &Model) -> Result<Self> {
         let neighbours = Neighbours::new(&model.interactions().of_fabric());
         let rows = SlicedRows::new(&neighbours);
-        let triangles = model.elements().triangles().len();
+        let elements = model.elements();
+        let FabricTerms { offsets, terms } = FabricTerms::new(elements, &rows);
+        let stiffness = elements.folds().iter().flat_map(|f| [f.stiffness, f.damping]);
         Ok(Self {
-            tangents: [
-                Buffer::zeros(queue, MEMBRANE * triangles)?,
-                Buffer::zeros(queue, BENDING * triangles)?,
-            ],
+            membranes: Buffer::zeros(queue, MEMBRANE * elements.triangles().len())?,
+            stiffness: Buffer::of(queue, &stiffness.map(T::from_f64).collect::<Vec<_>>())?,
+            folds: Buffer::zeros(queue, 4 * elements.folds().len())?,
+            terms: [Buffer::of(queue, &offsets)?, Buffer::of(queue, &terms)?],
             sums: Buffer::zeros(queue, 2 * model.particle_count())?,
             pattern: [Buffer::of(queue, &rows.slices)?, Buffer::of(queue, &rows.columns)?],
             blocks: Buffer::zeros(queue, BLOCK * rows.columns.len())?,
@@ -46,11 +49,18 @@ impl<T: CudaReal> ElementMemory<T> {
         })
     }
 
+    /// Places of blocks, those of no column among them.
+    pub(crate) const fn place_count(&self) -> usize {
+        self.rows.columns.len()
+    }
+
     /// Tells kernels where it is.
     pub(crate) fn describe(&self, data: &mut LinearData<T>) {
         data.has_elements = 1;
-        [data.membrane_tangents, data.bending_tangents] =
-            self.tangents.each_ref().map(Buffer::address);
+        data.membrane_tangents = self.membranes.address();
+        data.fold_stiffness = self.stiffness.address();
+        data.fold_tangents = self.folds.address();
+        [data.term_offsets, data.terms] = self.terms.each_ref().map(Buffer::address);
         data.element_sums = self.sums.address();
         [data.element_slices, data.element_columns] = self.pattern.each_ref().map(Buffer::address);
         data.element_blocks = self.blocks.address();

@@ -113,12 +113,9 @@ impl<T: CudaReal> TableMemory<T> {
             let fabric = FabricTables::<T>::new(model);
             table!(fabric_laws, &fabric.laws);
             table!(membranes, &fabric.membranes);
-            table!(patches, &fabric.patches);
             table!(plates, &fabric.plates);
-            table!(membrane_rows, fabric.rows[0].offsets());
-            table!(membrane_entries, fabric.rows[0].entries());
-            table!(bending_rows, fabric.rows[1].offsets());
-            table!(bending_entries, fabric.rows[1].entries());
+            table!(membrane_rows, fabric.rows.offsets());
+            table!(membrane_entries, fabric.rows.entries());
             table!(fold_particles, &fabric.folds.particles);
             table!(fold_angles, &fabric.folds.angles);
             table!(patch_folds, &fabric.folds.of_patches);

@@ -2,11 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use cloth_core::{
-    FOLD_PLACES_MAX, FabricTriangle, Incidence, InteractionKind, Model, NONE,
-    fabric::{
-        FOLDS,
-        bending::{PATCH, marked},
-    },
+    FOLD_PLACES_MAX, FabricTriangle, Incidence, InteractionKind, Model, NONE, fabric::FOLDS,
 };
 
 use crate::layout::CudaReal;
@@ -37,12 +33,10 @@ const LAW: usize = 12;
 pub(crate) struct FabricTables<T> {
     pub(crate) laws: Vec<[T; LAW]>,
     pub(crate) membranes: Vec<MembraneData<T>>,
-    /// The vertices of patches, those that come again marked.
-    pub(crate) patches: Vec<[u32; PATCH]>,
     /// For all patches the first of their [`PLATE`] numbers, then the second ones.
     pub(crate) plates: Vec<T>,
-    /// Triangles, then patches, around each particle.
-    pub(crate) rows: [Incidence; 2],
+    /// Triangles around each particle.
+    pub(crate) rows: Incidence,
     pub(crate) folds: FoldTables<T>,
 }
 
@@ -51,7 +45,7 @@ pub(crate) struct FabricTables<T> {
 pub(crate) struct FoldTables<T> {
     pub(crate) particles: Vec<[u32; 4]>,
     pub(crate) angles: Vec<T>,
-    /// For all patches the first of their folds, then the second ones, marked where they are turned; the number of folds where there is none.
+    /// For all patches the first of their folds, then the second ones; the number of folds where there is none.
     pub(crate) of_patches: Vec<u32>,
     /// For all folds the first of the places of their moments, which stand as `of_patches` do, then the second ones; that behind all moments where
     /// there is none.
@@ -72,9 +66,8 @@ impl<T: CudaReal> FoldTables<T> {
             (if none { FOLDS * patches.len() } else { fold * patches.len() + patch }) as u32
         };
         let moment_places = (0..FOLD_PLACES_MAX).flat_map(|k| places.iter().map(move |of| of[k]));
-        let turned: Vec<_> = elements.turned_folds().collect();
         let none = folds.len() as u32;
-        let of_patches = (0..FOLDS).flat_map(|k| turned.iter().map(move |patch| patch[k]));
+        let of_patches = (0..FOLDS).flat_map(|k| patches.iter().map(move |patch| patch[k]));
         Self {
             angles: folds.iter().map(|fold| T::from_f64(fold.angle)).collect(),
             of_patches: of_patches.map(|fold| if fold == NONE { none } else { fold }).collect(),
@@ -123,10 +116,9 @@ impl<T: CudaReal> FabricTables<T> {
                     }
                 })
                 .collect(),
-            patches: elements.patches().iter().map(marked).collect(),
             plates: (0..PLATE).flat_map(|k| plates.iter().map(move |plate| plate[k])).collect(),
             folds: FoldTables::new(model),
-            rows: [rows, elements.patch_rows(count)],
+            rows,
         }
     }
 }

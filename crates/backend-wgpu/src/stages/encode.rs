@@ -227,9 +227,9 @@ impl Stages {
     fn explicit_pass(&mut self, substep: &Substep) -> Result<()> {
         let slot = self.slot_fresh(substep)?;
         if self.model.has_fabric() {
-            self.over_folds("explicit_substep", "bending_forces_folds")?;
+            self.over_folds("explicit_substep", "bending_forces_folds", slot)?;
             self.over_elements("explicit_substep", "explicit_substep_fabric", slot)?;
-            self.over_folds("explicit_substep", "bending_forces")?;
+            self.over_folds("explicit_substep", "bending_forces", slot)?;
         }
         if self.is_penalty() {
             return self.groups_advance(slot);

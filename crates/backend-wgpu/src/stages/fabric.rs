@@ -1,8 +1,8 @@
 //! The stages of triangles of fabric: a kernel over triangles, whose results the gather of another one sums.
 
 use cloth_core::{
-    FabricMatrix, Neighbours, NewtonStart, Result, SlicedRows, schwarz::ElementRows,
-    stepper::Substep,
+    FabricElements, FabricMatrix, FabricTerms, Neighbours, NewtonStart, Result, SlicedRows,
+    schwarz::ElementRows, stepper::Substep,
 };
 
 use super::Stages;
@@ -25,12 +25,17 @@ impl Stages {
     }
 
     /// A kernel with one thread for each fold.
-    pub(super) fn over_folds(&mut self, stage: &'static str, name: &'static str) -> Result<()> {
+    pub(super) fn over_folds(
+        &mut self,
+        stage: &'static str,
+        name: &'static str,
+        slot: usize,
+    ) -> Result<()> {
         if self.fold_count() == 0 {
             return Ok(());
         }
         let items = (self.fold_count(), WORKGROUP);
-        self.dispatch(stage, name, items, self.present, (0, 0))
+        self.dispatch(stage, name, items, self.present, (slot, 0))
     }
 
     /// Forces of stretched triangles, added to f.
@@ -50,9 +55,9 @@ impl Stages {
             return Ok(());
         }
         let stage = "bending_forces";
-        self.over_folds(stage, "bending_forces_folds")?;
+        self.over_folds(stage, "bending_forces_folds", 0)?;
         self.over_elements(stage, "bending_forces_moments", 0)?;
-        self.over_folds(stage, stage)?;
+        self.over_folds(stage, stage, 0)?;
         let items = (self.particle_count(), WORKGROUP);
         self.dispatch(stage, "bending_forces_gather", items, self.present, (0, 0))
     }
@@ -91,21 +96,21 @@ impl Stages {
         }
         let at = self.linearise_at(substep, start)?;
         let (elements, stage) = (self.element_count(), "bending_linearise");
-        self.over_folds(stage, "bending_forces_folds")?;
+        self.over_folds(stage, "bending_forces_folds", 0)?;
         let moments = "bending_linearise_moments";
         self.dispatch(stage, moments, (elements, WORKGROUP), self.present, at)?;
-        self.over_folds(stage, "bending_forces")?;
-        self.dispatch(stage, stage, (3 * elements, WORKGROUP), self.present, at)
+        self.over_folds(stage, "bending_forces", 0)?;
+        self.over_folds(stage, stage, at.0)
     }
 
     /// What they add to the matrix and the right-hand side.
     pub(super) fn fabric_assemble(&mut self, slot: usize) -> Result<()> {
-        if self.element_rows.is_none() {
-            return Ok(());
-        }
-        let items = (ROW_THREADS * self.particle_count(), WORKGROUP);
-        let name = "implicit_assemble_fabric";
-        self.dispatch("implicit_assemble", name, items, self.present, (slot, 0))
+        let Some(rows) = &self.element_rows else { return Ok(()) };
+        let (places, stage) = (rows.columns.len() as u32, "implicit_assemble");
+        let blocks = "implicit_assemble_fabric";
+        self.dispatch(stage, blocks, (places, WORKGROUP), self.present, (slot, 0))?;
+        let items = (self.particle_count(), WORKGROUP);
+        self.dispatch(stage, "implicit_assemble_fabric_rows", items, self.present, (slot, 0))
     }
 
     /// Takes the memory of the blocks that triangles add to the matrix.
@@ -116,9 +121,13 @@ impl Stages {
         let rows = SlicedRows::new(&Neighbours::new(&self.model.interactions().of_fabric()));
         let entries = entries(&rows, ENTRY_WORDS);
         let contents: &[u8] = bytemuck::cast_slice(&entries);
+        let terms = terms(self.model.elements(), &rows);
+        let terms: &[u8] = bytemuck::cast_slice(&terms);
         let particles = self.model.particle_count() as u64;
+        let tangents = u64::from(self.element_count()) + u64::from(self.fold_count());
         for (name, size, contents) in [
-            ("fabric_tangents", TANGENT_SIZE * u64::from(self.element_count()), None),
+            ("fabric_tangents", 4 * VECTOR_SIZE * tangents, None),
+            ("fabric_terms", terms.len() as u64, Some(terms)),
             ("element_sums", 3 * VECTOR_SIZE * particles, None),
             ("element_entries", contents.len() as u64, Some(contents)),
         ] {
@@ -178,10 +187,6 @@ impl Stages {
     }
 }
 
-/// Bytes of what the blocks of a triangle are made of (`shared/fabric_tangents.wgsl`).
-const TANGENT_SIZE: u64 = 4 * 121;
-/// Threads of a row (`implicit_assemble_fabric.wgsl`).
-const ROW_THREADS: u32 = 16;
 /// Words of an entry of all rows of a slice: columns and blocks (`shared/element_row.wgsl`).
 const ENTRY_WORDS: usize = 10 * SlicedRows::SLICE;
 
@@ -200,6 +205,13 @@ fn entries(rows: &SlicedRows, entry_words: usize) -> Vec<u32> {
         entry[..SlicedRows::SLICE].copy_from_slice(columns);
     }
     words
+}
+
+/// Contents of `fabric_terms`: where the terms of each place begin, and the terms.
+fn terms(elements: &FabricElements, rows: &SlicedRows) -> Vec<u32> {
+    let FabricTerms { offsets, terms } = FabricTerms::new(elements, rows);
+    let first = offsets.len() as u32;
+    offsets.into_iter().map(|offset| first + offset).chain(terms).collect()
 }
 
 /// Puts the numbers of all entries at some places of these, each as wide as a slice.

@@ -89,7 +89,7 @@ impl Stages {
             let items = (self.particle_count(), MEASURE_BLOCK);
             self.dispatch("measure", "measure", items, self.present, (slot, 0))?;
             if self.element_count() > 0 {
-                self.over_folds("measure", "bending_forces_folds")?;
+                self.over_folds("measure", "bending_forces_folds", slot)?;
                 let items = (self.element_count(), MEASURE_BLOCK);
                 self.dispatch("measure", "measure_fabric", items, self.present, (slot, 0))?;
             }

@@ -1,15 +1,11 @@
 //! Triangles of fabric, in the form of `shared/fabric.wgsl`, `shared/fabric_gather.wgsl` and `shared/fold_tables.wgsl`.
 
 use cloth_core::{
-    FOLD_PLACES_MAX, FabricTriangle, Incidence, InteractionKind, Model, NONE,
-    fabric::{
-        FOLDS,
-        bending::{PATCH, marked},
-    },
+    FOLD_PLACES_MAX, FabricTriangle, Incidence, InteractionKind, Model, NONE, fabric::FOLDS,
 };
 
-/// Entries of `fabric_elements` for a triangle: its patch, two more, and one for each fold.
-const ELEMENT_WORDS: usize = PATCH / 4 + 2 + FOLDS;
+/// Entries of `fabric_elements` for a triangle: three, and one for each fold.
+const ELEMENT_WORDS: usize = 3 + FOLDS;
 
 /// Contents of the buffers of fabric; empty without any.
 #[derive(Debug, Default)]
@@ -30,17 +26,17 @@ impl FabricTables {
         if elements.is_empty() {
             return Self::default();
         }
-        let triangles = elements.triangles().iter().zip(elements.patches());
-        let element = |(triangle, particles): (&FabricTriangle, &[u32; PATCH])| {
+        let element = |triangle: &FabricTriangle| {
             let rest = triangle.rest.rounded::<f32>();
             let damping = elements.fabrics()[triangle.fabric as usize].damping[1] as f32;
             let [p, q, r] = triangle.bending.rooted::<f32>();
             let mut words = [[0; 4]; ELEMENT_WORDS];
-            words.as_flattened_mut()[..PATCH].copy_from_slice(&marked(particles));
-            words[3] = [triangle.fabric, rest.area.to_bits(), damping.to_bits(), 0];
+            let [i, j, k] = triangle.particles;
+            words[0] = [i, j, k, triangle.fabric];
             let [[a, b], [c, d]] = rest.inverse;
-            words[4] = [a, b, c, d].map(f32::to_bits);
-            for (fold, words) in words[5..].iter_mut().enumerate() {
+            words[1] = [a, b, c, d].map(f32::to_bits);
+            words[2] = [rest.area, damping, 0.0, 0.0].map(f32::to_bits);
+            for (fold, words) in words[3..].iter_mut().enumerate() {
                 *words = [p[fold], q[fold], r[fold], 0.0].map(f32::to_bits);
             }
             words
@@ -54,7 +50,7 @@ impl FabricTables {
             [curve(fabric.warp, fabric.coupling), curve(fabric.weft, fabric.shear), damping]
         };
         Self {
-            elements: triangles.map(element).collect(),
+            elements: elements.triangles().iter().map(element).collect(),
             laws: elements.fabrics().iter().map(law).collect(),
             rows: rows(model),
             folds: folds(model),
@@ -62,7 +58,7 @@ impl FabricTables {
     }
 }
 
-/// Vertices, angles at rest and places of moments of folds, and the folds of patches.
+/// Vertices, angles at rest, stiffness, damping and places of moments of folds, and the folds of patches.
 fn folds(model: &Model) -> Vec<u32> {
     let elements = model.elements();
     let (folds, patches) = (elements.folds(), elements.patch_folds());
@@ -78,35 +74,36 @@ fn folds(model: &Model) -> Vec<u32> {
     for vertex in 0..4 {
         words.extend(folds.iter().map(|fold| fold.particles[vertex]));
     }
-    words.extend(folds.iter().map(|fold| (fold.angle as f32).to_bits()));
+    let numbers = folds.iter().map(|fold| [fold.angle, fold.stiffness, fold.damping]);
+    for k in 0..3 {
+        words.extend(numbers.clone().map(|numbers| (numbers[k] as f32).to_bits()));
+    }
     for k in 0..FOLD_PLACES_MAX {
         words.extend(places.iter().map(|places| place(places[k])));
     }
-    let turned: Vec<_> = elements.turned_folds().collect();
     for k in 0..FOLDS {
-        words.extend(turned.iter().map(|patch| if patch[k] == NONE { count } else { patch[k] }));
+        words.extend(patches.iter().map(|patch| if patch[k] == NONE { count } else { patch[k] }));
     }
     words
 }
 
-/// Where the rows of every particle start among those of triangles, of patches and of folds; then the rows themselves.
+/// Where the rows of every particle start among those of triangles and of folds; then the rows themselves.
 fn rows(model: &Model) -> Vec<u32> {
     let count = model.particle_count();
     let interactions = model.interactions();
     let triangles = interactions.list(InteractionKind::Membrane);
     let triangles = triangles.map_or_else(Incidence::default, |list| Incidence::new(list, count));
-    let patches = model.elements().patch_rows(count);
     let vertices: Vec<_> = model.elements().folds().iter().map(|fold| fold.particles).collect();
     let folds = Incidence::of(&vertices, count);
     let corners = triangles.entries().len() as u32;
-    let mut start = 3 * (count as u32 + 1);
+    let mut start = 2 * (count as u32 + 1);
     let mut rows = Vec::new();
-    for list in [&triangles, &patches, &folds] {
+    for list in [&triangles, &folds] {
         rows.extend(list.offsets().iter().map(|at| start + at));
         start += list.entries().len() as u32;
     }
     rows.extend(triangles.entries());
-    // What stands at patches, or at folds, comes behind the corners.
-    rows.extend(patches.entries().iter().chain(folds.entries()).map(|place| corners + place));
+    // What stands at folds comes behind the corners.
+    rows.extend(folds.entries().iter().map(|place| corners + place));
     rows
 }

@@ -11,19 +11,6 @@ use crate::Real;
 /// Vertices of the patch of a triangle: its corners, those beyond its edges, and for each of these triangles the two beyond its other edges.
 pub const PATCH: usize = 12;
 
-/// Marks a vertex of a patch that comes again.
-pub const COMES_AGAIN: u32 = 1 << 31;
-
-/// The vertices of a patch; where one comes again, as on small closed meshes, [`COMES_AGAIN`] and the place where it came first.
-#[must_use]
-pub fn marked(patch: &[u32; PATCH]) -> [u32; PATCH] {
-    let first = |place: usize| patch.iter().position(|&other| other == patch[place]);
-    std::array::from_fn(|place| match first(place) {
-        Some(first) if first < place => COMES_AGAIN | first as u32,
-        _ => patch[place],
-    })
-}
-
 /// For each fold of a patch the places that [`hinge::fold`] takes: both ends of the edge, the third corner of the triangle, the vertex beyond. The edges ab, bc,
 /// ca of the triangle come first; then, for each of them, those of the triangle beyond it, from its start to the apex and from there to its end.
 pub const FOLD_PLACES: [[usize; 4]; FOLDS] = [

@@ -1,9 +1,9 @@
 //! One number for each pair of particles that stands for the stiffness of fabric in all directions (NUMERICS §4, §6).
 
-use super::{Model, Neighbours, SlicedRows};
+use super::{FabricFold, InteractionKind, Model, Neighbours, SlicedRows};
 use crate::{
     Real,
-    fabric::{FOLDS, Fabric, membrane},
+    fabric::{FOLDS, Fabric, bending::PATCH, membrane},
 };
 
 /// Green strain up to which a cloth may be stretched, where its measured curve goes farther.
@@ -45,66 +45,102 @@ impl FabricMatrix {
     /// The constant one of the semi-implicit integrator: the stiffness at rest, or half of what no shape exceeds if that is more.
     #[must_use]
     pub fn constant(model: &Model) -> Self {
-        Self::new(model, |fabric| {
+        let threads = |fabric: &Fabric| {
             let [rest, any] = [threads_at_rest(fabric), threads_at_most(fabric)];
             [0, 1].map(|k| ScalarEntry {
                 stiffness: rest[k].stiffness.max(0.5 * any[k].stiffness),
                 damping: rest[k].damping.max(0.5 * any[k].damping),
             })
+        };
+        Self::new(model, Neighbours::new(&model.interactions().of_fabric()), threads, |matrix| {
+            for fold in model.elements().folds() {
+                let FabricFold { particles, stiffness, damping, weights, angle: _ } = *fold;
+                matrix.add(particles, |a, b| {
+                    let share = weights[a] * weights[b];
+                    ScalarEntry { stiffness: share * stiffness, damping: share * damping }
+                });
+            }
         })
     }
 
     /// What no state of the fabric exceeds, up to a strain.
     pub(super) fn at_most(model: &Model) -> Self {
-        Self::new(model, threads_at_most)
+        let mut interactions = model.interactions();
+        let kinds = [InteractionKind::Membrane, InteractionKind::Bending];
+        interactions.retain(|kind| kinds.contains(&kind));
+        Self::new(model, Neighbours::new(&interactions), threads_at_most, |matrix| {
+            let elements = model.elements();
+            for (triangle, patch) in elements.triangles().iter().zip(elements.patches()) {
+                let damping = elements.fabrics()[triangle.fabric as usize].damping[1];
+                let weights = triangle.patch_weights();
+                let moments: [_; PATCH] =
+                    std::array::from_fn(|a| triangle.bending.moments(weights.map(|fold| fold[a])));
+                matrix.add(*patch, |a, b| {
+                    let bending: f64 =
+                        (0..FOLDS).map(|fold| weights[fold][b] * moments[a][fold]).sum();
+                    ScalarEntry { stiffness: bending, damping: damping * bending }
+                });
+            }
+        })
     }
 
-    /// Adds up what all triangles give, with these bounds of the second derivative of the energy by f_u and f_v.
-    fn new(model: &Model, threads: impl Fn(&Fabric) -> [ScalarEntry; 2]) -> Self {
+    /// Adds up what all triangles give, with these bounds of the second derivative of the energy by f_u and f_v, and by `add_bending` what resists folds.
+    fn new(
+        model: &Model,
+        neighbours: Neighbours,
+        threads: impl Fn(&Fabric) -> [ScalarEntry; 2],
+        add_bending: impl Fn(&mut Self),
+    ) -> Self {
         let elements = model.elements();
-        let neighbours = Neighbours::new(&model.interactions().of_fabric());
         let count = model.particle_count();
         let mut starts = Vec::with_capacity(count + 1);
         starts.push(0);
         for i in 0..count {
             starts.push(starts[i] + neighbours.row(i).len());
         }
-        let mut own = vec![ScalarEntry::default(); count];
-        let mut entries = vec![ScalarEntry::default(); starts[count]];
+        let mut matrix = Self {
+            own: vec![ScalarEntry::default(); count],
+            entries: vec![ScalarEntry::default(); starts[count]],
+            neighbours,
+            starts,
+        };
         let threads: Vec<_> = elements.fabrics().iter().map(threads).collect();
-        for (triangle, patch) in elements.triangles().iter().zip(elements.patches()) {
-            let fabric = triangle.fabric as usize;
-            let [u, v] = threads[fabric];
+        for triangle in elements.triangles() {
+            let [u, v] = threads[triangle.fabric as usize];
             let corners = membrane::corner_gradients(&triangle.rest);
-            let damping = elements.fabrics()[fabric].damping[1];
-            let weights = triangle.patch_weights();
-            for (a, &row) in patch.iter().enumerate() {
-                let moments = triangle.bending.moments(weights.map(|fold| fold[a]));
-                for (b, &column) in patch.iter().enumerate() {
-                    let bending: f64 =
-                        (0..FOLDS).map(|fold| weights[fold][b] * moments[fold]).sum();
-                    let mut sum = ScalarEntry { stiffness: bending, damping: damping * bending };
-                    if a < 3 && b < 3 {
-                        let share =
-                            |axis: usize| triangle.rest.area * corners[a][axis] * corners[b][axis];
-                        sum.stiffness += share(0) * u.stiffness + share(1) * v.stiffness;
-                        sum.damping += share(0) * u.damping + share(1) * v.damping;
-                    }
-                    let entry = if row == column {
-                        &mut own[row as usize]
-                    } else {
-                        // Where a patch has no neighbour, its weights are zero.
-                        let Ok(place) = neighbours.row(row as usize).binary_search(&column) else {
-                            continue;
-                        };
-                        &mut entries[starts[row as usize] + place]
-                    };
-                    entry.stiffness += sum.stiffness;
-                    entry.damping += sum.damping;
+            matrix.add(triangle.particles, |a, b| {
+                let share = |axis: usize| triangle.rest.area * corners[a][axis] * corners[b][axis];
+                ScalarEntry {
+                    stiffness: share(0) * u.stiffness + share(1) * v.stiffness,
+                    damping: share(0) * u.damping + share(1) * v.damping,
                 }
+            });
+        }
+        add_bending(&mut matrix);
+        matrix
+    }
+
+    /// Adds what these particles give each other, by their places.
+    fn add<const N: usize>(
+        &mut self,
+        particles: [u32; N],
+        of: impl Fn(usize, usize) -> ScalarEntry,
+    ) {
+        for (a, &row) in particles.iter().enumerate() {
+            for (b, &column) in particles.iter().enumerate() {
+                let entry = if row == column {
+                    &mut self.own[row as usize]
+                } else {
+                    // Where a patch has no neighbour, its weights are zero.
+                    let columns = self.neighbours.row(row as usize);
+                    let Ok(place) = columns.binary_search(&column) else { continue };
+                    &mut self.entries[self.starts[row as usize] + place]
+                };
+                let ScalarEntry { stiffness, damping } = of(a, b);
+                entry.stiffness += stiffness;
+                entry.damping += damping;
             }
         }
-        Self { neighbours, own, entries, starts }
     }
 
     /// Who is coupled: the columns of rows.

@@ -235,7 +235,9 @@ impl ModelFeatures {
             .iter()
             .map(|kind| match kind {
                 InteractionKind::Spring => Feature::Springs,
-                InteractionKind::Membrane | InteractionKind::Bending => Feature::Fabric,
+                InteractionKind::Membrane | InteractionKind::Bending | InteractionKind::Fold => {
+                    Feature::Fabric
+                }
                 InteractionKind::AirTriangle => Feature::Air,
             })
             .collect();

@@ -382,7 +382,7 @@ mod tests {
     fn interactions_couple_as_many_particles_as_their_kind_says() {
         let model = model();
         let lists = model.interactions();
-        assert_eq!(lists.lists().len(), 3, "springs, membrane, bending");
+        assert_eq!(lists.lists().len(), 4, "springs, membrane, bending, folds");
         for list in lists.lists() {
             list.for_each(|particles| assert_eq!(particles.len(), list.kind().arity()));
         }

@@ -2,7 +2,7 @@ use proptest::prelude::*;
 
 use super::{
     super::{
-        BendingRigidity, FOLDS, RestShape, RestTriangle,
+        BendingRigidity, FOLDS, RestHinge, RestShape, RestTriangle,
         hinge::{difference_of_angles, energy_and_moment, fold},
         vector::{Vector, cross},
     },
@@ -340,4 +340,89 @@ fn a_plate_of_constant_curvature_is_in_equilibrium_on_every_mesh() {
             assert!(ratio < 1e-5, "{mesh:?} {vertex}: {ratio}");
         }
     }
+}
+
+/// Two quadratic forms of heights: their halves are the energies of bending, and of folds as they stand in the matrix.
+fn forms(shape: &RestShape, heights: &[f64]) -> [Vec<f64>; 2] {
+    let weights: Vec<_> = shape.hinges.iter().map(|hinge| shape.hinge_weights(hinge)).collect();
+    let fold = |(hinge, weights): (&RestHinge, &[f64; 4])| -> f64 {
+        let at = hinge.vertices.iter().zip(weights);
+        at.map(|(&vertex, weight)| weight * heights[vertex as usize]).sum()
+    };
+    let folds: Vec<_> = shape.hinges.iter().zip(&weights).map(fold).collect();
+    let mut moments = vec![0.0; folds.len()];
+    for triangle in &shape.triangles {
+        let own = triangle.bending.moments(triangle_folds(&folds, triangle.folds));
+        for (&fold, moment) in triangle.folds.iter().zip(own) {
+            if let Some(sum) = moments.get_mut(fold as usize) {
+                *sum += moment;
+            }
+        }
+    }
+    let alone = shape.matrix_stiffness(|_| 0.0).into_iter().zip(&folds);
+    let alone = alone.map(|([stiffness, _], fold)| stiffness * fold).collect();
+    [moments, alone].map(|moments| {
+        let mut gradient = vec![0.0; heights.len()];
+        for ((hinge, weights), moment) in shape.hinges.iter().zip(&weights).zip(moments) {
+            for (&vertex, weight) in hinge.vertices.iter().zip(weights) {
+                gradient[vertex as usize] += weight * moment;
+            }
+        }
+        gradient
+    })
+}
+
+/// The largest quotient of both forms, by steps along its gradient, each to the largest one in the plane of both.
+fn largest_quotient(shape: &RestShape, count: usize) -> f64 {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let mut random = Random(0x0123_4567_89ab_cdef);
+    let mut x: Vec<_> = (0..count).map(|_| random.signed()).collect();
+    let mut quotient = 0.0;
+    for _ in 0..400 {
+        let [of_bending, of_folds] = forms(shape, &x);
+        quotient = dot(&x, &of_bending) / dot(&x, &of_folds);
+        let along = of_bending.iter().zip(&of_folds).map(|(a, b)| a - quotient * b);
+        let mut along: Vec<_> = along.collect();
+        let scale = (dot(&x, &x) / dot(&along, &along)).sqrt();
+        along.iter_mut().for_each(|a| *a *= scale);
+        let [bending_along, folds_along] = forms(shape, &along);
+        let pairs = [(&x, &of_bending, &of_folds), (&along, &bending_along, &folds_along)];
+        let [a, b] = [0, 1].map(|which| {
+            let form = |k: usize| if which == 0 { pairs[k].1 } else { pairs[k].2 };
+            [dot(&x, form(0)), dot(&along, form(0)), dot(&along, form(1))]
+        });
+        // det(A - q B) = 0, the larger q, and its vector.
+        let square = b[0] * b[2] - b[1] * b[1];
+        let linear = a[0] * b[2] + a[2] * b[0] - 2.0 * a[1] * b[1];
+        let constant = a[0] * a[2] - a[1] * a[1];
+        let root = (linear * linear - 4.0 * square * constant).max(0.0).sqrt();
+        let best = (linear + root) / (2.0 * square);
+        let share = -(a[0] - best * b[0]) / (a[1] - best * b[1]);
+        if !share.is_finite() {
+            break;
+        }
+        x.iter_mut().zip(&along).for_each(|(x, along)| *x += share * along);
+    }
+    quotient
+}
+
+/// An implicit step whose matrix has less than half of the stiffness of a motion makes it larger.
+#[test]
+fn folds_in_the_matrix_have_enough_of_the_stiffness_of_bending() {
+    let soft_in_twist = BendingRigidity { warp: 1e-5, weft: 1e-5, bias: Some(3e-6) };
+    let stiff_in_twist = BendingRigidity { warp: 1e-5, weft: 4e-6, bias: Some(9e-6) };
+    let mut all = Vec::new();
+    for mesh in Mesh::ALL {
+        let sheet = sheet(mesh, [9, 8], 0.01, false);
+        let flat = sheet.mesh(|[u, v]| [u, v, 0.0]);
+        for bending in [ORTHOTROPIC, soft_in_twist, stiff_in_twist] {
+            let shape =
+                RestShape::from_pattern(&flat, &sheet.pattern(0.3), &bending, "it").unwrap();
+            let most = largest_quotient(&shape, flat.positions.len());
+            assert!(most < 1.667, "{mesh:?} {bending:?}: {most}");
+            all.push(most);
+        }
+    }
+    let most = all.iter().fold(0.0_f64, |most, all| most.max(*all));
+    assert!(most > 1.3, "the steps do not find the largest: {all:?}");
 }

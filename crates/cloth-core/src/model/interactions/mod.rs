@@ -19,7 +19,7 @@ pub use neighbours::Neighbours;
 pub use regions::{ColourRegion, ColourRegions};
 pub use sliced::SlicedRows;
 
-use super::{FabricTriangle, Model, Springs};
+use super::{FabricFold, FabricTriangle, Model, Springs};
 use crate::fabric::bending::PATCH;
 
 /// A way in which particles act on each other. Each kind couples a fixed number of particles.
@@ -31,13 +31,16 @@ pub enum InteractionKind {
     Membrane,
     /// The folds that tell the curvature of a triangle of fabric: the vertices of its patch (NUMERICS §12).
     Bending,
+    /// A fold alone, which is what bending adds to the matrix: an edge and the third corners of its triangles (NUMERICS §12).
+    Fold,
     /// The air on the three particles of a triangle (NUMERICS §3).
     AirTriangle,
 }
 
 impl InteractionKind {
     /// All kinds.
-    pub const ALL: [Self; 4] = [Self::Spring, Self::Membrane, Self::Bending, Self::AirTriangle];
+    pub const ALL: [Self; 5] =
+        [Self::Spring, Self::Membrane, Self::Bending, Self::Fold, Self::AirTriangle];
 
     /// Number of particles that an interaction of the kind couples.
     #[must_use]
@@ -45,6 +48,7 @@ impl InteractionKind {
         match self {
             Self::Spring => 2,
             Self::Membrane | Self::AirTriangle => 3,
+            Self::Fold => 4,
             Self::Bending => PATCH,
         }
     }
@@ -56,17 +60,18 @@ impl InteractionKind {
             Self::Spring => "spring",
             Self::Membrane => "membrane of fabric",
             Self::Bending => "bending of fabric",
+            Self::Fold => "fold of fabric",
             Self::AirTriangle => "air on a triangle",
         }
     }
 
     /// Whether it has blocks off the diagonal of the matrix of an implicit step. Air has not: its derivative by the velocity of
-    /// the particle itself is all that is taken.
+    /// the particle itself is all that is taken. Nor has bending: its folds have.
     #[must_use]
     pub const fn is_in_matrix(self) -> bool {
         match self {
-            Self::Spring | Self::Membrane | Self::Bending => true,
-            Self::AirTriangle => false,
+            Self::Spring | Self::Membrane | Self::Fold => true,
+            Self::Bending | Self::AirTriangle => false,
         }
     }
 }
@@ -85,6 +90,7 @@ enum Particles<'a> {
     Triangles(&'a [[u32; 3]]),
     Fabric(&'a [FabricTriangle]),
     Patches(&'a [[u32; PATCH]]),
+    Folds(&'a [FabricFold]),
 }
 
 impl<'a> InteractionList<'a> {
@@ -102,6 +108,7 @@ impl<'a> InteractionList<'a> {
             Particles::Triangles(triangles) => triangles.len(),
             Particles::Fabric(triangles) => triangles.len(),
             Particles::Patches(patches) => patches.len(),
+            Particles::Folds(folds) => folds.len(),
         }
     }
 
@@ -124,6 +131,7 @@ impl<'a> InteractionList<'a> {
                 triangles.iter().for_each(|triangle| visit(&triangle.particles));
             }
             Particles::Patches(patches) => patches.iter().for_each(|patch| visit(patch)),
+            Particles::Folds(folds) => folds.iter().for_each(|fold| visit(&fold.particles)),
         }
     }
 }
@@ -159,10 +167,10 @@ impl<'a> Interactions<'a> {
         self.lists.retain(|list| keep(list.kind));
     }
 
-    /// Those of fabric alone.
+    /// Those of fabric alone that have blocks off the diagonal of the matrix of an implicit step.
     #[must_use]
     pub fn of_fabric(mut self) -> Self {
-        let is_kept = |kind| matches!(kind, InteractionKind::Membrane | InteractionKind::Bending);
+        let is_kept = |kind| matches!(kind, InteractionKind::Membrane | InteractionKind::Fold);
         self.lists.retain(|list| is_kept(list.kind));
         self
     }
@@ -207,6 +215,7 @@ impl Model {
             InteractionKind::Spring => Particles::Springs(&self.springs),
             InteractionKind::Membrane => Particles::Fabric(self.elements.triangles()),
             InteractionKind::Bending => Particles::Patches(self.elements.patches()),
+            InteractionKind::Fold => Particles::Folds(self.elements.folds()),
             InteractionKind::AirTriangle if self.air.is_none() => Particles::Triangles(&[]),
             InteractionKind::AirTriangle => Particles::Triangles(&self.triangles),
         };

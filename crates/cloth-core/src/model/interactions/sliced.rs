@@ -52,6 +52,24 @@ impl SlicedRows {
             (first..end).map(move |entry| (entry, self.columns[entry * SLICE + i % SLICE]));
         entries.take_while(|&(_, column)| column != u32::MAX)
     }
+
+    /// Which of the columns is that one of a row.
+    #[must_use]
+    pub fn place(&self, i: u32, column: u32) -> Option<u32> {
+        let (slice, lane) = (i as usize / SLICE, i as usize % SLICE);
+        let [mut low, mut high] = [0, 1].map(|k| self.slices[slice + k] as usize);
+        let at = |entry: usize| entry * SLICE + lane;
+        while low < high {
+            let middle = low.midpoint(high);
+            if self.columns[at(middle)] < column {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
+        }
+        let is_there = low < self.slices[slice + 1] as usize && self.columns[at(low)] == column;
+        is_there.then(|| at(low) as u32)
+    }
 }
 
 #[cfg(test)]
@@ -70,6 +88,11 @@ mod tests {
         assert_eq!(rows.entry_count() as u32, rows.slices[3]);
         for i in 0..81 {
             assert!(rows.row(i).map(|(_, column)| column).eq(neighbours.row(i).iter().copied()));
+            for j in 0..81 {
+                let place = rows.row(i).find(|&(_, column)| column == j);
+                let expected = place.map(|(entry, _)| (entry * 32 + i % 32) as u32);
+                assert_eq!(rows.place(i as u32, j), expected);
+            }
         }
     }
 }
