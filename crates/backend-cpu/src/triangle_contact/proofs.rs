@@ -122,7 +122,7 @@ impl<T: Real> ProofTask<'_, T> {
         if batch.count == 0 {
             return;
         }
-        let Ways { start, end, delta, is_new } = self.ways;
+        let Ways { start, end, delta, is_new, follows: _ } = self.ways;
         let is_proven = self.each::<AtStart>(split, &batch.pairs);
         for (pair, is_proven) in batch.pairs.iter().zip(is_proven).take(batch.count) {
             if !is_proven && pair.is_unproven(start, end, (delta, is_new)) {

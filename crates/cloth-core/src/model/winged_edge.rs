@@ -47,7 +47,8 @@ impl WingedEdges {
     /// The same for triangles whose corners lie at these places of a pattern. How they lie in space does not matter: their area is not looked at.
     ///
     /// Where three triangles or more meet at an edge that the pattern has in different places, these are sewn together there, as in a pleat or a
-    /// yoke. Such an edge stands several times: once for the triangles that are neighbours in the pattern, and as a border of each other.
+    /// yoke. Such an edge stands several times: once for the triangles that are neighbours in the pattern, and as a border of each other. So does one
+    /// along which two pieces are sewn face to face, as they are where parts of several seams have closed.
     ///
     /// # Errors
     /// As [`Self::build`].
@@ -80,7 +81,11 @@ impl WingedEdges {
             triangle_edges: vec![[NONE; 3]; triangles.len()],
         };
         for group in sides.chunk_by_mut(|a, b| a.0 == b.0) {
-            let Some(pattern) = pattern.filter(|_| group.len() > 2) else {
+            let runs_along =
+                |&(edge, t, corner): &Side| triangles[t as usize][corner as usize] == edge[0];
+            let is_face_to_face =
+                group.len() == 2 && runs_along(&group[0]) == runs_along(&group[1]);
+            let Some(pattern) = pattern.filter(|_| group.len() > 2 || is_face_to_face) else {
                 joined.edge(triangles, group, cloth)?;
                 continue;
             };
@@ -263,6 +268,20 @@ mod tests {
         assert!(
             matches!(error, ModelError::EdgeNonManifold { ref triangles, .. } if *triangles == [0, 1, 2])
         );
+    }
+
+    #[test]
+    fn pieces_that_are_sewn_face_to_face_fold_on_their_own() {
+        let triangles = [[0, 1, 2], [0, 1, 3]];
+        let mut pattern =
+            [[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], [[5.0, 0.0], [6.0, 0.0], [5.0, 1.0]]];
+        let edges = WingedEdges::of_pattern(4, &triangles, &pattern, "c").unwrap();
+        let on = |k: usize| edges.edges[edges.triangle_edges[k][0] as usize].triangles;
+        assert_eq!([0, 1].map(on), [[0, NONE], [1, NONE]]);
+        // Neighbours in the pattern are one piece, of which one triangle lies the wrong way around.
+        pattern[1][..2].copy_from_slice(&[[0.0, 0.0], [1.0, 0.0]]);
+        let error = WingedEdges::of_pattern(4, &triangles, &pattern, "c").unwrap_err();
+        assert!(matches!(error, ModelError::EdgeInconsistent { edge: [0, 1], .. }));
     }
 
     #[test]

@@ -125,9 +125,11 @@ impl<T: Real> Certifier<T> {
         }
         let outside = self.half_spaces.outside(start, &carried, delta);
         let mut pairs = Vec::new();
+        let mut follows = false;
         loop {
             pairs.clear();
-            let ways = Ways { start, end: &carried, delta, is_new: false };
+            let ways = Ways { start, end: &carried, delta, is_new: false, follows };
+            follows = true;
             search.unproven(&ways, Some(&self.marked), &mut pairs)?;
             self.exempt_remove(&mut pairs);
             // What goes along with one rigid body keeps its distance (NUMERICS §15).

@@ -59,6 +59,8 @@ pub struct Ways<'a, T> {
     pub delta: T,
     /// Whether pairs that do not move are looked at as well.
     pub is_new: bool,
+    /// Whether they are those that were looked at last but for the ends of marked particles.
+    pub follows: bool,
 }
 
 /// Ways whose ends a certificate changes.
@@ -267,7 +269,7 @@ impl<T: Real> Certifier<T> {
         self.bodies.fill(None);
         let mut pairs = std::mem::take(&mut self.pairs);
         pairs.clear();
-        let ways = Ways { start, end, delta, is_new: self.is_new };
+        let ways = Ways { start, end, delta, is_new: self.is_new, follows: false };
         search.unproven(&ways, None, &mut pairs)?;
         pairs.retain(|pair| !self.ghosts.leave_out_pair(pair));
         self.exempt_update(&mut pairs, start);
@@ -364,7 +366,7 @@ impl<T: Real> Certifier<T> {
         self.carry(search, (start, end), delta, (is_held, carrier))?;
         let carried = std::mem::take(&mut self.carried);
         pairs.clear();
-        let ways = Ways { start: &carried, end, delta, is_new: false };
+        let ways = Ways { start: &carried, end, delta, is_new: false, follows: false };
         let found = search.unproven(&ways, None, pairs);
         self.exempt_remove(pairs);
         let bounds = first.map_or(Bounds::None, Bounds::Sweeps);
@@ -490,7 +492,7 @@ mod tests {
             let changed = certifier.certify(&mut search, &start, &mut end, |i| i < 3).unwrap();
             assert!(changed > 0 && search.1 < most, "{layers}: {} looks", search.1);
             let mut left = vec![];
-            let ways = Ways { start: &start, end: &end, delta: 0.0, is_new: false };
+            let ways = Ways { start: &start, end: &end, delta: 0.0, is_new: false, follows: false };
             search.unproven(&ways, None, &mut left).unwrap();
             assert!(left.is_empty(), "{} pairs are left", left.len());
         }

@@ -54,7 +54,7 @@ impl<T: Real> Certifier<T> {
     ) -> Result<()> {
         let proven = end.to_vec();
         pairs.clear();
-        let ways = Ways { start: first, end, delta, is_new: false };
+        let ways = Ways { start: first, end, delta, is_new: false, follows: false };
         search.unproven(&ways, None, pairs)?;
         self.exempt_remove(pairs);
         let bounds = Bounds::Shares(first);
@@ -235,7 +235,7 @@ impl<T: Real> Certifier<T> {
         pairs: &mut Vec<UnprovenPair>,
     ) -> Result<()> {
         pairs.clear();
-        let ways = Ways { start, end, delta, is_new: false };
+        let ways = Ways { start, end, delta, is_new: false, follows: true };
         search.unproven(&ways, Some(&self.changed), pairs)?;
         self.exempt_remove(pairs);
         Ok(())

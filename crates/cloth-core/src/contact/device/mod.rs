@@ -443,7 +443,10 @@ impl<T: Real> DeviceContact<T> {
         }
         let from = if self.goes_on { &motion.iterate } else { &motion.start };
         let all = |own: &[[T; 4]], nodes: &[[T; 3]]| -> Vec<[T; 3]> {
-            own.iter().map(vector).chain(nodes.iter().copied()).collect()
+            let mut all = Vec::with_capacity(own.len() + nodes.len());
+            all.extend(own.iter().map(vector));
+            all.extend_from_slice(nodes);
+            all
         };
         let start = all(from, bodies.way_start(self.goes_on));
         let mut end = all(&motion.position, bodies.end());

@@ -36,7 +36,7 @@ impl<T: Real, D: PairDevice<T>> PairSearch<T> for DeviceSearch<'_, T, D> {
             let asked = (ways.delta, ways.is_new);
             let found = first.found.into_par_iter().with_min_len(TASK);
             out.par_extend(found.filter(|pair| pair.is_unproven(ways.start, ways.end, asked)));
-            sent.are_there(ways);
+            sent.are_there();
             return Ok(());
         }
         sent.give(*device, ways, marked)?;

@@ -2,30 +2,28 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use crate::{Real, Result};
 
 use super::{super::Ways, task::PairDevice};
 
-/// Nodes that are compared, and given, together.
+/// Nodes that are given together.
 const CHUNK: usize = 512;
-/// Chunks in a task.
-const TASK: usize = 16;
 /// Where more parts differ than this, all between the first and the last is given: each part costs as much as many nodes.
 const PARTS_MAX: usize = 32;
 
 /// The ways on a device: starts of all nodes, then ends, with a fourth number that is not 0 where a node is marked.
 #[derive(Debug)]
 pub(super) struct SentWays<T> {
-    numbers: Vec<[T; 4]>,
-    /// Whether the device has them.
+    /// Chunks of nodes that have marks there.
+    marked: Vec<usize>,
+    /// Whether the device has the ways that were looked at last.
     is_there: bool,
+    numbers: Vec<[T; 4]>,
 }
 
 impl<T: Real> SentWays<T> {
     pub(super) const fn new() -> Self {
-        Self { numbers: Vec::new(), is_there: false }
+        Self { marked: Vec::new(), is_there: false, numbers: Vec::new() }
     }
 
     /// What the device has is not known any more.
@@ -33,9 +31,9 @@ impl<T: Real> SentWays<T> {
         self.is_there = false;
     }
 
-    /// Notes that the device has these ways, without marks.
-    pub(super) fn are_there(&mut self, ways: &Ways<'_, T>) {
-        self.update(ways, None);
+    /// Notes that the device has the ways that are looked at, without marks.
+    pub(super) fn are_there(&mut self) {
+        self.marked.clear();
         self.is_there = true;
     }
 
@@ -46,37 +44,38 @@ impl<T: Real> SentWays<T> {
         ways: &Ways<'_, T>,
         marked: Option<&[bool]>,
     ) -> Result<()> {
-        let was_there = std::mem::replace(&mut self.is_there, true);
-        let mut changed = self.update(ways, marked);
-        if !was_there {
-            changed = (0..self.numbers.len().div_ceil(CHUNK)).collect();
+        let parts = self.parts(ways, marked);
+        let is_marked = |i: usize| marked.is_some_and(|marked| marked[i]);
+        let count = ways.start.len();
+        for part in parts {
+            let (first, end) = (part.start, part.end.min(2 * count));
+            let ends = first.max(count)..end.max(count);
+            self.numbers.clear();
+            self.numbers.extend((first..end.min(count)).map(|i| full(&ways.start[i], T::ZERO)));
+            self.numbers.extend(ends.map(|i| {
+                let i = i - count;
+                full(&ways.end[i], if is_marked(i) { T::ONE } else { T::ZERO })
+            }));
+            device.ways_write(first, &self.numbers)?;
         }
-        parts(&changed).into_iter().try_for_each(|part| {
-            let end = part.end.min(self.numbers.len());
-            device.ways_write(part.start, &self.numbers[part.start..end])
-        })
+        Ok(())
     }
 
-    /// Takes in other ways. Returns which chunks are others now.
-    fn update(&mut self, ways: &Ways<'_, T>, marked: Option<&[bool]>) -> Vec<usize> {
+    /// Which numbers the device lacks of these ways. It is given them.
+    fn parts(&mut self, ways: &Ways<'_, T>, marked: Option<&[bool]>) -> Vec<Range<usize>> {
+        let chunks = marked.into_iter().flat_map(|marked| marked.chunks(CHUNK)).enumerate();
+        let has_marks = chunks.filter(|(_, chunk)| chunk.contains(&true));
+        let now: Vec<_> = has_marks.map(|(chunk, _)| chunk).collect();
+        let before = std::mem::replace(&mut self.marked, now.clone());
         let count = ways.start.len();
-        self.numbers.resize(2 * count, [T::ZERO; 4]);
-        let is_marked = |i: usize| marked.is_some_and(|marked| marked[i]);
-        let number = |i: usize| match i.checked_sub(count) {
-            None => full(&ways.start[i], T::ZERO),
-            Some(i) => full(&ways.end[i], if is_marked(i) { T::ONE } else { T::ZERO }),
-        };
-        let chunks = self.numbers.par_chunks_mut(CHUNK).enumerate().with_min_len(TASK);
-        let changed = chunks.filter_map(|(chunk, numbers)| {
-            let mut changes = false;
-            for (k, own) in numbers.iter_mut().enumerate() {
-                let other = number(chunk * CHUNK + k);
-                changes |= *own != other;
-                *own = other;
-            }
-            changes.then_some(chunk)
-        });
-        changed.collect()
+        if !(std::mem::replace(&mut self.is_there, true) && ways.follows) {
+            return std::iter::once(0..2 * count).collect();
+        }
+        let mut chunks = [before, now].concat();
+        chunks.sort_unstable();
+        chunks.dedup();
+        let parts = parts(&chunks).into_iter();
+        parts.map(|part| count + part.start..count + part.end).collect()
     }
 }
 
@@ -110,19 +109,19 @@ mod tests {
     }
 
     #[test]
-    fn a_change_of_a_place_or_a_mark_is_seen() {
-        let start = vec![[0.0_f32; 3]; 1500];
-        let mut end = start.clone();
+    fn ends_are_given_where_marks_are_or_were() {
+        let places = vec![[0.0_f32; 3]; 1500];
+        let ways =
+            |follows| Ways { start: &places, end: &places, delta: 0.0, is_new: false, follows };
+        let marks = |at: usize| (0..1500).map(|i| i == at).collect::<Vec<bool>>();
         let mut sent = SentWays::new();
-        fn ways<'a>(start: &'a [[f32; 3]], end: &'a [[f32; 3]]) -> Ways<'a, f32> {
-            Ways { start, end, delta: 0.0, is_new: false }
-        }
-        sent.are_there(&ways(&start, &end));
-        assert!(sent.update(&ways(&start, &end), None).is_empty());
-        end[600][2] = 1.0;
-        assert_eq!(sent.update(&ways(&start, &end), None), [2100 / CHUNK]);
-        let marked: Vec<bool> = (0..1500).map(|i| i == 1499).collect();
-        assert_eq!(sent.update(&ways(&start, &end), Some(&marked)), [2999 / CHUNK]);
-        assert_eq!(sent.update(&ways(&start, &end), None), [2999 / CHUNK]);
+        let (all, of) = (0..3000, |chunk: usize| 1500 + 512 * chunk..1500 + 512 * (chunk + 1));
+        assert_eq!(sent.parts(&ways(true), None), std::slice::from_ref(&all), "it has none");
+        sent.are_there();
+        assert_eq!(sent.parts(&ways(true), Some(&marks(600))), [of(1)]);
+        assert_eq!(sent.parts(&ways(true), Some(&marks(1499))), [of(1).start..of(2).end]);
+        assert_eq!(sent.parts(&ways(true), None), [of(2)], "without the mark");
+        assert_eq!(sent.parts(&ways(true), None), []);
+        assert_eq!(sent.parts(&ways(false), None), std::slice::from_ref(&all), "others");
     }
 }
