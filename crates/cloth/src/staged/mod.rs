@@ -167,7 +167,7 @@ impl<S: Solver> StagedSolver<S> {
             match self.sewing.gathered((&self.scene, &part), (config, &state))? {
                 Gathered::At(state) => return Ok((part, state)),
                 Gathered::Caught(particles) => {
-                    let (fewer, left) = part.without(&self.scene, &state, &particles)?;
+                    let (fewer, left) = part.without(&self.scene, (stage, &state), &particles)?;
                     if left == 0 {
                         break;
                     }

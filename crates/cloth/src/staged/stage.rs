@@ -191,14 +191,15 @@ impl Stage {
         Ok(stage)
     }
 
-    /// The same stage without the stitches at any of these particles, whose number comes with it.
+    /// The same stage without the stitches at any of these particles, whose number comes with it. What is welded in `before` stays so: its sides are in one
+    /// place, and would go through each other from there.
     ///
     /// # Errors
     /// What cannot be welded.
     pub(crate) fn without(
         &self,
         scene: &CompiledScene,
-        state: &State,
+        (before, state): (&Self, &State),
         particles: &[u32],
     ) -> Result<(Self, usize)> {
         let mut stage = self.clone();
@@ -210,7 +211,8 @@ impl Stage {
                 let ends = seams.stitches()[stitch as usize];
                 ends.iter().filter_map(became).any(|place| places.contains(&place))
             };
-            stage.open.extend(seams.to_weld().filter(meets));
+            let is_new = |stitch: &u32| !before.is_welded || before.open.contains(stitch);
+            stage.open.extend(seams.to_weld().filter(is_new).filter(meets));
             stage.open.sort_unstable();
             stage.open.dedup();
             stage.weld_set(scene, state)?;
