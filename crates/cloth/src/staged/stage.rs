@@ -336,3 +336,53 @@ pub(super) const fn is_implicit(scene: &CompiledScene) -> bool {
 fn phase_at(scene: &CompiledScene, frame: u64) -> Option<usize> {
     scene.phases.iter().position(|phase| frame < phase.end)
 }
+
+#[cfg(test)]
+mod tests {
+    use cloth_scene::{CompileOptions, Scene};
+
+    use super::*;
+
+    /// Two strips of a cloth, three stitches between them.
+    fn scene() -> CompiledScene {
+        let folder = tempfile::tempdir().unwrap();
+        let mut mesh = String::new();
+        for (row, y) in [0.0, 0.1, 0.1, 0.2].into_iter().enumerate() {
+            for x in [0.0, 0.1, 0.2] {
+                mesh += &format!("v {x} {y} 0\nvt {x} {}\n", row as f64);
+            }
+        }
+        for first in [1, 2, 7, 8] {
+            let [a, b, c, d] = [first, first + 1, first + 4, first + 3];
+            mesh += &format!("f {a}/{a} {b}/{b} {c}/{c}\nf {a}/{a} {c}/{c} {d}/{d}\n");
+        }
+        std::fs::write(folder.path().join("strips.obj"), mesh).unwrap();
+        let text = r#"
+name = "strips"
+simulation.solver = "implicit"
+cloth = [{ name = "strips", material.preset = "cotton", geometry.mesh.file = "strips.obj", pattern.from = "uv" }]
+seam = [{ name = "seam", close = [0.0, 0.1], stitches = [[3, 6], [4, 7], [5, 8]] }]
+"#;
+        let mut scene = Scene::from_toml(text, "strips.toml").unwrap();
+        scene.origin.directory = folder.path().to_owned();
+        scene.compile(&CompileOptions::default()).unwrap()
+    }
+
+    /// Sides that are at one place would go through each other from there.
+    #[test]
+    fn what_is_welded_is_not_opened_again_for_what_is_caught_beside_it() {
+        let scene = scene();
+        let mut state = scene.model.initial_state();
+        state.positions[7][2] = 2e-3;
+        let before = Stage::of_state(&scene, 9, &state, (&[], &[])).unwrap();
+        assert_eq!((before.is_welded, &*before.open), (true, &[1][..]));
+        state.positions[7][2] = 0.0;
+        let all = Stage::of_state(&scene, 10, &state, (&[], &[])).unwrap();
+        assert!(all.open.is_empty() && before.welds(&all));
+        let caught = [3, 4];
+        let (fewer, left) = all.without(&scene, (&before, &state), &caught).unwrap();
+        assert_eq!((&*fewer.open, left), (&[1][..], 1));
+        let (fewer, left) = all.without(&scene, (&Stage::start(&scene), &state), &caught).unwrap();
+        assert_eq!((&*fewer.open, left), (&[0, 1][..], 2), "where nothing is welded yet");
+    }
+}
