@@ -74,8 +74,7 @@ pub struct RestHinge {
 }
 
 impl RestTriangle {
-    /// Takes the folds that say nothing of this triangle, which are a third on regular meshes, and the vertices beyond them out of its patch:
-    /// they would only make the matrix larger.
+    /// Takes the folds that say nothing of this triangle, which are a third on regular meshes, and the vertices beyond them out of its patch.
     fn leave_idle(&mut self) {
         let [a, b, c] = self.vertices;
         for (far, corner) in [b, a, c, b, a, c].into_iter().enumerate() {

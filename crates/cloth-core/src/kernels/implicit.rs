@@ -138,7 +138,7 @@ pub trait ImplicitKernels: Send {
     /// What the device reports; `Unsupported` by a backend that has none.
     fn membrane_linearise(&mut self, substep: &Substep, start: NewtonStart) -> Result<()>;
 
-    /// NUMERICS §12: the blocks of their folds, and what they add to b. Comes after `membrane_linearise`.
+    /// NUMERICS §12: the blocks of folds, and what bending adds to b. Comes after `membrane_linearise`.
     ///
     /// # Errors
     /// What the device reports; `Unsupported` by a backend that has none.
