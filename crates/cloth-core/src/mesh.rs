@@ -27,6 +27,9 @@ pub struct TriangleMesh {
     pub folds: Vec<MeshFold>,
     /// Where the source is sewn.
     pub stitches: Vec<MeshStitch>,
+    /// Whether pieces may lie face to face at an edge that they share, as they may where only a part of seams has closed. Else they are told to turn
+    /// around.
+    pub is_sewn_in_part: bool,
     /// Faces of the source that had more than three corners and became several triangles.
     pub polygons: usize,
 }

@@ -128,7 +128,8 @@ impl RestShape {
             corners.push(uv);
         }
         let vertices = mesh.positions.len();
-        let edges = WingedEdges::of_pattern(vertices, &mesh.triangles, &corners, cloth)?;
+        let both = (&*mesh.triangles, &*corners);
+        let edges = WingedEdges::of_pattern(vertices, both, mesh.is_sewn_in_part, cloth)?;
         flips_check(&edges, &mesh.triangles, &corners, cloth)?;
         let overlap = rest_warning::overlap(&corners);
         grain_apply(&mut corners, &mesh.grain, cloth)?;

@@ -48,23 +48,23 @@ impl WingedEdges {
     ///
     /// Where three triangles or more meet at an edge that the pattern has in different places, these are sewn together there, as in a pleat or a
     /// yoke. Such an edge stands several times: once for the triangles that are neighbours in the pattern, and as a border of each other. So does one
-    /// along which two pieces are sewn face to face, as they are where parts of several seams have closed.
+    /// along which two pieces are sewn face to face, if it `is_sewn_in_part`, as where parts of several seams have closed.
     ///
     /// # Errors
     /// As [`Self::build`].
     pub fn of_pattern(
         vertices: usize,
-        triangles: &[[u32; 3]],
-        corners: &[[[f64; 2]; 3]],
+        (triangles, corners): (&[[u32; 3]], &[[[f64; 2]; 3]]),
+        is_sewn_in_part: bool,
         cloth: &str,
     ) -> Result<Self, ModelError> {
         triangles_check(vertices, triangles, cloth, |_| false)?;
-        Self::join(triangles, Some(corners), cloth)
+        Self::join(triangles, Some((corners, is_sewn_in_part)), cloth)
     }
 
     fn join(
         triangles: &[[u32; 3]],
-        pattern: Option<&[[[f64; 2]; 3]]>,
+        pattern: Option<(&[[[f64; 2]; 3]], bool)>,
         cloth: &str,
     ) -> Result<Self, ModelError> {
         // One entry for each side of each triangle: the edge, then the triangle and its corner.
@@ -85,7 +85,8 @@ impl WingedEdges {
                 |&(edge, t, corner): &Side| triangles[t as usize][corner as usize] == edge[0];
             let is_face_to_face =
                 group.len() == 2 && runs_along(&group[0]) == runs_along(&group[1]);
-            let Some(pattern) = pattern.filter(|_| group.len() > 2 || is_face_to_face) else {
+            let is_split = |in_part: bool| group.len() > 2 || in_part && is_face_to_face;
+            let Some((pattern, _)) = pattern.filter(|&(_, in_part)| is_split(in_part)) else {
                 joined.edge(triangles, group, cloth)?;
                 continue;
             };
@@ -258,13 +259,13 @@ mod tests {
             [[5.0, 0.0], [6.0, 0.0], [5.0, 1.0]],
             [[9.0, 0.0], [8.0, 0.0], [9.0, 1.0]],
         ];
-        let edges = WingedEdges::of_pattern(6, &triangles, &pattern, "c").unwrap();
+        let edges = WingedEdges::of_pattern(6, (&triangles, &pattern), false, "c").unwrap();
         let on = |k: usize| edges.edges[edges.triangle_edges[k][0] as usize].triangles;
         assert_eq!([0, 1, 2, 3].map(on), [[0, 1], [0, 1], [2, NONE], [NONE, 3]]);
         // Neighbours in the pattern are not sewn.
         let mut same = pattern;
         same[2][..2].copy_from_slice(&pattern[0][..2]);
-        let error = WingedEdges::of_pattern(6, &triangles, &same, "c").unwrap_err();
+        let error = WingedEdges::of_pattern(6, (&triangles, &same), false, "c").unwrap_err();
         assert!(
             matches!(error, ModelError::EdgeNonManifold { ref triangles, .. } if *triangles == [0, 1, 2])
         );
@@ -275,12 +276,17 @@ mod tests {
         let triangles = [[0, 1, 2], [0, 1, 3]];
         let mut pattern =
             [[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], [[5.0, 0.0], [6.0, 0.0], [5.0, 1.0]]];
-        let edges = WingedEdges::of_pattern(4, &triangles, &pattern, "c").unwrap();
+        let build = |pattern: &[[[f64; 2]; 3]], in_part| {
+            WingedEdges::of_pattern(4, (&triangles, pattern), in_part, "c")
+        };
+        let edges = build(&pattern, true).unwrap();
         let on = |k: usize| edges.edges[edges.triangle_edges[k][0] as usize].triangles;
         assert_eq!([0, 1].map(on), [[0, NONE], [1, NONE]]);
+        let error = build(&pattern, false).unwrap_err();
+        assert!(matches!(error, ModelError::EdgeInconsistent { edge: [0, 1], .. }));
         // Neighbours in the pattern are one piece, of which one triangle lies the wrong way around.
         pattern[1][..2].copy_from_slice(&[[0.0, 0.0], [1.0, 0.0]]);
-        let error = WingedEdges::of_pattern(4, &triangles, &pattern, "c").unwrap_err();
+        let error = build(&pattern, true).unwrap_err();
         assert!(matches!(error, ModelError::EdgeInconsistent { edge: [0, 1], .. }));
     }
 

@@ -81,7 +81,8 @@ impl ModelBuilder {
             let torn = welding.torn.iter().copied().filter(is_own).map(|edge| edge - edges.start);
             let torn: Vec<u32> = torn.collect();
             first_edge = edges.end;
-            let (welded, of_cloth) = cloth_weld(cloth, &sewn, tear.map(|tear| (tear, &torn[..])))?;
+            let (welded, of_cloth) =
+                cloth_weld(cloth, &sewn, tear.map(|tear| (tear, &torn[..])), welding.open)?;
             let first = maps.iter().map(|(_, _, count)| count).sum::<u32>();
             map.extend(of_cloth.iter().map(|particle| first + particle));
             let count = of_cloth.iter().max().map_or(0, |last| last + 1);
@@ -132,6 +133,7 @@ fn cloth_weld(
     cloth: &Cloth,
     seams: &[Seam],
     tear: Option<(&Tear, &[u32])>,
+    open: &[u32],
 ) -> Result<(Cloth, Vec<u32>), ModelError> {
     let count = cloth.geometry.particle_count() as u32;
     let mut classes = VertexClasses::new(count as usize);
@@ -171,6 +173,7 @@ fn cloth_weld(
         let places = tears.places(count as usize);
         part((&mesh.triangles, &places), (&classes.all(), None), &mut mesh.positions, TEAR_GAP);
     }
+    mesh.is_sewn_in_part = !open.is_empty();
     let (mesh, map) = mesh_weld(mesh, &classes, &cloth.name)?;
     let mut pins: Vec<u32> =
         cloth.pins.iter().filter_map(|&pin| map.get(pin as usize).copied()).collect();
