@@ -90,7 +90,8 @@ fn every_interaction_is_in_every_place() {
     assert!(places.len() > 20, "{} places", places.len());
     let list = Sources::default().read("crates/cloth-core/src/model/interactions/mod.rs");
     let all = list.split("pub const ALL: [Self; ").nth(1).unwrap();
-    let all = all.split("] = [").nth(1).unwrap().split("];").next().unwrap();
+    let all = all.split_once('=').unwrap().1.trim().trim_start_matches('[');
+    let all = all.split("];").next().unwrap();
     let all: Vec<_> = all.split("Self::").map(|name| name.trim_matches([',', ' ', '\n'])).collect();
     let all: Vec<_> = all.into_iter().filter(|name| !name.is_empty()).collect();
     assert_eq!(all, kinds.iter().map(|kind| kind.kind).collect::<Vec<_>>(), "the table of kinds");
