@@ -68,8 +68,8 @@ pub struct RestHinge {
     pub triangles: [u32; 2],
     /// Fold at rest \[rad\].
     pub angle: f64,
-    /// Stiffness of the hinge on its own \[N m\], B |e|^2 / (A1 + A2): for what has room for the four vertices of one hinge alone.
-    /// Its energy depends on the mesh, that of [`RestTriangle::bending`] does not.
+    /// Stiffness of the hinge on its own \[N m\], B |e|^2 / (A1 + A2). Its energy depends on the mesh, that of [`RestTriangle::bending`] does not: tests
+    /// compare the two. The matrix has [`FabricFold::stiffness`](crate::FabricFold::stiffness).
     pub stiffness: f64,
 }
 
