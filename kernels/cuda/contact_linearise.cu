@@ -1,4 +1,4 @@
-// NUMERICS section 5, `contact_linearise`: direction and weight of each pair in contact.
+// NUMERICS section 5, `contact_linearise`: direction and weight of each pair in contact; section 15, where triangles have theirs.
 
 extern "C" __global__ void contact_linearise(const __grid_constant__ Solver s, const __grid_constant__ Linear l, real weight) {
     uint i = blockIdx.x * blockDim.x + threadIdx.x;
@@ -12,4 +12,10 @@ extern "C" __global__ void contact_linearise(const __grid_constant__ Solver s, c
         count++;
     });
     l.pair_counts[i] = count;
+}
+
+// Where the particles of each contact have their places.
+extern "C" __global__ void contact_linearise_ranks(const __grid_constant__ Solver, const __grid_constant__ ContactTable table) {
+    uint k = blockIdx.x * blockDim.x + threadIdx.x;
+    if (k < table.place_count) table.ranks[table.places[k]] = k;
 }

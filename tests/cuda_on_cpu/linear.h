@@ -70,8 +70,12 @@ int main(int, char** arguments) {
     s.kept_velocity = (real4*)input_list();
     l.contacts.offsets = input_list();
     l.contacts.places = input_list();
+    l.contacts.place_count = list_length;
+    l.contacts.terms = zeros<real4>(list_length);
     l.contacts.contacts = (const TriangleContact*)input_list();
     l.has_contacts = list_length > 0;
+    l.contacts.count = list_length * sizeof(uint) / sizeof(TriangleContact);
+    l.contacts.ranks = zeros<uint>(4 * (size_t)l.contacts.count);
     s.force = zeros<real4>(s.count);
     // No springs.
     s.spring_row = zeros<uint>(s.count);
@@ -97,6 +101,13 @@ int main(int, char** arguments) {
     launch_over(places, [&] { implicit_assemble_fabric(s, l); });
     launch_over(s.count, [&] { implicit_assemble(s, l, !from_start); });
     launch_over(s.count, [&] { matrix_apply(s, l, RIGHT_SIDE, IMAGE); });
+    // A solve has the same, or nothing is right.
+    launch_over(l.contacts.place_count, [&] { contact_linearise_ranks(s, l.contacts); });
+    launch_over(100, [&] { contact_terms(l.contacts, l.vectors[RIGHT_SIDE]); });
+    for (uint i = 0; i < s.count; i++) {
+        vec3 row = matrix_row<1, true>(s, l, l.vectors[RIGHT_SIDE], i, l.origin[i]), applied = xyz(l.vectors[IMAGE][i]);
+        if (row.x != applied.x || row.y != applied.y || row.z != applied.z) l.vectors[IMAGE][i] = {};
+    }
     file = fopen(arguments[2], "wb");
     if (!file) return 2;
     fwrite(l.vectors[RIGHT_SIDE], sizeof(real4), s.count, file);

@@ -130,6 +130,7 @@ fn by_kernels(words: &[u32], edit: impl Fn(String) -> String) -> State {
         "bending_linearise",
         "matrix_apply",
         "contact_forces",
+        "contact_linearise",
     ] {
         text += find(name).file();
     }
@@ -230,12 +231,14 @@ fn systems_in_contact() {
     }
     let start = NewtonStart::StepStart;
     let (expected, words) = (by_cpu(&model, states, start), words(&model, states, (start, 0)));
-    // The weight of another particle, a block that is not symmetric, velocities that move nothing, a force without its weight.
+    // The weight of another particle, a block that is not symmetric, velocities that move nothing, a force without its weight, a solve whose terms
+    // are in the wrong rows.
     for (right, wrong) in [
         ("w[2] * c) + w[3] * d", "w[3] * c) + w[2] * d"),
         ("m[3] * v.x + m[1] * v.y", "m[4] * v.x + m[1] * v.y"),
         ("right + negative(sum)", "right + (real)0 * (sum)"),
         ("sum + contact.weights[table.places[k] % 4] * make_vec3", "sum + make_vec3"),
+        ("table.ranks[4 * c + a]", "table.ranks[4 * c]"),
     ] {
         let found = by_kernels(&words, |text| replaced(&text, right, wrong));
         assert!(first_difference(&expected, &found).is_some(), "`{wrong}` is not found");

@@ -184,15 +184,24 @@ impl<T: Pod> Buffer<T> {
         unsafe { result::memcpy_htod_async(to, entries, queue.stream) }.engine()
     }
 
-    /// Writes the first entries, and makes room for them before, with some more for the next time.
+    /// Makes room for so many entries, with some more for the next time. What was there is lost where there was less.
+    ///
+    /// # Errors
+    /// `OutOfMemory`, `DeviceLost`.
+    pub(crate) fn grow(&mut self, queue: &Queue, count: usize) -> Result<()> {
+        if self.length < count {
+            queue.synchronize()?;
+            *self = Self::zeros(queue, count + count / 4)?;
+        }
+        Ok(())
+    }
+
+    /// Writes the first entries, and makes room for them before.
     ///
     /// # Errors
     /// `OutOfMemory`, `DeviceLost`.
     pub(crate) fn write_growing(&mut self, queue: &Queue, entries: &[T]) -> Result<()> {
-        if self.length < entries.len() {
-            queue.synchronize()?;
-            *self = Self::zeros(queue, entries.len() + entries.len() / 4)?;
-        }
+        self.grow(queue, entries.len())?;
         self.write(queue, 0, entries)
     }
 

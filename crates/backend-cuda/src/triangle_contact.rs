@@ -54,6 +54,10 @@ pub(crate) struct ContactTable {
     offsets: u64,
     places: u64,
     contacts: u64,
+    ranks: u64,
+    terms: u64,
+    count: u32,
+    pub(crate) place_count: u32,
 }
 
 /// Contacts that a thread of the host puts in words, at least.
@@ -76,6 +80,12 @@ pub(crate) struct TriangleMemory<T> {
     offsets: Staged<u32>,
     places: Staged<u32>,
     contacts: Staged<ContactData<T>>,
+    /// Where the place of each particle of each contact is.
+    ranks: Buffer<u32>,
+    /// What a solve adds up, for each place.
+    terms: Buffer<Real4<T>>,
+    /// Contacts, and their places.
+    counts: [u32; 2],
 }
 
 /// Words of the counts of the results.
@@ -109,6 +119,9 @@ impl<T: CudaReal> TriangleMemory<T> {
             offsets: Staged::new(queue)?,
             places: Staged::new(queue)?,
             contacts: Staged::new(queue)?,
+            ranks: Buffer::zeros(queue, 0)?,
+            terms: Buffer::zeros(queue, 0)?,
+            counts: [0; 2],
         })
     }
 
@@ -190,7 +203,11 @@ impl<T: CudaReal> TriangleMemory<T> {
             let ContactAction { rows, force, .. } = state.action;
             *out = ContactData { particles, weights, rows, force, carried };
         };
-        self.contacts.write(queue, set.states().len(), |out| {
+        let count = set.states().len();
+        self.counts = [count as u32, places.len() as u32];
+        self.ranks.grow(queue, 4 * count)?;
+        self.terms.grow(queue, places.len())?;
+        self.contacts.write(queue, count, |out| {
             let all = out.par_iter_mut().zip(set.states()).enumerate();
             all.with_min_len(TASK).for_each(data);
         })
@@ -202,6 +219,10 @@ impl<T: CudaReal> TriangleMemory<T> {
             offsets: self.offsets.address(),
             places: self.places.address(),
             contacts: self.contacts.address(),
+            ranks: self.ranks.address(),
+            terms: self.terms.address(),
+            count: self.counts[0],
+            place_count: self.counts[1],
         }
     }
 }

@@ -12,11 +12,16 @@ struct TriangleContact {
 
 static_assert(sizeof(TriangleContact) == 16 + 16 * sizeof(real), "`triangle_contact.rs` of the backend has another layout");
 
-// For each particle where its places begin, and the end; the places, 4 c + a for particle a of contact c.
+// For each particle where its places begin, and the end; the places, 4 c + a for particle a of contact c; the contacts. For each particle of each contact where
+// its place is; and a vector for each place, which a solve works out for all rows before it adds them up.
 struct ContactTable {
     const uint* offsets;
     const uint* places;
     const TriangleContact* contacts;
+    uint* ranks;
+    real4* terms;
+    uint count;
+    uint place_count;
 };
 
 // S sum w_b v_b, of the vectors of the particles.
@@ -37,12 +42,36 @@ __device__ __forceinline__ vec3 contact_times(const TriangleContact& contact, co
 __device__ __forceinline__ bool contacts_any(const ContactTable& table, uint i) { return table.offsets[i] != table.offsets[i + 1]; }
 
 // The row of a particle times a vector.
-template <uint MEMBERS = 1> __device__ __forceinline__ vec3 contacts_row(const ContactTable& table, const real4* vectors, uint i) {
+__device__ __forceinline__ vec3 contacts_row(const ContactTable& table, const real4* vectors, uint i) {
     vec3 sum = {0, 0, 0};
-    terms_add<MEMBERS>(sum, table.offsets[i], table.offsets[i + 1], [&](uint k, vec3& term) {
+    for (uint k = table.offsets[i], end = table.offsets[i + 1]; k < end; k++) {
         uint place = table.places[k];
         const TriangleContact& contact = table.contacts[place / 4];
-        term = contact.weights[place % 4] * contact_times(contact, vectors);
+        sum = sum + contact.weights[place % 4] * contact_times(contact, vectors);
+    }
+    return sum;
+}
+
+// The terms of all rows times a vector, by all threads of the grid. A contact is in up to four rows, and some particles are in dozens of contacts: this way each
+// contact is worked out once, and a long row waits for nothing but numbers that lie side by side. Warps are spread over the blocks.
+__device__ __forceinline__ void contact_terms(const ContactTable& table, const real4* vectors) {
+    uint warps = blockDim.x / WARP, first = (threadIdx.x / WARP * gridDim.x + blockIdx.x) * WARP + threadIdx.x % WARP;
+    for (uint c = first; c < table.count; c += gridDim.x * warps * WARP) {
+        const TriangleContact& contact = table.contacts[c];
+        vec3 times = contact_times(contact, vectors);
+#pragma unroll
+        for (uint a = 0; a < 4; a++) {
+            real weight = contact.weights[a];
+            if (weight != 0) table.terms[table.ranks[4 * c + a]] = with_w(weight * times, 0);
+        }
+    }
+}
+
+// The row of a particle from the terms that all blocks have written.
+template <uint MEMBERS> __device__ __forceinline__ vec3 contacts_row_of_terms(const ContactTable& table, uint i) {
+    vec3 sum = {0, 0, 0};
+    terms_add<MEMBERS>(sum, table.offsets[i], table.offsets[i + 1], [&](uint k, vec3& term) {
+        term = xyz(table.terms[k]);
         return true;
     });
     return sum;

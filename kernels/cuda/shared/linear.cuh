@@ -117,7 +117,7 @@ struct Linear {
     real pair_share;
 };
 
-static_assert(sizeof(Linear) == (sizeof(real) > 4 ? 368 : 360), "`linear/data.rs` of the backend has another layout");
+static_assert(sizeof(Linear) == (sizeof(real) > 4 ? 392 : 384), "`linear/data.rs` of the backend has another layout");
 
 #define SOLUTION 0
 #define RIGHT_SIDE 1
@@ -240,8 +240,9 @@ template <uint MEMBERS> __device__ __forceinline__ vec3 element_row(const Linear
     return sum;
 }
 
-// Row i of A times a vector, for a particle with this origin. With several MEMBERS, all lanes of a warp call it, those of a team for one row.
-template <uint MEMBERS = 1> __device__ __forceinline__ vec3 matrix_row(const Solver& s, const Linear& l, const real4* p, uint i, const real4& origin) {
+// Row i of A times a vector, for a particle with this origin. With several MEMBERS, all lanes of a warp call it, those of a team for one row. HAS_TERMS says that
+// `contact_terms` of this vector are there.
+template <uint MEMBERS, bool HAS_TERMS> __device__ __forceinline__ vec3 matrix_row(const Solver& s, const Linear& l, const real4* p, uint i, const real4& origin) {
     vec3 own = xyz(p[i]), off = {0, 0, 0};
     if (l.is_full) off = xyz(l.base[1][i]);
     vec3 sum = base_apply(xyz(l.base[0][i]), off, l.is_full, own);
@@ -252,7 +253,12 @@ template <uint MEMBERS = 1> __device__ __forceinline__ vec3 matrix_row(const Sol
     }
     if (l.has_pairs) pairs_add<MEMBERS>(s, l, i, own, [&](uint j) { return p[j]; }, sum);
     if (l.has_contacts) {
-        vec3 touching = contacts_row<MEMBERS>(l.contacts, p, i);
+        vec3 touching;
+        if constexpr (HAS_TERMS) {
+            touching = contacts_row_of_terms<MEMBERS>(l.contacts, i);
+        } else {
+            touching = contacts_row(l.contacts, p, i);
+        }
         if (contacts_any(l.contacts, i)) sum = sum + touching;
     }
     if (l.has_elements) sum = sum + element_row<MEMBERS>(l, p, i, own);

@@ -178,12 +178,16 @@ template <typename Memory> struct Passes {
     // The same with its origin and its row of A times a vector.
     template <typename Visit>
     static __device__ __forceinline__ void for_rows(const Solver& s, const Linear& l, Memory& memory, const real4* vector, uint count, double* first, double* second, Visit visit) {
+        if (l.has_contacts) {
+            contact_terms(l.contacts, vector);
+            grid_barrier(&s.status->barrier[1]);
+        }
         for_teams(s, memory, count, first, second, [&](uint i) {
             // All lanes of a warp have to be there.
             uint j = MEMBERS > 1 ? min(i, s.count - 1) : i;
             if (MEMBERS == 1 && i >= s.count) return Products{0, 0};
             real4 origin = l.origin[j];
-            vec3 row = matrix_row<MEMBERS>(s, l, vector, j, origin);
+            vec3 row = matrix_row<MEMBERS, true>(s, l, vector, j, origin);
             if (i < s.count && is_first()) return visit(i, origin, row);
             return Products{0, 0};
         });

@@ -124,7 +124,12 @@ impl<T: CudaReal> CudaKernels<T> {
         let linear = self.linear()?;
         linear.data.contacts = table;
         linear.data.has_contacts = u32::from(has_contacts);
-        Ok(())
+        if !has_contacts {
+            return Ok(());
+        }
+        let launch = Launch::over(table.place_count as usize);
+        let name = ("contact_linearise", "contact_linearise_ranks");
+        self.stage("contact_linearise", |kernels| kernels.start(name, launch, &[argument(&table)]))
     }
 
     /// `contact_certify`.
