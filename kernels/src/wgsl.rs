@@ -46,6 +46,7 @@ modules! {
     "collider_constraints" ["grids"],
     "collider_impulses" [],
     "collider_response" ["grids", "feedback", "start"],
+    "conjugate_gradient_contacts" [],
     "conjugate_gradient_image" ["colliders", "fabric", "penalty", "triangles"],
     "conjugate_gradient_iteration" ["colliders"],
     "conjugate_gradient_step" ["colliders"],
@@ -136,7 +137,7 @@ shared! {
     "constraint" "constraint_change" "constraint_none" "contact_counts" "contact_exclusions"
     "contact_exclusions_none" "contact_force" "contact_kept" "contact_next"
     "contact_pair" "contact_partners" "contact_penalty" "contact_row" "contact_row_none" "contact_search"
-    "contact_spill" "contact_table" "contact_turn" "contact_wanted"
+    "contact_spill" "contact_table" "contact_terms" "contact_times" "contact_turn" "contact_wanted"
     "control_forces" "distance_grid" "distance_grid_none" "element_own" "element_own_none" "element_pull" "element_pull_none" "element_row"
     "element_row_none" "element_sums" "fabric" "fabric_add" "fabric_add_none"
     "fabric_gather" "fabric_tangents" "fabric_vectors" "feedback" "feedback_none" "field" "filter" "finite" "fold" "fold_apexes" "fold_moments" "fold_numbers" "fold_tables" "force" "group"
@@ -145,7 +146,7 @@ shared! {
     "particle_advance" "particle_force" "piece" "pair_box" "pair_boxes" "pair_each" "pair_found" "pair_list" "pair_references" "pair_results" "pair_task" "pair_way_box" "pair_ways" "plate"
     "position_start" "position_start_none" "preconditioner" "preconditioner_block" "procedural" "schwarz" "schwarz_factor" "schwarz_prolong" "schwarz_residual" "solve"
     "solve_begin" "solve_check" "solve_energy" "solve_outcome" "spring" "spring_batch" "spring_buckling" "spring_factor" "spring_linear"
-    "status" "substep" "surface" "symmetric" "triangle_row" "triangle_row_none" "triangles" "vectors"
+    "status" "substep" "surface" "symmetric" "triangle_row" "triangle_row_none" "triangle_row_terms" "triangles" "vectors"
 }
 
 /// A resource that a module binds.

@@ -7,7 +7,7 @@
 //!include contact_row_none
 //!end
 //!if triangles
-//!include contact_table triangle_row
+//!include contact_table contact_times triangle_row
 //!end
 //!if not triangles
 //!include triangle_row_none

@@ -55,7 +55,7 @@ pub(crate) struct ContactTable {
     places: u64,
     contacts: u64,
     ranks: u64,
-    terms: u64,
+    pub(crate) terms: u64,
     count: u32,
     pub(crate) place_count: u32,
 }
@@ -86,6 +86,8 @@ pub(crate) struct TriangleMemory<T> {
     terms: Buffer<Real4<T>>,
     /// Contacts, and their places.
     counts: [u32; 2],
+    /// Whether solves work out all contacts before they add up rows.
+    is_crowded: bool,
 }
 
 /// Words of the counts of the results.
@@ -122,6 +124,7 @@ impl<T: CudaReal> TriangleMemory<T> {
             ranks: Buffer::zeros(queue, 0)?,
             terms: Buffer::zeros(queue, 0)?,
             counts: [0; 2],
+            is_crowded: false,
         })
     }
 
@@ -205,8 +208,11 @@ impl<T: CudaReal> TriangleMemory<T> {
         };
         let count = set.states().len();
         self.counts = [count as u32, places.len() as u32];
-        self.ranks.grow(queue, 4 * count)?;
-        self.terms.grow(queue, places.len())?;
+        self.is_crowded = set.is_crowded();
+        if self.is_crowded {
+            self.ranks.grow(queue, 4 * count)?;
+            self.terms.grow(queue, places.len())?;
+        }
         self.contacts.write(queue, count, |out| {
             let all = out.par_iter_mut().zip(set.states()).enumerate();
             all.with_min_len(TASK).for_each(data);
@@ -220,7 +226,7 @@ impl<T: CudaReal> TriangleMemory<T> {
             places: self.places.address(),
             contacts: self.contacts.address(),
             ranks: self.ranks.address(),
-            terms: self.terms.address(),
+            terms: if self.is_crowded { self.terms.address() } else { 0 },
             count: self.counts[0],
             place_count: self.counts[1],
         }

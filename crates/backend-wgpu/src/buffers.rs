@@ -300,8 +300,10 @@ fn limit_name(buffer: &'static str) -> &'static str {
         | "element_entries" | "schwarz_factors" | "schwarz_tables" | "schwarz_vectors" => {
             "bytes of a buffer of the linear system on this device"
         }
-        "contact_entries" | "contact_factors" | "contact_table" | "group_rows" | "pairs"
-        | "pair_results" => "bytes of a buffer of contact candidates on this device",
+        "contact_entries" | "contact_factors" | "contact_table" | "contact_terms"
+        | "group_rows" | "pairs" | "pair_results" => {
+            "bytes of a buffer of contact candidates on this device"
+        }
         _ => "bytes of a buffer on this device",
     }
 }

@@ -13,7 +13,7 @@ struct TriangleContact {
 static_assert(sizeof(TriangleContact) == 16 + 16 * sizeof(real), "`triangle_contact.rs` of the backend has another layout");
 
 // For each particle where its places begin, and the end; the places, 4 c + a for particle a of contact c; the contacts. For each particle of each contact where
-// its place is; and a vector for each place, which a solve works out for all rows before it adds them up.
+// its place is; and a vector for each place, which a solve works out for all rows before it adds them up, or null where rows are short.
 struct ContactTable {
     const uint* offsets;
     const uint* places;
@@ -42,13 +42,14 @@ __device__ __forceinline__ vec3 contact_times(const TriangleContact& contact, co
 __device__ __forceinline__ bool contacts_any(const ContactTable& table, uint i) { return table.offsets[i] != table.offsets[i + 1]; }
 
 // The row of a particle times a vector.
-__device__ __forceinline__ vec3 contacts_row(const ContactTable& table, const real4* vectors, uint i) {
+template <uint MEMBERS = 1> __device__ __forceinline__ vec3 contacts_row(const ContactTable& table, const real4* vectors, uint i) {
     vec3 sum = {0, 0, 0};
-    for (uint k = table.offsets[i], end = table.offsets[i + 1]; k < end; k++) {
+    terms_add<MEMBERS>(sum, table.offsets[i], table.offsets[i + 1], [&](uint k, vec3& term) {
         uint place = table.places[k];
         const TriangleContact& contact = table.contacts[place / 4];
-        sum = sum + contact.weights[place % 4] * contact_times(contact, vectors);
-    }
+        term = contact.weights[place % 4] * contact_times(contact, vectors);
+        return true;
+    });
     return sum;
 }
 

@@ -241,7 +241,7 @@ template <uint MEMBERS> __device__ __forceinline__ vec3 element_row(const Linear
 }
 
 // Row i of A times a vector, for a particle with this origin. With several MEMBERS, all lanes of a warp call it, those of a team for one row. HAS_TERMS says that
-// `contact_terms` of this vector are there.
+// `contact_terms` of this vector are there, if the table has room for them.
 template <uint MEMBERS, bool HAS_TERMS> __device__ __forceinline__ vec3 matrix_row(const Solver& s, const Linear& l, const real4* p, uint i, const real4& origin) {
     vec3 own = xyz(p[i]), off = {0, 0, 0};
     if (l.is_full) off = xyz(l.base[1][i]);
@@ -254,10 +254,10 @@ template <uint MEMBERS, bool HAS_TERMS> __device__ __forceinline__ vec3 matrix_r
     if (l.has_pairs) pairs_add<MEMBERS>(s, l, i, own, [&](uint j) { return p[j]; }, sum);
     if (l.has_contacts) {
         vec3 touching;
-        if constexpr (HAS_TERMS) {
+        if (HAS_TERMS && l.contacts.terms != nullptr) {
             touching = contacts_row_of_terms<MEMBERS>(l.contacts, i);
         } else {
-            touching = contacts_row(l.contacts, p, i);
+            touching = contacts_row<MEMBERS>(l.contacts, p, i);
         }
         if (contacts_any(l.contacts, i)) sum = sum + touching;
     }

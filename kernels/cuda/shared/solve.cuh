@@ -178,7 +178,7 @@ template <typename Memory> struct Passes {
     // The same with its origin and its row of A times a vector.
     template <typename Visit>
     static __device__ __forceinline__ void for_rows(const Solver& s, const Linear& l, Memory& memory, const real4* vector, uint count, double* first, double* second, Visit visit) {
-        if (l.has_contacts) {
+        if (l.has_contacts && l.contacts.terms != nullptr) {
             contact_terms(l.contacts, vector);
             grid_barrier(&s.status->barrier[1]);
         }

@@ -124,7 +124,7 @@ impl<T: CudaReal> CudaKernels<T> {
         let linear = self.linear()?;
         linear.data.contacts = table;
         linear.data.has_contacts = u32::from(has_contacts);
-        if !has_contacts {
+        if !has_contacts || table.terms == 0 {
             return Ok(());
         }
         let launch = Launch::over(table.place_count as usize);

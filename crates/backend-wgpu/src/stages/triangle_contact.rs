@@ -43,6 +43,7 @@ impl Stages {
                 ("pair_references", 2 * VECTOR_SIZE * nodes, None),
                 ("pair_boxes", boxes, None),
                 ("contact_table", 4 * (TABLE_HEAD as u64 + particles + 1), None),
+                ("contact_terms", VECTOR_SIZE, None),
             ] {
                 stages.buffers.create(&stages.context, name, size, contents)?;
             }
@@ -116,6 +117,18 @@ impl Stages {
         }
         let items = (self.particle_count(), WORKGROUP);
         self.pair_kernel("contact_forces", "contact_forces_triangles", items)
+    }
+
+    /// The terms of all contacts of a system times c of an iteration, if particles are in many of them.
+    pub(super) fn triangle_terms(&mut self) -> Result<()> {
+        let contacts = match &self.triangles {
+            Some(triangles) if triangles.has_contacts && triangles.set.is_crowded() => {
+                triangles.set.stencils().len() as u32
+            }
+            _ => return Ok(()),
+        };
+        let name = "conjugate_gradient_contacts";
+        self.pair_kernel("conjugate_gradient", name, (contacts, WORKGROUP))
     }
 
     /// Whether triangles can touch.
@@ -378,6 +391,15 @@ impl PairDevice<f32> for Stages {
         let contents = bytemuck::cast_slice(&words);
         let written = self.write_growing_to("contact_table", contents, room);
         self.contact_words = words;
-        written
+        written?;
+        let places = if set.is_crowded() { set.rows().1.len() as u64 } else { 0 };
+        let size = self.buffers.get("contact_terms", 0, 0).map_or(0, wgpu::Buffer::size);
+        if size < VECTOR_SIZE * places {
+            self.recorder.submit(&self.context)?;
+            let room = VECTOR_SIZE * (places + places / 4);
+            self.buffers.create(&self.context, "contact_terms", room.min(max), None)?;
+            self.bind_groups.clear();
+        }
+        Ok(())
     }
 }

@@ -7,11 +7,13 @@ use cloth_core::{
 use rayon::prelude::*;
 
 /// Words before the rows of particles.
-pub(crate) const TABLE_HEAD: usize = 2;
+pub(crate) const TABLE_HEAD: usize = 4;
 /// Contacts that a thread of the host puts in words, at least.
 const TASK: usize = 256;
+/// Where the ranks of a contact are among its words.
+const RANKS: usize = 4 + 4 + 6 + 3 + 3;
 /// Words of a contact.
-const CONTACT_WORDS: usize = 4 + 4 + 6 + 3 + 3;
+const CONTACT_WORDS: usize = RANKS + 4;
 
 /// Puts the table of the present contacts of `count` particles in `words`.
 pub(crate) fn table(
@@ -27,10 +29,12 @@ pub(crate) fn table(
     let first = (TABLE_HEAD + count + 1) as u32;
     let end = first + places.len() as u32;
     words.clear();
-    words.extend([end, u32::from(start == NewtonStart::StepStart)]);
+    let contacts = set.states().len();
+    let flags = [start == NewtonStart::StepStart, set.is_crowded()].map(u32::from);
+    words.extend([end, flags[0], contacts as u32, flags[1]]);
     words.extend(offsets.iter().map(|offset| first + offset));
     words.extend_from_slice(places);
-    words.resize(end as usize + CONTACT_WORDS * set.states().len(), 0);
+    words.resize(end as usize + CONTACT_WORDS * contacts, 0);
     let all = words[end as usize..].par_chunks_exact_mut(CONTACT_WORDS);
     all.zip(set.states()).enumerate().with_min_len(TASK).for_each(|(contact, (words, state))| {
         let ContactEquation { particles, weights, carried } = equation(contact);
@@ -39,4 +43,8 @@ pub(crate) fn table(
         let numbers = numbers.chain(&state.action.force).chain(&carried);
         words[4..].iter_mut().zip(numbers).for_each(|(word, number)| *word = number.to_bits());
     });
+    let all = &mut words[end as usize..];
+    for (rank, place) in places.iter().map(|&place| place as usize).enumerate() {
+        all[CONTACT_WORDS * (place / 4) + RANKS + place % 4] = rank as u32;
+    }
 }

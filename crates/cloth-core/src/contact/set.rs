@@ -15,6 +15,9 @@ const TASK: usize = 256;
 /// Fewer are sorted by one thread.
 const SORTED_ALONE: usize = 16384;
 
+/// Contacts of a particle from which on a device works out all contacts before it adds up rows.
+const CROWD: u32 = 32;
+
 /// All contacts of a substep, ascending by key, and friction's memory from one substep to the next.
 #[derive(Clone, Debug)]
 pub struct ContactSet<T> {
@@ -284,6 +287,15 @@ impl<T: Real> ContactSet<T> {
     #[must_use]
     pub fn rows(&self) -> (&[u32], &[u32]) {
         self.rows.get()
+    }
+
+    /// Whether some particle is in so many contacts that devices better work out each contact once before they add up the rows of the matrix: with one
+    /// more step for all threads, but without a long row that all wait for. (On an H200 an iteration of `conjugate_gradient` takes two thirds of the time for the
+    /// scene `stack`, with 56 contacts, and a tenth more with 20.)
+    #[must_use]
+    pub fn is_crowded(&self) -> bool {
+        let offsets = &self.rows.get().0[..=self.particles as usize];
+        offsets.windows(2).any(|row| row[1] - row[0] > CROWD)
     }
 
     /// The contacts of a particle, ascending, with its weight in each.

@@ -131,6 +131,7 @@ impl Stages {
                 ..call
             };
             if done == 0 {
+                self.triangle_terms()?;
                 self.solve_kernel(stage, "conjugate_gradient_image", call)?;
             }
             for number in done..done + count {
@@ -145,6 +146,7 @@ impl Stages {
                 self.solve_kernel("jacobi", "linear_residual", Call { vector_from, ..call })?;
             } else {
                 let stage = "conjugate_gradient";
+                self.triangle_terms()?;
                 self.solve_kernel(stage, "conjugate_gradient_image", call)?;
                 self.solve_kernel(stage, "conjugate_gradient_step", call)?;
                 self.schwarz_of_residual()?;
