@@ -48,6 +48,7 @@ modules! {
     "collider_response" ["grids", "feedback", "start"],
     "conjugate_gradient_contacts" [],
     "conjugate_gradient_image" ["colliders", "fabric", "penalty", "triangles"],
+    "conjugate_gradient_image_crowded" ["colliders", "fabric"],
     "conjugate_gradient_iteration" ["colliders"],
     "conjugate_gradient_step" ["colliders"],
     "constraint_filter" ["colliders"],
@@ -145,7 +146,7 @@ shared! {
     "matrix_diagonal" "matrix_entry" "matrix_row" "matrix_springs" "measure_sum" "membrane" "membrane_element" "membrane_motion" "membrane_store" "model" "motion" "motion_out"
     "particle_advance" "particle_force" "piece" "pair_box" "pair_boxes" "pair_each" "pair_found" "pair_list" "pair_references" "pair_results" "pair_task" "pair_way_box" "pair_ways" "plate"
     "position_start" "position_start_none" "preconditioner" "preconditioner_block" "procedural" "schwarz" "schwarz_factor" "schwarz_prolong" "schwarz_residual" "solve"
-    "solve_begin" "solve_check" "solve_energy" "solve_outcome" "spring" "spring_batch" "spring_buckling" "spring_factor" "spring_linear"
+    "solve_begin" "solve_check" "solve_energy" "solve_image" "solve_outcome" "spring" "spring_batch" "spring_buckling" "spring_factor" "spring_linear"
     "status" "substep" "surface" "symmetric" "triangle_row" "triangle_row_none" "triangle_row_terms" "triangles" "vectors"
 }
 

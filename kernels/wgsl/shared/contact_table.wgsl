@@ -1,14 +1,13 @@
 // NUMERICS section 15: the contacts of triangles and what they do, ascending by their names.
 //
-// Four words: where contacts begin, whether the right-hand side has the velocities at the start, how many contacts there are, and whether solves work out all
-// of them before they add up rows. For each particle where its places begin, and the end;
+// Three words: where contacts begin, whether the right-hand side has the velocities at the start, and how many contacts there are. For each particle where its places begin, and the end;
 // the places, 4 c + a for particle a of contact c; for each contact its particles, their weights, where nodes of bodies are another particle with weight 0,
 // S (xx, yy, zz, xy, xz, yz), the force on its first point, S sum w_b v_b of the nodes of bodies, and for each of its particles
 // which of all places is that of this contact there.
 
 @group(0) @binding(75) var<storage, read> contact_table: array<u32>;
 
-const TABLE_HEAD: u32 = 4u;
+const TABLE_HEAD: u32 = 3u;
 const CONTACT_WORDS: u32 = 24u;
 const RANKS: u32 = 20u;
 

@@ -3,9 +3,6 @@
 
 // Four terms at a time, so that the device waits once for them; what lies beyond the row is read again and left out.
 fn triangle_row(start: vec3f, particle: u32, vector: u32) -> vec3f {
-    if contact_table[3] == 0u {
-        return start + triangle_sum(particle, vector);
-    }
     var sum = vec3f(0.0);
     let places = contact_places(particle) - (TABLE_HEAD + model.particle_count + 1u);
     for (var k = places.x; k < places.y; k += 4u) {

@@ -98,6 +98,8 @@ pub(crate) struct Stages {
     triangles: Option<Box<DeviceContact<f32>>>,
     /// The table of its contacts as it was last written.
     contact_words: Vec<u32>,
+    /// How many contacts of triangles there are, if solves work them out before they add up rows.
+    crowd: Option<u32>,
     /// What came of recorded solves, for the next one who asks.
     deferred: DeferredOutcome,
     /// Particles that colliders constrain, if the host knows it.
@@ -219,6 +221,7 @@ impl Stages {
             semi_implicit: SemiImplicit::default(),
             triangles: DeviceContact::new(&model, config.pinch).map(Box::new),
             contact_words: Vec::new(),
+            crowd: None,
             deferred: DeferredOutcome::default(),
             constrained: None,
             released: 0,
@@ -350,6 +353,7 @@ impl Stages {
                 let penalty = is_penalty.then_some("penalty");
                 colliders.into_iter().chain(fabric).chain(penalty).chain(triangles).collect()
             }
+            "conjugate_gradient_image_crowded" => colliders.into_iter().chain(fabric).collect(),
             "matrix_apply" => {
                 let contact = [is_penalty.then_some("penalty"), triangles];
                 fabric.into_iter().chain(contact.into_iter().flatten()).collect()

@@ -119,18 +119,6 @@ impl Stages {
         self.pair_kernel("contact_forces", "contact_forces_triangles", items)
     }
 
-    /// The terms of all contacts of a system times c of an iteration, if particles are in many of them.
-    pub(super) fn triangle_terms(&mut self) -> Result<()> {
-        let contacts = match &self.triangles {
-            Some(triangles) if triangles.has_contacts && triangles.set.is_crowded() => {
-                triangles.set.stencils().len() as u32
-            }
-            _ => return Ok(()),
-        };
-        let name = "conjugate_gradient_contacts";
-        self.pair_kernel("conjugate_gradient", name, (contacts, WORKGROUP))
-    }
-
     /// Whether triangles can touch.
     pub(crate) const fn has_triangles(&self) -> bool {
         self.triangles.is_some()
@@ -392,7 +380,8 @@ impl PairDevice<f32> for Stages {
         let written = self.write_growing_to("contact_table", contents, room);
         self.contact_words = words;
         written?;
-        let places = if set.is_crowded() { set.rows().1.len() as u64 } else { 0 };
+        self.crowd = set.is_crowded().then_some(set.stencils().len() as u32);
+        let places = if self.crowd.is_some() { set.rows().1.len() as u64 } else { 0 };
         let size = self.buffers.get("contact_terms", 0, 0).map_or(0, wgpu::Buffer::size);
         if size < VECTOR_SIZE * places {
             self.recorder.submit(&self.context)?;

@@ -7,7 +7,7 @@ use cloth_core::{
 use rayon::prelude::*;
 
 /// Words before the rows of particles.
-pub(crate) const TABLE_HEAD: usize = 4;
+pub(crate) const TABLE_HEAD: usize = 3;
 /// Contacts that a thread of the host puts in words, at least.
 const TASK: usize = 256;
 /// Where the ranks of a contact are among its words.
@@ -30,8 +30,7 @@ pub(crate) fn table(
     let end = first + places.len() as u32;
     words.clear();
     let contacts = set.states().len();
-    let flags = [start == NewtonStart::StepStart, set.is_crowded()].map(u32::from);
-    words.extend([end, flags[0], contacts as u32, flags[1]]);
+    words.extend([end, u32::from(start == NewtonStart::StepStart), contacts as u32]);
     words.extend(offsets.iter().map(|offset| first + offset));
     words.extend_from_slice(places);
     words.resize(end as usize + CONTACT_WORDS * contacts, 0);

@@ -41,6 +41,16 @@ impl Stages {
         self.dispatch(stage, name, (blocks, 1), self.present, (0, call))
     }
 
+    /// Records S A c of an iteration of `conjugate_gradient`.
+    fn solve_image(&mut self, stage: &'static str, call: Call) -> Result<()> {
+        let Some(contacts) = self.crowd else {
+            return self.solve_kernel(stage, "conjugate_gradient_image", call);
+        };
+        let items = (contacts, crate::dispatch::WORKGROUP);
+        self.dispatch(stage, "conjugate_gradient_contacts", items, self.present, (0, 0))?;
+        self.solve_kernel(stage, "conjugate_gradient_image_crowded", call)
+    }
+
     /// A kernel of one workgroup.
     fn single(
         &mut self,
@@ -131,8 +141,7 @@ impl Stages {
                 ..call
             };
             if done == 0 {
-                self.triangle_terms()?;
-                self.solve_kernel(stage, "conjugate_gradient_image", call)?;
+                self.solve_image(stage, call)?;
             }
             for number in done..done + count {
                 self.solve_kernel(stage, "conjugate_gradient_iteration", after(number))?;
@@ -146,8 +155,7 @@ impl Stages {
                 self.solve_kernel("jacobi", "linear_residual", Call { vector_from, ..call })?;
             } else {
                 let stage = "conjugate_gradient";
-                self.triangle_terms()?;
-                self.solve_kernel(stage, "conjugate_gradient_image", call)?;
+                self.solve_image(stage, call)?;
                 self.solve_kernel(stage, "conjugate_gradient_step", call)?;
                 self.schwarz_of_residual()?;
             }
