@@ -39,9 +39,10 @@ mod team;
 pub use audit::Audit;
 pub use backend::{Backend, BackendInfo, FormChoice, Frame, Solver};
 pub use config::{
-    AdaptiveSettings, ImplicitSettings, Integrator, LinearMethod, LinearSettings, LinearStop,
-    MatrixForm, MidpointSettings, NewtonSettings, Pinch, Precision, Preconditioner,
-    SemiImplicitSettings, SemiImplicitSolve, SolverConfig, StrainLimit, TimeStepControl,
+    AdaptiveSettings, AutoPreconditioner, ImplicitSettings, Integrator, LinearMethod,
+    LinearSettings, LinearStop, MatrixForm, MidpointSettings, NewtonSettings, Pinch, Precision,
+    Preconditioner, SemiImplicitSettings, SemiImplicitSolve, SolverConfig, StrainLimit,
+    TimeStepControl,
 };
 pub use control::{
     Anchor, AnchorSpring, ColliderControl, Control, ControlStart, ForceControl, PinAction,

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::{Audit, LinearOutcome, Preconditioner};
+use crate::{Audit, AutoPreconditioner, LinearOutcome, Preconditioner};
 
 /// Account of one frame.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -84,8 +84,8 @@ pub struct SolverReport {
     pub solves_restarted: u32,
     /// Preconditioner of the last conjugate gradients.
     pub preconditioner: Option<Preconditioner>,
-    /// Whether a solve of this frame has shown that [`Preconditioner::Auto`] has to be `Schwarz`.
-    pub needs_schwarz: bool,
+    /// What [`Preconditioner::Auto`] stands for in the next solve of this frame.
+    pub auto: AutoPreconditioner,
     /// Newton iterations, all substeps together.
     pub newton_iterations: u32,
     /// Largest residual of the nonlinear system, relative to that of the first Newton iteration; 0
@@ -124,7 +124,7 @@ impl SolverReport {
         self.newton_iterations += attempt.newton_iterations;
         self.factorisations += attempt.factorisations;
         self.solves_restarted += attempt.solves_restarted;
-        self.needs_schwarz |= attempt.needs_schwarz;
+        self.auto = attempt.auto;
         self.preconditioner = attempt.preconditioner.or(self.preconditioner);
         if stands {
             self.solves_unconverged += attempt.solves_unconverged;
@@ -237,7 +237,7 @@ mod tests {
             solver: SolverReport {
                 solves: 3,
                 iterations,
-                needs_schwarz: iterations == 40,
+                auto: AutoPreconditioner::Block(iterations as u32),
                 residual: 1.0 / iterations as f64,
                 constrained: contacts,
                 ..SolverReport::default()
@@ -254,7 +254,7 @@ mod tests {
             wall_time: Duration::from_millis(40),
             solver: SolverReport {
                 solves: 6,
-                needs_schwarz: true,
+                auto: AutoPreconditioner::Block(40),
                 residual: 0.1,
                 ..part(50, 4, Vec::new()).solver
             },

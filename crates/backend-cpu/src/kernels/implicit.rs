@@ -237,7 +237,7 @@ impl<T: Real> ImplicitKernels for CpuKernels<T> {
         self.implicit_stage("preconditioner_build", 0.0, |kernels, system, _| {
             let model = (&*kernels.model, &kernels.springs);
             let particles = (&kernels.masses, &kernels.present.position);
-            let preconditioner = preconditioner.after(false);
+            let preconditioner = preconditioner.at_first();
             system.preconditioner_build(model, particles, preconditioner, kernels.arch);
         });
         Ok(())

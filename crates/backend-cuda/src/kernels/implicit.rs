@@ -203,7 +203,7 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
     }
 
     fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
-        let preconditioner = preconditioner.after(false);
+        let preconditioner = preconditioner.at_first();
         let blocks = check_preconditioner(preconditioner)?;
         if preconditioner == Preconditioner::Schwarz {
             return self.schwarz_build();

@@ -111,7 +111,7 @@ impl<'a> ReportLine<'a> {
             constrained,
             released,
             // The preconditioner is told, which follows from it.
-            needs_schwarz: _,
+            auto: _,
             substeps_failed,
             time_step_changes,
         } = &report.solver;

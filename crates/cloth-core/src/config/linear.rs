@@ -1,7 +1,7 @@
 //! Settings of the solvers of linear systems.
 
 use crate::{
-    Model, ModelError,
+    LinearOutcome, Model, ModelError,
     error::{in_range, positive},
 };
 
@@ -59,6 +59,55 @@ pub enum Preconditioner {
     Auto,
 }
 
+/// What [`Preconditioner::Auto`] stands for in the solves of a frame: `Block`, until `Schwarz` is shown to be faster. How many iterations `Block` takes
+/// follows from stiffness, step and the shapes of triangles more than from the number of particles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum AutoPreconditioner {
+    /// `Block`, and after so many iterations of a solve `Schwarz` goes on.
+    Block(u32),
+    /// `Schwarz`.
+    Schwarz,
+}
+
+impl AutoPreconditioner {
+    /// What a frame begins with: so many iterations `Block` may take before the other one is tried.
+    const FIRST: Self = Self::Block(250);
+
+    /// An iteration of `Schwarz` takes three to six times as long as one of `Block`.
+    const COST: f64 = 4.0;
+
+    /// What to take once `Block` was stopped with a relative residual `left`, and `Schwarz` has gone on from there: the one that lowers the residual faster
+    /// in the same time. If that is `Block`, it may take twice as many iterations before the other one is tried again.
+    #[must_use]
+    pub fn after(self, left: f64, rest: &LinearOutcome) -> Self {
+        let Self::Block(trial) = self else { return self };
+        let of_block = -left.ln() / f64::from(trial);
+        let of_schwarz = (left / rest.residual).ln() / f64::from(rest.iterations);
+        if of_schwarz > Self::COST * of_block.max(0.0) {
+            Self::Schwarz
+        } else {
+            Self::Block(trial.saturating_mul(2))
+        }
+    }
+
+    /// What a preconditioner is by this, which matters to [`Preconditioner::Auto`] alone.
+    #[must_use]
+    pub const fn resolve(self, preconditioner: Preconditioner) -> Preconditioner {
+        match (preconditioner, self) {
+            (Preconditioner::Auto, Self::Block(_)) => Preconditioner::Block,
+            (Preconditioner::Auto, Self::Schwarz) => Preconditioner::Schwarz,
+            (given, _) => given,
+        }
+    }
+}
+
+impl Default for AutoPreconditioner {
+    fn default() -> Self {
+        Self::FIRST
+    }
+}
+
 /// When an iteration is good enough.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -91,15 +140,10 @@ impl Preconditioner {
         }
     }
 
-    /// What `Auto` stands for in a frame: `Block`, and `Schwarz` once a solve has shown that `Block` takes too many iterations. How many it takes
-    /// follows from stiffness, step and the shapes of triangles more than from the number of particles.
+    /// What a frame begins with.
     #[must_use]
-    pub const fn after(self, needs_schwarz: bool) -> Self {
-        match self {
-            Self::Auto if needs_schwarz => Self::Schwarz,
-            Self::Auto => Self::Block,
-            given => given,
-        }
+    pub const fn at_first(self) -> Self {
+        AutoPreconditioner::FIRST.resolve(self)
     }
 
     /// Why `Auto` stands for this one in a model.
@@ -186,7 +230,32 @@ mod tests {
         let cloth = Cloth::grid("springs", GridPatch::new([9, 9], 0.02), &MaterialPreset::DENIM);
         let springs = ModelBuilder::new().cloth(cloth).build().unwrap();
         assert_eq!(Auto.resolved(&springs, Some(1)), Block);
-        assert_eq!([false, true].map(|needs| Auto.after(needs)), [Block, Schwarz]);
-        assert_eq!(Block.after(true), Block);
+    }
+
+    #[test]
+    fn schwarz_is_taken_where_it_is_faster() {
+        use AutoPreconditioner::Schwarz;
+        use Preconditioner::{Auto, Block};
+        let first = AutoPreconditioner::default();
+        let AutoPreconditioner::Block(trial) = first else { panic!("begins with {first:?}") };
+        let rest =
+            |iterations, residual| LinearOutcome { iterations, residual, ..Default::default() };
+        // As in a sheet, where `Block` has hardly begun.
+        assert_eq!(first.after(0.8, &rest(trial / 5, 1e-3)), Schwarz);
+        assert_eq!(first.after(3.0, &rest(trial, 1e-3)), Schwarz);
+        // As in a garment with needles, where it was nearly done.
+        let longer = first.after(0.02, &rest(trial / 10, 0.01));
+        assert_eq!(longer, AutoPreconditioner::Block(2 * trial));
+        assert_eq!(longer.after(0.8, &rest(trial / 5, 1e-3)), Schwarz);
+        // What has done nothing, or made it worse, is no faster.
+        for none in [rest(0, 0.8), rest(trial, 0.9), rest(trial, f64::NAN)] {
+            assert_eq!(first.after(0.8, &none), longer);
+        }
+        assert_eq!(Schwarz.after(0.02, &rest(trial, 0.01)), Schwarz);
+        assert_eq!(
+            [longer, Schwarz].map(|auto| auto.resolve(Auto)),
+            [Block, Preconditioner::Schwarz]
+        );
+        assert_eq!(Schwarz.resolve(Block), Block);
     }
 }

@@ -11,7 +11,9 @@ use std::{num::NonZeroUsize, str::FromStr};
 pub use implicit::{
     ImplicitSettings, MidpointSettings, NewtonSettings, SemiImplicitSettings, SemiImplicitSolve,
 };
-pub use linear::{LinearMethod, LinearSettings, LinearStop, MatrixForm, Preconditioner};
+pub use linear::{
+    AutoPreconditioner, LinearMethod, LinearSettings, LinearStop, MatrixForm, Preconditioner,
+};
 pub use strain_limit::StrainLimit;
 pub use time_step::{AdaptiveSettings, TimeStepControl};
 

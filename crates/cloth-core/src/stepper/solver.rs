@@ -297,7 +297,7 @@ impl<K: Kernels> Solver for SteppedSolver<K> {
                     constrained,
                     released,
                     preconditioner: (self.solver_report.preconditioner)
-                        .or_else(|| Some(self.kernels.config().preconditioner()?.after(false))),
+                        .or_else(|| Some(self.kernels.config().preconditioner()?.at_first())),
                     ..std::mem::take(&mut self.solver_report)
                 },
                 contacts,

@@ -1,8 +1,8 @@
 //! How the substeps of a frame are run: all of one length, or shorter ones where that is needed.
 
 use crate::{
-    AdaptiveSettings, Integrator, Kernels, Measures, Result, SolverConfig, SolverReport, State,
-    TimeStepChange, TimeStepControl, TimeStepReason, error::Error,
+    AdaptiveSettings, AutoPreconditioner, Integrator, Kernels, Measures, Result, SolverConfig,
+    SolverReport, State, TimeStepChange, TimeStepControl, TimeStepReason, error::Error,
 };
 
 use super::{FramePlan, FrameSpan, Substep, integrate};
@@ -69,7 +69,7 @@ impl TimeStep {
     ) -> Result<FrameEnd> {
         let integrator = kernels.config().integrator.clone();
         // A frame may be the first one of a run that goes on: nothing of others counts.
-        report.needs_schwarz = false;
+        report.auto = AutoPreconditioner::default();
         match self.control {
             TimeStepControl::Fixed => {
                 plan.refill(kernels.model(), span, (0.0, step), self.longest);
@@ -199,8 +199,7 @@ impl AdaptiveFrame<'_> {
         kernels: &mut K,
         substep: &Substep,
     ) -> Result<(SolverReport, Option<SubstepFailure>, Option<Error>)> {
-        let needs_schwarz = self.report.needs_schwarz;
-        let mut attempt = SolverReport { needs_schwarz, ..SolverReport::default() };
+        let mut attempt = SolverReport { auto: self.report.auto, ..SolverReport::default() };
         let done = kernels.batch(|kernels| {
             kernels.state_keep()?;
             integrate::substep(kernels, substep, &self.integrator, &mut attempt)

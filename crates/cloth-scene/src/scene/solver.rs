@@ -67,7 +67,7 @@ pub struct SceneImplicit {
     pub linear: LinearMethod,
     /// Preconditioner of `cg`: `diagonal`, `block`, `incomplete-cholesky`, `schwarz`, whose iterations hardly grow with the number
     /// of particles, or `auto` (the default): `block`, and for large pieces of fabric on the CPU and on CUDA `schwarz` in frames in which that
-    /// takes hundreds of iterations.
+    /// shows itself to be faster.
     #[serde(with = "named")]
     #[cfg_attr(test, schemars(schema_with = "named::schema::<Preconditioner>"))]
     pub preconditioner: Preconditioner,

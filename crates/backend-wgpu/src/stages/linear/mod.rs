@@ -93,7 +93,7 @@ impl Stages {
     }
 
     pub(crate) fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
-        let preconditioner = preconditioner.after(false);
+        let preconditioner = preconditioner.at_first();
         preconditioner_check(preconditioner)?;
         self.semi_implicit.length = None;
         self.preconditioner = preconditioner;
