@@ -17,7 +17,7 @@ use cloth_kernels::CudaModule;
 use cudarc::nvrtc::{result as nvrtc, sys};
 use siphasher::sip128::{Hasher128, SipHasher13};
 
-use crate::{device::Device, fault::BACKEND, procedural};
+use crate::{fault::BACKEND, procedural};
 
 /// What a module is compiled for, apart from the device.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -48,20 +48,20 @@ impl Target<'_> {
     }
 }
 
-/// The machine code of a module for a device: from the disk, or compiled now.
+/// The machine code of a module for a device of this compute capability, and for this version of the driver: from the disk, or compiled now.
 ///
 /// # Errors
 /// `KernelCompile` with the compiler's messages; `NoDevice` if the compiler is missing.
 pub(crate) fn image(
-    device: &Device,
+    ((major, minor), driver): ((u32, u32), i32),
     name: &'static str,
     source: &str,
     target: &Target<'_>,
 ) -> Result<Vec<u8>> {
-    let architecture = format!("sm_{}{}", device.capability.0, device.capability.1);
+    let architecture = format!("sm_{major}{minor}");
     let options = cloth_kernels::cuda_compiler_options(&architecture, target.fast);
     let mut hasher = SipHasher13::new();
-    (source, &options, device.driver).hash(&mut hasher);
+    (source, &options, driver).hash(&mut hasher);
     let key = hasher.finish128().as_u128();
     let path = cache_folder().map(|folder| folder.join(format!("{name}-{key:032x}.cubin")));
     if let Some(image) = path.as_ref().and_then(|path| fs::read(path).ok())

@@ -178,7 +178,8 @@ impl Device {
         let loaded = match modules.get(&key) {
             Some(loaded) => *loaded,
             None => {
-                let image = compile::image(self, module.name, &source, target)?;
+                let of_device = (self.capability, self.driver);
+                let image = compile::image(of_device, module.name, &source, target)?;
                 // SAFETY: the image is a whole cubin, and outlives the call.
                 let loaded = unsafe { result::module::load_data(image.as_ptr().cast()) }
                     .map_err(|error| fail(words(error)))?;
