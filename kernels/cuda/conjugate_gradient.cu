@@ -1,40 +1,21 @@
-// NUMERICS section 5, `conjugate_gradient` and `jacobi`: a whole solve in one cooperative launch.
-// Particles are handed out to blocks in steps, with two meetings of all blocks in each iteration, and with `schwarz` those of that preconditioner. With `teams`, for models that
-// do not fill the device with a thread for each particle, several threads work out a row together.
-
-#if defined(CLOTH_F64) || defined(CLOTH_TEAMS) || defined(CLOTH_SCHWARZ)
-#define THREADS 512
-#define SOLVER_BLOCKS 1
-#else
-#define THREADS 512
-#define SOLVER_BLOCKS 2
-#endif
-
-#ifdef CLOTH_SCHWARZ
-// What is left beside the memory of teams.
-typedef SumMemory<THREADS, 2> Sums;
-#elif defined(CLOTH_TEAMS)
-typedef SumMemory<THREADS / ROW_TEAM, 2, ROW_TEAM> Sums;
-#else
-typedef SumMemory<THREADS> Sums;
-#endif
-typedef Passes<Sums> Pass;
+// NUMERICS section 5, `conjugate_gradient`: a whole solve in one cooperative launch, with two meetings of all blocks in each iteration, and
+// with `schwarz` those of that preconditioner.
 
 // From one iteration to the next, y is kept in the last numbers of p, q and r, which would be read and written for nothing. Puts it
 // where it belongs.
 __device__ __forceinline__ void solution_unpack(const Solver& s, const Linear& l) {
-    Pass::for_own(s.count, [&](uint i) {
+    SolverPasses::for_own(s.count, [&](uint i) {
         vec3 y = {l.vectors[DIRECTION][i].w, l.vectors[DIRECTION_IMAGE][i].w, l.vectors[RESIDUAL][i].w};
         l.vectors[SOLUTION][i] = with_w(y, 0);
     });
 }
 
-extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_gradient(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution, uint by_energy) {
-    __shared__ Sums memory;
+extern "C" __global__ void __launch_bounds__(SOLVER_THREADS, SOLVER_BLOCKS) conjugate_gradient(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution, uint by_energy) {
+    __shared__ SolverSums memory;
     __shared__ EnergyEstimate energy;
-    Solve solve = Pass::begin(s, l, memory, from_solution, by_energy);
+    Solve solve = SolverPasses::begin(s, l, memory, from_solution, by_energy);
     if (!solve.iterates) return;
-    uint units = Pass::units_of(s.count);
+    uint units = SolverPasses::units_of(s.count);
     if (threadIdx.x == 0) energy.begin(solve.closer);
     __syncthreads();
     Recurrence recurrence = {0, 0};
@@ -53,7 +34,7 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_g
             finish(l, iteration, residual / solve.reference, end.converged, end.breakdown, indefinite, energy.relative);
             return;
         }
-        Pass::for_rows(s, l, memory, l.vectors[PRECONDITIONED], 1, l.partials, l.partials, [&](uint i, const real4& origin, const vec3& row) {
+        SolverPasses::for_rows(s, l, memory, l.vectors[PRECONDITIONED], 1, l.partials, l.partials, [&](uint i, const real4& origin, const vec3& row) {
             vec3 c = xyz(l.vectors[PRECONDITIONED][i]);
             vec3 image = filtered(l, i, origin.w > 0, row);
             l.vectors[IMAGE][i] = with_w(image, 0);
@@ -70,7 +51,7 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_g
         if (threadIdx.x == 0) energy.add(recurrence.alpha * gamma);
         real a = (real)recurrence.alpha, b = (real)beta;
         double* sums[2] = {l.partials + units, l.partials + 2 * units};
-        Pass::for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) {
+        SolverPasses::for_particles(s, memory, 2, sums[0], sums[1], [&](uint i) {
             vec3 p = xyz(l.vectors[PRECONDITIONED][i]), q = xyz(l.vectors[IMAGE][i]), y;
             real4 last_r = l.vectors[RESIDUAL][i];
             if (iteration == 0) {
@@ -87,42 +68,15 @@ extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) conjugate_g
             vec3 r = (-a) * q + xyz(last_r);
             l.vectors[DIRECTION][i] = with_w(p, y.x);
             l.vectors[DIRECTION_IMAGE][i] = with_w(q, y.y);
-            return Pass::residual_store(s, l, i, r, y.z);
+            return SolverPasses::residual_store(s, l, i, r, y.z);
         });
-        Pass::residual_sums(s, l, memory, sums, residual, gamma);
+        SolverPasses::residual_sums(s, l, memory, sums, residual, gamma);
     }
 }
 
 #ifdef CLOTH_SCHWARZ
-extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) preconditioner_apply_schwarz(const __grid_constant__ Solver s, const __grid_constant__ Linear l, uint from, uint to) {
-    __shared__ Sums memory;
-    Pass::precondition(s, l, memory, from, to, l.partials);
-}
-#else
-extern "C" __global__ void __launch_bounds__(THREADS, SOLVER_BLOCKS) jacobi(const __grid_constant__ Solver s, const __grid_constant__ Linear l, double tolerance, uint iterations_max, uint from_solution) {
-    __shared__ Sums memory;
-    Solve solve = Pass::begin(s, l, memory, from_solution);
-    if (!solve.iterates) return;
-    Damping damping = {1, 0};
-    double norm = solve.gamma, residual = solve.residual;
-    for (uint iteration = 0;; iteration++) {
-        End end(solve, tolerance, residual, norm, iteration == iterations_max);
-        if (end.is_reached) {
-            finish(l, iteration, residual / solve.reference, end.converged, end.breakdown);
-            return;
-        }
-        real w = (real)damping.omega;
-        Pass::for_own(s.count, [&](uint i) {
-            vec3 y = w * xyz(l.vectors[PRECONDITIONED][i]) + xyz(l.vectors[SOLUTION][i]);
-            l.vectors[SOLUTION][i] = with_w(y, 0);
-        });
-        grid_barrier(&s.status->barrier[1]);
-        double before = norm;
-        Pass::residual_of(s, l, memory, l.vectors[SOLUTION], residual, norm);
-        if (!damping.advance(before, norm)) {
-            finish(l, iteration, residual / solve.reference, end.converged, end.breakdown);
-            return;
-        }
-    }
+extern "C" __global__ void __launch_bounds__(SOLVER_THREADS, SOLVER_BLOCKS) preconditioner_apply_schwarz(const __grid_constant__ Solver s, const __grid_constant__ Linear l, uint from, uint to) {
+    __shared__ SolverSums memory;
+    SolverPasses::precondition(s, l, memory, from, to, l.partials);
 }
 #endif

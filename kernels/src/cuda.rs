@@ -57,6 +57,7 @@ modules! {
     "implicit_assemble" [],
     "implicit_motion" [],
     "integrate_explicit" [],
+    "jacobi" ["teams"],
     "matrix_apply" [],
     "measure" [],
     "membrane_forces" [],

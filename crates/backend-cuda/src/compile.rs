@@ -1,10 +1,7 @@
-//! CUDA C++ to machine code, through NVRTC, kept on disk.
+//! CUDA C++ to machine code, through NVRTC.
 
 use std::{
     ffi::CString,
-    fs,
-    hash::Hash,
-    path::PathBuf,
     sync::{
         Mutex, PoisonError,
         atomic::{AtomicUsize, Ordering},
@@ -15,12 +12,11 @@ use std::{
 use cloth_core::{Error, FieldProgram, Precision, Result};
 use cloth_kernels::CudaModule;
 use cudarc::nvrtc::{result as nvrtc, sys};
-use siphasher::sip128::{Hasher128, SipHasher13};
 
 use crate::{fault::BACKEND, procedural};
 
 /// What a module is compiled for, apart from the device.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug)]
 pub(crate) struct Target<'a> {
     /// In double precision.
     pub(crate) double: bool,
@@ -45,56 +41,6 @@ impl Target<'_> {
     /// What takes the place of shared parts of the source.
     pub(crate) fn parts(&self) -> Vec<(&'static str, &str)> {
         self.procedural.map(|part| (procedural::PART, part)).into_iter().collect()
-    }
-}
-
-/// The machine code of a module for a device of this compute capability, and for this version of the driver: from the disk, or compiled now.
-///
-/// # Errors
-/// `KernelCompile` with the compiler's messages; `NoDevice` if the compiler is missing.
-pub(crate) fn image(
-    ((major, minor), driver): ((u32, u32), i32),
-    name: &'static str,
-    source: &str,
-    target: &Target<'_>,
-) -> Result<Vec<u8>> {
-    let architecture = format!("sm_{major}{minor}");
-    let options = cloth_kernels::cuda_compiler_options(&architecture, target.fast);
-    let mut hasher = SipHasher13::new();
-    (source, &options, driver).hash(&mut hasher);
-    let key = hasher.finish128().as_u128();
-    let path = cache_folder().map(|folder| folder.join(format!("{name}-{key:032x}.cubin")));
-    if let Some(image) = path.as_ref().and_then(|path| fs::read(path).ok())
-        && !image.is_empty()
-    {
-        return Ok(image);
-    }
-    let image = compile(name, source, &options)?;
-    if let Some(path) = path {
-        store(&path, &image);
-    }
-    Ok(image)
-}
-
-/// Where compiled kernels are kept: `CLOTH_CACHE_DIR`, or a folder of the user's cache.
-fn cache_folder() -> Option<PathBuf> {
-    let given = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
-    given("CLOTH_CACHE_DIR")
-        .or_else(|| given("XDG_CACHE_HOME").map(|folder| folder.join("cloth")))
-        .or_else(|| given("HOME").map(|folder| folder.join(".cache/cloth")))
-        .or_else(|| given("LOCALAPPDATA").map(|folder| folder.join("cloth")))
-}
-
-/// Keeps an image. A cache that cannot be written costs time, nothing else.
-fn store(path: &std::path::Path, image: &[u8]) {
-    let Some(folder) = path.parent() else { return };
-    let partial = path.with_extension(format!("{}.part", std::process::id()));
-    let stored = fs::create_dir_all(folder)
-        .and_then(|()| fs::write(&partial, image))
-        // Renaming is atomic: no other process sees half an image.
-        .and_then(|()| fs::rename(&partial, path));
-    if stored.is_err() {
-        let _ = fs::remove_file(&partial);
     }
 }
 
@@ -184,7 +130,7 @@ fn fail(kernel: &'static str, log: String) -> Error {
 /// Compiles a source text to a cubin.
 ///
 /// # Errors
-/// Those of [`image`].
+/// `KernelCompile` with the compiler's messages; `NoDevice` if the compiler is missing.
 pub(crate) fn compile(name: &'static str, source: &str, options: &[String]) -> Result<Vec<u8>> {
     // SAFETY: it only tries to open the library. All other calls panic without it.
     if !unsafe { sys::is_culib_present() } {

@@ -7,15 +7,14 @@ use std::{
 };
 
 use cloth_core::{Error, Result};
-use cloth_kernels::CudaModule;
 use cudarc::driver::{
     result,
     sys::{self, CUcontext, CUdevice_attribute as Attribute, CUfunction, CUmodule},
 };
 
 use crate::{
-    compile::{self, Target},
     fault::{BACKEND, DriverResult, words},
+    images::{Images, Source},
 };
 
 /// A GPU.
@@ -30,7 +29,8 @@ pub(crate) struct Device {
     /// Bytes of shared memory that a block may have.
     pub(crate) shared_max: usize,
     pub(crate) driver: i32,
-    modules: Mutex<HashMap<String, Module>>,
+    pub(crate) images: Arc<Images>,
+    modules: Mutex<HashMap<u128, Module>>,
 }
 
 #[derive(Clone, Copy)]
@@ -132,6 +132,7 @@ impl Device {
             );
             return Err(no_device(reason));
         }
+        let driver = driver_version()?;
         Ok(Arc::new(Self {
             name,
             // SAFETY: as above.
@@ -140,7 +141,8 @@ impl Device {
             multiprocessors: attribute(Attribute::CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT)? as u32,
             shared_max: attribute(Attribute::CU_DEVICE_ATTRIBUTE_MAX_SHARED_MEMORY_PER_BLOCK_OPTIN)?
                 as usize,
-            driver: driver_version()?,
+            images: Arc::new(Images::new((major, minor), driver)),
+            driver,
             handle,
             // Last, as what fails before has nothing to release.
             // SAFETY: as above; the context is released when this is dropped.
@@ -162,27 +164,19 @@ impl Device {
     ///
     /// # Errors
     /// `KernelCompile`, `NoDevice` without a compiler.
-    pub(crate) fn kernel(
-        &self,
-        module: &'static CudaModule,
-        target: &Target<'_>,
-        name: &'static str,
-    ) -> Result<Kernel> {
+    pub(crate) fn kernel(&self, source: &Source, name: &'static str) -> Result<Kernel> {
         self.bind()?;
-        let fail = |log: String| Error::KernelCompile { kernel: module.name, log };
-        let source = module
-            .compose_with(target.defines(), &target.parts())
-            .map_err(|error| fail(error.to_string()))?;
-        let key = format!("{} {target:?}", module.name);
+        let fail = |log: String| Error::KernelCompile { kernel: source.name, log };
+        let key = self.images.key(source);
         let mut modules = self.modules.lock().unwrap_or_else(PoisonError::into_inner);
         let loaded = match modules.get(&key) {
             Some(loaded) => *loaded,
             None => {
-                let of_device = (self.capability, self.driver);
-                let image = compile::image(of_device, module.name, &source, target)?;
-                // SAFETY: the image is a whole cubin, and outlives the call.
-                let loaded = unsafe { result::module::load_data(image.as_ptr().cast()) }
-                    .map_err(|error| fail(words(error)))?;
+                let loaded = self.images.with(source, |image| {
+                    // SAFETY: the image is a whole cubin, and outlives the call.
+                    unsafe { result::module::load_data(image.as_ptr().cast()) }
+                        .map_err(|error| fail(words(error)))
+                })?;
                 modules.insert(key, Module(loaded));
                 Module(loaded)
             }

@@ -8,6 +8,8 @@ use cloth_kernels::CudaModule;
 use crate::{
     compile::Target,
     device::{Device, Kernel},
+    foreseen::Foreseen,
+    images::{Ahead, Source},
     layout::CudaReal,
     procedural,
     solver_form::SolverForm,
@@ -28,6 +30,8 @@ pub(crate) struct KernelCache {
     /// How the linear system is solved at present.
     pub(crate) solver: SolverForm,
     kernels: HashMap<Key, Kernel>,
+    /// What compiles those that will be used soon.
+    ahead: Ahead,
 }
 
 impl KernelCache {
@@ -41,7 +45,15 @@ impl KernelCache {
             frame_options: Vec::new(),
             solver: SolverForm::General,
             kernels: HashMap::new(),
+            ahead: Ahead::default(),
         }
+    }
+
+    /// Begins to compile modules that will be used, beside this thread.
+    pub(crate) fn compile_ahead(&mut self, foreseen: &[Foreseen]) {
+        // One that cannot be made has its error when it is used.
+        let sources = foreseen.iter().filter_map(|&of| self.source(of).ok()).collect();
+        self.ahead = Ahead::start(&self.device.images, sources);
     }
 
     /// A kernel of a module, compiled if need be.
@@ -49,10 +61,18 @@ impl KernelCache {
     /// # Errors
     /// `KernelCompile`; what the device reports.
     pub(crate) fn kernel(&mut self, module: &'static str, name: &'static str) -> Result<Kernel> {
-        let solver = self.solver.option().filter(|_| module == SolverForm::MODULE);
+        let solver = self.solver.option().filter(|_| SolverForm::MODULES.contains(&module));
         if let Some(kernel) = self.kernels.get(&(module, name, solver)) {
             return Ok(*kernel);
         }
+        let source = self.source((module, solver))?;
+        let kernel = self.device.kernel(&source, name)?;
+        self.kernels.insert((module, name, solver), kernel);
+        Ok(kernel)
+    }
+
+    /// The text of a module for the model.
+    fn source(&self, (module, solver): Foreseen) -> Result<Source> {
         let Some(source) = CudaModule::find(module) else {
             let log = "there is no module of this name".to_owned();
             return Err(Error::KernelCompile { kernel: module, log });
@@ -64,9 +84,6 @@ impl KernelCache {
         let has_procedural =
             module.starts_with("explicit_substep") || module == "procedural_forces";
         let procedural = self.procedural.as_deref().filter(|_| has_procedural);
-        let target = Target { double: self.double, fast: self.fast, options, procedural };
-        let kernel = self.device.kernel(source, &target, name)?;
-        self.kernels.insert((module, name, solver), kernel);
-        Ok(kernel)
+        Source::new(source, &Target { double: self.double, fast: self.fast, options, procedural })
     }
 }

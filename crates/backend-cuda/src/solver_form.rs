@@ -1,4 +1,4 @@
-//! The forms of the kernel of the linear solvers. Which one a model gets is decided in `linear/launch.rs`.
+//! The forms of the kernels of the linear solvers.
 
 use crate::layout::BLOCK;
 
@@ -10,17 +10,28 @@ const ROW_TEAM: usize = 4;
 pub(crate) enum SolverForm {
     /// One thread for each row.
     General,
-    /// The same with several threads for each row, where there are far fewer particles than the device has threads.
+    /// The same with several threads for each row, as long as the device has them for all rows at once. A block has a multiprocessor for itself.
     Teams,
     /// With the preconditioner `schwarz`.
     Schwarz,
 }
 
 impl SolverForm {
-    /// The module of the kernel.
-    pub(crate) const MODULE: &str = "conjugate_gradient";
+    /// The modules that have these forms.
+    pub(crate) const MODULES: [&str; 2] = ["conjugate_gradient", "jacobi"];
     /// Threads of a block.
     pub(crate) const THREADS: usize = BLOCK;
+
+    /// The form that is fastest for so many particles, on a device with so many multiprocessors.
+    pub(crate) const fn of(particles: usize, multiprocessors: usize, is_schwarz: bool) -> Self {
+        if is_schwarz {
+            Self::Schwarz
+        } else if particles <= multiprocessors * Self::Teams.step() {
+            Self::Teams
+        } else {
+            Self::General
+        }
+    }
 
     /// The option that the kernel is compiled with.
     pub(crate) const fn option(self) -> Option<&'static str> {

@@ -1,5 +1,5 @@
 // NUMERICS section 5, `conjugate_gradient` and `jacobi`: what all forms of the solvers have in common, whose blocks
-// are all resident.
+// are all resident. What a solve does once or twice is no part of the code of its iterations, which takes a compiler long enough.
 
 struct Solve {
     double reference;
@@ -258,7 +258,7 @@ template <typename Memory> struct Passes {
 
     // r = S (b - A y) and c = S P^-1 r for a vector y whose entries all blocks have written, or r = S b without
     // one; then |r| and r . c.
-    static __device__ __forceinline__ void residual_of(const Solver& s, const Linear& l, Memory& memory, const real4* y, double& residual, double& gamma) {
+    static __device__ __noinline__ void residual_of(const Solver& s, const Linear& l, Memory& memory, const real4* y, double& residual, double& gamma) {
         uint units = units_of(s.count);
         double* sums[2] = {l.partials + units, l.partials + 2 * units};
         auto visit = [&](uint i, const real4& origin, const vec3& row) {
@@ -298,7 +298,7 @@ template <typename Memory> struct Passes {
     }
 
     // Puts the solution where the iteration starts, and its residual with it.
-    static __device__ __forceinline__ Solve begin(const Solver& s, const Linear& l, Memory& memory, uint from_solution, bool measures = false) {
+    static __device__ __noinline__ Solve begin(const Solver& s, const Linear& l, Memory& memory, uint from_solution, bool measures = false) {
         uint units = units_of(s.count);
         bool is_constrained = false;
         if (l.has_constraints) {
@@ -339,3 +339,21 @@ template <typename Memory> struct Passes {
         return solve;
     }
 };
+
+// Of all kernels of solvers. With `teams`, for models that do not fill the device with a thread for each particle, several threads work out a row together.
+#define SOLVER_THREADS 512
+#if defined(CLOTH_F64) || defined(CLOTH_TEAMS) || defined(CLOTH_SCHWARZ)
+#define SOLVER_BLOCKS 1
+#else
+#define SOLVER_BLOCKS 2
+#endif
+
+#ifdef CLOTH_SCHWARZ
+// What is left beside the memory of teams.
+typedef SumMemory<SOLVER_THREADS, 2> SolverSums;
+#elif defined(CLOTH_TEAMS)
+typedef SumMemory<SOLVER_THREADS / ROW_TEAM, 2, ROW_TEAM> SolverSums;
+#else
+typedef SumMemory<SOLVER_THREADS> SolverSums;
+#endif
+typedef Passes<SolverSums> SolverPasses;

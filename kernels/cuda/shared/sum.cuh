@@ -87,15 +87,17 @@ template <uint STEP_SIZE, uint TURNS_MAX = STEP_SIZE < SUM_BLOCK ? 2 : 8, uint M
         }
     }
 
-    // Adds the sums of all blocks, of one or two kinds; every thread gets them.
+    // Adds the sums of all blocks, of one or two kinds; every thread gets them. Unrolled without need, these loops are most of the code of a solver,
+    // for which a compiler takes many seconds.
     __device__ __forceinline__ void add_blocks(uint count, const double* first, const double* second, uint units, double& a, double& b) {
         uint warp = threadIdx.x / WARP, lane = threadIdx.x % WARP;
         uint blocks = (units + SHARE - 1) / SHARE;
         double sum = 0;
+#pragma unroll 1
         for (uint start = 0; start < blocks; start += SUM_GROUPS * WARP) {
             uint used = min((blocks - start + WARP - 1) / WARP, (uint)SUM_GROUPS);
             __syncthreads();
-#pragma unroll 4
+#pragma unroll (MEMBERS > 1 ? 1 : 2)
             for (uint task = warp; task < used * count; task += THREADS / WARP) {
                 uint which = task % count, group = task / count;
                 double value = sum_of_warp(block_of(which == 0 ? first : second, start + group * WARP + lane, units));
@@ -103,6 +105,7 @@ template <uint STEP_SIZE, uint TURNS_MAX = STEP_SIZE < SUM_BLOCK ? 2 : 8, uint M
             }
             __syncthreads();
             if (warp < count) {
+#pragma unroll 1
                 for (uint group = 0; group < used; group += WARP) {
                     sum += sum_of_warp(group + lane < used ? groups[warp][group + lane] : 0);
                 }

@@ -13,7 +13,6 @@ use crate::{
     layout::CudaReal,
     linear::{self, LinearMemory, Outcome},
     queue::{Launch, argument},
-    solver_form::SolverForm,
 };
 
 pub(super) fn unsupported<R>(feature: impl Into<String>) -> Result<R> {
@@ -56,7 +55,7 @@ impl<T: CudaReal> CudaKernels<T> {
         self.stage(name, |kernels| kernels.linear_start((module, name), launch, more))
     }
 
-    /// A whole solve in one launch.
+    /// A whole solve in one launch, by the kernel of this name, which is that of its module.
     pub(super) fn solve(
         &mut self,
         name: &'static str,
@@ -67,7 +66,7 @@ impl<T: CudaReal> CudaKernels<T> {
         self.linear()?;
         let Some(linear) = &mut self.linear else { unreachable!("it was just made") };
         let by_energy = settings.stop == LinearStop::Energy;
-        let launch = linear::choose(name, &self.memory, &mut self.cache, linear)?;
+        let launch = linear::choose((name, name), &self.memory, &mut self.cache, linear)?;
         self.memory.status.solver_barrier_prepare(&self.memory.queue, launch.blocks)?;
         let from_solution = u32::from(start == LinearStart::Solution);
         let energy = u32::from(by_energy);
@@ -77,9 +76,7 @@ impl<T: CudaReal> CudaKernels<T> {
             argument(&from_solution),
             argument(&energy),
         ];
-        self.stage(name, |kernels| {
-            kernels.linear_start((SolverForm::MODULE, name), launch, &arguments)
-        })?;
+        self.stage(name, |kernels| kernels.linear_start((name, name), launch, &arguments))?;
         let outcome = self.outcome()?;
         let done = LinearOutcome {
             iterations: outcome.iterations,

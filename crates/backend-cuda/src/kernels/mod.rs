@@ -19,13 +19,14 @@ mod triangle_contact;
 use std::{ffi::c_void, sync::Arc};
 
 use cloth_core::{
-    ContactStatistics, Integrator, Kernels, Model, Preconditioner, Result, SelfContact,
-    SolverConfig, stepper::Substep,
+    ContactStatistics, Integrator, Kernels, Model, ModelFeatures, Preconditioner, Result,
+    SelfContact, SolverConfig, stepper::Substep,
 };
 
 use crate::{
     CudaOptions,
     device::Device,
+    foreseen::foreseen,
     frame::{FrameLaunch, FrameModel},
     kernel_cache::KernelCache,
     layout::{CudaReal, SubstepData},
@@ -75,6 +76,9 @@ impl<T: CudaReal> CudaKernels<T> {
         let config = &config.resolved(&model, Some(Preconditioner::SCHWARZ_MIN));
         check::check_config(config)?;
         let mut cache = KernelCache::new::<T>(Arc::clone(&device), &model, options.fast);
+        let features = ModelFeatures::new(&model, config).set();
+        let sizes = (model.particle_count(), device.multiprocessors as usize);
+        cache.compile_ahead(&foreseen(features, &config.integrator, sizes));
         let strain = StrainTables::new(&model, config.strain_limit.as_ref());
         let mut memory = Memory::new(device, &model, &strain, options.patches)?;
         let Memory { queue, data, tables, feedback, .. } = &mut memory;

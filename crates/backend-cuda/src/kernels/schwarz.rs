@@ -8,7 +8,6 @@ use crate::{
     linear,
     queue::{Launch, argument},
     schwarz::SchwarzMemory,
-    solver_form::SolverForm,
 };
 
 const MODULE: &str = "preconditioner_build_schwarz";
@@ -121,17 +120,13 @@ impl<T: CudaReal> CudaKernels<T> {
     /// `preconditioner_apply` of `schwarz`.
     pub(super) fn schwarz_apply(&mut self, from: LinearVector, to: LinearVector) -> Result<()> {
         self.settle()?;
-        let name = "preconditioner_apply_schwarz";
+        let kernel = ("conjugate_gradient", "preconditioner_apply_schwarz");
         let Some(linear) = &mut self.linear else { return unsupported("a matrix out of nothing") };
-        let launch = linear::choose(name, &self.memory, &mut self.cache, linear)?;
+        let launch = linear::choose(kernel, &self.memory, &mut self.cache, linear)?;
         self.memory.status.solver_barrier_prepare(&self.memory.queue, launch.blocks)?;
         let (from, to) = (from as u32, to as u32);
         self.stage("preconditioner_apply", |kernels| {
-            kernels.linear_start(
-                (SolverForm::MODULE, name),
-                launch,
-                &[argument(&from), argument(&to)],
-            )
+            kernels.linear_start(kernel, launch, &[argument(&from), argument(&to)])
         })
     }
 

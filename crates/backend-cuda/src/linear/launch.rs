@@ -10,34 +10,27 @@ use crate::{
 
 /// Bytes of shared memory of a team, as in `shared/schwarz.cuh`.
 const TEAM_MEMORY: usize = 6 * 96 * size_of::<f64>();
-/// Particles up to which rows are worked out by several threads each.
-const TEAMS_PARTICLES_MAX: usize = 1 << 17;
 
 /// The form that is fastest for the present system, as that of `cache` from now on, and its launch.
 ///
 /// # Errors
 /// `Unsupported` without shared memory enough; `OutOfMemory`, `KernelCompile`; what the device reports.
 pub(crate) fn choose<T: CudaReal>(
-    name: &'static str,
+    (module, name): (&'static str, &'static str),
     memory: &Memory<T>,
     cache: &mut KernelCache,
     linear: &mut LinearMemory<T>,
 ) -> Result<Launch> {
     let particles = memory.data.count as usize;
-    let form = if linear.is_schwarz() {
-        SolverForm::Schwarz
-    } else if particles < TEAMS_PARTICLES_MAX {
-        SolverForm::Teams
-    } else {
-        SolverForm::General
-    };
+    let device = &memory.queue.device;
+    let multiprocessors = device.multiprocessors as usize;
+    let form = SolverForm::of(particles, multiprocessors, linear.is_schwarz());
     cache.solver = form;
     let key = (name, form);
     if let Some(&launch) = linear.launches.get(&key) {
         return Ok(launch);
     }
-    let kernel = cache.kernel(SolverForm::MODULE, name)?;
-    let device = &memory.queue.device;
+    let kernel = cache.kernel(module, name)?;
     let shared = match form {
         SolverForm::General | SolverForm::Teams => 0,
         SolverForm::Schwarz => TEAMS * TEAM_MEMORY,
