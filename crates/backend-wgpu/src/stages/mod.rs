@@ -88,6 +88,8 @@ pub(crate) struct Stages {
     /// Largest distance of the numbers of two particles that a spring joins, if an iteration of the conjugate
     /// gradient method is one kernel.
     solve_reach: Option<u32>,
+    /// Iterations of the last solve that the host waited for: without and with `schwarz`.
+    last_iterations: [u32; 2],
     /// The preconditioner that is there, and that of the name `schwarz` if it was ever built.
     preconditioner: Preconditioner,
     schwarz: Option<Box<linear::SchwarzTables>>,
@@ -215,6 +217,7 @@ impl Stages {
             calls: Vec::new(),
             solve_policy,
             solve_reach: None,
+            last_iterations: [0; 2],
             preconditioner: Preconditioner::Block,
             schwarz: None,
             element_rows: None,

@@ -16,10 +16,28 @@ use crate::{
     readback::{Answer, Readback},
 };
 
-/// Iterations after which the host looks, where it waits for a solve: those that are recorded meanwhile return at once if the solve has ended.
-const CHUNK: u32 = 32;
-/// The same with `schwarz`, whose iterations are ten kernels and more.
-const CHUNK_SCHWARZ: u32 = 8;
+/// Iterations after which the host looks, where it waits for a solve: first as many as the last one took, then few, then twice as many each time. The
+/// device is at work on the next ones meanwhile; those behind the end return at once, which takes time, too.
+struct Chunks {
+    next: u32,
+    then: u32,
+    most: u32,
+}
+
+impl Chunks {
+    /// An iteration with `schwarz` is ten kernels and more.
+    fn new(of_last: u32, is_schwarz: bool) -> Self {
+        let (least, most) = if is_schwarz { (2, 8) } else { (8, 32) };
+        Self { next: (of_last + of_last / 8 + 1).clamp(least, 2 * most), then: least, most }
+    }
+
+    fn take(&mut self, left: u32) -> u32 {
+        let count = self.next.min(left);
+        self.next = self.then;
+        self.then = (2 * self.then).min(self.most);
+        count
+    }
+}
 
 impl Stages {
     pub(crate) fn vector_dot(&mut self, a: LinearVector, b: LinearVector) -> Result<f64> {
@@ -203,6 +221,13 @@ impl Stages {
 
     /// The same, and what the device says of it.
     fn solve_to_end(&mut self, settings: &LinearSettings, start: LinearStart) -> Result<Solve> {
+        let solve = self.solve_in_chunks(settings, start)?;
+        let is_schwarz = self.preconditioner == Preconditioner::Schwarz;
+        self.last_iterations[usize::from(is_schwarz)] = solve.outcome_iterations;
+        Ok(solve)
+    }
+
+    fn solve_in_chunks(&mut self, settings: &LinearSettings, start: LinearStart) -> Result<Solve> {
         let method = settings.method;
         let stage = stage_of(method);
         let mut call = call_of(settings, start);
@@ -215,12 +240,12 @@ impl Stages {
         let slot = self.slots.current;
         self.solve_begin(stage, slot, call)?;
         let is_schwarz = self.preconditioner == Preconditioner::Schwarz;
-        let chunk = if is_schwarz { CHUNK_SCHWARZ } else { CHUNK };
+        let mut chunks = Chunks::new(self.last_iterations[usize::from(is_schwarz)], is_schwarz);
         let mut done = 0;
         // The device is at work on the next iterations while the host learns of those before.
         let mut asked: Option<Answer> = None;
         loop {
-            let count = chunk.min(settings.iterations_max - done);
+            let count = chunks.take(settings.iterations_max - done);
             let after = self.solve_iterate(method, (done, count), call)?;
             done += count;
             self.single(stage, "linear_end", slot, after)?;
