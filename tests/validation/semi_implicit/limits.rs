@@ -34,7 +34,7 @@ fn stiffness_may_be_raised_by_a_million() {
             let model = patch(stiffness, vec![0, 15]);
             let mut solver = solver_of(candidate, &model, 0.02, SEMI_IMPLICIT);
             let label = &candidate.label;
-            for _ in 0..20 {
+            for _ in 0..10 {
                 let end = advance(&mut *solver, 10, 0.02);
                 let report = solver.synchronize().unwrap();
                 // What the springs must bear, and twice that while the cloth swings.

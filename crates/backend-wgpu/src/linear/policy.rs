@@ -24,13 +24,15 @@ pub(crate) struct SolvePolicy {
 }
 
 impl SolvePolicy {
-    /// For solves with these settings, `passes_max` of them in a substep at most.
-    pub(crate) fn new(linear: &LinearSettings, passes_max: u32) -> Self {
+    /// For solves with these settings for so many particles, `passes_max` of them in a substep at most.
+    pub(crate) fn new(linear: &LinearSettings, particles: usize, passes_max: u32) -> Self {
         let iterations_max = linear.iterations_max;
         let first = if linear.tolerance == 0.0 {
             iterations_max
         } else {
-            ITERATIONS_FIRST.min(iterations_max)
+            // Without rounding conjugate gradients take no more than there are unknowns.
+            let unknowns = u32::try_from(3 * particles).unwrap_or(u32::MAX);
+            ITERATIONS_FIRST.min(unknowns).min(iterations_max)
         };
         Self {
             iterations_max,
@@ -69,7 +71,7 @@ impl SolvePolicy {
             if used > 0 {
                 // Some more than were needed, as the next frame may need some more.
                 let wanted = (used + used / 4 + 4).min(self.iterations_max);
-                *recorded = wanted.max(*recorded - *recorded / 8);
+                *recorded = wanted.max(*recorded - *recorded / 4);
             }
         }
         let last = self.passes as usize - 1;
@@ -88,7 +90,7 @@ mod tests {
 
     fn policy() -> SolvePolicy {
         let linear = LinearSettings { iterations_max: 200, ..LinearSettings::default() };
-        SolvePolicy::new(&linear, 4)
+        SolvePolicy::new(&linear, 1000, 4)
     }
 
     #[test]
@@ -119,6 +121,6 @@ mod tests {
     fn a_number_of_iterations_that_is_asked_for_is_recorded() {
         let linear =
             LinearSettings { iterations_max: 300, tolerance: 0.0, ..LinearSettings::default() };
-        assert_eq!(SolvePolicy::new(&linear, 4).iterations(0), 300);
+        assert_eq!(SolvePolicy::new(&linear, 1000, 4).iterations(0), 300);
     }
 }

@@ -128,19 +128,20 @@ const SMALL_SIZE: u64 = SMALL_SOLVE + size_of::<layout::Solve>() as u64;
 
 /// How solves are recorded; `None` where the host decides how each goes on, as Newton's method does.
 fn solve_policy(model: &Model, config: &SolverConfig) -> Result<Option<SolvePolicy>> {
+    let particles = model.particle_count();
     match &config.integrator {
         Integrator::Explicit => Ok(None),
         Integrator::Implicit(settings) => {
             linear_check(&settings.linear)?;
             let passes =
                 if model.has_collider_constraints() { settings.constraint_passes } else { 1 };
-            let policy = SolvePolicy::new(&settings.linear, passes);
+            let policy = SolvePolicy::new(&settings.linear, particles, passes);
             Ok((settings.newton.iterations_max == 1).then_some(policy))
         }
         Integrator::Midpoint(settings) => linear_check(&settings.linear).map(|()| None),
         Integrator::SemiImplicit(settings) => {
             semi_implicit::solve_check(settings.solve)?;
-            Ok(Some(SolvePolicy::new(&semi_implicit::LINEAR, semi_implicit::PASSES)))
+            Ok(Some(SolvePolicy::new(&semi_implicit::LINEAR, particles, semi_implicit::PASSES)))
         }
         other => {
             let feature = format!("the integrator {other:?}");
