@@ -63,6 +63,14 @@ impl<T: Real> VectorField<T> {
         std::array::from_fn(|axis| &self.values[self.start + axis * self.stride..][..length])
     }
 
+    /// The same to write.
+    pub(crate) fn padded_mut(&mut self) -> [&mut [T]; 3] {
+        let length = 2 * self.margin + packets(self.count) * LANES;
+        let (x, rest) = self.values[self.start..].split_at_mut(self.stride);
+        let (y, z) = rest.split_at_mut(self.stride);
+        [x, y, z].map(|component| &mut component[..length])
+    }
+
     /// The components without margins.
     fn inner_mut(&mut self) -> [&mut [T]; 3] {
         let length = packets(self.count) * LANES;
@@ -147,7 +155,13 @@ pub(crate) struct FieldView<'a, T> {
 impl<'a, T: Real> FieldView<'a, T> {
     #[inline(always)]
     pub(crate) fn new(field: &'a VectorField<T>) -> Self {
-        Self { components: field.padded(), margin: field.margin() }
+        Self::of(field.padded(), field.margin())
+    }
+
+    /// Of components with margins.
+    #[inline(always)]
+    pub(crate) const fn of(components: [&'a [T]; 3], margin: usize) -> Self {
+        Self { components, margin }
     }
 
     /// Entries without margins, a multiple of [`LANES`].

@@ -1,5 +1,5 @@
-//! NUMERICS §5, `conjugate_gradient` and `jacobi`, fused: two passes over the particles for each
-//! iteration. They do the arithmetic of the single stages in their order.
+//! NUMERICS §5, `conjugate_gradient`, fused: two passes over the particles for each iteration. They do the arithmetic of the single stages in
+//! their order.
 
 use cloth_core::{
     LinearVector, Real,
@@ -21,14 +21,14 @@ use crate::{
     springs::SpringColumns,
 };
 
-/// Rows of fabric in one task: a block of them would be too long for that.
+/// Rows in one task: a block of them would be too long for that.
 const ROWS: usize = 64;
 
 /// Blocks in one task of a pass that does little.
 const SHORT: usize = 4;
 
 /// Sums of one block.
-type Partial = [f64; 2];
+pub(super) type Partial = [f64; 2];
 
 /// Sums of blocks, and products of contacts.
 pub(super) type Scratch<'a, T> = (&'a mut [Partial], &'a mut Vec<[T; 3]>);
@@ -55,21 +55,11 @@ impl<T: Real> Passes<'_, T> {
         let from = FieldView::new(from);
         self.matrix.rows.products(from, products, self.arch);
         let products = &**products;
-        if self.matrix.elements.is_some() {
-            to.chunks_mut(ROWS).enumerate().for_each(|(chunk, to)| {
-                let start = chunk * ROWS;
-                self.arch.dispatch(RowsTask { passes: self, from, products, start, to });
-            });
-            return self.filter_dot(from, to, partials);
-        }
-        to.chunks_mut(BLOCK).zip(partials.par_iter_mut()).enumerate().for_each(
-            |(block, (to, partial))| {
-                let start = block * BLOCK;
-                let rows = RowsTask { passes: self, from, products, start, to };
-                *partial = self.arch.dispatch(ApplyTask(rows));
-            },
-        );
-        block_sum(partials.iter().map(|partial| partial[0]))
+        to.chunks_mut(ROWS).enumerate().for_each(|(chunk, to)| {
+            let start = chunk * ROWS;
+            self.arch.dispatch(RowsTask { passes: self, from, products, start, to });
+        });
+        self.filter_dot(from, to, partials)
     }
 
     /// to = S to; returns from . to.
@@ -87,14 +77,13 @@ impl<T: Real> Passes<'_, T> {
         block_sum(partials.iter().map(|partial| partial[0]))
     }
 
-    /// p = c + beta p, q = s + beta q, y += alpha p, r -= alpha q, and c = S P^-1 r if that is a matter of single
-    /// particles; returns r . c, zero without it, and r . r.
+    /// p = c + beta p, q = s + beta q, y += alpha p, r -= alpha q; returns r . r.
     fn update(
         &self,
         fields: &mut [VectorField<T>; LinearVector::ALL.len()],
         (alpha, beta): (f64, f64),
         partials: &mut [Partial],
-    ) -> [f64; 2] {
+    ) -> f64 {
         let [solution, _, residual, preconditioned, image, direction, direction_image] = fields;
         let image = FieldView::new(image);
         let blocks = (
@@ -110,14 +99,14 @@ impl<T: Real> Passes<'_, T> {
             let task = UpdateTask { passes: self, image, block, alpha, beta, y, r, c, p, q };
             *partial = self.arch.dispatch(task);
         });
-        [0, 1].map(|which| block_sum(partials.iter().map(|partial| partial[which])))
+        block_sum(partials.iter().map(|partial| partial[1]))
     }
 }
 
-/// The conjugate gradient iterations, once residual and preconditioned residual are there, up to a decision that is not to go on.
+/// The conjugate gradient iterations with `schwarz`, once residual and preconditioned residual are there, up to a decision that is not to go on.
 pub(super) fn iterate<T: Real>(
     passes: &Passes<'_, T>,
-    mut schwarz: Option<&mut Schwarz<T>>,
+    schwarz: &mut Schwarz<T>,
     fields: &mut [VectorField<T>; LinearVector::ALL.len()],
     (partials, products): Scratch<'_, T>,
     progress: &mut Progress,
@@ -134,34 +123,22 @@ pub(super) fn iterate<T: Real>(
             Ok(factors) => factors,
             Err(instead) => return instead,
         };
-        let [next_gamma, square] = passes.update(fields, factors, partials);
-        gamma = next_gamma;
-        if let Some(schwarz) = &mut schwarz {
-            let [_, _, residual, preconditioned, ..] = fields;
-            let residual = FieldView::new(residual);
-            schwarz_apply(schwarz, residual, preconditioned, passes.arch);
-            gamma = passes.filter_dot(residual, preconditioned, partials);
-        }
+        let square = passes.update(fields, factors, partials);
+        let [_, _, residual, preconditioned, ..] = fields;
+        let residual = FieldView::new(residual);
+        schwarz_apply(schwarz, residual, preconditioned, passes.arch);
+        gamma = passes.filter_dot(residual, preconditioned, partials);
         progress.end(square.sqrt());
     }
 }
 
 /// to = A from on some rows, compiled for each instruction set.
-struct RowsTask<'a, 'b, T> {
-    passes: &'a Passes<'a, T>,
-    from: FieldView<'a, T>,
-    products: &'a [[T; 3]],
-    start: usize,
-    to: [&'b mut [T]; 3],
-}
-
-impl<T: Real> RowsTask<'_, '_, T> {
-    #[inline(always)]
-    fn run(&mut self) {
-        let Passes { matrix, springs, count, .. } = self.passes;
-        let vector = (self.from, self.products);
-        matrix_apply::rows(matrix, springs, vector, (self.start, *count), &mut self.to);
-    }
+pub(super) struct RowsTask<'a, 'b, T> {
+    pub(super) passes: &'a Passes<'a, T>,
+    pub(super) from: FieldView<'a, T>,
+    pub(super) products: &'a [[T; 3]],
+    pub(super) start: usize,
+    pub(super) to: [&'b mut [T]; 3],
 }
 
 impl<T: Real> NullaryFnOnce for RowsTask<'_, '_, T> {
@@ -169,31 +146,18 @@ impl<T: Real> NullaryFnOnce for RowsTask<'_, '_, T> {
 
     #[inline(always)]
     fn call(mut self) {
-        self.run();
-    }
-}
-
-/// to = S A from on the rows of a block, compiled for each instruction set; gives from . to.
-struct ApplyTask<'a, 'b, T>(RowsTask<'a, 'b, T>);
-
-impl<T: Real> NullaryFnOnce for ApplyTask<'_, '_, T> {
-    type Output = Partial;
-
-    #[inline(always)]
-    fn call(mut self) -> Partial {
-        self.0.run();
-        let RowsTask { passes, from, start, to, .. } = self.0;
-        let block = start / BLOCK;
-        FilterTask { filter: passes.filter, from, block, to }.call()
+        let Passes { matrix, springs, count, .. } = self.passes;
+        let vector = (self.from, self.products);
+        matrix_apply::rows(matrix, springs, vector, (self.start, *count), &mut self.to);
     }
 }
 
 /// to = S to on one block, compiled for each instruction set; gives from . to.
-struct FilterTask<'a, 'b, T> {
-    filter: Filter<'a, T>,
-    from: FieldView<'a, T>,
-    block: usize,
-    to: [&'b mut [T]; 3],
+pub(super) struct FilterTask<'a, 'b, T> {
+    pub(super) filter: Filter<'a, T>,
+    pub(super) from: FieldView<'a, T>,
+    pub(super) block: usize,
+    pub(super) to: [&'b mut [T]; 3],
 }
 
 impl<T: Real> NullaryFnOnce for FilterTask<'_, '_, T> {
@@ -209,17 +173,17 @@ impl<T: Real> NullaryFnOnce for FilterTask<'_, '_, T> {
 }
 
 /// The updates of one block, compiled for each instruction set; gives r . c and r . r.
-struct UpdateTask<'a, 'b, T> {
-    passes: &'a Passes<'a, T>,
-    image: FieldView<'a, T>,
-    block: usize,
-    alpha: T,
-    beta: T,
-    y: [&'b mut [T]; 3],
-    r: [&'b mut [T]; 3],
-    c: [&'b mut [T]; 3],
-    p: [&'b mut [T]; 3],
-    q: [&'b mut [T]; 3],
+pub(super) struct UpdateTask<'a, 'b, T> {
+    pub(super) passes: &'a Passes<'a, T>,
+    pub(super) image: FieldView<'a, T>,
+    pub(super) block: usize,
+    pub(super) alpha: T,
+    pub(super) beta: T,
+    pub(super) y: [&'b mut [T]; 3],
+    pub(super) r: [&'b mut [T]; 3],
+    pub(super) c: [&'b mut [T]; 3],
+    pub(super) p: [&'b mut [T]; 3],
+    pub(super) q: [&'b mut [T]; 3],
 }
 
 impl<T: Real> NullaryFnOnce for UpdateTask<'_, '_, T> {

@@ -111,10 +111,26 @@ impl<T: Real> ContactRows<T> {
         arch: pulp::Arch,
     ) {
         products.resize(self.contacts.len(), [T::ZERO; 3]);
-        let tasks = products.par_chunks_mut(TASK).zip(self.contacts.par_chunks(TASK));
-        tasks.for_each(|(products, contacts)| {
-            arch.dispatch(ProductsTask { contacts, vector, products });
+        products.par_chunks_mut(TASK).enumerate().for_each(|(task, products)| {
+            self.products_of(TASK * task, vector, products, arch);
         });
+    }
+
+    /// The same of the contacts from `first` on.
+    pub(super) fn products_of(
+        &self,
+        first: usize,
+        vector: FieldView<'_, T>,
+        products: &mut [[T; 3]],
+        arch: pulp::Arch,
+    ) {
+        let contacts = &self.contacts[first..first + products.len()];
+        arch.dispatch(ProductsTask { contacts, vector, products });
+    }
+
+    /// How many contacts there are.
+    pub(super) fn len(&self) -> usize {
+        self.contacts.len()
     }
 
     /// The row of a particle times a vector, of which these are the products, if it touches anything.

@@ -14,6 +14,7 @@ mod incomplete_cholesky;
 mod matrix;
 mod matrix_apply;
 mod particle_filters;
+mod phased_iterations;
 mod preconditioner;
 mod schwarz_rows;
 mod spring_factors;

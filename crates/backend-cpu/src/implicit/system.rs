@@ -19,7 +19,7 @@ use super::{
     matrix::{BlockField, Matrix},
     matrix_apply,
     particle_filters::ParticleFilters,
-    preconditioner,
+    phased_iterations, preconditioner,
     schwarz_rows::SystemRows,
     spring_linearise, vector_operations,
     vectors::LinearVectors,
@@ -461,7 +461,12 @@ impl<T: Real> ImplicitSystem<T> {
         let schwarz = self.schwarz.as_deref_mut().filter(|_| is_schwarz);
         let fields = self.vectors.all_mut();
         let scratch = (&mut *self.partials, &mut self.products);
-        conjugate_gradient::iterate(&passes, schwarz, fields, scratch, progress, gamma)
+        match schwarz {
+            Some(schwarz) => {
+                conjugate_gradient::iterate(&passes, schwarz, fields, scratch, progress, gamma)
+            }
+            None => phased_iterations::iterate(&passes, fields, scratch, progress, gamma),
+        }
     }
 
     pub(crate) fn matrix_read(&self, springs: &SpringColumns<T>, out: &mut Vec<MatrixBlock>) {

@@ -1,0 +1,179 @@
+//! NUMERICS §5, `conjugate_gradient`: its iterations in phases, the products of contacts, the rows and the updates, by threads that join once for a
+//! whole solve. The arithmetic is that of `conjugate_gradient.rs`, in its order.
+#![allow(unsafe_code)]
+
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+
+use cloth_core::{
+    LinearVector, Real,
+    stepper::linear::{Next, Progress, block_sum},
+};
+
+use super::conjugate_gradient::{FilterTask, Partial, Passes, RowsTask, Scratch, UpdateTask};
+use crate::{
+    memory::{BLOCK, VectorField},
+    phases::{self, Leader, Phased},
+    shared::{SharedField, SharedSlice},
+};
+
+/// Contacts in one chunk.
+const CONTACTS: usize = 128;
+/// Rows in one chunk, which have to be parts of a block of sums.
+const ROWS: usize = 64;
+/// Chunks of rows from which on one more thread helps.
+const ROWS_OF_HELPER: usize = 4;
+
+/// Products of contacts with c, if there are contacts.
+const PRODUCTS: u32 = 0;
+/// s = S A c and c . s.
+const IMAGE: u32 = 1;
+/// p = c + beta p, q = s + beta q, y += alpha p, r -= alpha q, c = S P^-1 r, r . c and r . r.
+const UPDATE: u32 = 2;
+
+/// An iteration, and what it reads and writes.
+struct Iteration<'a, T> {
+    passes: &'a Passes<'a, T>,
+    fields: [SharedField<'a, T>; LinearVector::ALL.len()],
+    partials: SharedSlice<'a, Partial>,
+    products: SharedSlice<'a, [T; 3]>,
+    /// Chunks of rows of each block that are not done in this iteration.
+    rows_left: Vec<AtomicU32>,
+    /// Bits of alpha and beta.
+    factors: [AtomicU64; 2],
+}
+
+impl<T: Real> Iteration<'_, T> {
+    fn field(&self, vector: LinearVector) -> &SharedField<'_, T> {
+        &self.fields[vector as usize]
+    }
+
+    /// Chunks of rows in a block.
+    fn row_chunks(&self, block: usize) -> u32 {
+        let rows = (self.field(LinearVector::Image).len() - block * BLOCK).min(BLOCK);
+        rows.div_ceil(ROWS) as u32
+    }
+
+    fn products(&self, chunk: usize) {
+        let first = chunk * CONTACTS;
+        let rows = &self.passes.matrix.rows;
+        let end = (first + CONTACTS).min(rows.len());
+        // SAFETY: this phase writes products alone, those of a chunk by the thread that has taken it.
+        let (vector, out) = unsafe {
+            (self.field(LinearVector::Preconditioned).view(), self.products.part(first..end))
+        };
+        rows.products_of(first, vector, out, self.passes.arch);
+    }
+
+    fn image(&self, chunk: usize) {
+        let (start, arch) = (chunk * ROWS, self.passes.arch);
+        let image = self.field(LinearVector::Image);
+        // SAFETY: nobody writes c or products in this phase; rows of a chunk are those of the thread that has taken it.
+        let (from, products, to) = unsafe {
+            let from = self.field(LinearVector::Preconditioned).view();
+            (from, self.products.all(), image.chunk(start, ROWS))
+        };
+        arch.dispatch(RowsTask { passes: self.passes, from, products, start, to });
+        let block = start / BLOCK;
+        // Who is the last in a block has all of its rows, which the others have released.
+        if self.rows_left[block].fetch_sub(1, Ordering::AcqRel) > 1 {
+            return;
+        }
+        self.rows_left[block].store(self.row_chunks(block), Ordering::Relaxed);
+        // SAFETY: all chunks of this block are done, and no other thread is told that it is the last one.
+        let (to, partial) =
+            unsafe { (image.chunk(block * BLOCK, BLOCK), self.partials.part(block..block + 1)) };
+        let task = FilterTask { filter: self.passes.filter, from, block, to };
+        partial[0] = arch.dispatch(task);
+    }
+
+    fn update(&self, block: usize) {
+        use LinearVector::{Direction, DirectionImage, Image, Preconditioned, Residual, Solution};
+        let factor =
+            |which: usize| T::from_f64(f64::from_bits(self.factors[which].load(Ordering::Relaxed)));
+        // SAFETY: nobody writes s in this phase; a block is that of the thread that has taken it.
+        let (image, [y, r, c, p, q], partial) = unsafe {
+            let own = |vector| self.field(vector).chunk(block * BLOCK, BLOCK);
+            let fields = [Solution, Residual, Preconditioned, Direction, DirectionImage].map(own);
+            (self.field(Image).view(), fields, self.partials.part(block..block + 1))
+        };
+        let (passes, alpha, beta) = (self.passes, factor(0), factor(1));
+        let task = UpdateTask { passes, image, block, alpha, beta, y, r, c, p, q };
+        partial[0] = passes.arch.dispatch(task);
+    }
+
+    /// Sums of all blocks, between two phases.
+    fn sum(&self, which: usize) -> f64 {
+        // SAFETY: no phase is under way.
+        let partials = unsafe { self.partials.all() };
+        block_sum(partials.iter().map(|partial| partial[which]))
+    }
+}
+
+impl<T: Real> Phased for Iteration<'_, T> {
+    const PHASES: u32 = 3;
+
+    fn chunks(&self, phase: u32) -> usize {
+        match phase {
+            PRODUCTS => self.passes.matrix.rows.len().div_ceil(CONTACTS),
+            IMAGE => self.field(LinearVector::Image).len().div_ceil(ROWS),
+            _ => self.rows_left.len(),
+        }
+    }
+
+    fn work(&self, phase: u32, chunk: usize) {
+        match phase {
+            PRODUCTS => self.products(chunk),
+            IMAGE => self.image(chunk),
+            _ => self.update(chunk),
+        }
+    }
+}
+
+/// `conjugate_gradient::iterate` without `schwarz`, which is a matter of the pool of threads.
+pub(super) fn iterate<T: Real>(
+    passes: &Passes<'_, T>,
+    fields: &mut [VectorField<T>; LinearVector::ALL.len()],
+    (partials, products): Scratch<'_, T>,
+    progress: &mut Progress,
+    mut gamma: f64,
+) -> Next {
+    let contacts = passes.matrix.rows.len();
+    products.resize(contacts, [T::ZERO; 3]);
+    let blocks = partials.len();
+    let mut iteration = Iteration {
+        passes,
+        fields: fields.each_mut().map(SharedField::new),
+        partials: SharedSlice::new(partials),
+        products: SharedSlice::new(products),
+        rows_left: Vec::new(),
+        factors: [AtomicU64::new(0), AtomicU64::new(0)],
+    };
+    iteration.rows_left =
+        (0..blocks).map(|block| AtomicU32::new(iteration.row_chunks(block))).collect();
+    let iteration = &iteration;
+    let helpers = (rayon::current_num_threads() - 1).min(iteration.chunks(IMAGE) / ROWS_OF_HELPER);
+    let solve = |leader: &mut Leader<'_, _>| {
+        loop {
+            match progress.next(gamma) {
+                Next::Iterate => {}
+                other => return other,
+            }
+            if contacts > 0 {
+                leader.run(PRODUCTS);
+            }
+            leader.run(IMAGE);
+            match progress.advance(gamma, iteration.sum(0)) {
+                Ok((alpha, beta)) => {
+                    for (factor, value) in iteration.factors.iter().zip([alpha, beta]) {
+                        factor.store(value.to_bits(), Ordering::Relaxed);
+                    }
+                }
+                Err(instead) => return instead,
+            }
+            leader.run(UPDATE);
+            gamma = iteration.sum(0);
+            progress.end(iteration.sum(1).sqrt());
+        }
+    };
+    phases::lead(iteration, helpers, solve)
+}
