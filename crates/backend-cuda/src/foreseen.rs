@@ -19,11 +19,17 @@ pub(crate) fn foreseen(
     let linear = integrator.linear();
     if let Some(linear) = linear {
         let is_schwarz = linear.preconditioner == Preconditioner::Schwarz;
-        let form = SolverForm::of(particles, multiprocessors, is_schwarz);
-        match linear.method {
-            LinearMethod::ConjugateGradient => all.push(("conjugate_gradient", form.option())),
-            LinearMethod::Jacobi => all.push(("jacobi", form.option())),
-            _ => {}
+        let form = |touches| SolverForm::of(particles, multiprocessors, is_schwarz, touches);
+        // Cloth falls before it touches.
+        let mut forms = vec![form(false)];
+        forms.extend(Some(form(triangles)).filter(|other| !forms.contains(other)));
+        let module = match linear.method {
+            LinearMethod::ConjugateGradient => Some("conjugate_gradient"),
+            LinearMethod::Jacobi => Some("jacobi"),
+            _ => None,
+        };
+        if let Some(module) = module {
+            all.extend(forms.iter().map(|form| (module, form.option())));
         }
         all.extend(IMPLICIT.map(plain));
     }
@@ -104,16 +110,23 @@ mod tests {
             let linear = LinearSettings { method, preconditioner, ..LinearSettings::default() };
             Integrator::Implicit(ImplicitSettings { linear, ..ImplicitSettings::default() })
         };
-        for integrator in [
-            Integrator::Explicit,
-            linear(LinearMethod::Jacobi, Preconditioner::Block),
-            linear(LinearMethod::ConjugateGradient, Preconditioner::Auto),
-        ] {
-            let all = foreseen(features, &integrator, (10_000, 132));
-            for (at, (module, option)) in all.iter().enumerate() {
-                let found = CudaModule::find(module).unwrap_or_else(|| panic!("{module}"));
-                assert!(option.is_none_or(|option| found.options.contains(&option)), "{module}");
-                assert!(!all[..at].contains(&(module, *option)), "{module} twice");
+        let solves = [
+            (Integrator::Explicit, 0),
+            (linear(LinearMethod::Jacobi, Preconditioner::Block), 1),
+            (linear(LinearMethod::ConjugateGradient, Preconditioner::Auto), 2),
+        ];
+        // With as many particles as this solves are of another form once triangles touch.
+        for (particles, more) in [(10_000, 0), (20_000, 1)] {
+            for (integrator, forms) in &solves {
+                let all = foreseen(features, integrator, (particles, 132));
+                for (at, (module, option)) in all.iter().enumerate() {
+                    let found = CudaModule::find(module).unwrap_or_else(|| panic!("{module}"));
+                    assert!(option.is_none_or(|option| found.options.contains(&option)));
+                    assert!(!all[..at].contains(&(module, *option)), "{module} twice");
+                }
+                let found = all.iter().filter(|(name, _)| SolverForm::MODULES.contains(name));
+                let expected = if *forms == 0 { 0 } else { forms + more };
+                assert_eq!(found.count(), expected, "{integrator:?}");
             }
         }
     }

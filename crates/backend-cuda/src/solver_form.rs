@@ -10,7 +10,7 @@ const ROW_TEAM: usize = 4;
 pub(crate) enum SolverForm {
     /// One thread for each row.
     General,
-    /// The same with several threads for each row, as long as the device has them for all rows at once. A block has a multiprocessor for itself.
+    /// The same with several threads for each row, as long as the device has them for nearly all rows at once. A block has a multiprocessor for itself.
     Teams,
     /// With the preconditioner `schwarz`.
     Schwarz,
@@ -22,11 +22,18 @@ impl SolverForm {
     /// Threads of a block.
     pub(crate) const THREADS: usize = BLOCK;
 
-    /// The form that is fastest for so many particles, on a device with so many multiprocessors.
-    pub(crate) const fn of(particles: usize, multiprocessors: usize, is_schwarz: bool) -> Self {
+    /// The form that is fastest for so many particles, on a device with so many multiprocessors. Where triangles touch, rows are far longer, and
+    /// teams are faster even if each has two of them.
+    pub(crate) const fn of(
+        particles: usize,
+        multiprocessors: usize,
+        is_schwarz: bool,
+        has_contacts: bool,
+    ) -> Self {
+        let rows = if has_contacts { 2 } else { 1 };
         if is_schwarz {
             Self::Schwarz
-        } else if particles <= multiprocessors * Self::Teams.step() {
+        } else if particles <= rows * multiprocessors * Self::Teams.step() {
             Self::Teams
         } else {
             Self::General

@@ -24,7 +24,8 @@ pub(crate) fn choose<T: CudaReal>(
     let particles = memory.data.count as usize;
     let device = &memory.queue.device;
     let multiprocessors = device.multiprocessors as usize;
-    let form = SolverForm::of(particles, multiprocessors, linear.is_schwarz());
+    let has_contacts = linear.data.has_contacts != 0;
+    let form = SolverForm::of(particles, multiprocessors, linear.is_schwarz(), has_contacts);
     cache.solver = form;
     let key = (name, form);
     if let Some(&launch) = linear.launches.get(&key) {
