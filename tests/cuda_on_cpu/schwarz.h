@@ -60,7 +60,7 @@ int main(int, char** arguments) {
     l.partials = (double*)calloc(s.count, sizeof(double));
     Status status = {};
     s.status = &status;
-    launch([] { preconditioner_apply_schwarz(s, l, RESIDUAL, PRECONDITIONED); }, atoi(arguments[3]), THREADS, atoi(arguments[4]));
+    launch([] { preconditioner_apply_schwarz(s, l, RESIDUAL, PRECONDITIONED); }, atoi(arguments[3]), SOLVER_THREADS, atoi(arguments[4]));
     file = fopen(arguments[2], "wb");
     if (!file) return 2;
     fwrite(l.vectors[PRECONDITIONED], sizeof(real4), s.count, file);
