@@ -68,13 +68,12 @@ const fn plain(module: &'static str) -> Foreseen {
 }
 
 /// What every implicit step needs.
-const IMPLICIT: [&str; 12] = [
+const IMPLICIT: [&str; 11] = [
     "implicit_assemble",
     "spring_linearise",
     "matrix_apply",
     "preconditioner_build",
     "implicit_motion",
-    "collider_response",
     "vector_dot",
     "vector_combine",
     "vector_fill",
