@@ -17,6 +17,25 @@ const NOT_RUN: &str = "not run here: ";
 /// Programs beside which nothing runs: a window that is driven has to answer in time.
 const ALONE: [&str; 1] = ["window"];
 
+/// Programs that take minutes, the longest first: they begin before others, so that none is left alone at the end.
+const LONG: [&str; 8] = [
+    "triangle_contact",
+    "equivalence",
+    "scenes_that_ship",
+    "audit_table",
+    "validation",
+    "readme",
+    "whole_runs",
+    "command_line",
+];
+
+/// Where a program stands in the order in which they begin.
+fn turn_of(program: &Artifact) -> (bool, usize) {
+    // Unit tests are short: they fill what is left at the end.
+    let of_long = LONG.iter().position(|&name| name == program.name);
+    (program.kind != "test", of_long.unwrap_or(LONG.len()))
+}
+
 /// The tests of one program, or of all.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Counts {
@@ -99,8 +118,7 @@ pub(crate) fn run<T>(
             before - programs.len()
         );
     }
-    // Unit tests are short: they fill what is left at the end.
-    programs.sort_by_key(|program| program.kind != "test");
+    programs.sort_by_key(turn_of);
     let alone = programs.extract_if(.., |program| ALONE.contains(&program.name.as_str()));
     let alone: Vec<_> = alone.collect();
     let side_by_side = thread::available_parallelism().map_or(1, NonZeroUsize::get).min(2);
@@ -196,18 +214,30 @@ mod tests {
         assert_eq!(counts.not_run.into_iter().collect::<Vec<_>>(), ["cuda: no driver"]);
     }
 
+    fn program(name: &str, kind: &str) -> Artifact {
+        Artifact {
+            name: name.into(),
+            kind: kind.into(),
+            is_test: true,
+            path: PathBuf::from(name),
+            package: std::env::temp_dir(),
+        }
+    }
+
+    #[test]
+    fn long_programs_begin_first_and_unit_tests_last() {
+        let of = |name, kind| turn_of(&program(name, kind));
+        assert!(of(LONG[0], "test") < of(LONG[1], "test"));
+        assert!(of(LONG[7], "test") < of("seams", "test"));
+        assert!(of("seams", "test") < of("cloth", "lib"));
+    }
+
     /// A program that fails is named, and the others run all the same.
     #[cfg(unix)]
     #[test]
     fn a_program_that_fails_is_named() {
-        let program = |path: &str| Artifact {
-            name: path.into(),
-            kind: "test".into(),
-            is_test: true,
-            path: PathBuf::from(path),
-            package: std::env::temp_dir(),
-        };
-        let programs = ["true", "false", "no-such-program"].map(program).to_vec();
+        let programs = ["true", "false", "no-such-program"].map(|name| program(name, "test"));
+        let programs = programs.to_vec();
         let passed = Passed::default();
         let (outcome, beside) = run(programs, &mut Counts::default(), &passed, || "waited for");
         assert_eq!(beside, "waited for");
