@@ -103,32 +103,55 @@ impl<T: Real> Passes<'_, T> {
     }
 }
 
-/// The conjugate gradient iterations with `schwarz`, once residual and preconditioned residual are there, up to a decision that is not to go on.
-pub(super) fn iterate<T: Real>(
-    passes: &Passes<'_, T>,
-    schwarz: &mut Schwarz<T>,
-    fields: &mut [VectorField<T>; LinearVector::ALL.len()],
-    (partials, products): Scratch<'_, T>,
-    progress: &mut Progress,
-    mut gamma: f64,
-) -> Next {
+/// The halves of an iteration, by whatever threads.
+pub(super) trait Halves {
+    /// s = S A c; returns c . s.
+    fn image(&mut self) -> f64;
+
+    /// p = c + beta p, q = s + beta q, y += alpha p, r -= alpha q, c = S P^-1 r, with alpha and beta; returns r . c and r . r.
+    fn update(&mut self, factors: (f64, f64)) -> [f64; 2];
+}
+
+/// The conjugate gradient iterations, once residual and preconditioned residual are there, up to a decision that is not to go on.
+pub(super) fn iterate(halves: &mut impl Halves, progress: &mut Progress, mut gamma: f64) -> Next {
     loop {
         match progress.next(gamma) {
             Next::Iterate => {}
             other => return other,
         }
-        let [_, _, _, preconditioned, image, _, _] = fields;
-        let delta = passes.apply(preconditioned, image, (partials, products));
+        let delta = halves.image();
         let factors = match progress.advance(gamma, delta) {
             Ok(factors) => factors,
             Err(instead) => return instead,
         };
-        let square = passes.update(fields, factors, partials);
-        let [_, _, residual, preconditioned, ..] = fields;
-        let residual = FieldView::new(residual);
-        schwarz_apply(schwarz, residual, preconditioned, passes.arch);
-        gamma = passes.filter_dot(residual, preconditioned, partials);
+        let [next_gamma, square] = halves.update(factors);
+        gamma = next_gamma;
         progress.end(square.sqrt());
+    }
+}
+
+/// With `schwarz`, each pass by the pool of threads.
+pub(super) struct WithSchwarz<'a, 'p, T> {
+    pub(super) passes: &'a Passes<'p, T>,
+    pub(super) schwarz: &'a mut Schwarz<T>,
+    pub(super) fields: &'a mut [VectorField<T>; LinearVector::ALL.len()],
+    pub(super) scratch: Scratch<'a, T>,
+}
+
+impl<T: Real> Halves for WithSchwarz<'_, '_, T> {
+    fn image(&mut self) -> f64 {
+        let [_, _, _, preconditioned, image, _, _] = &mut *self.fields;
+        let (partials, products) = &mut self.scratch;
+        self.passes.apply(preconditioned, image, (partials, products))
+    }
+
+    fn update(&mut self, factors: (f64, f64)) -> [f64; 2] {
+        let partials = &mut *self.scratch.0;
+        let square = self.passes.update(self.fields, factors, partials);
+        let [_, _, residual, preconditioned, ..] = &mut *self.fields;
+        let residual = FieldView::new(residual);
+        schwarz_apply(self.schwarz, residual, preconditioned, self.passes.arch);
+        [self.passes.filter_dot(residual, preconditioned, partials), square]
     }
 }
 

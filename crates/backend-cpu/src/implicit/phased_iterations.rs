@@ -9,7 +9,9 @@ use cloth_core::{
     stepper::linear::{Next, Progress, block_sum},
 };
 
-use super::conjugate_gradient::{FilterTask, Partial, Passes, RowsTask, Scratch, UpdateTask};
+use super::conjugate_gradient::{
+    self, FilterTask, Halves, Partial, Passes, RowsTask, Scratch, UpdateTask,
+};
 use crate::{
     memory::{BLOCK, VectorField},
     phases::{self, Leader, Phased},
@@ -129,16 +131,39 @@ impl<T: Real> Phased for Iteration<'_, T> {
     }
 }
 
-/// `conjugate_gradient::iterate` without `schwarz`, which is a matter of the pool of threads.
+/// An iteration whose phases this thread leads.
+struct Led<'a, 'l, 'i, T: Real> {
+    iteration: &'a Iteration<'i, T>,
+    leader: &'a mut Leader<'l, Iteration<'i, T>>,
+}
+
+impl<T: Real> Halves for Led<'_, '_, '_, T> {
+    fn image(&mut self) -> f64 {
+        if self.iteration.chunks(PRODUCTS) > 0 {
+            self.leader.run(PRODUCTS);
+        }
+        self.leader.run(IMAGE);
+        self.iteration.sum(0)
+    }
+
+    fn update(&mut self, (alpha, beta): (f64, f64)) -> [f64; 2] {
+        for (factor, value) in self.iteration.factors.iter().zip([alpha, beta]) {
+            factor.store(value.to_bits(), Ordering::Relaxed);
+        }
+        self.leader.run(UPDATE);
+        [0, 1].map(|which| self.iteration.sum(which))
+    }
+}
+
+/// The iterations without `schwarz`, which is a matter of the pool of threads.
 pub(super) fn iterate<T: Real>(
     passes: &Passes<'_, T>,
     fields: &mut [VectorField<T>; LinearVector::ALL.len()],
     (partials, products): Scratch<'_, T>,
     progress: &mut Progress,
-    mut gamma: f64,
+    gamma: f64,
 ) -> Next {
-    let contacts = passes.matrix.rows.len();
-    products.resize(contacts, [T::ZERO; 3]);
+    products.resize(passes.matrix.rows.len(), [T::ZERO; 3]);
     let blocks = partials.len();
     let mut iteration = Iteration {
         passes,
@@ -152,28 +177,7 @@ pub(super) fn iterate<T: Real>(
         (0..blocks).map(|block| AtomicU32::new(iteration.row_chunks(block))).collect();
     let iteration = &iteration;
     let helpers = (rayon::current_num_threads() - 1).min(iteration.chunks(IMAGE) / ROWS_OF_HELPER);
-    let solve = |leader: &mut Leader<'_, _>| {
-        loop {
-            match progress.next(gamma) {
-                Next::Iterate => {}
-                other => return other,
-            }
-            if contacts > 0 {
-                leader.run(PRODUCTS);
-            }
-            leader.run(IMAGE);
-            match progress.advance(gamma, iteration.sum(0)) {
-                Ok((alpha, beta)) => {
-                    for (factor, value) in iteration.factors.iter().zip([alpha, beta]) {
-                        factor.store(value.to_bits(), Ordering::Relaxed);
-                    }
-                }
-                Err(instead) => return instead,
-            }
-            leader.run(UPDATE);
-            gamma = iteration.sum(0);
-            progress.end(iteration.sum(1).sqrt());
-        }
-    };
-    phases::lead(iteration, helpers, solve)
+    phases::lead(iteration, helpers, |leader| {
+        conjugate_gradient::iterate(&mut Led { iteration, leader }, progress, gamma)
+    })
 }

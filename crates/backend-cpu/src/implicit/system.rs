@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::{
     assembled::Assembled,
-    conjugate_gradient::{self, Passes},
+    conjugate_gradient::{self, Passes, WithSchwarz},
     constraints::{Constraints, Detection, Solve},
     filter::Filter,
     implicit_assemble::Assembly,
@@ -463,7 +463,8 @@ impl<T: Real> ImplicitSystem<T> {
         let scratch = (&mut *self.partials, &mut self.products);
         match schwarz {
             Some(schwarz) => {
-                conjugate_gradient::iterate(&passes, schwarz, fields, scratch, progress, gamma)
+                let mut halves = WithSchwarz { passes: &passes, schwarz, fields, scratch };
+                conjugate_gradient::iterate(&mut halves, progress, gamma)
             }
             None => phased_iterations::iterate(&passes, fields, scratch, progress, gamma),
         }
