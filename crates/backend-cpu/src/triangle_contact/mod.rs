@@ -1,15 +1,23 @@
 //! NUMERICS §15: contact between triangles, forces and proof.
 //!
-//! [`tree`] has boxes around groups of triangles, [`pairs`] the list of pairs of features that may touch or meet, with the proof that
+//! [`groups`] are triangles that lie close together, with what belongs to them side by side ([`packet`]) and a [`tree`] of boxes around them;
+//! [`pairs`] is the list of pairs of features that may touch or meet, which [`search`] finds, with the proof that
 //! it is complete, [`proofs`] the certificate of many of them at once. What a contact is and does, and how ways are certified, is in `cloth_core::contact`.
 
+mod batch;
+mod bounds;
+mod groups;
+mod near;
+mod packet;
 mod pairs;
 mod proofs;
+mod search;
 mod tree;
 
 use self::{
-    pairs::{ListSearch, PairList},
-    tree::Tree,
+    bounds::Ends,
+    groups::Groups,
+    pairs::{ListSearch, PairList, ways_read},
 };
 use crate::memory::{FieldView, Masses, Motion, VectorField};
 use cloth_core::{
@@ -49,7 +57,7 @@ pub(crate) fn check(model: &Model, config: &SolverConfig) -> Result<()> {
 pub(crate) struct TriangleContact<T> {
     surface: ContactSurface,
     /// Those of cloths and of bodies.
-    trees: [Tree<T>; 2],
+    groups: [Groups<T>; 2],
     list: PairList<T>,
     marked_list: PairList<T>,
     set: ContactSet<T>,
@@ -62,6 +70,8 @@ pub(crate) struct TriangleContact<T> {
     other: Vec<[T; 3]>,
     /// Those at the start of a substep, where a certificate goes on from an iterate.
     first: Vec<[T; 3]>,
+    /// The ways of a search, vertex by vertex.
+    ends: Vec<Ends<T>>,
     newton: NewtonStart,
     statistics: ContactStatistics,
     arch: pulp::Arch,
@@ -77,7 +87,7 @@ impl<T: Real> TriangleContact<T> {
         let surface = ContactSurface::new(model, &contact);
         let (count, nodes) = (model.particle_count(), surface.node_count());
         Some(Self {
-            trees: [Tree::of_cloths(&surface), Tree::of_bodies(&surface)],
+            groups: [Groups::of_cloths(&surface), Groups::of_bodies(&surface)],
             list: PairList::new(surface.reach()),
             marked_list: PairList::new(surface.reach()),
             set: ContactSet::with_nodes(count, nodes),
@@ -90,6 +100,7 @@ impl<T: Real> TriangleContact<T> {
             position: Vec::new(),
             other: Vec::new(),
             first: Vec::new(),
+            ends: Vec::new(),
             newton: NewtonStart::StepStart,
             statistics: ContactStatistics::default(),
             surface,
@@ -116,7 +127,9 @@ impl<T: Real> TriangleContact<T> {
                 *other = std::array::from_fn(|k| x[k] + length * other[k]);
             }
             let sets = [&*self.position, &*self.other];
-            self.list.build((&self.surface, &mut self.trees), sets, None)?;
+            ways_read(sets, &mut self.ends);
+            let sets = (sets, &*self.ends);
+            self.list.build((&self.surface, &mut self.groups), sets, None, self.arch)?;
         }
         Ok(())
     }
@@ -144,7 +157,7 @@ impl<T: Real> TriangleContact<T> {
             true => start.get(i as usize),
             false => bodies.start()[i as usize - particles],
         };
-        let mut found = self.list.contacts(&self.surface, position);
+        let mut found = self.list.contacts(&self.surface, position, self.arch);
         self.surface.plane_contacts(|i: u32| position[i as usize], start, &mut found);
         self.certifier.acting_keep(&mut found);
         let motion = ContactMotion {
@@ -204,13 +217,13 @@ impl<T: Real> TriangleContact<T> {
         (index, length): (usize, T),
         is_end: bool,
     ) -> Result<u64> {
-        let Self { surface, trees, list, marked_list, .. } = self;
-        let Self { position, other, first, certifier, arch, .. } = self;
+        let Self { surface, groups, list, marked_list, .. } = self;
+        let Self { position, other, first, ends, certifier, arch, .. } = self;
         let (bodies, impulses) = (&mut self.bodies, &mut self.impulses);
         bodies.substep_begin(model, index);
         read(proven.unwrap_or(start), bodies.way_start(proven.is_some()), other);
         read(&motion.position, bodies.end(), position);
-        let mut search = ListSearch { surface, trees, list, marked_list, arch: *arch };
+        let mut search = ListSearch { surface, groups, list, marked_list, ends, arch: *arch };
         let particles = start.count();
         let is_held = |i: u32| i as usize >= particles || masses.is_held(i as usize);
         if is_end && proven.is_some() {

@@ -1,23 +1,26 @@
 //! `contact_pairs`: the list of pairs that can touch or meet, and the proof that it is complete.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::AtomicU64;
 
 use cloth_core::{
     Error, Real, Result,
-    contact::{ContactStencil, ContactSurface, PairSearch, Split, UnprovenPair, Ways},
+    contact::{ContactStencil, ContactSurface, PairSearch, UnprovenPair, Ways},
 };
 use rayon::prelude::*;
 
 use super::{
+    bounds::{Ends, Padded, ends, padded},
+    groups::Groups,
+    near::NearTask,
     proofs::ProofTask,
-    tree::{Bounds, Ends, GROUP, Padded, Tree, ends, padded},
+    search::{Search, SearchTask},
 };
 
 /// Groups whose pairs are one run.
 const RUN: usize = 8;
 
 /// Pairs of a list at most: some 8 GB.
-const PAIRS_MAX: u64 = 1 << 28;
+pub(super) const PAIRS_MAX: u64 = 1 << 28;
 
 /// What the list reaches beyond the distance of contact, relative to it.
 const SKIN: f64 = 1.0;
@@ -31,8 +34,6 @@ pub(super) struct PairList<T> {
     runs: Vec<Run>,
     /// The sets of positions \[m\]; none before the first.
     references: [Vec<[T; 3]>; 2],
-    /// Both places of each vertex.
-    vertices: Vec<Ends<T>>,
     /// Positions of the present search.
     padded: Vec<Padded<T>>,
     reach: T,
@@ -47,7 +48,7 @@ pub(super) struct Run {
 }
 
 impl Run {
-    fn len(&self) -> u64 {
+    pub(super) fn len(&self) -> u64 {
         (self.vertex_triangle.len() + self.edge_edge.len()) as u64
     }
 
@@ -55,42 +56,6 @@ impl Run {
         self.vertex_triangle.clear();
         self.edge_edge.clear();
     }
-
-    fn push(&mut self, pair: UnprovenPair) {
-        match pair.candidate.split() {
-            Split::VertexTriangle => self.vertex_triangle.push(pair),
-            Split::EdgeEdge => self.edge_edge.push(pair),
-        }
-    }
-
-    /// All pairs of a run for which one of these tests holds: the first is that of a vertex and a triangle.
-    #[inline(always)]
-    fn filter(
-        &self,
-        vertex_triangle: impl Fn(&UnprovenPair) -> bool,
-        edge_edge: impl Fn(&UnprovenPair) -> bool,
-    ) -> impl Iterator<Item = UnprovenPair> {
-        let first = self.vertex_triangle.iter().copied().filter(vertex_triangle);
-        first.chain(self.edge_edge.iter().copied().filter(edge_edge))
-    }
-}
-
-/// Boxes around both features of a pair of a vertex and a triangle. No array is mapped here and in the tests: that is a call of its own.
-#[inline(always)]
-fn vertex_triangle<T: Real>(pair: &UnprovenPair, places: &[Padded<T>]) -> [Bounds<T, 4>; 2] {
-    let [a, b, c, d] = pair.particles;
-    let [a, b] = [places[a as usize], places[b as usize]];
-    let [c, d] = [places[c as usize], places[d as usize]];
-    [Bounds { low: a, high: a }, Bounds::around([b, c, d])]
-}
-
-/// And of a pair of edges.
-#[inline(always)]
-fn edge_edge<T: Real>(pair: &UnprovenPair, places: &[Padded<T>]) -> [Bounds<T, 4>; 2] {
-    let [a, b, c, d] = pair.particles;
-    let [a, b] = [places[a as usize], places[b as usize]];
-    let [c, d] = [places[c as usize], places[d as usize]];
-    [Bounds::around([a, b]), Bounds::around([c, d])]
 }
 
 impl<T: Real> PairList<T> {
@@ -98,7 +63,6 @@ impl<T: Real> PairList<T> {
         Self {
             runs: Vec::new(),
             references: [Vec::new(), Vec::new()],
-            vertices: Vec::new(),
             padded: Vec::new(),
             reach: T::from_f64((1.0 + SKIN) * distance),
             rebuilds: 0,
@@ -125,52 +89,33 @@ impl<T: Real> PairList<T> {
         moved.wide(0) <= room || moved.wide(1) <= room
     }
 
-    /// Builds the list for two sets of positions, and all that are the same share of the way from one to the other. With marks, pairs of
-    /// triangles without a marked particle are left out: such a list holds for nothing else.
+    /// Builds the list for two sets of positions, also given vertex by vertex, and all that are the same share of the way from one to the other. With marks, pairs
+    /// without a marked particle are left out: such a list holds for nothing else.
     pub(super) fn build(
         &mut self,
-        (surface, [tree, bodies]): (&ContactSurface, &mut [Tree<T>; 2]),
-        [from, to]: [&[[T; 3]]; 2],
+        (surface, [cloths, bodies]): (&ContactSurface, &mut [Groups<T>; 2]),
+        (sets, vertices): ([&[[T; 3]]; 2], &[Ends<T>]),
         marked: Option<&[bool]>,
+        arch: pulp::Arch,
     ) -> Result<()> {
-        for (reference, set) in self.references.iter_mut().zip([from, to]) {
+        for (reference, set) in self.references.iter_mut().zip(sets) {
             reference.clear();
             reference.extend_from_slice(set);
         }
-        self.vertices.clear();
-        self.vertices.extend(from.iter().zip(to).map(|(&a, &b)| ends(a, b)));
-        let (vertices, reach) = (&*self.vertices, self.reach);
-        tree.refit(surface, vertices);
-        bodies.refit(surface, vertices);
-        let (tree, bodies) = (&*tree, &*bodies);
-        let marks =
-            marked.map(|marked| [tree.marks(surface, marked), bodies.marks(surface, marked)]);
-        let total = AtomicU64::new(0);
-        self.runs.resize_with(tree.groups().div_ceil(RUN), Run::default);
+        let reach = self.reach;
+        for groups in [&mut *cloths, &mut *bodies] {
+            groups.refit(surface, vertices, arch);
+            groups.mark(surface, marked);
+        }
+        let (cloths, bodies, total) = (&*cloths, &*bodies, AtomicU64::new(0));
+        let search = Search { surface, cloths, bodies, vertices, marked, reach, total };
+        self.runs.resize_with(cloths.len().div_ceil(RUN), Run::default);
         self.runs.par_iter_mut().enumerate().for_each(|(number, run)| {
             run.clear();
-            for group in number * RUN..((number + 1) * RUN).min(tree.groups()) {
-                let of = |of_bodies: bool, group: usize| {
-                    marks.as_ref().map_or(u8::MAX, |marks| marks[usize::from(of_bodies)][group])
-                };
-                let own = of(false, group);
-                tree.near(group, reach, |other| {
-                    let marks = [own, of(false, other)];
-                    if marks != [0; 2] && total.load(Ordering::Relaxed) <= PAIRS_MAX {
-                        let groups = [(tree, group), (tree, other)];
-                        between(surface, groups, marks, (vertices, reach), run);
-                    }
-                });
-                bodies.near_bounds(tree.bounds(group), reach, |other| {
-                    let marks = [own, of(true, other)];
-                    if marks != [0; 2] && total.load(Ordering::Relaxed) <= PAIRS_MAX {
-                        let groups = [(tree, group), (bodies, other)];
-                        between(surface, groups, marks, (vertices, reach), run);
-                    }
-                });
-            }
-            total.fetch_add(run.len(), Ordering::Relaxed);
+            let groups = number * RUN..((number + 1) * RUN).min(cloths.len());
+            arch.dispatch(SearchTask { search: &search, groups, run });
         });
+        let total = search.total;
         self.rebuilds += 1;
         let needed = total.into_inner();
         if needed > PAIRS_MAX {
@@ -189,19 +134,15 @@ impl<T: Real> PairList<T> {
         &mut self,
         surface: &ContactSurface,
         x: &[[T; 3]],
+        arch: pulp::Arch,
     ) -> Vec<Option<ContactStencil<T>>> {
         let distance = T::from_f64(surface.reach());
         pad(x, &mut self.padded);
-        let places = &*self.padded;
+        let padded = &*self.padded;
         let found = self.runs.par_iter().flat_map_iter(|run| {
-            let near = move |[a, b]: [Bounds<T, 4>; 2]| !a.is_apart(&b, distance);
-            let close = run.filter(
-                move |pair| near(vertex_triangle(pair, places)),
-                move |pair| near(edge_edge(pair, places)),
-            );
-            let contact =
-                move |pair: UnprovenPair| surface.contact(pair.candidate, |i: u32| x[i as usize]);
-            close.map(contact).filter(Option::is_some)
+            let near = arch.dispatch(NearTask { run, places: x, padded, reach: distance });
+            let contact = |pair: UnprovenPair| surface.contact(pair.candidate, |i| x[i as usize]);
+            near.into_iter().map(contact).filter(Option::is_some)
         });
         found.collect()
     }
@@ -253,66 +194,26 @@ impl<T: Real> Moved<T> {
     }
 }
 
-/// The pairs of features of two groups that are closer than `reach`, of triangles one of which is marked, a bit for each in a group.
-#[inline(always)]
-fn between<T: Real>(
-    surface: &ContactSurface,
-    [(tree, group), (other_tree, other)]: [(&Tree<T>, usize); 2],
-    [marks, other_marks]: [u8; 2],
-    (vertices, reach): (&[Ends<T>], T),
-    out: &mut Run,
-) {
-    let (own, own_bounds) = tree.group(group);
-    let (others, other_bounds) = other_tree.group(other);
-    let is_one = std::ptr::eq(tree, other_tree) && group == other;
-    // Of two groups that touch most triangles are far from the other group as a whole.
-    let mut near = [(0_u8, 0_u8); GROUP * GROUP];
-    let mut count = 0;
-    let (around, around_others) = (*tree.bounds(group), *other_tree.bounds(other));
-    let mut is_near = [false; GROUP];
-    for (is_near, bounds) in is_near.iter_mut().zip(other_bounds) {
-        *is_near = !bounds.is_apart(&around, reach);
-    }
-    for (k, bounds) in own_bounds.iter().enumerate() {
-        if bounds.is_apart(&around_others, reach) {
-            continue;
-        }
-        let skipped = if is_one { k + 1 } else { 0 };
-        for (l, other) in other_bounds.iter().enumerate().skip(skipped) {
-            near[count] = (k as u8, l as u8);
-            let is_asked = (marks >> k | other_marks >> l) & 1 == 1;
-            count += usize::from(is_asked && is_near[l] && !bounds.is_apart(other, reach));
-        }
-    }
-    for &(k, l) in &near[..count] {
-        let (a, b) = (own[k as usize], others[l as usize]);
-        surface.candidates_between(a, b, |candidate, particles| {
-            let [p, q, r, s] = particles;
-            let (p, q) = (vertices[p as usize], vertices[q as usize]);
-            let (r, s) = (vertices[r as usize], vertices[s as usize]);
-            let [first, second] = match candidate.split() {
-                Split::VertexTriangle => [Bounds::around([p]), Bounds::around([q, r, s])],
-                Split::EdgeEdge => [Bounds::around([p, q]), Bounds::around([r, s])],
-            };
-            if !first.is_apart(&second, reach) {
-                out.push(UnprovenPair { candidate, particles });
-            }
-        });
-    }
-}
-
 fn pad<T: Real>(places: &[[T; 3]], out: &mut Vec<Padded<T>>) {
     out.clear();
     out.extend(places.iter().map(|&place| padded(place)));
 }
 
+/// Both places of each vertex.
+pub(super) fn ways_read<T: Real>([from, to]: [&[[T; 3]]; 2], out: &mut Vec<Ends<T>>) {
+    out.clear();
+    out.extend(from.iter().zip(to).map(|(&a, &b)| ends(a, b)));
+}
+
 /// The list as a search that builds it when it does not hold.
 pub(super) struct ListSearch<'a, T> {
     pub(super) surface: &'a ContactSurface,
-    pub(super) trees: &'a mut [Tree<T>; 2],
+    pub(super) groups: &'a mut [Groups<T>; 2],
     pub(super) list: &'a mut PairList<T>,
     /// A list of the pairs of marked particles alone.
     pub(super) marked_list: &'a mut PairList<T>,
+    /// For the ways, vertex by vertex.
+    pub(super) ends: &'a mut Vec<Ends<T>>,
     pub(super) arch: pulp::Arch,
 }
 
@@ -325,6 +226,8 @@ impl<T: Real> PairSearch<T> for ListSearch<'_, T> {
     ) -> Result<()> {
         let Ways { start, end, delta, .. } = *ways;
         let distance = delta + delta;
+        ways_read([start, end], self.ends);
+        let ends = &**self.ends;
         let mut list = &mut *self.list;
         if !(list.holds(start, distance) && list.holds(end, distance)) {
             if marked.is_some() {
@@ -332,12 +235,13 @@ impl<T: Real> PairSearch<T> for ListSearch<'_, T> {
                 list = &mut *self.marked_list;
                 list.reach = distance;
             }
-            list.build((self.surface, self.trees), [start, end], marked)?;
+            let sets = ([start, end], ends);
+            list.build((self.surface, self.groups), sets, marked, self.arch)?;
         }
         let runs = &list.runs;
         let (ways, arch) = (*ways, self.arch);
         let found =
-            runs.par_iter().flat_map_iter(|run| arch.dispatch(ProofTask { run, ways, marked }));
+            runs.par_iter().flat_map_iter(|run| arch.dispatch(ProofTask { run, ways, ends, marked }));
         out.par_extend(found);
         Ok(())
     }
@@ -351,7 +255,7 @@ mod tests {
         contact::{BodyMotion, Candidate},
     };
 
-    use super::*;
+    use super::{super::bounds::Bounds, *};
 
     /// A number in [-1, 1), the same on every run.
     fn number(seed: &mut u64) -> f64 {
@@ -400,7 +304,7 @@ mod tests {
         }
         let model = builder.build().unwrap();
         let surface = ContactSurface::new(&model, &contact);
-        let mut trees = [Tree::of_cloths(&surface), Tree::of_bodies(&surface)];
+        let mut groups = [Groups::of_cloths(&surface), Groups::of_bodies(&surface)];
         let mut list = PairList::<f64>::new(distance);
         let mut start = model.positions().to_vec();
         start.extend(BodyMotion::<f64>::new(&model).start());
@@ -411,7 +315,10 @@ mod tests {
             };
             let from = shaken(size, &start);
             let to = shaken(0.5 * size, &from);
-            list.build((&surface, &mut trees), [&from, &to], None).unwrap();
+            let mut ways = Vec::new();
+            ways_read([&from, &to], &mut ways);
+            let sets: ([&[[f64; 3]]; 2], &[_]) = ([&from, &to], &ways);
+            list.build((&surface, &mut groups), sets, None, pulp::Arch::new()).unwrap();
             let mut found: Vec<_> = list.pairs().map(|pair| pair.candidate).collect();
             found.sort_unstable();
             let reach = list.reach;

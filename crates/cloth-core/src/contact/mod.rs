@@ -30,7 +30,7 @@ pub(crate) use law::EXPLICIT_EIGENVALUE;
 pub use law::{ContactAction, ContactLaw, EXCHANGE_INTERVAL};
 pub use records::{Contact, ContactSlip, Contacts};
 pub use set::{ContactEquation, ContactMotion, ContactSet, ContactState};
-pub use stencil::{ContactKey, ContactKind, ContactStencil};
+pub use stencil::{ContactKey, ContactKind, ContactStencil, may_touch};
 pub use surface::{Candidate, ContactSurface};
 pub use truncation::{SeparatingPlane, certificate_distance, is_proven};
 

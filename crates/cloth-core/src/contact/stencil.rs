@@ -2,7 +2,7 @@
 
 use crate::Real;
 
-use super::{Candidate, ContactSurface, along_plane, dot, plus, sub};
+use super::{Candidate, ContactSurface, Split, along_plane, dot, plus, sub};
 
 /// What touches what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -100,10 +100,58 @@ const NORMAL_MIN: f64 = 1e-12;
 const REST_SHARE: f64 = 0.9;
 
 /// Closest place of a triangle to a vertex.
+#[derive(Clone, Copy)]
 enum Region {
     Face,
     Edge(usize),
     Vertex(usize),
+}
+
+/// The closest points of two features.
+struct Closest<T> {
+    weights: [T; 4],
+    place: Region,
+    /// From that of the second feature to that of the first \[m\].
+    difference: [T; 3],
+    gap: T,
+    /// Whether there are any: for two edges if both lie inside.
+    is_any: bool,
+}
+
+#[inline(always)]
+fn closest<T: Real>(x: &[[T; 3]; 4], split: Split) -> Closest<T> {
+    let (weights, place, is_any) = match split {
+        Split::VertexTriangle => {
+            let (weights, place) = vertex_triangle(x);
+            (weights, place, true)
+        }
+        Split::EdgeEdge => {
+            let (weights, is_inside) = edge_edge(x);
+            (weights, Region::Face, is_inside)
+        }
+    };
+    // Weights add up to 0: positions count from the first particle.
+    let [b, c, d] = [sub(x[1], x[0]), sub(x[2], x[0]), sub(x[3], x[0])];
+    let mut difference = [T::ZERO; 3];
+    for k in 0..3 {
+        difference[k] = (weights[1] * b[k] + weights[2] * c[k]) + weights[3] * d[k];
+    }
+    let gap = dot(difference, difference).sqrt();
+    Closest { weights, place, difference, gap, is_any }
+}
+
+#[inline(always)]
+fn is_between<T: Real>(gap: T, reach: T) -> bool {
+    (gap < reach) & (gap > T::from_f64(NORMAL_MIN))
+}
+
+/// Whether [`ContactSurface::contact`] may find one of two features at these points, for `reach` that of the surface \[m\]. Without a branch, so
+/// that loops over pairs become vector code.
+#[inline(always)]
+#[must_use]
+pub fn may_touch<T: Real>(points: &[[T; 3]; 4], split: Split, reach: T) -> bool {
+    let Closest { gap, is_any, .. } = closest(points, split);
+    is_any & is_between(gap, reach)
 }
 
 impl ContactSurface {
@@ -118,18 +166,8 @@ impl ContactSurface {
     ) -> Option<ContactStencil<T>> {
         let particles = self.particles(candidate);
         let x = particles.map(&at);
-        let reach = T::from_f64(self.reach());
-        let (weights, place) = match candidate {
-            Candidate::VertexTriangle(_) => vertex_triangle(&x),
-            Candidate::EdgeEdge(_) => (edge_edge(&x)?, Region::Face),
-        };
-        let r = [1, 2, 3].map(|i| sub(x[i], x[0]));
-        // Weights add up to 0: positions count from the first particle.
-        let difference: [T; 3] = std::array::from_fn(|k| {
-            (weights[1] * r[0][k] + weights[2] * r[1][k]) + weights[3] * r[2][k]
-        });
-        let gap = dot(difference, difference).sqrt();
-        if !(gap < reach && gap > T::from_f64(NORMAL_MIN)) {
+        let Closest { weights, place, difference, gap, is_any } = closest(&x, candidate.split());
+        if !(is_any && is_between(gap, T::from_f64(self.reach()))) {
             return None;
         }
         // Most of what is near along an open seam is beyond its reach.
@@ -214,71 +252,69 @@ impl ContactSurface {
     }
 }
 
-/// Weights of the vertex and of the closest point of the triangle, and where that lies (Ericson 2005, 5.1.5).
+/// Weights of the vertex and of the closest point of the triangle, and where that lies (Ericson 2005, 5.1.5). All regions are looked at, from the
+/// last to the first, so that there is no branch.
 #[inline(always)]
 fn vertex_triangle<T: Real>(&[p, a, b, c]: &[[T; 3]; 4]) -> ([T; 4], Region) {
     let (ab, ac) = (sub(b, a), sub(c, a));
-    let corner = |k: usize| {
-        let mut weights = [T::ONE, T::ZERO, T::ZERO, T::ZERO];
-        weights[1 + k] = -T::ONE;
-        (weights, Region::Vertex(k))
-    };
-    let ap = sub(p, a);
+    let (ap, bp, cp) = (sub(p, a), sub(p, b), sub(p, c));
     let (d1, d2) = (dot(ab, ap), dot(ac, ap));
-    if d1 <= T::ZERO && d2 <= T::ZERO {
-        return corner(0);
-    }
-    let bp = sub(p, b);
     let (d3, d4) = (dot(ab, bp), dot(ac, bp));
-    if d3 >= T::ZERO && d4 <= d3 {
-        return corner(1);
-    }
-    let vc = d1 * d4 - d3 * d2;
-    if vc <= T::ZERO && d1 >= T::ZERO && d3 <= T::ZERO {
-        let v = d1 / (d1 - d3);
-        return ([T::ONE, v - T::ONE, -v, T::ZERO], Region::Edge(0));
-    }
-    let cp = sub(p, c);
     let (d5, d6) = (dot(ab, cp), dot(ac, cp));
-    if d6 >= T::ZERO && d5 <= d6 {
-        return corner(2);
-    }
-    let vb = d5 * d2 - d1 * d6;
-    if vb <= T::ZERO && d2 >= T::ZERO && d6 <= T::ZERO {
-        let w = d2 / (d2 - d6);
-        return ([T::ONE, w - T::ONE, T::ZERO, -w], Region::Edge(2));
-    }
-    let va = d3 * d6 - d5 * d4;
-    let (along_b, along_c) = (d4 - d3, d5 - d6);
-    if va <= T::ZERO && along_b >= T::ZERO && along_c >= T::ZERO {
-        let w = along_b / (along_b + along_c);
-        return ([T::ONE, T::ZERO, w - T::ONE, -w], Region::Edge(1));
-    }
+    let (va, vb, vc) = (d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2);
     let sum = va + vb + vc;
     let (v, w) = (vb / sum, vc / sum);
-    ([T::ONE, (v + w) - T::ONE, -v, -w], Region::Face)
+    let (zero, one) = (T::ZERO, T::ONE);
+    let found = ([(v + w) - one, -v, -w], Region::Face);
+    let (along_b, along_c) = (d4 - d3, d5 - d6);
+    let w = along_b / (along_b + along_c);
+    let is_bc = (va <= zero) & (along_b >= zero) & (along_c >= zero);
+    let found = choose(is_bc, ([zero, w - one, -w], Region::Edge(1)), found);
+    let w = d2 / (d2 - d6);
+    let is_ca = (vb <= zero) & (d2 >= zero) & (d6 <= zero);
+    let found = choose(is_ca, ([w - one, zero, -w], Region::Edge(2)), found);
+    let is_c = (d6 >= zero) & (d5 <= d6);
+    let found = choose(is_c, ([zero, zero, -one], Region::Vertex(2)), found);
+    let v = d1 / (d1 - d3);
+    let is_ab = (vc <= zero) & (d1 >= zero) & (d3 <= zero);
+    let found = choose(is_ab, ([v - one, -v, zero], Region::Edge(0)), found);
+    let is_b = (d3 >= zero) & (d4 <= d3);
+    let found = choose(is_b, ([zero, -one, zero], Region::Vertex(1)), found);
+    let is_a = (d1 <= zero) & (d2 <= zero);
+    let ([a, b, c], place) = choose(is_a, ([-one, zero, zero], Region::Vertex(0)), found);
+    ([one, a, b, c], place)
 }
 
-/// Weights of the closest points of two edges, if both lie inside.
+/// Weights of the corners of a triangle, and where they are.
+type Place<T> = ([T; 3], Region);
+
 #[inline(always)]
-fn edge_edge<T: Real>(&[a, b, c, d]: &[[T; 3]; 4]) -> Option<[T; 4]> {
+fn choose<T: Real>(is_so: bool, (a, place): Place<T>, (b, other): Place<T>) -> Place<T> {
+    let mut weights = b;
+    for k in 0..3 {
+        weights[k] = if is_so { a[k] } else { b[k] };
+    }
+    (weights, if is_so { place } else { other })
+}
+
+/// Weights of the closest points of two lines, and whether both lie inside of the edges on them.
+#[inline(always)]
+fn edge_edge<T: Real>(&[a, b, c, d]: &[[T; 3]; 4]) -> ([T; 4], bool) {
     let (u, v, r) = (sub(b, a), sub(d, c), sub(a, c));
     let (uu, vv, uv) = (dot(u, u), dot(v, v), dot(u, v));
     let (ur, vr) = (dot(u, r), dot(v, r));
     let square = uu * vv - uv * uv;
     // Edges that are parallel meet all along: their ends touch them.
-    if square <= T::from_f64(1e-4) * (uu * vv) {
-        return None;
-    }
+    let is_parallel = square <= T::from_f64(1e-4) * (uu * vv);
     let s = (uv * vr - vv * ur) / square;
     let t = (uu * vr - uv * ur) / square;
-    let is_inside = s > T::ZERO && s < T::ONE && t > T::ZERO && t < T::ONE;
-    is_inside.then(|| [T::ONE - s, s, t - T::ONE, -t])
+    let is_inside = (s > T::ZERO) & (s < T::ONE) & (t > T::ZERO) & (t < T::ONE);
+    ([T::ONE - s, s, t - T::ONE, -t], is_inside & !is_parallel)
 }
 
 /// Weights of the closest points of two segments.
 fn segments(x: &[[f64; 3]; 4]) -> [f64; 4] {
-    if let Some(weights) = edge_edge(x) {
+    if let (weights, true) = edge_edge(x) {
         return weights;
     }
     let [a, b, c, d] = *x;
