@@ -31,7 +31,10 @@ impl Batch {
 }
 
 #[inline(always)]
-pub(super) fn coordinates<T: Real>(batch: &[UnprovenPair; LANES], places: &[[T; 3]]) -> Coordinates<T> {
+pub(super) fn coordinates<T: Real>(
+    batch: &[UnprovenPair; LANES],
+    places: &[[T; 3]],
+) -> Coordinates<T> {
     let mut coordinates = [[[T::ZERO; LANES]; 3]; 4];
     for lane in 0..LANES {
         for corner in 0..4 {

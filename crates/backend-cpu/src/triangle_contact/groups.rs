@@ -1,5 +1,7 @@
 //! `contact_groups`: triangles in groups that lie close together at the start, with the edges and vertices that belong to them.
 
+use std::ops::Range;
+
 use cloth_core::{Real, contact::ContactSurface};
 use rayon::prelude::*;
 
@@ -25,6 +27,9 @@ pub(super) struct Groups<T> {
     /// The triangles, and the edges, of each packet that have a marked corner; all where nobody asks for marks.
     triangle_marks: Vec<Mask>,
     edge_marks: Vec<Mask>,
+    /// The vertices, and the ways that boxes are around: bodies often rest.
+    own: Range<usize>,
+    ways: Vec<Ends<T>>,
     pub(super) tree: Tree<T>,
 }
 
@@ -56,6 +61,9 @@ impl<T: Real> Groups<T> {
     fn new(surface: &ContactSurface, order: &[u32]) -> Self {
         let (mut triangles, mut edges, mut vertices) = (Vec::new(), Vec::new(), Vec::new());
         let mut starts = vec![[0; 2]];
+        let corners = order.iter().flat_map(|&t| surface.triangles()[t as usize]);
+        let first = corners.clone().min().unwrap_or(0) as usize;
+        let end = corners.max().map_or(0, |last| last as usize + 1);
         for own in order.chunks(LANES) {
             triangles.push(Packet::new(surface, own, surface.triangles()));
             let mut of_group = Vec::new();
@@ -73,6 +81,8 @@ impl<T: Real> Groups<T> {
         Self {
             triangle_marks: vec![ALL; triangles.len()],
             edge_marks: vec![ALL; edges.len()],
+            own: first..end,
+            ways: Vec::new(),
             tree: Tree::new(triangles.len()),
             triangles,
             edges,
@@ -106,6 +116,12 @@ impl<T: Real> Groups<T> {
         vertices: &[Ends<T>],
         arch: pulp::Arch,
     ) {
+        let own = &vertices[self.own.clone()];
+        if self.ways == own {
+            return;
+        }
+        self.ways.clear();
+        self.ways.extend_from_slice(own);
         let leaves = self.tree.leaves().par_iter_mut().zip(&mut self.triangles);
         leaves.with_min_len(PACKETS_OF_TASK).for_each(|(bounds, packet)| {
             *bounds = arch.dispatch(Refit { packet, vertices, corners: surface.triangles() });

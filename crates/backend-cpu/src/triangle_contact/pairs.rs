@@ -240,8 +240,9 @@ impl<T: Real> PairSearch<T> for ListSearch<'_, T> {
         }
         let runs = &list.runs;
         let (ways, arch) = (*ways, self.arch);
-        let found =
-            runs.par_iter().flat_map_iter(|run| arch.dispatch(ProofTask { run, ways, ends, marked }));
+        let found = runs
+            .par_iter()
+            .flat_map_iter(|run| arch.dispatch(ProofTask { run, ways, ends, marked }));
         out.par_extend(found);
         Ok(())
     }

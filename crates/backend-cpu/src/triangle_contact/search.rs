@@ -79,12 +79,7 @@ impl<T: Real> Search<'_, T> {
     }
 
     #[inline(always)]
-    fn vertices_and_triangles(
-        &self,
-        own: &Group<'_, T>,
-        other: &Group<'_, T>,
-        run: &mut Run,
-    ) {
+    fn vertices_and_triangles(&self, own: &Group<'_, T>, other: &Group<'_, T>, run: &mut Run) {
         for &vertex in own.vertices {
             let place = self.vertices[vertex as usize];
             let place = Bounds { low: place, high: place };
@@ -108,13 +103,7 @@ impl<T: Real> Search<'_, T> {
     }
 
     #[inline(always)]
-    fn edges(
-        &self,
-        own: &Group<'_, T>,
-        other: &Group<'_, T>,
-        is_one: bool,
-        run: &mut Run,
-    ) {
+    fn edges(&self, own: &Group<'_, T>, other: &Group<'_, T>, is_one: bool, run: &mut Run) {
         // Of two groups that touch most edges are far from the other group as a whole.
         let mut near_own = [0; EDGE_PACKETS];
         for (near, edges) in near_own.iter_mut().zip(other.edges) {
