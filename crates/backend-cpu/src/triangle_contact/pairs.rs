@@ -330,6 +330,18 @@ mod tests {
                 })
                 .collect();
             assert_eq!(found, expected, "{size}");
+            // With marks it is those of marked particles.
+            let marked: Vec<_> = (0..from.len()).map(|i| i % 11 == 3).collect();
+            let mut few = PairList::<f64>::new(distance);
+            few.build((&surface, &mut groups), sets, Some(&marked), pulp::Arch::new()).unwrap();
+            let mut of_marks: Vec<_> = few.pairs().map(|pair| pair.candidate).collect();
+            of_marks.sort_unstable();
+            let has_mark = |candidate: &&Candidate| {
+                surface.particles(**candidate).iter().any(|&i| marked[i as usize])
+            };
+            let expected: Vec<_> = expected.iter().filter(has_mark).copied().collect();
+            assert!(!of_marks.is_empty() && of_marks.len() < found.len());
+            assert_eq!(of_marks, expected, "{size}, marked");
             // As long as the list says that it holds, whoever is missing is apart.
             for moved in [1e-3, 4e-3, 0.01] {
                 let now: Vec<_> =
