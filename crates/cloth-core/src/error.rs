@@ -83,6 +83,8 @@ pub enum Error {
         particles: [u32; 4],
         /// Where \[m\].
         place: [f64; 3],
+        /// The particles of all such features, and of those that push them, ascending.
+        all: Vec<u32>,
     },
     /// A collider presses cloth against something that does not give way.
     #[error(
@@ -94,6 +96,8 @@ pub enum Error {
         collider: String,
         /// Where \[m\].
         place: [f64; 3],
+        /// The particles of all features that would meet, and of those that push them, ascending; nodes of bodies come after those of cloth.
+        all: Vec<u32>,
     },
     /// A collider jumps over cloth.
     #[error(

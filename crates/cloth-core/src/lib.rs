@@ -67,7 +67,7 @@ pub use model::{
     FabricMatrix, FabricTerms, FabricTriangle, Feature, FeatureSet, Field, Geometry, GridPatch,
     GridSets, GroupHierarchy, Gust, Incidence, Inflation, InteractionKind, InteractionList,
     Interactions, Mass, Material, MaterialPreset, Meshing, Model, ModelBuilder, ModelFeatures,
-    ModelShape, NONE, Neighbours, NetworkSpring, OF_FOLD, PieceBlocks, Pose, RegularPatch,
+    ModelShape, NONE, Neighbours, NetworkSpring, OF_FOLD, PieceBlocks, Pose, Pulls, RegularPatch,
     RestSource, STITCH_LENGTH, ScalarEntry, Seam, SeamError, SeamRange, SeamTie, Seams,
     SelfContact, SlicedRows, SplitMesh, Spring, SpringClass, SpringCoefficients, SpringColouring,
     SpringKind, SpringNetwork, SpringRows, Springs, Stencil, Stitching, StrainGauge, StrainMeasure,

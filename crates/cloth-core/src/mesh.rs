@@ -80,6 +80,8 @@ pub struct MeshStitch {
     pub edge: [u32; 2],
     /// Where the point is, from 0 at the first end to 1 at the second.
     pub place: f64,
+    /// The seam that it is part of, zero based.
+    pub seam: u32,
 }
 
 /// A named set of vertices.

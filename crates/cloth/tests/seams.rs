@@ -198,6 +198,38 @@ fn a_run_goes_on_with_the_same_bits_before_and_after_the_weld() {
     }
 }
 
+/// Seams of a file close at their own times: those that one names, and all others together.
+#[test]
+fn seams_of_a_file_may_close_at_different_times() {
+    let folder = TempDir::new().unwrap();
+    panels(&folder);
+    let path = folder.path().join("panels.obj");
+    let mesh = std::fs::read_to_string(&path).unwrap();
+    let stitches =
+        "seam 2\nstitch 20 25\nstitch 21 26\nseam 1\nstitch 22 27\nseam 1\nstitch 24 28\n";
+    std::fs::write(path, mesh + stitches).unwrap();
+    let two = |first: &str, second: &str| {
+        let second = format!("[[seam]]\nname = \"other\"\nclose = [0.3, 0.6]\n{second}\n");
+        compile(&folder, &text("implicit", first, &second))
+    };
+    let scene = two("file = true\nfile_seams = [1]", "file = true").unwrap();
+    let stitches = |seam: usize| {
+        let range = &scene.model.seams().ranges()[seam];
+        let stitches = &scene.model.seams().stitches();
+        range.stitches.clone().map(|i| stitches[i as usize]).collect::<Vec<_>>()
+    };
+    assert_eq!(stitches(0), [[22, 27]]);
+    assert_eq!(stitches(1), [[20, 25], [21, 26], [24, 28]]);
+    for (first, second, words) in [
+        ("file = true\nfile_seams = [3]", "file = true", "there are 3"),
+        ("file = true\nfile_seams = [0, 1, 2]", "file = true", "remove one of them"),
+        ("stitches = [[20, 25]]\nfile_seams = [0]", "file = true", "give `file = true`"),
+    ] {
+        let error = two(first, second).unwrap_err();
+        assert!(error.contains(words) && error.contains("`seam.toml`, line"), "{first}: {error}");
+    }
+}
+
 #[test]
 fn what_cannot_be_sewn_is_refused_with_its_line_and_mend() {
     let folder = TempDir::new().unwrap();

@@ -55,7 +55,10 @@ fn cloth_that_bodies_pinch_is_told_with_the_place() {
         let error = (0..3).find_map(|_| {
             run.frame(60.0, &[Pose::from_translation([0.0, 0.0, -0.025]), below]).err()
         });
-        let Some(Error::PinchedByBody { collider, place }) = error else { panic!("{error:?}") };
+        let Some(Error::PinchedByBody { collider, place, all }) = error else {
+            panic!("{error:?}")
+        };
+        assert!(all.is_sorted() && all.len() >= 4, "{all:?}");
         assert_eq!(collider, "hammer");
         let is_between = place[0].abs() < 0.06 && place[1].abs() < 0.06 && place[2].abs() < 0.02;
         assert!(is_between, "{place:?}");

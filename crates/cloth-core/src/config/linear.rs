@@ -72,10 +72,10 @@ pub enum AutoPreconditioner {
 
 impl AutoPreconditioner {
     /// What a frame begins with: so many iterations `Block` may take before the other one is tried.
-    const FIRST: Self = Self::Block(250);
+    const FIRST: Self = Self::Block(400);
 
-    /// An iteration of `Schwarz` takes three to six times as long as one of `Block`.
-    const COST: f64 = 4.0;
+    /// How many times as long an iteration of `Schwarz` takes as one of `Block`, rounded up: three to seven times on GPUs, four to twelve on the CPU.
+    const COST: f64 = 8.0;
 
     /// What to take once `Block` was stopped with a relative residual `left`, and `Schwarz` has gone on from there: the one that lowers the residual faster
     /// in the same time. If that is `Block`, it may take twice as many iterations before the other one is tried again.

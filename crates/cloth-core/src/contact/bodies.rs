@@ -336,7 +336,8 @@ impl<T: Real> BodyMotion<T> {
     /// Where cloth is pinched, and by whom: says what a certificate that has found no way means for the bodies.
     #[must_use]
     pub fn error_name(&self, model: &Model, error: Error) -> Error {
-        let Error::Pinched { particles, place } = error else { return error };
+        let Error::Pinched { particles, place, .. } = &error else { return error };
+        let place = *place;
         let of_body = |node: &u32| self.body_of(*node).filter(|&body| self.way(body) > 0.0);
         let bodies = || particles.iter().filter_map(|node| self.body_of(*node));
         let Some(body) = particles.iter().find_map(of_body).or_else(|| bodies().next()) else {
@@ -346,7 +347,10 @@ impl<T: Real> BodyMotion<T> {
         if self.is_jump(body) {
             return Error::BodyJumps { collider, way: self.way(body), place };
         }
-        Error::PinchedByBody { collider, place }
+        match error {
+            Error::Pinched { all, .. } => Error::PinchedByBody { collider, place, all },
+            error => error,
+        }
     }
 
     /// The longest way of the nodes of a body in the substep \[m\].

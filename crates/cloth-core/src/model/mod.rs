@@ -64,8 +64,8 @@ pub use meshing::Meshing;
 pub use piece_blocks::PieceBlocks;
 pub use regular_patch::RegularPatch;
 pub use seams::{
-    BROKEN, STITCH_LENGTH, Seam, SeamError, SeamRange, SeamTie, Seams, Stitching, VertexClasses,
-    Weld, Welding,
+    BROKEN, Pulls, STITCH_LENGTH, Seam, SeamError, SeamRange, SeamTie, Seams, Stitching,
+    VertexClasses, Weld, Welding,
 };
 pub use springs::{Spring, SpringClass, SpringKind, SpringRows, Springs};
 pub use strain_gauge::{FabricAudit, StrainGauge, StrainMeasure, TriangleStrain};

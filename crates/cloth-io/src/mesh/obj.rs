@@ -52,6 +52,8 @@ struct ObjReader<'file> {
     object: Option<u32>,
     groups: Vec<u32>,
     corners: Vec<Corner>,
+    /// Lines `seam` so far.
+    seams: u32,
 }
 
 impl<'file> ObjReader<'file> {
@@ -62,6 +64,7 @@ impl<'file> ObjReader<'file> {
             object: None,
             groups: Vec::new(),
             corners: Vec::new(),
+            seams: 0,
         }
     }
 
@@ -99,6 +102,7 @@ impl<'file> ObjReader<'file> {
                 }
                 self.groups_begin();
             }
+            Some("seam") => self.seams += 1,
             Some("stitch") => self.stitch(line, words)?,
             _ => {}
         }
@@ -150,7 +154,8 @@ impl<'file> ObjReader<'file> {
             let problem = format!("vertex {vertex} is stitched to itself: remove that line");
             return Err(self.syntax(line, problem));
         }
-        self.assembly.stitches.push(MeshStitch { vertex, edge, place });
+        let seam = self.seams.saturating_sub(1);
+        self.assembly.stitches.push(MeshStitch { vertex, edge, place, seam });
         Ok(())
     }
 

@@ -39,6 +39,9 @@ pub struct SceneSeam {
     /// Whether its stitches are those that the mesh file of the cloth has in lines `stitch`.
     #[serde(default, skip_serializing_if = "is_false")]
     pub file: bool,
+    /// Which seams of the file, from 0 in the order of its lines `seam`; if not given, all that no other seam names. So some can close after others.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub file_seams: Vec<u32>,
     /// When it begins to close and when it is closed \[s\]; [0, 1] if not given.
     #[serde(default = "first_second")]
     pub close: [f64; 2],

@@ -160,6 +160,7 @@ close = [0.0, 1.5]
 name = "file"
 cloth = "panels"
 file = true
+file_seams = [0]
 "##,
     r##"name = "attached"
 [[cloth]]

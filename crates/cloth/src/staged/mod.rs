@@ -3,7 +3,7 @@
 mod sewing;
 mod stage;
 
-use std::sync::Arc;
+use std::{collections::BTreeSet, sync::Arc};
 
 use cloth_core::{
     Backend, ColliderImpulse, Control, ControlStart, Error, Frame, Model, Pose, Result, Solver,
@@ -27,9 +27,8 @@ const TEAR_INTERVAL: f64 = 4e-3;
 const ROUNDING: f64 = 1e-6;
 const STEPS_MAX: f64 = 1e6;
 
-/// How often what is to be welded is brought together, each time without the stitches that something was caught between before.
-const GATHERINGS: usize = 16;
-const GATHERINGS_LATER: usize = 3;
+/// How often some of what is to be welded is brought together in one frame. Each time takes as long as a frame or two.
+const GATHERINGS: usize = 32;
 
 /// A solver of a scene. Where seams are welded, edges tear or a phase begins, another solver goes on from the state; whoever calls sees the particles
 /// of the scene's model throughout.
@@ -138,8 +137,12 @@ impl<S: Solver> StagedSolver<S> {
         let mut state = State::default();
         self.download(&mut state)?;
         let mut next = stage.next(&self.scene, frame, &state)?;
-        if stage.welds(&next) && self.scene.model.has_triangle_contact() {
-            (next, state) = self.welded(&stage, next, state)?;
+        if stage.welds(&next) {
+            if self.scene.model.has_triangle_contact() {
+                (next, state) = self.welded(&stage, next, state)?;
+            } else {
+                next.weld_set(&self.scene, &state)?;
+            }
         }
         if !stage.needs_solver(&self.scene, &next) {
             self.sewing.stage_set(next);
@@ -156,26 +159,34 @@ impl<S: Solver> StagedSolver<S> {
         Ok(true)
     }
 
-    /// `next` at `state`, with what becomes one in it at one place. Stitches between which something is caught are left open; nothing is welded if these
-    /// are too many.
-    fn welded(&self, stage: &Stage, next: Stage, state: State) -> Result<(Stage, State)> {
-        let config = stage.config(&self.scene);
-        let mut part = next.clone();
-        // What was caught before mostly still is, and each gathering takes as long as some frames.
-        let gatherings = if stage.welded(&self.scene) > 0 { GATHERINGS_LATER } else { GATHERINGS };
-        for _ in 0..gatherings {
-            match self.sewing.gathered((&self.scene, &part), (config, &state))? {
-                Gathered::At(state) => return Ok((part, state)),
-                Gathered::Caught(particles) => {
-                    let (fewer, left) = part.without(&self.scene, (stage, &state), &particles)?;
-                    if left == 0 {
-                        break;
-                    }
-                    part = fewer;
+    /// `next` at `state`, with what becomes one in it at one place. Stitches between which something is caught are left open: where all that are to be
+    /// welded cannot come together, those come first that nothing was in the way of, then the others, in halves.
+    fn welded(&self, stage: &Stage, next: Stage, mut state: State) -> Result<(Stage, State)> {
+        let (scene, config) = (&self.scene, stage.config(&self.scene));
+        let mut left: BTreeSet<u32> = stage.welds_of(scene, &next).into_iter().collect();
+        let all = left.len();
+        let mut groups: Vec<Vec<u32>> = vec![left.iter().copied().collect()];
+        for _ in 0..GATHERINGS {
+            let Some(group) = groups.pop() else { break };
+            let is_other = |stitch: &u32| group.binary_search(stitch).is_err();
+            let part = next.without(left.iter().copied().filter(is_other));
+            match self.sewing.gathered((scene, &part), (config, &state))? {
+                Gathered::At(there) => {
+                    state = there;
+                    left.retain(is_other);
+                }
+                Gathered::Caught(caught) => {
+                    let caught = part.caught_among(&scene.model, &state, (&group, &caught));
+                    groups.extend(parts(group, caught));
                 }
             }
         }
-        Ok((next.unwelded(&self.scene, &state, stage)?, state))
+        if left.len() == all {
+            return Ok((next.unwelded(scene, &state, stage), state));
+        }
+        let mut next = next.without(left);
+        next.weld_set(scene, &state)?;
+        Ok((next, state))
     }
 
     /// Goes on with a solver of another stage from a state by the scene's particles.
@@ -324,6 +335,19 @@ impl<S: Solver> StagedSolver<S> {
         }
         None
     }
+}
+
+/// What is tried next of stitches that cannot all come together, the last first, if it is more than one.
+fn parts(group: Vec<u32>, caught: Vec<u32>) -> Vec<Vec<u32>> {
+    if group.len() < 2 {
+        return Vec::new();
+    }
+    if 2 * caught.len() > group.len() {
+        let (first, second) = group.split_at(group.len() / 2);
+        return vec![first.to_vec(), second.to_vec()];
+    }
+    let free = group.into_iter().filter(|stitch| caught.binary_search(stitch).is_err()).collect();
+    vec![caught, free]
 }
 
 impl<S: Solver> Solver for StagedSolver<S> {

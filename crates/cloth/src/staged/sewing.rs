@@ -3,8 +3,8 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use cloth_core::{
-    Backend, Control, Error, Frame, Model, PinAction, PinControl, Pinch, Result, Solver,
-    SolverConfig, State, Stitching, TimeStepControl, Weld,
+    Backend, Control, Error, Frame, Model, PinAction, PinControl, Pinch, Pulls, Result, Solver,
+    SolverConfig, State, Stitching, TimeStepControl, VertexClasses,
 };
 use cloth_scene::CompiledScene;
 
@@ -59,12 +59,11 @@ impl<S> Sewing<S> {
     where
         S: Solver,
     {
-        let Some(weld) = next.weld() else { return Ok(Gathered::At(state.clone())) };
         let model = &scene.model;
         let (time, torn) = (state.time, next.torn());
         let now = || model.stitch_widths(&state.positions, is_implicit(scene));
         let widths = &next.open_alone(model, now);
-        let joined = model.sewn_at(&Stitching { time, pulls: false, widths, torn });
+        let joined = model.sewn_at(&Stitching { time, pulls: Pulls::None, widths, torn });
         let config = SolverConfig {
             time_step: GATHERING,
             time_step_control: TimeStepControl::Fixed,
@@ -74,22 +73,12 @@ impl<S> Sewing<S> {
         let mut solver = self.solver(Arc::new(joined), &config)?;
         let still = vec![[0.0; 3]; state.velocities.len()];
         solver.upload(&State { velocities: still, slips: Vec::new(), ..state.clone() })?;
-        solver.set_control(&gathering((weld, model.masses()), state))?;
+        solver.set_control(&gathering((&next.classes(model), model.masses()), state))?;
         let moved = solver.advance(Frame { duration: GATHERING });
         match moved.and_then(|_| solver.synchronize()) {
             Ok(_) => {}
-            Err(Error::Pinched { particles, .. }) => {
-                return Ok(Gathered::Caught(particles.to_vec()));
-            }
-            Err(Error::PinchedByBody { place, .. }) => {
-                let stitches = model.seams().to_weld();
-                let ends = stitches.flat_map(|stitch| model.seams().stitches()[stitch as usize]);
-                let distance = |&i: &u32| {
-                    let at = state.positions[i as usize];
-                    (0..3).map(|k| (at[k] - place[k]) * (at[k] - place[k])).sum::<f64>()
-                };
-                let nearest = ends.min_by(|a, b| distance(a).total_cmp(&distance(b)));
-                return Ok(Gathered::Caught(nearest.into_iter().collect()));
+            Err(Error::Pinched { all, place, .. } | Error::PinchedByBody { all, place, .. }) => {
+                return Ok(Gathered::Caught(Caught { particles: all, place }));
             }
             Err(error) => return Err(error),
         }
@@ -112,22 +101,33 @@ impl<S> Sewing<S> {
 pub(crate) enum Gathered {
     /// The state in which they are.
     At(State),
-    /// Particles that are in each other's way.
-    Caught(Vec<u32>),
+    /// What is in the way.
+    Caught(Caught),
 }
 
-/// Moves the particles that become one in a weld to one place. What is held already is left alone.
-fn gathering((weld, masses): (&Weld, &[f64]), state: &State) -> Control {
-    let places = weld.contract(masses, state).positions;
-    let mut members = vec![0_u32; places.len()];
-    weld.map.iter().for_each(|&became| members[became as usize] += 1);
-    let ends = weld.map.iter().zip(&state.held).enumerate();
-    let moves = ends.filter(|(_, (became, held))| members[**became as usize] > 1 && **held == 0);
-    let pins = moves.map(|(particle, (became, _))| PinControl {
-        particle: particle as u32,
-        action: PinAction::MoveTo(places[*became as usize]),
-    });
-    Control { pins: pins.collect(), ..Control::default() }
+/// What is caught between stitches.
+pub(crate) struct Caught {
+    /// Particles that are in each other's way, and those that push them; others than those of the model are left out.
+    pub(crate) particles: Vec<u32>,
+    /// Where one of them is \[m\].
+    pub(crate) place: [f64; 3],
+}
+
+/// Moves the particles of each class to the centre of their mass. What is held already is left alone, and what is one place is held there.
+fn gathering((classes, masses): (&VertexClasses, &[f64]), state: &State) -> Control {
+    let mut members: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    for particle in 0..masses.len() {
+        members.entry(classes.of(particle as u32)).or_default().push(particle);
+    }
+    let mut pins = Vec::new();
+    for of_class in members.values().filter(|of_class| of_class.len() > 1) {
+        let (place, ..) = state.joined(of_class, masses);
+        let free = of_class.iter().filter(|particle| state.held[**particle] == 0);
+        let action = PinAction::MoveTo(place);
+        pins.extend(free.map(|particle| PinControl { particle: *particle as u32, action }));
+    }
+    pins.sort_unstable_by_key(|pin| pin.particle);
+    Control { pins, ..Control::default() }
 }
 
 /// Gives a control for particles to those that they became. Of several that are one now the control of the first counts.

@@ -3,22 +3,25 @@
 //! A model never changes, and neither does the one of a solver. Where a scene changes, another solver goes on from the state of the one before:
 //! every backend can do that.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
 
 use cloth_core::{
-    BROKEN, Integrator, Model, Result, SolverConfig, State, Stitching, Weld, Welding,
+    BROKEN, Integrator, Model, Pulls, Result, SolverConfig, State, Stitching, VertexClasses, Weld,
+    Welding,
 };
 use cloth_scene::CompiledScene;
+use glam::DVec3;
+
+use super::sewing::Caught;
 
 /// Stitches wider than this \[m\] are not welded: their vertices would jump.
 const WELD_GAP: f64 = 1e-3;
 
 /// Share of the stitches that may be wider when others are welded.
 const OPEN_MAX: f64 = 0.1;
-
-/// Something may be caught between what is to be welded. So many frames after its time that is tried in every frame, then in every one of so many: it
-/// takes longer than a frame.
-const ATTEMPTS: u64 = 8;
 
 /// Share of a frame below which a difference of two times is rounding.
 const ROUNDING: f64 = 1e-6;
@@ -105,7 +108,7 @@ impl Stage {
         if waits { end } else { end.min(closed.max(self.time)) }
     }
 
-    /// The stage of `frame`, which starts at `state`.
+    /// The stage of `frame`, which starts at `state`. What is simulated in it is not made yet if it [`Self::welds`] anything.
     ///
     /// # Errors
     /// What cannot be welded.
@@ -113,9 +116,10 @@ impl Stage {
         let start_frame = frame as f64 + ROUNDING;
         let seams = scene.model.seams();
         let first = seams.weld_time().map(|time| time * scene.frames_per_second);
+        // Something may be caught between, mostly for long, and each try takes longer than some frames.
         let is_turn = |first: f64| {
             let late = frame.saturating_sub((first - ROUNDING).ceil() as u64);
-            late < ATTEMPTS || late.is_multiple_of(ATTEMPTS)
+            late == 0 || late.is_power_of_two()
         };
         let is_time = first.is_some_and(|first| first <= start_frame && is_turn(first));
         let waits = scene.welds.sewn().is_some() && !self.is_sewn();
@@ -142,11 +146,20 @@ impl Stage {
             next.broken.sort_unstable();
             next.broken.dedup();
         }
-        next.weld_set(scene, state)?;
+        // To make a model takes longer than a frame.
+        if self.is_same_weld(&next) {
+            next.widths_set(scene, state);
+        } else if !self.welds(&next) {
+            next.weld_set(scene, state)?;
+        }
         Ok(next)
     }
 
-    fn weld_set(&mut self, scene: &CompiledScene, state: &State) -> Result<()> {
+    /// Makes what is simulated at `state`.
+    ///
+    /// # Errors
+    /// What cannot be welded.
+    pub(crate) fn weld_set(&mut self, scene: &CompiledScene, state: &State) -> Result<()> {
         let Self { is_welded: sews, open, torn, .. } = &*self;
         self.weld = scene.welds.at(Welding { sews: *sews, open, torn })?;
         self.widths_set(scene, state);
@@ -175,50 +188,57 @@ impl Stage {
         next.is_welded && (!self.is_welded || next.open.len() < self.open.len())
     }
 
-    /// The same stage of a scene at `state`, where no more is welded than in `before`.
-    ///
-    /// # Errors
-    /// What cannot be welded.
-    pub(crate) fn unwelded(
-        &self,
-        scene: &CompiledScene,
-        state: &State,
-        before: &Self,
-    ) -> Result<Self> {
-        let (is_welded, open) = (before.is_welded, before.open.clone());
-        let mut stage = Self { is_welded, open, ..self.clone() };
-        stage.weld_set(scene, state)?;
-        Ok(stage)
+    /// The same stage of a scene at `state`, where no more is welded than in `before`, and as much torn.
+    pub(crate) fn unwelded(&self, scene: &CompiledScene, state: &State, before: &Self) -> Self {
+        let (is_welded, open, weld) = (before.is_welded, before.open.clone(), before.weld.clone());
+        let mut stage = Self { is_welded, open, weld, ..self.clone() };
+        stage.widths_set(scene, state);
+        stage
     }
 
-    /// The same stage without the stitches at any of these particles, whose number comes with it. What is welded in `before` stays so: its sides are in one
-    /// place, and would go through each other from there.
-    ///
-    /// # Errors
-    /// What cannot be welded.
-    pub(crate) fn without(
-        &self,
-        scene: &CompiledScene,
-        (before, state): (&Self, &State),
-        particles: &[u32],
-    ) -> Result<(Self, usize)> {
+    /// The stitches that are welded between this stage and `next`, ascending.
+    pub(crate) fn welds_of(&self, scene: &CompiledScene, next: &Self) -> Vec<u32> {
+        let is_welded = |stage: &Self, stitch: &u32| {
+            stage.is_welded && stage.open.binary_search(stitch).is_err()
+        };
+        let stitches = scene.model.seams().to_weld();
+        stitches.filter(|stitch| is_welded(next, stitch) && !is_welded(self, stitch)).collect()
+    }
+
+    /// The same stage in which these stitches are open as well. What is simulated in it is not made yet.
+    pub(crate) fn without(&self, stitches: impl IntoIterator<Item = u32>) -> Self {
         let mut stage = self.clone();
-        let seams = scene.model.seams();
-        if let Some(weld) = &self.weld {
-            let became = |i: &u32| weld.map.get(*i as usize).copied();
-            let places: Vec<u32> = particles.iter().filter_map(became).collect();
-            let meets = |&stitch: &u32| {
-                let ends = seams.stitches()[stitch as usize];
-                ends.iter().filter_map(became).any(|place| places.contains(&place))
-            };
-            let is_new = |stitch: &u32| !before.is_welded || before.open.contains(stitch);
-            stage.open.extend(seams.to_weld().filter(is_new).filter(meets));
-            stage.open.sort_unstable();
-            stage.open.dedup();
-            stage.weld_set(scene, state)?;
+        stage.open.extend(stitches);
+        stage.open.sort_unstable();
+        stage.open.dedup();
+        stage
+    }
+
+    /// Which particles are one in this stage.
+    pub(crate) fn classes(&self, model: &Model) -> VertexClasses {
+        model.welded_classes(&self.open, &self.torn)
+    }
+
+    /// Which of these stitches have something of what is caught at their ends in this stage, or the nearest one if none has; ascending.
+    pub(crate) fn caught_among(
+        &self,
+        model: &Model,
+        state: &State,
+        (stitches, caught): (&[u32], &Caught),
+    ) -> Vec<u32> {
+        let classes = self.classes(model);
+        let own = caught.particles.iter().filter(|i| (**i as usize) < model.particle_count());
+        let places: BTreeSet<u32> = own.map(|i| classes.of(*i)).collect();
+        let ends = |stitch: u32| model.seams().stitches()[stitch as usize];
+        let meets = |stitch: &u32| ends(*stitch).iter().any(|i| places.contains(&classes.of(*i)));
+        let found: Vec<u32> = stitches.iter().copied().filter(meets).collect();
+        if !found.is_empty() {
+            return found;
         }
-        let left = stage.open.len() - self.open.len();
-        Ok((stage, left))
+        let at = |i: u32| DVec3::from(state.positions[i as usize]);
+        let way = |stitch: &u32| at(ends(*stitch)[0]).distance_squared(caught.place.into());
+        let nearest = stitches.iter().copied().min_by(|a, b| way(a).total_cmp(&way(b)));
+        nearest.into_iter().collect()
     }
 
     /// Whether the solver of this stage cannot go on in `next`.
@@ -228,7 +248,7 @@ impl Stage {
             || self.torn != next.torn
             || self.phase != next.phase
             || self.widths != next.widths
-            || scene.model.is_sewn_between([self.time, next.time], is_implicit(scene))
+            || scene.model.is_sewn_between([self.time, next.time], self.pulls(scene))
     }
 
     /// Whether a solver of this stage may be able to go on in `next`.
@@ -249,7 +269,7 @@ impl Stage {
         }
         let model = base.sewn_at(&Stitching {
             time: self.time,
-            pulls: is_implicit(scene),
+            pulls: self.pulls(scene),
             widths: &self.widths,
             torn: &[],
         });
@@ -257,6 +277,16 @@ impl Stage {
         let model = model.with_gravity(gravity.unwrap_or(own));
         let model = if bending == 1.0 { model } else { model.with_bending(bending) };
         (Arc::new(model), config)
+    }
+
+    /// Which stitches that are late become stiffer. Once the first are welded, something is caught between those that are left but near each other: they
+    /// would press it against the certificate, and iterations of Newton's method would find no end.
+    fn pulls(&self, scene: &CompiledScene) -> Pulls {
+        match is_implicit(scene) {
+            true if self.is_welded => Pulls::Wide,
+            true => Pulls::All,
+            false => Pulls::None,
+        }
     }
 
     pub(crate) fn config<'a>(&self, scene: &'a CompiledScene) -> &'a SolverConfig {
@@ -368,9 +398,8 @@ seam = [{ name = "seam", close = [0.0, 0.1], stitches = [[3, 6], [4, 7], [5, 8]]
         scene.compile(&CompileOptions::default()).unwrap()
     }
 
-    /// Sides that are at one place would go through each other from there.
     #[test]
-    fn what_is_welded_is_not_opened_again_for_what_is_caught_beside_it() {
+    fn what_is_caught_is_left_open_or_the_nearest_stitch() {
         let scene = scene();
         let mut state = scene.model.initial_state();
         state.positions[7][2] = 2e-3;
@@ -379,10 +408,30 @@ seam = [{ name = "seam", close = [0.0, 0.1], stitches = [[3, 6], [4, 7], [5, 8]]
         state.positions[7][2] = 0.0;
         let all = Stage::of_state(&scene, 10, &state, (&[], &[])).unwrap();
         assert!(all.open.is_empty() && before.welds(&all));
-        let caught = [3, 4];
-        let (fewer, left) = all.without(&scene, (&before, &state), &caught).unwrap();
-        assert_eq!((&*fewer.open, left), (&[1][..], 1));
-        let (fewer, left) = all.without(&scene, (&Stage::start(&scene), &state), &caught).unwrap();
-        assert_eq!((&*fewer.open, left), (&[0, 1][..], 2), "where nothing is welded yet");
+        assert_eq!(before.welds_of(&scene, &all), [1], "the others are welded already");
+        let new = Stage::start(&scene).welds_of(&scene, &all);
+        assert_eq!(new, [0, 1, 2]);
+        let caught =
+            |particles: &[u32]| Caught { particles: particles.to_vec(), place: [0.19, 0.1, 0.0] };
+        let among = |particles| all.caught_among(&scene.model, &state, (&new, &caught(particles)));
+        assert_eq!(among(&[3, 4]), [0, 1]);
+        assert_eq!(among(&[99]), [2], "the nearest one to a body");
+        let fewer = all.without([1, 0]);
+        assert_eq!((&*fewer.open, fewer.welded(&scene)), (&[0, 1][..], 1));
+    }
+
+    /// Particles are one by classes as they are in the model that is simulated.
+    #[test]
+    fn classes_are_those_of_the_weld() {
+        let scene = scene();
+        for open in [&[][..], &[1]] {
+            let welding = Welding { sews: true, open, torn: &[] };
+            let map = scene.welds.at(welding).unwrap().unwrap().map.clone();
+            let classes = scene.model.welded_classes(open, &[]);
+            for (a, b) in (0..12).flat_map(|a| (0..12).map(move |b| (a, b))) {
+                let is_one = map[a as usize] == map[b as usize];
+                assert_eq!(classes.of(a) == classes.of(b), is_one, "{a} {b}");
+            }
+        }
     }
 }

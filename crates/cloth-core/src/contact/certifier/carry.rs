@@ -1,5 +1,7 @@
 //! `contact_carry`: prescribed ways are gone, and what is in their way goes along (NUMERICS §15).
 
+use std::slice;
+
 use super::{
     super::{Carrier, ghosts::anchors, is_proven, plus, sub},
     Certifier, PairSearch, UnprovenPair, Ways, along, body_note, length, pinched,
@@ -155,7 +157,7 @@ impl<T: Real> Certifier<T> {
                     .max_by(|&i, &j| length(way(i)).total_cmp(&length(way(j))))
                     .unwrap_or_default();
                 if carrier.jumps(by) {
-                    return Err(pinched(pair, start));
+                    return Err(pinched(slice::from_ref(pair), start, &self.leader));
                 }
                 let (longest, body) = (way(by), along[by as usize]);
                 for i in pair.particles.map(|particle| particle as usize) {
@@ -181,8 +183,9 @@ impl<T: Real> Certifier<T> {
                 let with_body = |pair: &&UnprovenPair| {
                     !self.bodies.is_empty() && pair.particles.iter().any(is_of_body)
                 };
-                let pair = pairs.iter().find(with_body).unwrap_or(&pairs[0]);
-                let outcome = Err(pinched(pair, start));
+                let told = pairs.iter().position(|pair| with_body(&pair)).unwrap_or(0);
+                pairs.swap(0, told);
+                let outcome = Err(pinched(&pairs, start, &self.leader));
                 self.stuck = pairs;
                 return outcome;
             }

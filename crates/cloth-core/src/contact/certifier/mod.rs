@@ -14,6 +14,7 @@ use carry::NO_LEADER;
 use half_spaces::HalfSpaces;
 use rayon::prelude::*;
 use shorten::Bounds;
+use std::collections::BTreeSet;
 use stretch::StretchBounds;
 
 /// Nodes in a task.
@@ -411,9 +412,22 @@ fn length<T: Real>(v: [T; 3]) -> f64 {
     (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).to_f64()
 }
 
-fn pinched<T: Real>(pair: &UnprovenPair, start: &[[T; 3]]) -> Error {
-    let place = pair.at(start)[0].map(T::to_f64);
-    Error::Pinched { particles: pair.particles, place }
+/// What is told of pairs that cannot make way, the first of which is named; `leader` says what each particle goes along with.
+fn pinched<T: Real>(pairs: &[UnprovenPair], start: &[[T; 3]], leader: &[u32]) -> Error {
+    let (particles, place) = pairs
+        .first()
+        .map(|pair| (pair.particles, pair.at(start)[0].map(T::to_f64)))
+        .unwrap_or_default();
+    let mut all = BTreeSet::new();
+    for mut particle in pairs.iter().flat_map(|pair| pair.particles) {
+        while all.insert(particle) {
+            match leader.get(particle as usize) {
+                Some(&by) if by != NO_LEADER => particle = by,
+                _ => break,
+            }
+        }
+    }
+    Error::Pinched { particles, place, all: all.into_iter().collect() }
 }
 
 #[cfg(test)]

@@ -134,7 +134,7 @@ impl<T: Real> Certifier<T> {
                 return Ok(());
             }
             if !goes_on && stretched.is_empty() && round >= TRUNCATION_ROUNDS {
-                return Err(pinched(&pairs[0], start));
+                return Err(pinched(pairs, start, &[]));
             }
             self.unproven_again(search, (start, end), delta, pairs)?;
         }

@@ -11,7 +11,7 @@ mod weld;
 pub use classes::VertexClasses;
 pub use error::SeamError;
 pub(super) use seamstress::Seamstress;
-pub use stitching::{BROKEN, Stitching};
+pub use stitching::{BROKEN, Pulls, Stitching};
 pub use weld::{Weld, Welding};
 
 use std::ops::Range;

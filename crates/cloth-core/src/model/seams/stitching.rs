@@ -26,6 +26,9 @@ const SEAM_REACH: f64 = 0.25;
 /// it has to push before the certificate has to stop something, which keeps no momentum.
 const NARROWEST: f64 = 1.0 / 4096.0;
 
+/// From this width on \[m\] a stitch is too wide to be welded: that of a millimetre.
+pub(super) const WIDE: f64 = 1.0 / 1024.0;
+
 /// How many times as stiff a stitch is at `time` \[s\] that was to be closed before.
 fn pull(closing: [f64; 2], time: f64) -> f64 {
     let late = ((time - closing[1]) / (closing[1] - closing[0])).max(0.0);
@@ -65,6 +68,22 @@ impl Model {
             closing[1] <= time && stiffness * longer > seams.strengths[stitch]
         };
         (0..seams.stitches.len() as u32).filter(breaks).collect()
+    }
+
+    /// Which particles become one where the stitches are welded that are to be, but for these, ascending, and these edges are torn: what
+    /// [`Weld::map`](crate::Weld::map) says, without the model.
+    #[must_use]
+    pub fn welded_classes(&self, open: &[u32], torn: &[u32]) -> VertexClasses {
+        let mut classes = VertexClasses::new(self.particle_count());
+        let mut tears = self.tears.clone();
+        tears.torn_set(torn);
+        tears.join(&mut classes, false);
+        let stitches = self.seams.to_weld().filter(|stitch| open.binary_search(stitch).is_err());
+        for stitch in stitches {
+            let [a, b] = self.seams.stitches[stitch as usize];
+            classes.join(a, b);
+        }
+        classes
     }
 
     /// Which particles are one place for contact: those of stitches that are nearly closed.
@@ -143,9 +162,15 @@ impl Model {
                 true => (start * left).max(STITCH_LENGTH.min(*start)),
                 false => end + left * (start - end),
             };
-            let pull = if pulls && *weld { pull(*closing, time) } else { 1.0 };
+            let is_wide = || widths.get(stitch).is_some_and(|width| *width >= WIDE);
+            let (pull, from) = match pulls {
+                Pulls::All if *weld => (pull(*closing, time), 0.0),
+                Pulls::Wide if *weld && is_wide() => (pull(*closing, time), WIDE),
+                _ => (1.0, 0.0),
+            };
             let kind = model.springs.kind_mut(*kind);
-            kind.rest_length = length;
+            // What is no wider than that is drawn as softly as ever.
+            kind.rest_length = length + (1.0 - 1.0 / pull) * (from - length).max(0.0);
             kind.stiffness *= pull;
             kind.damping *= pull.sqrt();
             if widths.get(stitch) == Some(&BROKEN) {
@@ -155,9 +180,10 @@ impl Model {
         model
     }
 
-    /// Whether a stitch has another length, or stiffness if it `pulls`, at one of two times \[s\] than at the other.
+    /// Whether a stitch has another length, or stiffness if it may pull, at one of two times \[s\] than at the other.
     #[must_use]
-    pub fn is_sewn_between(&self, times: [f64; 2], pulls: bool) -> bool {
+    pub fn is_sewn_between(&self, times: [f64; 2], pulls: Pulls) -> bool {
+        let pulls = pulls != Pulls::None;
         let differs = |of: fn([f64; 2], f64) -> f64, closing: [f64; 2]| {
             let [start, end] = times.map(|time| of(closing, time).to_bits());
             start != end
@@ -173,12 +199,23 @@ impl Model {
 pub struct Stitching<'a> {
     /// The time \[s\].
     pub time: f64,
-    /// Whether those that are to be welded become stiffer after their time. Explicit steps would have to become shorter for it.
-    pub pulls: bool,
+    /// Which of those that are to be welded become stiffer after their time.
+    pub pulls: Pulls,
     /// How wide they are for contact \[m\], as [`Model::stitch_widths`] says, or [`BROKEN`]; all are closed if this is empty.
     pub widths: &'a [f64],
     /// Edges that are torn, ascending.
     pub torn: &'a [u32],
+}
+
+/// Which stitches that are to be welded become stiffer after their time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pulls {
+    /// None: explicit steps would have to become shorter for it.
+    None,
+    /// All.
+    All,
+    /// Those that are too wide to be welded, beyond that width.
+    Wide,
 }
 
 #[cfg(test)]

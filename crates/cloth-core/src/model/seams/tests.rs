@@ -1,6 +1,6 @@
 //! What seams become that are welded in parts.
 
-use super::{Seam, Welding};
+use super::{Pulls, Seam, Stitching, Welding, stitching::WIDE};
 use crate::{
     Cloth, GridPatch, Meshing, ModelBuilder, RestSource, TextureMap, TriangleMesh, example::fabric,
 };
@@ -44,4 +44,24 @@ fn open_stitches_of_two_seams_may_come_to_be_one() {
     assert_eq!(weld.map[9], weld.map[12]);
     let ends = [weld.map[3], weld.map[9]];
     assert_eq!(weld.model.seams().stitches(), [[ends[0].min(ends[1]), ends[0].max(ends[1])]]);
+}
+
+/// What is near is left as it is, and what is wide is drawn in as if that were its length.
+#[test]
+fn late_stitches_beside_welded_ones_pull_by_what_they_are_too_wide() {
+    let seam = Seam::new("seam", "shirt", vec![[1, 4], [3, 6]]);
+    let model = ModelBuilder::new().cloth(pieces()).seam(seam).build().unwrap();
+    let widths = [WIDE, WIDE / 2.0];
+    let force = |pulls, stitch: usize, width: f64| {
+        let sewn = model.sewn_at(&Stitching { time: 9.0, pulls, widths: &widths, torn: &[] });
+        let kind = &sewn.springs.kinds()[sewn.seams.kinds[stitch].kind as usize];
+        kind.stiffness * (width - kind.rest_length)
+    };
+    let is_near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
+    let soft = force(Pulls::None, 0, WIDE);
+    assert!(is_near(force(Pulls::All, 0, WIDE), 100.0 * soft));
+    assert!(is_near(force(Pulls::Wide, 0, WIDE), soft), "goes on from what is near");
+    let beyond = |pulls| force(pulls, 0, 2.0 * WIDE) - force(pulls, 0, WIDE);
+    assert!(is_near(beyond(Pulls::Wide), beyond(Pulls::All)));
+    assert!(is_near(force(Pulls::Wide, 1, WIDE), force(Pulls::None, 1, WIDE)));
 }

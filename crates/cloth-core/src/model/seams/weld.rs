@@ -247,6 +247,30 @@ fn mesh_weld(
     Ok((TriangleMesh { positions, triangles, folds, groups, attributes, ..mesh }, map))
 }
 
+impl State {
+    /// Position, velocity and whether it is held of what particles become that are one from here on: with the centre of mass and the momentum of all,
+    /// whose masses \[kg\] are given. A particle that is held holds those that become one with it. What they have alike already keeps its bits.
+    ///
+    /// # Panics
+    /// Without members, and with one that the state does not have.
+    #[must_use]
+    pub fn joined(&self, members: &[usize], masses: &[f64]) -> ([f64; 3], [f64; 3], u8) {
+        let held: Vec<usize> = members.iter().copied().filter(|&i| self.held[i] != 0).collect();
+        let carriers = if held.is_empty() { members } else { &held };
+        let mean = |values: &[[f64; 3]]| {
+            let first = values[carriers[0]];
+            if carriers.iter().all(|&i| values[i].map(f64::to_bits) == first.map(f64::to_bits)) {
+                return first;
+            }
+            let mass: f64 = carriers.iter().map(|&i| masses[i]).sum();
+            std::array::from_fn(|k| {
+                carriers.iter().map(|&i| masses[i] * values[i][k]).sum::<f64>() / mass
+            })
+        };
+        (mean(&self.positions), mean(&self.velocities), self.held[carriers[0]])
+    }
+}
+
 impl Weld {
     /// The state of the welded model that follows from one of the model before, whose particles have these `masses` \[kg\]. Particles that become one
     /// keep the centre of mass and the momentum that they had together; where they are one already, they keep their bits.
@@ -257,34 +281,22 @@ impl Weld {
         for (particle, &became) in self.map.iter().enumerate() {
             members[became as usize].push(particle);
         }
-        let mean = |values: &[[f64; 3]], members: &[usize]| {
-            let first = values[members[0]];
-            if members.iter().all(|&i| values[i].map(f64::to_bits) == first.map(f64::to_bits)) {
-                return first;
-            }
-            let mass: f64 = members.iter().map(|&i| masses[i]).sum();
-            std::array::from_fn(|k| {
-                members.iter().map(|&i| masses[i] * values[i][k]).sum::<f64>() / mass
-            })
-        };
-        // A particle that is held holds those that become one with it.
-        let carriers: Vec<Vec<usize>> = members
-            .into_iter()
-            .map(|members| {
-                let held = members.iter().copied().filter(|&i| state.held[i] != 0);
-                let held: Vec<usize> = held.collect();
-                if held.is_empty() { members } else { held }
-            })
-            .collect();
-        State {
-            positions: carriers.iter().map(|of| mean(&state.positions, of)).collect(),
-            velocities: carriers.iter().map(|of| mean(&state.velocities, of)).collect(),
-            held: carriers.iter().map(|of| state.held[of[0]]).collect(),
+        let mut all = State {
             // Contacts have other numbers now.
             slips: Vec::new(),
             ghosts: self.ghosts(&state.ghosts),
+            positions: Vec::with_capacity(count),
+            velocities: Vec::with_capacity(count),
+            held: Vec::with_capacity(count),
             ..state.clone()
+        };
+        for of_one in &members {
+            let (position, velocity, held) = state.joined(of_one, masses);
+            all.positions.push(position);
+            all.velocities.push(velocity);
+            all.held.push(held);
         }
+        all
     }
 
     /// Ghosts as particles of the welded model.

@@ -41,6 +41,12 @@ const FIRST_ALONE: f64 = 0.1;
 /// stretch that stays.
 const FIRST_MAX: f64 = 20.0;
 
+/// A correction up to so many times that one ends the iteration too where none gains any more: a few particles then go back and forth, and all others wait.
+const STALLED: f64 = 4.0;
+
+/// Nothing is gained by two iterations that leave more than this of the square of the correction before them.
+const GAIN: f64 = 0.5;
+
 /// And relative to the tolerance of linear systems, if that asks for less.
 const CORRECTION_FORCING: f64 = 50.0;
 
@@ -99,6 +105,8 @@ pub(super) fn newton<K: Kernels + ?Sized>(
     }
     let first = residual(kernels)?;
     let mut now = first;
+    // The smallest correction before the last one, and the last one.
+    let [mut smallest, mut last] = [f64::INFINITY; 2];
     for iteration in 1..=iterations_max {
         let is_last = iteration == iterations_max;
         if is_loose && now > 0.0 {
@@ -121,6 +129,9 @@ pub(super) fn newton<K: Kernels + ?Sized>(
         // What contacts did is told by the forces of the last system, which those at the start of a substep are not yet.
         let is_told = !keeps_impulses || end == NewtonStart::Iterate;
         let is_small = slope_start <= enough && is_told;
+        let is_stalled =
+            !is_asked && slope_start <= STALLED * STALLED * enough && slope_start > GAIN * smallest;
+        (smallest, last) = (smallest.min(last), slope_start);
         let mut step = 1.0;
         if iteration > 1 {
             kernels.iterate_keep()?;
@@ -158,11 +169,11 @@ pub(super) fn newton<K: Kernels + ?Sized>(
             kernels.velocity_restore()?;
             kernels.velocity_add(step)?;
         }
-        if is_held {
-            return Ok(Some(end));
-        }
-        if is_last && slope_start > 0.0 && scale > 0.0 {
+        if (is_last || is_stalled) && !is_held && slope_start > 0.0 && scale > 0.0 {
             report.newton_residual = report.newton_residual.max((slope_start / scale).sqrt());
+        }
+        if is_held || is_stalled {
+            return Ok(Some(end));
         }
     }
     Ok(Some(end))

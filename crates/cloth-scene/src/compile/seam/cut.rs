@@ -71,7 +71,7 @@ impl<'a> Cutter<'a> {
     /// Joins what a stitch to a vertex joins, unless two ends of an edge would be one with all that was joined before; says whether it did. A stitch
     /// to a place between makes a vertex later, and always can.
     pub(super) fn joins(&mut self, stitch: &MeshStitch) -> bool {
-        let MeshStitch { vertex, edge, place } = *stitch;
+        let MeshStitch { vertex, edge, place, .. } = *stitch;
         let end = match place {
             _ if edge[0] == edge[1] || place <= SAME => edge[0],
             _ if place >= 1.0 - SAME => edge[1],
@@ -323,7 +323,8 @@ mod tests {
             ..TriangleMesh::default()
         };
         let mut cutter = Cutter::new(&mut mesh);
-        let mut joins = |vertex, edge, place| cutter.joins(&MeshStitch { vertex, edge, place });
+        let mut joins =
+            |vertex, edge, place| cutter.joins(&MeshStitch { vertex, edge, place, seam: 0 });
         assert!(joins(3, [0, 0], 0.0));
         assert!(!joins(3, [1, 1], 0.0), "0 and 1 would be one");
         assert!(!joins(3, [1, 2], 1.0), "0 and 2 would be one");

@@ -83,6 +83,8 @@ pub(super) fn sew(
             }
         }
     }
+    // What other seams of the scene do not name belongs to one that names none.
+    let taken: Vec<u32> = seams.iter().flat_map(|(_, seam)| seam.file_seams.clone()).collect();
     for (index, seam) in seams {
         let key = format!("seam[{index}]");
         let stitches = if seam.file {
@@ -90,6 +92,7 @@ pub(super) fn sew(
                 let problem = "asks for the stitches of the mesh file, which has none: give it lines `stitch`, or name vertices";
                 return Err(check.error(&format!("{key}.file"), problem));
             }
+            let of_file = file_stitches((check, &key), seam, (&of_file, &taken))?;
             // Who drew the garment is not here to mend it: where seams meet, such files stitch neighbours to each other.
             let (of_file, left_out) = without_lost_edges(&mut cutter, &of_file);
             if !left_out.is_empty() {
@@ -106,7 +109,7 @@ pub(super) fn sew(
             for (number, point) in list {
                 check.share(&format!("{key}.points[{number}].place"), point.place)?;
                 let crate::SceneSeamPoint { vertex, edge, place } = *point;
-                given.push(MeshStitch { vertex, edge, place });
+                given.push(MeshStitch { vertex, edge, place, seam: 0 });
             }
             points(check, &format!("{key}.points"), &mut cutter, &given)?
         } else {
@@ -117,6 +120,33 @@ pub(super) fn sew(
     cutter.tips_open();
     let bands = elastic::bands((scene, check), name, &cutter)?;
     Ok(Sewn { stitches: all, bands })
+}
+
+/// The stitches of a file that belong to a seam of the scene.
+fn file_stitches(
+    (check, key): (&Check<'_>, &str),
+    seam: &SceneSeam,
+    (of_file, taken): (&[MeshStitch], &[u32]),
+) -> Result<Vec<MeshStitch>, SceneError> {
+    let key = format!("{key}.file_seams");
+    if let Some(none) = seam.file_seams.iter().find(|n| of_file.iter().all(|s| s.seam != **n)) {
+        let count = of_file.iter().map(|stitch| stitch.seam + 1).max().unwrap_or_default();
+        let problem = format!(
+            "names seam {none} of the mesh file, which has no stitch of it: they count from 0, and there are {count}"
+        );
+        return Err(check.error(&key, &problem));
+    }
+    let is_own = |stitch: &&MeshStitch| match seam.file_seams.is_empty() {
+        true => !taken.contains(&stitch.seam),
+        false => seam.file_seams.contains(&stitch.seam),
+    };
+    let own: Vec<MeshStitch> = of_file.iter().filter(is_own).copied().collect();
+    if own.is_empty() {
+        let problem =
+            "is not given, and others name all seams of the mesh file: remove one of them";
+        return Err(check.error(&key, problem));
+    }
+    Ok(own)
 }
 
 /// The stitches that leave all edges their length, and the vertices of those that do not.
@@ -136,7 +166,7 @@ fn points(
     stitches: &[MeshStitch],
 ) -> Result<Vec<[u32; 2]>, SceneError> {
     let mut found = Vec::with_capacity(stitches.len());
-    for &MeshStitch { vertex, edge, place } in stitches {
+    for &MeshStitch { vertex, edge, place, .. } in stitches {
         let is_point = |edge: [u32; 2]| edge[0] == edge[1];
         if !is_point(edge) && !cutter.has_edge(edge) {
             let problem = format!(
@@ -238,6 +268,10 @@ pub(super) fn compile(
             let problem =
                 "has to say where it is by one of `stitches`, `points`, `lines` and `file`";
             return Err(check.error(&key, problem));
+        }
+        if !seam.file && !seam.file_seams.is_empty() {
+            let problem = "says which seams of a file are meant: give `file = true` with it";
+            return Err(check.error(&format!("{key}.file_seams"), problem));
         }
         let Some(cloth) = cloth_of(scene, seam) else {
             return Err(check.error(&key, "does not say which cloth it is in: give `cloth`"));
