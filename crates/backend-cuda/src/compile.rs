@@ -57,7 +57,7 @@ pub enum KernelSets {
     All,
     /// Few sets, which have every pair of options.
     Pairs,
-    /// Each module once for each precision.
+    /// Each module without options, in both precisions.
     Plain,
 }
 
@@ -73,7 +73,9 @@ pub fn kernels_compile(architecture: &str, sets: KernelSets) -> Result<usize> {
     let of_module = |module: &CudaModule| match sets {
         KernelSets::All => module.option_sets(),
         KernelSets::Pairs => module.option_pairs(),
-        KernelSets::Plain => module.option_sets().into_iter().filter(|set| set.len() < 2).collect(),
+        KernelSets::Plain => {
+            module.option_sets().into_iter().filter(|set| set.iter().all(|o| *o == "f64")).collect()
+        }
     };
     let mut work: Vec<(_, _, Option<&str>)> = cloth_kernels::CUDA_MODULES
         .iter()
