@@ -279,7 +279,7 @@ impl Stage {
         (Arc::new(model), config)
     }
 
-    /// Which stitches that are late become stiffer. Once the first are welded, something is caught between those that are left but near each other: they
+    /// Which stitches that are late become stiffer. Once the first are welded, something is caught between those that are left but nearest to each other: they
     /// would press it against the certificate, and iterations of Newton's method would find no end.
     fn pulls(&self, scene: &CompiledScene) -> Pulls {
         match is_implicit(scene) {

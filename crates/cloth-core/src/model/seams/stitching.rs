@@ -26,8 +26,8 @@ const SEAM_REACH: f64 = 0.25;
 /// it has to push before the certificate has to stop something, which keeps no momentum.
 const NARROWEST: f64 = 1.0 / 4096.0;
 
-/// From this width on \[m\] a stitch is too wide to be welded: that of a millimetre.
-pub(super) const WIDE: f64 = 1.0 / 1024.0;
+/// From this width on \[m\] a late stitch is drawn in beside welded ones, to it: half of what can be welded, so that it gets there under load.
+pub(super) const WIDE: f64 = 1.0 / 2048.0;
 
 /// How many times as stiff a stitch is at `time` \[s\] that was to be closed before.
 fn pull(closing: [f64; 2], time: f64) -> f64 {
@@ -214,7 +214,7 @@ pub enum Pulls {
     None,
     /// All.
     All,
-    /// Those that are too wide to be welded, beyond that width.
+    /// Those that are wider than half of what can be welded, by what they are wider.
     Wide,
 }
 
