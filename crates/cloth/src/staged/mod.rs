@@ -486,3 +486,17 @@ impl<S: Solver> Solver for StagedSolver<S> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_caught_waits_until_the_others_are_together() {
+        let group = vec![2, 3, 5, 7, 11];
+        assert_eq!(parts(group.clone(), vec![3, 7]), [vec![3, 7], vec![2, 5, 11]]);
+        // Where most are caught, which of them is in the way is found by halves.
+        assert_eq!(parts(group.clone(), group), [vec![2, 3], vec![5, 7, 11]]);
+        assert!(parts(vec![2], vec![2]).is_empty(), "one alone stays open");
+    }
+}
