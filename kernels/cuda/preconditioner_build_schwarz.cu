@@ -1,4 +1,4 @@
-// NUMERICS section 5, `preconditioner_build` of `schwarz`: diagonal blocks, rigid modes, coarse matrix and factors of groups of particles, each
+// NUMERICS section 5, `preconditioner_build` of `schwarz`: diagonal blocks, rigid modes and coarse matrix of groups of particles, each
 // sum in the order of `cloth_core::schwarz`. The levels above are those of a matrix that is smaller by a hundred, and the host's.
 
 // What the kernels make.
@@ -13,12 +13,10 @@ struct SchwarzBuild {
     const uint* columns;
     double* blocks;
     double* turned;
-    // For each group whether its factor is to be built.
-    const uint* outdated;
     ulong group_count;
 };
 
-static_assert(sizeof(SchwarzBuild) == 72, "`schwarz.rs` of the backend has another layout");
+static_assert(sizeof(SchwarzBuild) == 64, "`schwarz.rs` of the backend has another layout");
 
 struct Block3 {
     double entries[3][3];
@@ -130,14 +128,6 @@ __device__ __forceinline__ bool filter_of(const Solver& s, const Linear& l, uint
     real4 on = l.filter[0][i], off = l.filter[1][i];
     filter = block_symmetric(on.x, on.y, on.z, off.x, off.y, off.z);
     return true;
-}
-
-__device__ __forceinline__ Block3 block_product(const Block3& a, const Block3& b) {
-    Block3 product;
-    for (uint r = 0; r < 3; r++)
-        for (uint c = 0; c < 3; c++)
-            product.entries[r][c] = a.entries[r][0] * b.entries[0][c] + a.entries[r][1] * b.entries[1][c] + a.entries[r][2] * b.entries[2][c];
-    return product;
 }
 
 // D of every particle: what the blocks of its row take, it has.
@@ -356,86 +346,5 @@ extern "C" __global__ void __launch_bounds__(COARSE_THREADS) schwarz_coarse(cons
             }
         }
         __syncwarp();
-    }
-}
-
-#define FACTOR_THREADS 288
-// A column more than there are, so that columns lie in different banks.
-#define FACTOR_STRIDE 97
-#define PIVOT_MIN 1e-12
-
-// The rows of the inverse factor of the block of a group of S A S + tr(D) (I - S), by one block of threads. The transposed factor fills
-// the upper triangle, its diagonal as reciprocals, and the inverse the lower one.
-extern "C" __global__ void __launch_bounds__(FACTOR_THREADS) schwarz_factors(const __grid_constant__ Solver s, const __grid_constant__ Linear l, const __grid_constant__ SchwarzBuild b) {
-    __shared__ double scale[UNKNOWNS];
-    uint group = blockIdx.x, t = threadIdx.x;
-    if (!b.outdated[group]) return;
-    const Schwarz& p = *l.schwarz;
-    uint first = p.group_starts[group], size = 3 * (p.group_starts[group + 1] - first);
-    double* a = (double*)frame_memory;
-    for (uint at = t; at < UNKNOWNS * FACTOR_STRIDE; at += FACTOR_THREADS) a[at] = 0;
-    __syncthreads();
-    if (t < size) {
-        // A thread for each row.
-        uint local = t / 3, row = t % 3, i = p.order[first + local];
-        double* own = a + FACTOR_STRIDE * t;
-        Block3 left, right;
-        bool is_left = filter_of(s, l, i, left);
-        row_visit(s, l, i, [&](uint j, const Block3& block) {
-            uint other = p.places[j];
-            if (p.group_of[j] != group || other <= first + local) return;
-            Block3 filtered = block;
-            if (is_left) filtered = block_product(left, filtered);
-            if (filter_of(s, l, j, right)) filtered = block_product(filtered, right);
-            for (uint c = 0; c < 3; c++) own[3 * (other - first) + c] += filtered.entries[row][c];
-        });
-        Block3 diagonal;
-        for (uint k = 0; k < 9; k++) diagonal.entries[k / 3][k % 3] = b.diagonals[9 * (size_t)i + k];
-        Block3 restricted = diagonal;
-        if (is_left) {
-            restricted = block_product(block_product(left, diagonal), left);
-            double trace = diagonal.entries[0][0] + diagonal.entries[1][1] + diagonal.entries[2][2];
-            for (uint r = 0; r < 3; r++)
-                for (uint c = 0; c < 3; c++) restricted.entries[r][c] += trace * ((r == c ? 1.0 : 0.0) - left.entries[r][c]);
-        }
-        for (uint c = row; c < 3; c++) own[3 * local + c] += restricted.entries[row][c];
-    }
-    __syncthreads();
-    if (t < size) {
-        double entry = a[FACTOR_STRIDE * t + t];
-        scale[t] = entry > 0 && is_finite(entry) ? 1.0 / sqrt(entry) : 1.0;
-    }
-    __syncthreads();
-    uint column = t % UNKNOWNS, part = t / UNKNOWNS, parts = FACTOR_THREADS / UNKNOWNS;
-    for (uint row = part; row <= column && column < size; row += parts) a[FACTOR_STRIDE * row + column] *= scale[row] * scale[column];
-    __syncthreads();
-    for (uint k = 0; k < size; k++) {
-        double* pivots = a + FACTOR_STRIDE * k;
-        double pivot = pivots[k] > PIVOT_MIN ? pivots[k] : 1.0, reciprocal = 1.0 / sqrt(pivot);
-        __syncthreads();
-        if (t > k && t < size) pivots[t] *= reciprocal;
-        if (t == k) pivots[k] = reciprocal;
-        __syncthreads();
-        if (column < size) {
-            double factor = pivots[column];
-            for (uint row = k + 1 + part; row <= column; row += parts) a[FACTOR_STRIDE * row + column] -= pivots[row] * factor;
-        }
-        __syncthreads();
-    }
-    // Each thread has a column of the inverse, from its diagonal entry down.
-    if (t < size) {
-        for (uint i = t + 1; i < size; i++) {
-            double sum = 0;
-            // The entry on the diagonal is its own in both.
-            for (uint k = t; k < i; k++) sum = sum - a[FACTOR_STRIDE * k + i] * a[FACTOR_STRIDE * k + t];
-            a[FACTOR_STRIDE * i + t] = sum * a[FACTOR_STRIDE * i + i];
-        }
-        ((real*)p.scale)[3 * first + t] = (real)scale[t];
-    }
-    __syncthreads();
-    float* rows = (float*)p.factors + p.row_starts[group];
-    for (uint k = 0; k < size; k++) {
-        uint length = CHUNK * (k / CHUNK + 1);
-        if (t < length) rows[factor_row(k) + t] = t <= k ? (float)a[FACTOR_STRIDE * k + t] : 0.0f;
     }
 }

@@ -1,5 +1,5 @@
-// NUMERICS section 5, `schwarz`: to = S P^-1 from, from what groups and the first level of these have found, and the sums of to . from and
-// from . from.
+// NUMERICS section 5, `schwarz`: to = S P^-1 from, from the blocks of particles and what the first level of groups has found, and the sums of
+// to . from and from . from.
 //!include model call motion vectors symmetric matrix solve schwarz
 //!if colliders
 //!include constraint
@@ -7,7 +7,7 @@
 //!if not colliders
 //!include constraint_none
 //!end
-//!include filter
+//!include filter preconditioner
 
 @compute @workgroup_size(SOLVE_THREADS)
 fn main(
@@ -32,10 +32,10 @@ fn main(
                 let row = vec3f(schwarz_number(rows + mode), schwarz_number(rows + NODE + mode), schwarz_number(rows + 2u * NODE + mode));
                 result = add_scaled(result, schwarz_vectors[coarse + mode], row);
             }
-            result += vector_get(call.vector_to, particle);
-            result = filtered(particle, filter_kind_now(particle, position_in[particle].w), result);
-            vector_set(call.vector_to, particle, result);
             let given = vector_get(call.vector_from, particle);
+            let kind = filter_kind_now(particle, position_in[particle].w);
+            result = preconditioned(particle, kind, given) + filtered(particle, kind, result);
+            vector_set(call.vector_to, particle, result);
             sum += vec2f(dot_product(given, result), dot_product(given, given));
         }
     }

@@ -1,10 +1,10 @@
-// NUMERICS section 5, `schwarz`: what the factors of groups make of a vector, and P^T of it. A workgroup for each group.
+// NUMERICS section 5, `schwarz`: P^T of a vector. A workgroup for each group.
 //!include model call vectors solve schwarz
 
 const TEAM: u32 = 96u;
-const UNKNOWNS: u32 = 96u;
 
-//!include schwarz_factor
+var<workgroup> entries: array<f32, TEAM>;
+var<workgroup> products: array<f32, 2u * TEAM>;
 
 @compute @workgroup_size(TEAM)
 fn main(
@@ -22,35 +22,24 @@ fn main(
     }
     let start = 3u * schwarz_tables[head.group_starts + group];
     let size = 3u * schwarz_tables[head.group_starts + group + 1u] - start;
-    var particle = 0u;
-    var value = 0.0;
-    var scale = 0.0;
     if thread < size {
-        particle = schwarz_tables[head.order + (start + thread) / 3u];
-        value = vectors[call.vector_from * model.particle_count + particle][thread % 3u];
-        scale = schwarz_number(head.scale + start + thread);
+        let particle = schwarz_tables[head.order + (start + thread) / 3u];
+        entries[thread] = vectors[call.vector_from * model.particle_count + particle][thread % 3u];
     }
-    products[thread] = value;
     workgroupBarrier();
     // Of each particle, then of all.
     for (var task = thread; task < 2u * size; task += TEAM) {
         let at = 3u * (task / NODE);
         let row = head.prolongation + NODE * (start + at) + task % NODE;
-        let second = fma(schwarz_number(row + NODE), products[at + 1u], schwarz_number(row) * products[at]);
-        quarters[task] = fma(schwarz_number(row + 2u * NODE), products[at + 2u], second);
+        let second = fma(schwarz_number(row + NODE), entries[at + 1u], schwarz_number(row) * entries[at]);
+        products[task] = fma(schwarz_number(row + 2u * NODE), entries[at + 2u], second);
     }
     workgroupBarrier();
     if thread < NODE {
         var sum = 0.0;
         for (var k = thread; k < 2u * size; k += NODE) {
-            sum += quarters[k];
+            sum += products[k];
         }
         schwarz_vectors[schwarz_level(0u).right_side + NODE * group + thread] = sum;
-    }
-    scaled[thread] = scale * value;
-    let rows = schwarz_tables[head.row_starts + group];
-    let sum = factor_times(thread, rows, size);
-    if thread < size {
-        vectors[call.vector_to * model.particle_count + particle][thread % 3u] = scale * sum;
     }
 }

@@ -28,11 +28,8 @@ int main(int, char** arguments) {
     s.count = input_integer();
     schwarz.order = input_list<uint>();
     schwarz.group_starts = input_list<uint>();
-    schwarz.row_starts = input_list<ulong>();
     schwarz.places = input_list<uint>();
     schwarz.group_of = input_list<uint>();
-    schwarz.factors = input_list<float>();
-    schwarz.scale = input_list<real>();
     schwarz.prolongation = input_list<float>();
     schwarz.group_count = input_integer();
     schwarz.level_count = input_integer();
@@ -56,6 +53,9 @@ int main(int, char** arguments) {
     l.schwarz = &schwarz;
     s.position[0] = input_list<real4>();
     l.vectors[RESIDUAL] = input_list<real4>();
+    l.inverse[0] = input_list<real4>();
+    l.inverse[1] = input_list<real4>();
+    l.has_blocks = 1;
     l.vectors[PRECONDITIONED] = (real4*)calloc(s.count, sizeof(real4));
     l.partials = (double*)calloc(s.count, sizeof(double));
     Status status = {};

@@ -43,7 +43,6 @@ int main(int, char** arguments) {
     p.order = input_list<uint>();
     p.group_starts = input_list<uint>();
     p.group_count = list_length - 1;
-    p.row_starts = input_list<ulong>();
     p.places = input_list<uint>();
     p.group_of = input_list<uint>();
     b.rows = input_list<uint>();
@@ -61,9 +60,6 @@ int main(int, char** arguments) {
     // No springs.
     s.spring_row = zeros<uint>(s.count);
     s.spring_headers = zeros<uint2>(1);
-    size_t rows = p.row_starts[p.group_count];
-    p.factors = zeros<float>(rows);
-    p.scale = zeros<real>(3 * s.count);
     p.prolongation = zeros<float>(18 * s.count);
     l.schwarz = &p;
     b.diagonals = zeros<double>(9 * s.count);
@@ -71,19 +67,13 @@ int main(int, char** arguments) {
     b.unknowns = zeros<double>(36 * p.group_count);
     b.blocks = zeros<double>(36 * blocks);
     b.turned = zeros<double>(36 * blocks);
-    uint* outdated = zeros<uint>(p.group_count);
-    for (uint group = 0; group < p.group_count; group++) outdated[group] = 1;
-    b.outdated = outdated;
     b.group_count = p.group_count;
     launch_over(s.count, [] { schwarz_diagonals(s, l, b); });
     launch_over(p.group_count, [] { schwarz_modes(s, l, b); });
     launch([] { schwarz_coarse(s, l, b); }, (p.group_count + 1) / 2, 64, seed);
-    launch([] { schwarz_factors(s, l, b); }, p.group_count, FACTOR_THREADS, seed);
     file = fopen(arguments[2], "wb");
     if (!file) return 2;
     fwrite(p.prolongation, sizeof(float), 18 * s.count, file);
-    fwrite(p.scale, sizeof(real), 3 * s.count, file);
-    fwrite(p.factors, sizeof(float), rows, file);
     fwrite(b.blocks, sizeof(double), 36 * (size_t)blocks, file);
     fwrite(b.turned, sizeof(double), 36 * (size_t)blocks, file);
     return fclose(file) == 0 ? 0 : 2;

@@ -10,8 +10,8 @@ use std::{
 
 /// Phases that follow each other, of chunks that any thread may do, in any order.
 pub(crate) trait Phased: Sync {
-    /// How many phases there are.
-    const PHASES: u32;
+    /// How many phases there are: always as many.
+    fn phases(&self) -> u32;
 
     /// Chunks of a phase: always as many.
     fn chunks(&self, phase: u32) -> usize;
@@ -69,7 +69,7 @@ impl Cursor {
 
 struct Shared<'a, P> {
     work: &'a P,
-    /// Counts phases, those that are left out included: what is left of it by [`Phased::PHASES`] is the phase.
+    /// Counts phases, those that are left out included: what is left of it by [`Phased::phases`] is the phase.
     turn: AtomicU32,
     /// Chunks of this turn that are not done.
     left: AtomicUsize,
@@ -93,7 +93,7 @@ impl<P: Phased> Shared<'_, P> {
     /// Does chunks of a turn until none is left: first those of thread number `own`, whose data are near it since the last time.
     fn help(&self, turn: u32, own: usize) {
         let _breaks = Breaks(&self.is_broken);
-        let phase = turn % P::PHASES;
+        let phase = turn % self.work.phases();
         let (chunks, threads) = (self.work.chunks(phase), self.cursors.len());
         for thread in (own..threads).chain(0..own) {
             let [first, end] = [thread, thread + 1].map(|thread| thread * chunks / threads);
@@ -139,7 +139,8 @@ pub(crate) struct Leader<'a, P> {
 impl<P: Phased> Leader<'_, P> {
     /// Does all chunks of a phase.
     pub(crate) fn run(&mut self, phase: u32) {
-        self.turn += 1 + (phase + P::PHASES - (self.turn + 1) % P::PHASES) % P::PHASES;
+        let phases = self.shared.work.phases();
+        self.turn += 1 + (phase + phases - (self.turn + 1) % phases) % phases;
         self.shared.left.store(self.shared.work.chunks(phase), Ordering::Relaxed);
         self.shared.turn.store(self.turn, Ordering::Release);
         self.shared.help(self.turn, 0);
@@ -191,7 +192,9 @@ mod tests {
     }
 
     impl Phased for Counted {
-        const PHASES: u32 = 3;
+        fn phases(&self) -> u32 {
+            3
+        }
 
         fn chunks(&self, phase: u32) -> usize {
             self.sizes[phase as usize]
@@ -233,7 +236,9 @@ mod tests {
     struct Fails;
 
     impl Phased for Fails {
-        const PHASES: u32 = 1;
+        fn phases(&self) -> u32 {
+            1
+        }
 
         fn chunks(&self, _: u32) -> usize {
             64

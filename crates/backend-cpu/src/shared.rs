@@ -24,6 +24,10 @@ impl<'a, T> SharedSlice<'a, T> {
         Self { start: slice.as_mut_ptr(), length: slice.len(), of: PhantomData }
     }
 
+    pub(crate) const fn is_empty(&self) -> bool {
+        self.length == 0
+    }
+
     /// All of it, to read.
     ///
     /// # Safety

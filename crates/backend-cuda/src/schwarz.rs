@@ -8,7 +8,6 @@ use cloth_core::{
 
 use crate::{
     fault::BACKEND,
-    layout::CudaReal,
     queue::{Buffer, Queue},
 };
 
@@ -43,11 +42,8 @@ struct LevelData {
 struct SchwarzData {
     order: u64,
     group_starts: u64,
-    row_starts: u64,
     places: u64,
     group_of: u64,
-    factors: u64,
-    scale: u64,
     prolongation: u64,
     group_count: u32,
     level_count: u32,
@@ -55,24 +51,21 @@ struct SchwarzData {
 }
 
 /// The preconditioner: the device builds what groups of particles have, the host the levels above.
-pub(crate) struct SchwarzMemory<T> {
-    pub(crate) schwarz: Schwarz<T>,
+pub(crate) struct SchwarzMemory {
+    pub(crate) schwarz: Schwarz,
     pub(crate) reuse: Reuse,
     data: Buffer<SchwarzData>,
     order: Buffer<u32>,
     group_starts: Buffer<u32>,
-    row_starts: Buffer<u64>,
     places: Buffer<u32>,
     group_of: Buffer<u32>,
-    factors: Buffer<f32>,
-    scale: Buffer<T>,
     prolongation: Buffer<f32>,
     levels: Vec<LevelMemory>,
     pattern: GroupPattern,
     built: Option<BuiltMemory>,
 }
 
-/// What the device builds beside factors and prolongation.
+/// What the device builds beside the prolongation.
 struct BuiltMemory {
     diagonals: Buffer<f64>,
     centres: Buffer<f64>,
@@ -81,7 +74,6 @@ struct BuiltMemory {
     columns: Buffer<u32>,
     blocks: Buffer<f64>,
     turned: Buffer<f64>,
-    outdated: Buffer<u32>,
     /// Starts and columns of the rows.
     pattern: (Vec<u32>, Vec<u32>),
 }
@@ -97,7 +89,6 @@ pub(crate) struct SchwarzBuild {
     columns: u64,
     blocks: u64,
     turned: u64,
-    outdated: u64,
     group_count: u64,
 }
 
@@ -113,7 +104,7 @@ struct LevelMemory {
     solution: [Buffer<f64>; 2],
 }
 
-impl<T: CudaReal> SchwarzMemory<T> {
+impl SchwarzMemory {
     /// Memory for the groups of a model, nothing built yet.
     ///
     /// # Errors
@@ -125,17 +116,12 @@ impl<T: CudaReal> SchwarzMemory<T> {
             return Err(Error::Unsupported { backend: BACKEND, feature });
         }
         let schwarz = Schwarz::new(hierarchy);
-        let factors = schwarz.factors();
-        let row_starts: Vec<u64> = factors.row_starts().iter().map(|&at| at as u64).collect();
         Ok(Self {
             data: Buffer::zeros(queue, 1)?,
             order: Buffer::of(queue, schwarz.order())?,
             group_starts: Buffer::of(queue, schwarz.group_starts())?,
-            row_starts: Buffer::of(queue, &row_starts)?,
             places: Buffer::of(queue, schwarz.places())?,
             group_of: Buffer::of(queue, schwarz.group_of())?,
-            factors: Buffer::zeros(queue, factors.rows().len() + FACTOR)?,
-            scale: Buffer::zeros(queue, factors.scale().len())?,
             prolongation: Buffer::zeros(queue, 18 * schwarz.len())?,
             levels: Vec::new(),
             pattern: GroupPattern::new(
@@ -164,7 +150,7 @@ impl<T: CudaReal> SchwarzMemory<T> {
         self.data.address()
     }
 
-    /// What the kernels that build it are given, with room for what they make. `pairs` of groups are coupled beside those that always are; factors are built of all groups, or of those with other constraints.
+    /// What the kernels that build it are given, with room for what they make. `pairs` of groups are coupled beside those that always are.
     ///
     /// # Errors
     /// `OutOfMemory`.
@@ -172,12 +158,9 @@ impl<T: CudaReal> SchwarzMemory<T> {
         &mut self,
         queue: &Queue,
         pairs: impl Iterator<Item = [u32; 2]>,
-        all: bool,
     ) -> Result<SchwarzBuild> {
         let groups = self.group_count();
         let (starts, columns) = self.pattern.with(pairs);
-        let outdated: Vec<u32> =
-            self.schwarz.outdated(all).iter().map(|&outdated| u32::from(outdated)).collect();
         let built = match &mut self.built {
             Some(built) => built,
             None => self.built.insert(BuiltMemory {
@@ -188,13 +171,11 @@ impl<T: CudaReal> SchwarzMemory<T> {
                 columns: Buffer::zeros(queue, 0)?,
                 blocks: Buffer::zeros(queue, 0)?,
                 turned: Buffer::zeros(queue, 0)?,
-                outdated: Buffer::zeros(queue, groups)?,
                 pattern: (Vec::new(), Vec::new()),
             }),
         };
         built.rows.write(queue, 0, &starts)?;
         built.columns.write_growing(queue, &columns)?;
-        built.outdated.write(queue, 0, &outdated)?;
         if built.blocks.len() < 36 * columns.len() {
             queue.synchronize()?;
             let length = 36 * (columns.len() + columns.len() / 4);
@@ -210,10 +191,9 @@ impl<T: CudaReal> SchwarzMemory<T> {
             columns: built.columns.address(),
             blocks: built.blocks.address(),
             turned: built.turned.address(),
-            outdated: built.outdated.address(),
             group_count: groups as u64,
         };
-        // Kernels find groups and factors there.
+        // Kernels find groups there.
         self.data_write(queue, &[])?;
         Ok(data)
     }
@@ -256,11 +236,8 @@ impl<T: CudaReal> SchwarzMemory<T> {
         let mut data = SchwarzData {
             order: self.order.address(),
             group_starts: self.group_starts.address(),
-            row_starts: self.row_starts.address(),
             places: self.places.address(),
             group_of: self.group_of.address(),
-            factors: self.factors.address(),
-            scale: self.scale.address(),
             prolongation: self.prolongation.address(),
             group_count: self.group_count() as u32,
             level_count: levels.len() as u32,
@@ -291,11 +268,7 @@ impl MatrixMemory {
     fn upload(&mut self, queue: &Queue, matrix: &NodeMatrix) -> Result<[u64; 3]> {
         self.rows.write(queue, 0, matrix.starts())?;
         self.columns.write_growing(queue, matrix.columns())?;
-        let turned = matrix
-            .blocks()
-            .iter()
-            .flat_map(|block| (0..36).map(|entry| block[entry % 6][entry / 6]));
-        self.blocks.write_growing(queue, &turned.collect::<Vec<f64>>())?;
+        self.blocks.write_growing(queue, matrix.turned().as_flattened().as_flattened())?;
         Ok([self.rows.address(), self.columns.address(), self.blocks.address()])
     }
 }
@@ -364,7 +337,7 @@ mod tests {
     #[test]
     fn kernels_are_given_as_many_bytes_as_they_take() {
         assert_eq!(size_of::<LevelData>(), 112);
-        assert_eq!(size_of::<SchwarzData>(), 72 + LEVELS_MAX * 112);
-        assert_eq!(size_of::<SchwarzBuild>(), 72);
+        assert_eq!(size_of::<SchwarzData>(), 48 + LEVELS_MAX * 112);
+        assert_eq!(size_of::<SchwarzBuild>(), 64);
     }
 }

@@ -1,5 +1,5 @@
-// NUMERICS section 5, the preconditioner `schwarz`: inverses of the blocks of groups of particles, and a V-cycle over groups of
-// groups. Each sum has the order of `cloth_core::schwarz`. A block of up to 96 unknowns is worked on by a team of four warps, which has its
+// NUMERICS section 5, the preconditioner `schwarz`: what rigid motions of groups of particles add to `block`, by a V-cycle over groups of
+// groups. Each sum has the order of `cloth_core::schwarz`. A block of up to 96 unknowns of a run of nodes is worked on by a team of four warps, which has its
 // factor in registers. Vectors of a level are written by one pass over the whole grid and read by the next.
 
 // Threads of a team, and the unknowns of a block at most.
@@ -33,21 +33,18 @@ struct SchwarzLevel {
 };
 
 struct Schwarz {
-    // Particles, those of a group one after the other; where groups start, and the rows of their factors; of each particle place and group.
+    // Particles, those of a group one after the other; where groups start; of each particle place and group.
     const uint* order;
     const uint* group_starts;
-    const ulong* row_starts;
     const uint* places;
     const uint* group_of;
-    const float* factors;
-    const real* scale;
     const float* prolongation;
     uint group_count;
     uint level_count;
     SchwarzLevel levels[LEVELS_MAX];
 };
 
-static_assert(sizeof(Schwarz) == 72 + LEVELS_MAX * 112, "`schwarz.rs` of the backend has another layout");
+static_assert(sizeof(Schwarz) == 48 + LEVELS_MAX * 112, "`schwarz.rs` of the backend has another layout");
 
 // Where row k of a factor starts: row j has j / 16 + 1 chunks.
 __device__ __forceinline__ uint factor_row(uint k) {
@@ -68,7 +65,6 @@ __device__ __forceinline__ uint half_of(uint t) { return t / WARP + HALVES / 2 *
 struct TeamMemory {
     double scaled[UNKNOWNS];
     double partial[TEAM / WARP][UNKNOWNS];
-    double plain[UNKNOWNS];
 };
 
 // Sums over the 16 lanes of a half warp, as trees, of the numbers that `row` gives of rows: lane k gets that of row k. Each step of the trees halves the rows that
@@ -90,7 +86,7 @@ struct FactorRows {
     // Where those of a row begin, each second of which has one more than the one before it.
     static __device__ __forceinline__ uint row_at(uint row) { return row / 2 * (row / 2 + 1) + row % 2 * (row / 2 + 1); }
 
-    // Starts to read them; nothing waits before they are used. Those beyond the last row are what comes behind it.
+    // Starts to read them; nothing waits before they are used.
     __device__ __forceinline__ void load(const float* rows, uint t) {
         uint half = half_of(t);
 #pragma unroll
@@ -103,8 +99,8 @@ struct FactorRows {
         }
     }
 
-    // What this half warp adds to the sum over k < size of w_k w_k^T times a vector, for its entries that this lane has.
-    template <typename Number> __device__ __forceinline__ void times(const Number* vector, uint size, uint t, Number (&out)[UNKNOWNS / CHUNK]) const {
+    // What this half warp adds to the sum of w_k w_k^T times a vector, for its entries that this lane has. Rows behind the last one are zeros.
+    template <typename Number> __device__ __forceinline__ void times(const Number* vector, uint t, Number (&out)[UNKNOWNS / CHUNK]) const {
         Number own[UNKNOWNS / CHUNK];
 #pragma unroll
         for (uint chunk = 0; chunk < UNKNOWNS / CHUNK; chunk++) {
@@ -117,7 +113,6 @@ struct FactorRows {
             for (uint chunk = 0; chunk <= row / 2; chunk++) sum += (Number)numbers[row_at(row) + chunk] * own[chunk];
             return sum;
         });
-        if (HALVES * (t % CHUNK) + half_of(t) >= size) products = 0;
 #pragma unroll
         for (uint row = 0; row < HALF_ROWS; row++) {
             Number product = __shfl_sync(ALL_LANES, products, t % WARP / CHUNK * CHUNK + row);
@@ -194,72 +189,32 @@ struct SchwarzPasses {
     // All threads of the team are here.
     __device__ __forceinline__ void wait() const { team_wait(1 + team, TEAM); }
 
-    // Where the unknowns and the rows of a group are; nowhere behind the last one.
-    struct Place {
-        uint start, size;
-        ulong rows;
-    };
-
-    __device__ __forceinline__ Place place_of(uint group) const {
-        if (group >= p.group_count) return {0, 0, 0};
-        uint start = __ldg(&p.group_starts[group]), end = __ldg(&p.group_starts[group + 1]);
-        return {3 * start, 3 * (end - start), __ldg(&p.row_starts[group])};
-    }
-
-    // What the factors of groups make of a vector, and P^T of it. What the next groups need is on its way while one is worked on: nothing waits for what
-    // it has just asked for.
-    __device__ __forceinline__ void groups(const real4* from, real4* to) const {
-        constexpr uint WARPS = TEAM / WARP;
-        uint group = blockIdx.x * TEAMS + team, stride = gridDim.x * TEAMS, lane = t % WARP;
-        real *scaled = (real*)memory.scaled, *plain = (real*)memory.plain;
-        auto particle_of = [&](const Place& place) { return t < place.size ? __ldg(&p.order[(place.start + t) / 3]) : 0; };
-        auto entry_of = [&](uint particle) { return ((const real*)&from[particle])[t % 3]; };
-        Place place = place_of(group), next = place_of(group + stride);
-        uint particle = particle_of(place);
-        FactorRows rows;
-        rows.load(p.factors + place.rows, t);
-        real value = entry_of(particle), scale = t < place.size ? __ldg(&p.scale[place.start + t]) : 0;
-        for (; group < p.group_count; group += stride) {
-            if (t < UNKNOWNS) {
-                plain[t] = t < place.size ? value : 0;
-                scaled[t] = scale * plain[t];
-            }
-            uint next_particle = particle_of(next);
-            // A particle for each lane, modes for each warp.
-            float columns[2][3];
-#pragma unroll
-            for (uint turn = 0; turn < 2; turn++) {
+    // P^T of a vector: a warp for each group, a particle for each lane.
+    __device__ __forceinline__ void groups(const real4* from) const {
+        constexpr uint WARPS = TEAMS * TEAM / WARP;
+        uint lane = t % WARP;
+        for (uint group = blockIdx.x * WARPS + threadIdx.x / WARP; group < p.group_count; group += gridDim.x * WARPS) {
+            uint place = __ldg(&p.group_starts[group]) + lane, end = __ldg(&p.group_starts[group + 1]);
+            double sums[NODE] = {};
+            if (place < end) {
+                real4 entry = from[__ldg(&p.order[place])];
+                double entries[3] = {entry.x, entry.y, entry.z};
+                const float2* rows = (const float2*)(p.prolongation + 3 * NODE * (size_t)place);
 #pragma unroll
                 for (uint axis = 0; axis < 3; axis++) {
-                    uint k = t / WARP + turn * WARPS;
-                    bool exists = k < NODE && 3 * lane < place.size;
-                    columns[turn][axis] = exists ? __ldg(&p.prolongation[NODE * ((size_t)place.start + 3 * lane + axis) + k]) : 0.0f;
+#pragma unroll
+                    for (uint k = 0; k < NODE / 2; k++) {
+                        float2 row = __ldg(&rows[NODE / 2 * axis + k]);
+                        sums[2 * k] += (double)row.x * entries[axis];
+                        sums[2 * k + 1] += (double)row.y * entries[axis];
+                    }
                 }
             }
-            wait();
-            real sums[UNKNOWNS / CHUNK];
-            rows.times(scaled, place.size, t, sums);
-            rows.load(p.factors + next.rows, t);
-            value = entry_of(next_particle);
-            real next_scale = t < next.size ? __ldg(&p.scale[next.start + t]) : 0;
-            Place after = place_of(group + 2 * stride);
-            real sum = halves_add(sums, (real*)memory.partial, team, t);
-            if (t < place.size) ((real*)&to[particle])[t % 3] = scale * sum;
 #pragma unroll
-            for (uint turn = 0; turn < 2; turn++) {
-                uint k = t / WARP + turn * WARPS;
-                if (k >= NODE) break;
-                double sum = 0;
-#pragma unroll
-                for (uint axis = 0; axis < 3; axis++) sum += (double)columns[turn][axis] * (double)plain[3 * lane + axis];
-                sum = sum_of_warp(sum);
+            for (uint k = 0; k < NODE; k++) {
+                double sum = sum_of_warp(sums[k]);
                 if (lane == 0) p.levels[0].right_side[NODE * (size_t)group + k] = sum;
             }
-            wait();
-            place = next;
-            next = after;
-            particle = next_particle;
-            scale = next_scale;
         }
     }
 
@@ -276,7 +231,7 @@ struct SchwarzPasses {
             if (t < UNKNOWNS) memory.scaled[t] = t < size ? scale * residual(start + t) : 0;
             wait();
             double sums[UNKNOWNS / CHUNK];
-            rows.times(memory.scaled, size, t, sums);
+            rows.times(memory.scaled, t, sums);
             double sum = halves_add(sums, (double*)memory.partial, team, t);
             double x = level.weight * (scale * sum) + (adds && t < size ? level.solution[0][start + t] : 0.0);
             // Nobody needs the vector any more.
@@ -382,8 +337,8 @@ struct SchwarzPasses {
     }
 
     // All that comes before `schwarz_of`.
-    __device__ __forceinline__ void apply(const real4* from, real4* to) const {
-        groups(from, to);
+    __device__ __forceinline__ void apply(const real4* from) const {
+        groups(from);
         grid_barrier(barrier);
         uint last = p.level_count - 1;
         down(last);
@@ -393,8 +348,8 @@ struct SchwarzPasses {
     }
 };
 
-// P^-1 of a vector for a particle, from what `SchwarzPasses::apply` has left: unfiltered.
-__device__ __forceinline__ vec3 schwarz_of(const Schwarz& p, const real4& local, uint i) {
+// P^-1 of a vector for a particle, from what its block makes of it, `own`, and what `SchwarzPasses::apply` has left: unfiltered.
+__device__ __forceinline__ vec3 schwarz_of(const Schwarz& p, const vec3& own, uint i) {
     const double2* coarse = (const double2*)(p.levels[0].solution[1] + NODE * (size_t)__ldg(&p.group_of[i]));
     const float2* rows = (const float2*)(p.prolongation + 3 * NODE * (size_t)__ldg(&p.places[i]));
     double sums[3] = {0, 0, 0};
@@ -408,5 +363,5 @@ __device__ __forceinline__ vec3 schwarz_of(const Schwarz& p, const real4& local,
             sums[axis] = sums[axis] + (double)row.y * unknowns.y;
         }
     }
-    return {local.x + (real)sums[0], local.y + (real)sums[1], local.z + (real)sums[2]};
+    return {own.x + (real)sums[0], own.y + (real)sums[1], own.z + (real)sums[2]};
 }

@@ -232,11 +232,12 @@ template <typename Memory> struct Passes {
         __shared__ Schwarz near;
         for (uint word = threadIdx.x; word < sizeof(Schwarz) / sizeof(uint); word += THREADS) ((uint*)&near)[word] = ((const uint*)l.schwarz)[word];
         __syncthreads();
-        SchwarzPasses(near, &s.status->barrier[1], frame_memory).apply(l.vectors[from], l.vectors[to]);
+        SchwarzPasses(near, &s.status->barrier[1], frame_memory).apply(l.vectors[from]);
         for_particles(s, memory, 1, sums, sums, [&](uint i) {
-            vec3 c = ::filtered(s, l, i, schwarz_of(*l.schwarz, l.vectors[to][i], i));
+            vec3 given = xyz(l.vectors[from][i]);
+            vec3 c = ::filtered(s, l, i, schwarz_of(*l.schwarz, preconditioned(l, i, given), i));
             l.vectors[to][i] = with_w(c, 0);
-            return Products{dot(xyz(l.vectors[from][i]), c), 0};
+            return Products{dot(given, c), 0};
         });
     }
 #endif

@@ -1,7 +1,7 @@
 // NUMERICS section 5, the preconditioner `schwarz`: its tables, which the host builds. Whatever lies above the particles is
 // in single precision here.
 
-// Rows of the inverse factors of all groups, and of the runs of nodes of all levels, four numbers each.
+// Rows of the inverse factors of the runs of nodes of all levels, four numbers each.
 @group(0) @binding(76) var<storage, read> schwarz_factors: array<vec4<f32>>;
 // Words: those of `SchwarzHead`, LEVEL_WORDS of `SchwarzLevel` for each level, and what these tell the places of.
 @group(0) @binding(77) var<storage, read> schwarz_tables: array<u32>;
@@ -11,19 +11,16 @@
 // Unknowns of a chunk of a row of a factor, of a node.
 const CHUNK: u32 = 16u;
 const NODE: u32 = 6u;
-const HEAD_WORDS: u32 = 8u;
+const HEAD_WORDS: u32 = 6u;
 const LEVEL_WORDS: u32 = 16u;
 
-// Particles, those of a group one after the other; where groups start, and the rows of their factors; of each particle place and
-// group; scale of the unknowns; rows of the prolongation.
+// Particles, those of a group one after the other; where groups start; of each particle place and group; rows of the prolongation.
 struct SchwarzHead {
     group_count: u32,
     order: u32,
     group_starts: u32,
-    row_starts: u32,
     places: u32,
     group_of: u32,
-    scale: u32,
     prolongation: u32,
 }
 
@@ -48,8 +45,8 @@ struct SchwarzLevel {
 
 fn schwarz_head() -> SchwarzHead {
     return SchwarzHead(
-        schwarz_tables[0], schwarz_tables[1], schwarz_tables[2], schwarz_tables[3],
-        schwarz_tables[4], schwarz_tables[5], schwarz_tables[6], schwarz_tables[7],
+        schwarz_tables[0], schwarz_tables[1], schwarz_tables[2],
+        schwarz_tables[3], schwarz_tables[4], schwarz_tables[5],
     );
 }
 

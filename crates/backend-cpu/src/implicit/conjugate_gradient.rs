@@ -1,158 +1,34 @@
-//! NUMERICS §5, `conjugate_gradient`, fused: two passes over the particles for each iteration. They do the arithmetic of the single stages in
+//! NUMERICS §5, `conjugate_gradient`, fused: the two passes over the particles of an iteration. They do the arithmetic of the single stages in
 //! their order.
 
-use cloth_core::{
-    LinearVector, Real,
-    schwarz::Schwarz,
-    stepper::linear::{Next, Progress, block_sum},
-};
+use cloth_core::Real;
 use pulp::NullaryFnOnce;
-use rayon::prelude::*;
 
 use super::{
     filter::Filter,
     matrix::{BlockField, Matrix},
     matrix_apply, preconditioner,
-    system::schwarz_apply,
     vector_operations::block_dot,
 };
 use crate::{
-    memory::{BLOCK, FieldView, LANES, Lanes, VectorField, lanes, lanes_mut},
+    memory::{BLOCK, FieldView, LANES, Lanes, lanes, lanes_mut},
     springs::SpringColumns,
 };
 
-/// Rows in one task: a block of them would be too long for that.
-const ROWS: usize = 64;
-
-/// Blocks in one task of a pass that does little.
-const SHORT: usize = 4;
-
 /// Sums of one block.
 pub(super) type Partial = [f64; 2];
-
-/// Sums of blocks, and products of contacts.
-pub(super) type Scratch<'a, T> = (&'a mut [Partial], &'a mut Vec<[T; 3]>);
 
 /// What all passes read.
 pub(super) struct Passes<'a, T> {
     pub(super) matrix: &'a Matrix<T>,
     pub(super) springs: &'a SpringColumns<T>,
-    /// Of blocks of single particles, if these are the preconditioner.
-    pub(super) inverse: Option<&'a BlockField<T>>,
+    /// Of blocks of single particles.
+    pub(super) inverse: &'a BlockField<T>,
+    /// Whether groups of particles add to what these make of a vector.
+    pub(super) has_coarse: bool,
     pub(super) filter: Filter<'a, T>,
     pub(super) count: usize,
     pub(super) arch: pulp::Arch,
-}
-
-impl<T: Real> Passes<'_, T> {
-    /// to = S A from; returns from . to.
-    fn apply(
-        &self,
-        from: &VectorField<T>,
-        to: &mut VectorField<T>,
-        (partials, products): Scratch<'_, T>,
-    ) -> f64 {
-        let from = FieldView::new(from);
-        self.matrix.rows.products(from, products, self.arch);
-        let products = &**products;
-        to.chunks_mut(ROWS).enumerate().for_each(|(chunk, to)| {
-            let start = chunk * ROWS;
-            self.arch.dispatch(RowsTask { passes: self, from, products, start, to });
-        });
-        self.filter_dot(from, to, partials)
-    }
-
-    /// to = S to; returns from . to.
-    fn filter_dot(
-        &self,
-        from: FieldView<'_, T>,
-        to: &mut VectorField<T>,
-        partials: &mut [Partial],
-    ) -> f64 {
-        let blocks = to.chunks_mut(BLOCK).zip(partials.par_iter_mut()).enumerate();
-        blocks.with_min_len(SHORT).for_each(|(block, (to, partial))| {
-            let task = FilterTask { filter: self.filter, from, block, to };
-            *partial = self.arch.dispatch(task);
-        });
-        block_sum(partials.iter().map(|partial| partial[0]))
-    }
-
-    /// p = c + beta p, q = s + beta q, y += alpha p, r -= alpha q; returns r . r.
-    fn update(
-        &self,
-        fields: &mut [VectorField<T>; LinearVector::ALL.len()],
-        (alpha, beta): (f64, f64),
-        partials: &mut [Partial],
-    ) -> f64 {
-        let [solution, _, residual, preconditioned, image, direction, direction_image] = fields;
-        let image = FieldView::new(image);
-        let blocks = (
-            solution.chunks_mut(BLOCK),
-            residual.chunks_mut(BLOCK),
-            preconditioned.chunks_mut(BLOCK),
-            direction.chunks_mut(BLOCK),
-            direction_image.chunks_mut(BLOCK),
-        );
-        let blocks = blocks.into_par_iter().zip(partials.par_iter_mut()).enumerate();
-        blocks.with_min_len(SHORT).for_each(|(block, ((y, r, c, p, q), partial))| {
-            let (alpha, beta) = (T::from_f64(alpha), T::from_f64(beta));
-            let task = UpdateTask { passes: self, image, block, alpha, beta, y, r, c, p, q };
-            *partial = self.arch.dispatch(task);
-        });
-        block_sum(partials.iter().map(|partial| partial[1]))
-    }
-}
-
-/// The halves of an iteration, by whatever threads.
-pub(super) trait Halves {
-    /// s = S A c; returns c . s.
-    fn image(&mut self) -> f64;
-
-    /// p = c + beta p, q = s + beta q, y += alpha p, r -= alpha q, c = S P^-1 r, with alpha and beta; returns r . c and r . r.
-    fn update(&mut self, factors: (f64, f64)) -> [f64; 2];
-}
-
-/// The conjugate gradient iterations, once residual and preconditioned residual are there, up to a decision that is not to go on.
-pub(super) fn iterate(halves: &mut impl Halves, progress: &mut Progress, mut gamma: f64) -> Next {
-    loop {
-        match progress.next(gamma) {
-            Next::Iterate => {}
-            other => return other,
-        }
-        let delta = halves.image();
-        let factors = match progress.advance(gamma, delta) {
-            Ok(factors) => factors,
-            Err(instead) => return instead,
-        };
-        let [next_gamma, square] = halves.update(factors);
-        gamma = next_gamma;
-        progress.end(square.sqrt());
-    }
-}
-
-/// With `schwarz`, each pass by the pool of threads.
-pub(super) struct WithSchwarz<'a, 'p, T> {
-    pub(super) passes: &'a Passes<'p, T>,
-    pub(super) schwarz: &'a mut Schwarz<T>,
-    pub(super) fields: &'a mut [VectorField<T>; LinearVector::ALL.len()],
-    pub(super) scratch: Scratch<'a, T>,
-}
-
-impl<T: Real> Halves for WithSchwarz<'_, '_, T> {
-    fn image(&mut self) -> f64 {
-        let [_, _, _, preconditioned, image, _, _] = &mut *self.fields;
-        let (partials, products) = &mut self.scratch;
-        self.passes.apply(preconditioned, image, (partials, products))
-    }
-
-    fn update(&mut self, factors: (f64, f64)) -> [f64; 2] {
-        let partials = &mut *self.scratch.0;
-        let square = self.passes.update(self.fields, factors, partials);
-        let [_, _, residual, preconditioned, ..] = &mut *self.fields;
-        let residual = FieldView::new(residual);
-        schwarz_apply(self.schwarz, residual, preconditioned, self.passes.arch);
-        [self.passes.filter_dot(residual, preconditioned, partials), square]
-    }
 }
 
 /// to = A from on some rows, compiled for each instruction set.
@@ -214,7 +90,7 @@ impl<T: Real> NullaryFnOnce for UpdateTask<'_, '_, T> {
 
     #[inline(always)]
     fn call(mut self) -> Partial {
-        let Passes { inverse, filter, .. } = self.passes;
+        let Passes { inverse, has_coarse, filter, .. } = self.passes;
         let start = self.block * BLOCK;
         for local in (0..self.y[0].len()).step_by(LANES) {
             let image = self.image.packet((start + local) as isize);
@@ -222,14 +98,16 @@ impl<T: Real> NullaryFnOnce for UpdateTask<'_, '_, T> {
             for axis in 0..3 {
                 residual[axis] = self.axis(axis, local, image[axis]);
             }
-            let Some(inverse) = inverse else { continue };
+            if *has_coarse {
+                continue;
+            }
             let preconditioned =
                 preconditioner::packet(inverse, start + local, residual.each_ref());
             for axis in 0..3 {
                 *lanes_mut(self.c[axis], local) = preconditioned[axis];
             }
         }
-        if inverse.is_none() {
+        if *has_coarse {
             let [x, y, z] = &self.r;
             let r: [&[T]; 3] = [x, y, z];
             return [0.0, block_dot(r, r)];

@@ -16,6 +16,7 @@ mod matrix_apply;
 mod particle_filters;
 mod phased_iterations;
 mod preconditioner;
+mod schwarz_apply;
 mod schwarz_rows;
 mod spring_factors;
 mod spring_linearise;

@@ -1,5 +1,5 @@
-//! NUMERICS §5, `conjugate_gradient`: its iterations in phases, the products of contacts, the rows and the updates, by threads that join once for a
-//! whole solve. The arithmetic is that of `conjugate_gradient.rs`, in its order.
+//! NUMERICS §5, `conjugate_gradient`: its iterations in phases, the products of contacts, the rows, the updates and those of `schwarz`, by threads
+//! that join once for a whole solve. The arithmetic is that of `conjugate_gradient.rs`, in its order.
 #![allow(unsafe_code)]
 
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
@@ -9,8 +9,9 @@ use cloth_core::{
     stepper::linear::{Next, Progress, block_sum},
 };
 
-use super::conjugate_gradient::{
-    self, FilterTask, Halves, Partial, Passes, RowsTask, Scratch, UpdateTask,
+use super::{
+    conjugate_gradient::{FilterTask, Partial, Passes, RowsTask, UpdateTask},
+    schwarz_apply::Application,
 };
 use crate::{
     memory::{BLOCK, VectorField},
@@ -29,12 +30,15 @@ const ROWS_OF_HELPER: usize = 4;
 const PRODUCTS: u32 = 0;
 /// s = S A c and c . s.
 const IMAGE: u32 = 1;
-/// p = c + beta p, q = s + beta q, y += alpha p, r -= alpha q, c = S P^-1 r, r . c and r . r.
+/// p = c + beta p, q = s + beta q, y += alpha p, r -= alpha q, r . r and, without `schwarz`, c = S P^-1 r and r . c.
 const UPDATE: u32 = 2;
+/// The first phase of `schwarz`; the last one gives c = S P^-1 r and r . c.
+const SCHWARZ: u32 = 3;
 
 /// An iteration, and what it reads and writes.
 struct Iteration<'a, T> {
     passes: &'a Passes<'a, T>,
+    schwarz: Option<Application<'a, T>>,
     fields: [SharedField<'a, T>; LinearVector::ALL.len()],
     partials: SharedSlice<'a, Partial>,
     products: SharedSlice<'a, [T; 3]>,
@@ -103,6 +107,15 @@ impl<T: Real> Iteration<'_, T> {
         partial[0] = passes.arch.dispatch(task);
     }
 
+    fn precondition(&self, phase: u32, chunk: usize) {
+        use LinearVector::{Preconditioned, Residual};
+        let vectors = (self.field(Residual), self.field(Preconditioned), &self.partials);
+        if let Some(schwarz) = &self.schwarz {
+            // SAFETY: these are phases, in which nobody else has r or c.
+            unsafe { schwarz.work(phase, chunk, vectors) }
+        }
+    }
+
     /// Sums of all blocks, between two phases.
     fn sum(&self, which: usize) -> f64 {
         // SAFETY: no phase is under way.
@@ -112,13 +125,21 @@ impl<T: Real> Iteration<'_, T> {
 }
 
 impl<T: Real> Phased for Iteration<'_, T> {
-    const PHASES: u32 = 3;
+    fn phases(&self) -> u32 {
+        SCHWARZ + self.schwarz.as_ref().map_or(0, Application::phases)
+    }
 
     fn chunks(&self, phase: u32) -> usize {
+        let particles = self.field(LinearVector::Image).len();
         match phase {
             PRODUCTS => self.passes.matrix.rows.len().div_ceil(CONTACTS),
-            IMAGE => self.field(LinearVector::Image).len().div_ceil(ROWS),
-            _ => self.rows_left.len(),
+            IMAGE => particles.div_ceil(ROWS),
+            UPDATE => self.rows_left.len(),
+            _ => {
+                let of_schwarz =
+                    |schwarz: &Application<'_, T>| schwarz.chunks(phase - SCHWARZ, particles);
+                self.schwarz.as_ref().map_or(0, of_schwarz)
+            }
         }
     }
 
@@ -126,7 +147,8 @@ impl<T: Real> Phased for Iteration<'_, T> {
         match phase {
             PRODUCTS => self.products(chunk),
             IMAGE => self.image(chunk),
-            _ => self.update(chunk),
+            UPDATE => self.update(chunk),
+            _ => self.precondition(phase - SCHWARZ, chunk),
         }
     }
 }
@@ -137,7 +159,8 @@ struct Led<'a, 'l, 'i, T: Real> {
     leader: &'a mut Leader<'l, Iteration<'i, T>>,
 }
 
-impl<T: Real> Halves for Led<'_, '_, '_, T> {
+impl<T: Real> Led<'_, '_, '_, T> {
+    /// s = S A c; returns c . s.
     fn image(&mut self) -> f64 {
         if self.iteration.chunks(PRODUCTS) > 0 {
             self.leader.run(PRODUCTS);
@@ -146,20 +169,42 @@ impl<T: Real> Halves for Led<'_, '_, '_, T> {
         self.iteration.sum(0)
     }
 
-    fn update(&mut self, (alpha, beta): (f64, f64)) -> [f64; 2] {
+    /// p = c + beta p, q = s + beta q, y += alpha p, r -= alpha q, c = S P^-1 r; returns r . c and r . r.
+    fn update(&mut self, [alpha, beta]: [f64; 2]) -> [f64; 2] {
         for (factor, value) in self.iteration.factors.iter().zip([alpha, beta]) {
             factor.store(value.to_bits(), Ordering::Relaxed);
         }
         self.leader.run(UPDATE);
-        [0, 1].map(|which| self.iteration.sum(which))
+        let square = self.iteration.sum(1);
+        (SCHWARZ..self.iteration.phases()).for_each(|phase| self.leader.run(phase));
+        [self.iteration.sum(0), square]
+    }
+
+    /// Iterations, once residual and preconditioned residual are there, up to a decision that is not to go on.
+    fn iterate(&mut self, progress: &mut Progress, mut gamma: f64) -> Next {
+        loop {
+            match progress.next(gamma) {
+                Next::Iterate => {}
+                other => return other,
+            }
+            let delta = self.image();
+            let (alpha, beta) = match progress.advance(gamma, delta) {
+                Ok(factors) => factors,
+                Err(instead) => return instead,
+            };
+            let [next_gamma, square] = self.update([alpha, beta]);
+            gamma = next_gamma;
+            progress.end(square.sqrt());
+        }
     }
 }
 
-/// The iterations without `schwarz`, which is a matter of the pool of threads.
+/// The iterations, with `schwarz` if it is the preconditioner.
 pub(super) fn iterate<T: Real>(
     passes: &Passes<'_, T>,
+    schwarz: Option<Application<'_, T>>,
     fields: &mut [VectorField<T>; LinearVector::ALL.len()],
-    (partials, products): Scratch<'_, T>,
+    (partials, products): (&mut [Partial], &mut Vec<[T; 3]>),
     progress: &mut Progress,
     gamma: f64,
 ) -> Next {
@@ -167,6 +212,7 @@ pub(super) fn iterate<T: Real>(
     let blocks = partials.len();
     let mut iteration = Iteration {
         passes,
+        schwarz,
         fields: fields.each_mut().map(SharedField::new),
         partials: SharedSlice::new(partials),
         products: SharedSlice::new(products),
@@ -177,7 +223,5 @@ pub(super) fn iterate<T: Real>(
         (0..blocks).map(|block| AtomicU32::new(iteration.row_chunks(block))).collect();
     let iteration = &iteration;
     let helpers = (rayon::current_num_threads() - 1).min(iteration.chunks(IMAGE) / ROWS_OF_HELPER);
-    phases::lead(iteration, helpers, |leader| {
-        conjugate_gradient::iterate(&mut Led { iteration, leader }, progress, gamma)
-    })
+    phases::lead(iteration, helpers, |leader| Led { iteration, leader }.iterate(progress, gamma))
 }

@@ -4,7 +4,7 @@ use cloth_core::{
     ConstraintStatistics, GroupHierarchy, LinearOutcome, LinearVector, MatrixBlock, Model,
     NewtonStart, Preconditioner, Real, Result,
     contact::{BodyMotion, ContactSet},
-    schwarz::{Reuse, Schwarz},
+    schwarz::{CycleVectors, Reuse, Schwarz},
     stepper::linear::{Next, Progress},
 };
 use pulp::NullaryFnOnce;
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::{
     assembled::Assembled,
-    conjugate_gradient::{self, Passes, WithSchwarz},
+    conjugate_gradient::Passes,
     constraints::{Constraints, Detection, Solve},
     filter::Filter,
     implicit_assemble::Assembly,
@@ -20,6 +20,7 @@ use super::{
     matrix_apply,
     particle_filters::ParticleFilters,
     phased_iterations, preconditioner,
+    schwarz_apply::{self, Application, Coarse},
     schwarz_rows::SystemRows,
     spring_linearise, vector_operations,
     vectors::LinearVectors,
@@ -50,7 +51,7 @@ pub(crate) struct ImplicitSystem<T> {
     /// Once a solver has asked for it.
     assembled: Option<Assembled<T>>,
     /// Once a solver has asked for it.
-    schwarz: Option<Box<Schwarz<T>>>,
+    schwarz: Option<Box<Coarse>>,
     reuse: Reuse,
     /// Those of the last build of it.
     filters: ParticleFilters<T>,
@@ -331,7 +332,6 @@ impl<T: Real> ImplicitSystem<T> {
         self.preconditioner = kind;
         if kind == Preconditioner::Schwarz {
             self.schwarz_build((model, springs), (masses, position), arch);
-            return;
         }
         if kind == Preconditioner::IncompleteCholesky {
             let mut assembled = self.assembled(model, springs);
@@ -357,8 +357,10 @@ impl<T: Real> ImplicitSystem<T> {
         (masses, position): (&Masses<T>, &VectorField<T>),
         arch: pulp::Arch,
     ) {
-        let schwarz =
-            self.schwarz.get_or_insert_with(|| Box::new(Schwarz::new(GroupHierarchy::new(model))));
+        let Coarse { schwarz, vectors } = &mut **self.schwarz.get_or_insert_with(|| {
+            let schwarz = Schwarz::new(GroupHierarchy::new(model));
+            Box::new(Coarse { schwarz, vectors: CycleVectors::default() })
+        });
         if self.filters.is_empty() {
             self.filters = ParticleFilters::new(self.count);
         }
@@ -370,6 +372,10 @@ impl<T: Real> ImplicitSystem<T> {
             schwarz.build(&rows, arch);
         } else {
             schwarz.update(&rows, arch);
+        }
+        // How large levels are follows from the groups.
+        if vectors.levels.is_empty() {
+            *vectors = schwarz.vectors();
         }
     }
 
@@ -390,7 +396,6 @@ impl<T: Real> ImplicitSystem<T> {
         arch: pulp::Arch,
     ) {
         let mut out = self.vectors.take(to);
-        let vector = FieldView::new(self.vectors.get(from));
         let filter = Filter { masses, constraints: &self.constraints };
         if self.preconditioner == Preconditioner::IncompleteCholesky
             && let Some(assembled) = &mut self.assembled
@@ -404,12 +409,14 @@ impl<T: Real> ImplicitSystem<T> {
         if self.preconditioner == Preconditioner::Schwarz
             && let Some(schwarz) = &mut self.schwarz
         {
-            schwarz_apply(schwarz, vector, &mut out, arch);
-            let blocks = out.chunks_mut(BLOCK).enumerate();
-            blocks.for_each(|(block, mut chunk)| filter.apply(block, &mut chunk));
+            let application = Application::new(schwarz, (&self.inverse, filter), arch);
+            let mut vector = self.vectors.take(from);
+            schwarz_apply::run(application, (&mut vector, &mut out), &mut self.partials);
+            self.vectors.put(from, vector);
             self.vectors.put(to, out);
             return;
         }
+        let vector = FieldView::new(self.vectors.get(from));
         let inverse = &self.inverse;
         out.chunks_mut(BLOCK).enumerate().for_each(|(block, to)| {
             arch.dispatch(PreconditionTask { inverse, filter, vector, block, to });
@@ -450,46 +457,26 @@ impl<T: Real> ImplicitSystem<T> {
     ) -> Next {
         let (springs, masses, arch) = at;
         let is_schwarz = self.preconditioner == Preconditioner::Schwarz;
+        let filter = Filter { masses, constraints: &self.constraints };
         let passes = Passes {
             matrix: &self.matrix,
             springs,
-            inverse: (!is_schwarz).then_some(&self.inverse),
-            filter: Filter { masses, constraints: &self.constraints },
+            inverse: &self.inverse,
+            has_coarse: is_schwarz,
+            filter,
             count: self.count,
             arch,
         };
         let schwarz = self.schwarz.as_deref_mut().filter(|_| is_schwarz);
+        let schwarz = schwarz.map(|coarse| Application::new(coarse, (&self.inverse, filter), arch));
         let fields = self.vectors.all_mut();
         let scratch = (&mut *self.partials, &mut self.products);
-        match schwarz {
-            Some(schwarz) => {
-                let mut halves = WithSchwarz { passes: &passes, schwarz, fields, scratch };
-                conjugate_gradient::iterate(&mut halves, progress, gamma)
-            }
-            None => phased_iterations::iterate(&passes, fields, scratch, progress, gamma),
-        }
+        phased_iterations::iterate(&passes, schwarz, fields, scratch, progress, gamma)
     }
 
     pub(crate) fn matrix_read(&self, springs: &SpringColumns<T>, out: &mut Vec<MatrixBlock>) {
         self.matrix.read(springs, self.count, out);
     }
-}
-
-/// to = P^-1 from, unfiltered.
-pub(super) fn schwarz_apply<T: Real>(
-    schwarz: &mut Schwarz<T>,
-    from: FieldView<'_, T>,
-    to: &mut VectorField<T>,
-    arch: pulp::Arch,
-) {
-    schwarz.apply(|particle| from.get(particle), arch);
-    let schwarz = &*schwarz;
-    to.chunks_mut(BLOCK).enumerate().for_each(|(block, to)| {
-        for local in 0..to[0].len().min(schwarz.len() - block * BLOCK) {
-            let found = schwarz.of(block * BLOCK + local);
-            (0..3).for_each(|axis| to[axis][local] = found[axis]);
-        }
-    });
 }
 
 /// A times a vector on one block, compiled for each instruction set.

@@ -205,13 +205,14 @@ impl<T: CudaReal> ImplicitKernels for CudaKernels<T> {
     fn preconditioner_build(&mut self, preconditioner: Preconditioner) -> Result<()> {
         let preconditioner = preconditioner.at_first();
         let blocks = check_preconditioner(preconditioner)?;
-        if preconditioner == Preconditioner::Schwarz {
-            return self.schwarz_build();
-        }
         let linear = self.linear()?;
         linear.preconditioner = preconditioner;
         linear.data.has_blocks = u32::from(blocks);
-        self.linear_stage(("preconditioner_build", "preconditioner_build"), &[])
+        self.linear_stage(("preconditioner_build", "preconditioner_build"), &[])?;
+        match preconditioner {
+            Preconditioner::Schwarz => self.schwarz_build(),
+            _ => Ok(()),
+        }
     }
 
     fn preconditioner_apply(&mut self, from: LinearVector, to: LinearVector) -> Result<()> {

@@ -1,6 +1,6 @@
 //! The preconditioner `schwarz`.
 
-use cloth_core::{LinearOutcome, LinearVector, Preconditioner, Result, schwarz::FREE};
+use cloth_core::{LinearOutcome, LinearVector, Result, schwarz::FREE};
 
 use super::{CudaKernels, linear::unsupported, matrix_copy::pairs_copy};
 use crate::{
@@ -11,13 +11,10 @@ use crate::{
 };
 
 const MODULE: &str = "preconditioner_build_schwarz";
-/// Threads of a warp, and of a block that builds a factor, whose matrix has room for a column more than unknowns, as in
-/// `preconditioner_build_schwarz.cu`.
+/// Threads of a warp, and of blocks as in `preconditioner_build_schwarz.cu`.
 const WARP: usize = 32;
 const MODES_THREADS: u32 = 32;
 const COARSE_THREADS: u32 = 128;
-const FACTOR_THREADS: u32 = 288;
-const FACTOR_MEMORY: usize = 96 * 97 * size_of::<f64>();
 
 /// S of a particle as it is compared.
 fn packed<T: CudaReal>(filters: &[Option<[T; 6]>], particle: u32) -> [f32; 6] {
@@ -30,7 +27,6 @@ impl<T: CudaReal> CudaKernels<T> {
         self.settle()?;
         self.linear()?;
         let Some(linear) = &mut self.linear else { unreachable!("it was just made") };
-        linear.preconditioner = Preconditioner::Schwarz;
         let mut memory = match linear.schwarz.take() {
             Some(memory) => memory,
             None => Box::new(SchwarzMemory::new(&self.memory.queue, &self.model)?),
@@ -44,11 +40,7 @@ impl<T: CudaReal> CudaKernels<T> {
         built
     }
 
-    fn schwarz_update(
-        &mut self,
-        memory: &mut SchwarzMemory<T>,
-        has_constraints: bool,
-    ) -> Result<()> {
+    fn schwarz_update(&mut self, memory: &mut SchwarzMemory, has_constraints: bool) -> Result<()> {
         let is_new = memory.reuse.wants_build();
         if !is_new {
             // Particles are held by command alone otherwise, which a frame begins with.
@@ -63,7 +55,7 @@ impl<T: CudaReal> CudaKernels<T> {
         self.stage("preconditioner_build", |kernels| {
             let pairs = kernels.contact_pairs_of_groups(memory.schwarz.group_of())?;
             let queue = &kernels.memory.queue;
-            let build = memory.build_data(queue, pairs.into_iter(), is_new)?;
+            let build = memory.build_data(queue, pairs.into_iter())?;
             let groups = memory.group_count();
             kernels.linear()?.data.schwarz = memory.address();
             let more = [argument(&build)];
@@ -75,18 +67,7 @@ impl<T: CudaReal> CudaKernels<T> {
             start("schwarz_modes", modes)?;
             let blocks = (WARP as u32 * groups as u32).div_ceil(COARSE_THREADS);
             let coarse = Launch { blocks, threads: COARSE_THREADS, shared: 0, cooperative: false };
-            start("schwarz_coarse", coarse)?;
-            let name = "schwarz_factors";
-            let kernel = kernels.cache.kernel(MODULE, name)?;
-            // It is told how much memory its blocks may have.
-            kernels.memory.queue.device.resident_blocks(kernel, FACTOR_THREADS, FACTOR_MEMORY)?;
-            let factors = Launch {
-                blocks: groups as u32,
-                threads: FACTOR_THREADS,
-                shared: FACTOR_MEMORY,
-                cooperative: false,
-            };
-            kernels.linear_start((MODULE, name), factors, &more)
+            start("schwarz_coarse", coarse)
         })?;
         let filters = self.filters_read()?;
         memory.build_above(&self.memory.queue, |particle| packed(&filters, particle))

@@ -9,7 +9,7 @@ use crate::{
 };
 
 /// Bytes of shared memory of a team, as in `shared/schwarz.cuh`.
-const TEAM_MEMORY: usize = 6 * 96 * size_of::<f64>();
+const TEAM_MEMORY: usize = 5 * 96 * size_of::<f64>();
 
 /// The form that is fastest for the present system, as that of `cache` from now on, and its launch.
 ///

@@ -51,7 +51,7 @@ pub(crate) struct LinearMemory<T> {
     /// Launches of the solvers that have been used, for each of their forms.
     pub(crate) launches: HashMap<(&'static str, SolverForm), Launch>,
     /// The preconditioner of that name, if it was ever asked for.
-    pub(crate) schwarz: Option<Box<SchwarzMemory<T>>>,
+    pub(crate) schwarz: Option<Box<SchwarzMemory>>,
     /// The one that is there.
     pub(crate) preconditioner: Preconditioner,
     _others: Vec<Buffer<Real4<T>>>,

@@ -15,11 +15,9 @@ const POWER_STEPS: usize = 8;
 /// A matrix, row by row.
 type Dense = Vec<Vec<f64>>;
 
-/// P^-1 = sum over groups R_g^T (R_g A' R_g^T)^-1 R_g + P V P^T.
+/// P V P^T: what rigid motions of groups add to the inverse blocks of particles.
 #[derive(Clone, Debug, Default)]
 pub struct Schwarz {
-    /// Particles of each group, and the inverse of the block of A' that they have.
-    groups: Vec<(Vec<usize>, Dense)>,
     /// P: a row for each component of each particle.
     prolongation: Dense,
     levels: Vec<Level>,
@@ -53,16 +51,8 @@ impl Schwarz {
     ) -> Self {
         let filter = |particle: usize| constraints.0[particle].filter();
         let count = positions.len();
-        let (mut free, mut block_matrix) = (zeros(3 * count), zeros(3 * count));
-        for ([i, j], block) in system.blocks() {
-            let mut filtered = filter(i).product(block).product(filter(j));
-            if i == j {
-                let outside = Matrix::diagonal(1.0) + filter(i).negated();
-                filtered += outside.scaled(block.trace());
-            }
-            put(&mut free, [i, j], block);
-            put(&mut block_matrix, [i, j], filtered);
-        }
+        let mut free = zeros(3 * count);
+        system.blocks().into_iter().for_each(|(at, block)| put(&mut free, at, block));
         let members: Vec<Vec<usize>> = (hierarchy.levels()[0].windows(2))
             .map(|ends| {
                 let places = ends[0] as usize..ends[1] as usize;
@@ -90,31 +80,15 @@ impl Schwarz {
             nodes.push(Node { centre, unknowns });
         }
         let matrix = transposed_product(&prolongation, &product(&free, &prolongation));
-        let groups = members
-            .into_iter()
-            .map(|particles| {
-                let rows: Vec<usize> =
-                    particles.iter().flat_map(|&i| (0..3).map(move |axis| 3 * i + axis)).collect();
-                let inverse = inverse(&part(&block_matrix, &rows));
-                (particles, inverse)
-            })
-            .collect();
-        Self { groups, prolongation, levels: levels(matrix, nodes, &hierarchy.levels()[1..]) }
+        Self { prolongation, levels: levels(matrix, nodes, &hierarchy.levels()[1..]) }
     }
 
-    /// P^-1 r.
+    /// P V P^T r.
     #[must_use]
     pub fn apply(&self, r: &[Vector<f64>]) -> Vec<Vector<f64>> {
         let flat: Vec<f64> = r.iter().flat_map(|vector| vector.0).collect();
         let coarse = transposed_apply(&self.prolongation, &flat);
-        let mut out = apply(&self.prolongation, &cycle(&self.levels, &coarse));
-        for (particles, inverse) in &self.groups {
-            let part: Vec<f64> = particles.iter().flat_map(|&i| r[i].0).collect();
-            let solved = apply(inverse, &part);
-            for (&i, solved) in particles.iter().zip(solved.chunks(3)) {
-                (0..3).for_each(|axis| out[3 * i + axis] += solved[axis]);
-            }
-        }
+        let out = apply(&self.prolongation, &cycle(&self.levels, &coarse));
         out.chunks(3).map(|c| Vector([c[0], c[1], c[2]])).collect()
     }
 }

@@ -227,19 +227,19 @@ impl ImplicitKernels for ReferenceKernels {
     }
 
     fn preconditioner_apply(&mut self, from: LinearVector, to: LinearVector) -> Result<()> {
-        if let Some(schwarz) = &self.linear.schwarz {
-            let mut applied = schwarz.apply(self.linear.vector(from));
-            self.linear.constraints.filter(&mut applied);
-            *self.linear.vector_mut(to) = applied;
-            return Ok(());
-        }
         let (diagonal, kind) = &self.linear.preconditioner;
-        let blocks = *kind == Preconditioner::Block;
+        let blocks = *kind != Preconditioner::Diagonal;
         let each = diagonal.iter().zip(&self.linear.constraints.0).zip(self.linear.vector(from));
         let applied = each.map(|((diagonal, constraint), r)| {
             preconditioner_apply(*diagonal, constraint, blocks, *r, f64::EPSILON)
         });
-        *self.linear.vector_mut(to) = applied.collect();
+        let mut applied: Vec<_> = applied.collect();
+        if let Some(schwarz) = &self.linear.schwarz {
+            let mut moved = schwarz.apply(self.linear.vector(from));
+            self.linear.constraints.filter(&mut moved);
+            applied.iter_mut().zip(moved).for_each(|(applied, moved)| *applied += moved);
+        }
+        *self.linear.vector_mut(to) = applied;
         Ok(())
     }
 

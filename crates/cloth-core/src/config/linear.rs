@@ -52,8 +52,8 @@ pub enum Preconditioner {
     /// Incomplete Cholesky factorisation without fill, in blocks of 3 x 3, of the matrix less
     /// what couples its parts of fixed size.
     IncompleteCholesky,
-    /// Inverses of the blocks of groups of 32 particles, and what rigid motions of these groups do to the system, by one
-    /// V-cycle over groups of groups: iterations that hardly grow with the number of particles.
+    /// `Block`, and what rigid motions of groups of 32 particles do to the system, by one V-cycle over groups of groups: iterations that hardly grow
+    /// with the number of particles.
     Schwarz,
     /// `Schwarz` where it was measured to win on the backend, else `Block`.
     Auto,
@@ -72,22 +72,25 @@ pub enum AutoPreconditioner {
 
 impl AutoPreconditioner {
     /// What a frame begins with: so many iterations `Block` may take before the other one is tried.
-    const FIRST: Self = Self::Block(400);
+    const FIRST: Self = Self::Block(150);
 
-    /// How many times as long an iteration of `Schwarz` takes as one of `Block`, rounded up: three to seven times on GPUs, four to twelve on the CPU.
-    const COST: f64 = 8.0;
+    /// How many times as long an iteration of `Schwarz` takes as one of `Block` on two threads.
+    const COST: f64 = 2.0;
 
-    /// What to take once `Block` was stopped with a relative residual `left`, and `Schwarz` has gone on from there: the one that lowers the residual faster
-    /// in the same time. If that is `Block`, it may take twice as many iterations before the other one is tried again.
+    /// What to take once `Block` was stopped with a relative residual `left`, and `Schwarz` has gone on from there: `Schwarz`, if all of the solve would
+    /// take it less time than `Block` twice as many iterations as it has had, as far as it got in each iteration. Else `Block` may take four times as many
+    /// before the other one is tried again.
+    ///
+    /// How far `Block` got says little: what lasts long in it comes last, and it is likely to need as many again.
     #[must_use]
     pub fn after(self, left: f64, rest: &LinearOutcome) -> Self {
         let Self::Block(trial) = self else { return self };
-        let of_block = -left.ln() / f64::from(trial);
-        let of_schwarz = (left / rest.residual).ln() / f64::from(rest.iterations);
-        if of_schwarz > Self::COST * of_block.max(0.0) {
+        let each = (left / rest.residual).ln() / f64::from(rest.iterations);
+        let all = -rest.residual.ln() / each;
+        if each > 0.0 && Self::COST * all < 2.0 * f64::from(trial) {
             Self::Schwarz
         } else {
-            Self::Block(trial.saturating_mul(2))
+            Self::Block(trial.saturating_mul(4))
         }
     }
 
@@ -240,13 +243,14 @@ mod tests {
         let AutoPreconditioner::Block(trial) = first else { panic!("begins with {first:?}") };
         let rest =
             |iterations, residual| LinearOutcome { iterations, residual, ..Default::default() };
-        // As in a sheet, where `Block` has hardly begun.
-        assert_eq!(first.after(0.8, &rest(trial / 5, 1e-3)), Schwarz);
-        assert_eq!(first.after(3.0, &rest(trial, 1e-3)), Schwarz);
-        // As in a garment with needles, where it was nearly done.
-        let longer = first.after(0.02, &rest(trial / 10, 0.01));
-        assert_eq!(longer, AutoPreconditioner::Block(2 * trial));
-        assert_eq!(longer.after(0.8, &rest(trial / 5, 1e-3)), Schwarz);
+        // As in a sheet, of which `Block` has done what goes fast.
+        assert_eq!(first.after(0.1, &rest(trial / 5, 1e-3)), Schwarz);
+        assert_eq!(first.after(3.0, &rest(trial / 3, 1e-3)), Schwarz);
+        // Where all of it would take longer than `Block` twice what it has had.
+        let longer = first.after(0.02, &rest(trial / 5, 0.01));
+        assert_eq!(longer, AutoPreconditioner::Block(4 * trial));
+        assert_eq!(first.after(0.8, &rest(2 * trial, 1e-3)), longer);
+        assert_eq!(longer.after(0.8, &rest(2 * trial, 1e-3)), Schwarz);
         // What has done nothing, or made it worse, is no faster.
         for none in [rest(0, 0.8), rest(trial, 0.9), rest(trial, f64::NAN)] {
             assert_eq!(first.after(0.8, &none), longer);

@@ -1,4 +1,4 @@
-//! Inverse Cholesky factors of dense diagonal blocks.
+//! Inverse Cholesky factors of dense diagonal blocks: what smooths levels above the particles.
 //!
 //! A block A is scaled to unit diagonal, d A d with d_k = 1/sqrt(A_kk), and factorised as L L^T in double precision. Kept are the
 //! rows w_k of L^-1 in single precision and d, so that the approximate inverse is
@@ -10,19 +10,16 @@
 //! symmetric and positive definite whatever rounding and however old it is, and one stream of memory in which each row is read once.
 //! Rows are filled up with zeros to whole chunks of 16: row k has k / 16 + 1 of them.
 
-use pulp::NullaryFnOnce;
+use pulp::{NullaryFnOnce, Simd, WithSimd};
 use rayon::prelude::*;
 
-use crate::Real;
-
-/// Entries that are worked on together; the order of a sum over a row follows from it.
-const CHUNK: usize = 16;
+use super::lanes::{LANES as CHUNK, add_product, products, tree, widen};
 
 /// Sums over rows that are added at last, row k to number k % 8.
 const SUMS: usize = 8;
 
-/// What a product needs beside its vectors, in vectors: one, and the sums.
-pub(super) const SCRATCH: usize = 1 + SUMS;
+/// What a product needs beside its vectors, in vectors: one, a row, and the sums.
+pub(super) const SCRATCH: usize = 2 + SUMS;
 
 /// Rows that an elimination takes at once.
 const STEP: usize = 4;
@@ -39,19 +36,19 @@ const PIVOT_MIN: f64 = 1e-12;
 
 /// Factors of blocks along the diagonal of a matrix.
 #[derive(Debug, Default)]
-pub struct BlockFactors<T> {
+pub struct BlockFactors {
     /// Where the unknowns of each block start, and the end.
     starts: Vec<usize>,
     /// Where the rows of each block start, and the end.
     row_starts: Vec<usize>,
     rows: Vec<f32>,
-    scale: Vec<T>,
+    scale: Vec<f64>,
 }
 
 /// One block to factorise into.
-pub(super) struct FactorTask<'a, T> {
+pub(super) struct FactorTask<'a> {
     rows: &'a mut [f32],
-    scale: &'a mut [T],
+    scale: &'a mut [f64],
 }
 
 /// Memory for factorisations of blocks up to some size.
@@ -82,7 +79,7 @@ impl Workspace {
     }
 }
 
-impl<T: Real> BlockFactors<T> {
+impl BlockFactors {
     /// Memory for blocks of these sizes.
     pub(super) fn new(sizes: impl Iterator<Item = usize>) -> Self {
         let (mut starts, mut row_starts) = (vec![0], vec![0]);
@@ -91,7 +88,7 @@ impl<T: Real> BlockFactors<T> {
             row_starts.push(row_starts[row_starts.len() - 1] + packed(size));
         }
         let [unknowns, entries] = [&starts, &row_starts].map(|starts| starts[starts.len() - 1]);
-        Self { starts, row_starts, rows: vec![0.0; entries], scale: vec![T::ZERO; unknowns] }
+        Self { starts, row_starts, rows: vec![0.0; entries], scale: vec![0.0; unknowns] }
     }
 
     /// The rows of all blocks, one block after the other.
@@ -100,20 +97,14 @@ impl<T: Real> BlockFactors<T> {
         &self.rows
     }
 
-    /// Where the rows of each block start, and the end.
-    #[must_use]
-    pub fn row_starts(&self) -> &[usize] {
-        &self.row_starts
-    }
-
     /// d of all unknowns.
     #[must_use]
-    pub fn scale(&self) -> &[T] {
+    pub fn scale(&self) -> &[f64] {
         &self.scale
     }
 
     /// The blocks, in order, to factorise into.
-    pub(super) fn tasks(&mut self) -> Vec<FactorTask<'_, T>> {
+    pub(super) fn tasks(&mut self) -> Vec<FactorTask<'_>> {
         let mut rows = self.rows.as_mut_slice();
         let mut scale = self.scale.as_mut_slice();
         let ends = self.starts.windows(2).zip(self.row_starts.windows(2));
@@ -126,46 +117,52 @@ impl<T: Real> BlockFactors<T> {
 
     /// out = the inverse of a block, as it is kept, times `from`. `scratch` has [`SCRATCH`] times the size of the block, in whole chunks.
     #[inline(always)]
-    pub(super) fn apply(&self, block: usize, from: &[T], out: &mut [T], scratch: &mut [T]) {
+    pub(super) fn apply<S: Simd>(
+        &self,
+        simd: S,
+        block: usize,
+        (from, out): (&[f64], &mut [f64]),
+        scratch: &mut [f64],
+    ) {
         let size = from.len();
         let padded = size.next_multiple_of(CHUNK);
-        let (scaled, sums) = scratch[..SCRATCH * padded].split_at_mut(padded);
-        scaled[size..].fill(T::ZERO);
-        sums.fill(T::ZERO);
+        let (scaled, scratch) = scratch[..SCRATCH * padded].split_at_mut(padded);
+        let (wide, sums) = scratch.split_at_mut(padded);
+        scaled[size..].fill(0.0);
+        sums.fill(0.0);
         let scale = &self.scale[self.starts[block]..][..size];
         for ((scaled, from), scale) in scaled.iter_mut().zip(from).zip(scale) {
             *scaled = *scale * *from;
         }
-        let (scaled, _) = scaled.as_chunks::<CHUNK>();
-        let (chunks, _) = sums.as_chunks_mut::<CHUNK>();
-        let count = padded / CHUNK;
-        let (mut rows, _) = self.rows[self.row_starts[block]..].as_chunks::<CHUNK>();
+        let (scaled, _) = S::as_simd_f64s(scaled);
+        let (sums, _) = S::as_mut_simd_f64s(sums);
+        let registers = padded / S::F64_LANES;
+        let mut rows = &self.rows[self.row_starts[block]..];
         for k in 0..size {
-            let (row, rest) = rows.split_at(k / CHUNK + 1);
+            let (row, rest) = rows.split_at(CHUNK * (k / CHUNK + 1));
             rows = rest;
-            let mut lanes = [T::ZERO; CHUNK];
-            for (row, scaled) in row.iter().zip(scaled) {
-                for lane in 0..CHUNK {
-                    lanes[lane] += number::<T>(row[lane]) * scaled[lane];
-                }
-            }
-            let product = tree(lanes);
-            for (row, sums) in row.iter().zip(&mut chunks[k % SUMS * count..]) {
-                for lane in 0..CHUNK {
-                    sums[lane] += number::<T>(row[lane]) * product;
-                }
+            let wide = &mut wide[..row.len()];
+            widen(row, wide);
+            let (row, _) = S::as_simd_f64s(wide);
+            let product = simd.splat_f64s(tree(products(simd, row, scaled)));
+            for (row, sum) in row.iter().zip(&mut sums[k % SUMS * registers..]) {
+                add_product(simd, sum, *row, product);
             }
         }
-        for (entry, (out, scale)) in out.iter_mut().zip(scale).enumerate() {
-            let sums = std::array::from_fn::<T, SUMS, _>(|sum| {
-                chunks[sum * count + entry / CHUNK][entry % CHUNK]
-            });
-            *out = *scale * tree(sums);
+        let mut half = SUMS / 2;
+        while half > 0 {
+            let (to, from) = sums.split_at_mut(half * registers);
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = simd.add_f64s(*to, *from);
+            }
+            half /= 2;
+        }
+        S::as_mut_simd_f64s(wide).0.copy_from_slice(&sums[..registers]);
+        for ((out, scale), sum) in out.iter_mut().zip(scale).zip(wide) {
+            *out = *scale * *sum;
         }
     }
-}
 
-impl BlockFactors<f64> {
     /// The inverse of a block, as it is kept, as a whole matrix, row by row.
     pub(super) fn inverse(&self, block: usize) -> Vec<f64> {
         let size = self.starts[block + 1] - self.starts[block];
@@ -193,18 +190,29 @@ impl BlockFactors<f64> {
     }
 }
 
-/// to = a x for a square matrix, row by row: sums in lanes over whole chunks of a row, and then over lanes.
-pub(super) fn dense_product(a: &[f64], x: &[f64], to: &mut [f64]) {
-    let rows = to.par_iter_mut().zip(a.par_chunks_exact(x.len().max(1)));
-    rows.with_min_len(TASK).for_each(|(to, row)| {
-        let mut lanes = [0.0; CHUNK];
-        for (row, x) in row.chunks(CHUNK).zip(x.chunks(CHUNK)) {
-            for (lane, (entry, x)) in lanes.iter_mut().zip(row.iter().zip(x)) {
+/// Some rows of a matrix times a vector, compiled for each instruction set: sums in lanes over whole chunks of a row, and then over lanes.
+pub(super) struct DenseRows<'a, 'b> {
+    pub(super) rows: &'a [f64],
+    pub(super) x: &'a [f64],
+    pub(super) to: &'b mut [f64],
+}
+
+impl WithSimd for DenseRows<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { rows, x, to } = self;
+        let whole = x.len() / CHUNK * CHUNK;
+        for (to, row) in to.iter_mut().zip(rows.chunks_exact(x.len().max(1))) {
+            let [(a, _), (b, _)] = [&row[..whole], &x[..whole]].map(S::as_simd_f64s);
+            let mut lanes = products(simd, a, b);
+            for (lane, (entry, x)) in lanes.iter_mut().zip(row[whole..].iter().zip(&x[whole..])) {
                 *lane += entry * x;
             }
+            *to = tree(lanes);
         }
-        *to = tree(lanes);
-    });
+    }
 }
 
 /// Entries of the rows of a block.
@@ -213,25 +221,7 @@ const fn packed(size: usize) -> usize {
     CHUNK * (CHUNK * whole * (whole + 1) / 2 + (size % CHUNK) * (whole + 1))
 }
 
-#[inline(always)]
-fn number<T: Real>(value: f32) -> T {
-    T::from_f64(f64::from(value))
-}
-
-/// The sum of all lanes: the second half is added to the first, until one is left.
-#[inline(always)]
-fn tree<T: Real, const LANES: usize>(mut lanes: [T; LANES]) -> T {
-    let mut half = LANES / 2;
-    while half > 0 {
-        for lane in 0..half {
-            lanes[lane] += lanes[lane + half];
-        }
-        half /= 2;
-    }
-    lanes[0]
-}
-
-impl<T: Real> FactorTask<'_, T> {
+impl FactorTask<'_> {
     /// Factorises the matrix of the workspace, which is used up.
     pub(super) fn factorise(&mut self, work: &mut Workspace, arch: pulp::Arch) {
         arch.dispatch(Factorise { work, arch });
@@ -244,9 +234,7 @@ impl<T: Real> FactorTask<'_, T> {
             }
             rows = rest;
         }
-        for (to, from) in self.scale.iter_mut().zip(scale) {
-            *to = T::from_f64(*from);
-        }
+        self.scale.copy_from_slice(scale);
     }
 }
 
@@ -429,7 +417,7 @@ fn eliminate<'a>(to: &mut [f64], count: usize, term: impl Fn(usize) -> (f64, &'a
 mod tests {
     use super::*;
 
-    fn factors(size: usize, entry: impl Fn(usize, usize) -> f64) -> BlockFactors<f64> {
+    fn factors(size: usize, entry: impl Fn(usize, usize) -> f64) -> BlockFactors {
         let mut factors = BlockFactors::new([size].into_iter());
         let mut work = Workspace::default();
         work.begin(size);
@@ -438,6 +426,27 @@ mod tests {
         }
         factors.tasks()[0].factorise(&mut work, pulp::Arch::new());
         factors
+    }
+
+    /// The first block of factors, times a vector.
+    struct Apply<'a>(&'a BlockFactors, &'a [f64], &'a mut [f64]);
+
+    impl WithSimd for Apply<'_> {
+        type Output = ();
+
+        fn with_simd<S: Simd>(self, simd: S) {
+            let Self(factors, from, out) = self;
+            let mut scratch = vec![f64::NAN; SCRATCH * (from.len() + CHUNK)];
+            factors.apply(simd, 0, (from, out), &mut scratch);
+        }
+    }
+
+    /// With registers of one lane the bits are those of wide ones.
+    fn apply(factors: &BlockFactors, from: &[f64], out: &mut [f64]) {
+        let mut narrow = vec![0.0; out.len()];
+        Apply(factors, from, &mut narrow).with_simd(pulp::Scalar);
+        pulp::Arch::new().dispatch(Apply(factors, from, out));
+        assert!(narrow == out, "{narrow:?} {out:?}");
     }
 
     #[test]
@@ -455,7 +464,7 @@ mod tests {
             let product: Vec<f64> =
                 (0..size).map(|i| (0..size).map(|j| entry(i, j) * x[j]).sum()).collect();
             let mut found = vec![0.0; size];
-            factors.apply(0, &product, &mut found, &mut vec![f64::NAN; SCRATCH * (size + CHUNK)]);
+            apply(&factors, &product, &mut found);
             for k in 0..size {
                 let error = (found[k] - x[k]).abs() * mass(k).sqrt();
                 assert!(error < 1e-5, "{size}: {} {}", found[k], x[k]);
@@ -473,7 +482,7 @@ mod tests {
             let factors = factors(20, entry);
             let from: Vec<f64> = (0..20).map(|k| f64::from(k) - 9.7).collect();
             let mut found = vec![0.0; 20];
-            factors.apply(0, &from, &mut found, &mut [f64::NAN; 2 * SCRATCH * CHUNK]);
+            apply(&factors, &from, &mut found);
             let product: f64 = from.iter().zip(&found).map(|(a, b)| a * b).sum();
             assert!(product > 0.0 && product.is_finite());
         }

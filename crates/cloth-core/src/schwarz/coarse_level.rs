@@ -1,11 +1,12 @@
-//! The V-cycle over groups of groups.
+//! Groups of groups: their matrices, and what smooths them.
 
 use rayon::prelude::*;
 
 use crate::GroupHierarchy;
 
 use super::{
-    block_factors::{BlockFactors, SCRATCH, Workspace, dense_product},
+    block_factors::{BlockFactors, DenseRows, Workspace},
+    cycle::{Smoothing, UNKNOWNS},
     node_matrix::NodeMatrix,
     rigid_modes::{Matrix6, Modes, ZERO6, centre, moved_motion, product, transposed_product_add},
 };
@@ -19,30 +20,24 @@ const POWER_FOUND: f64 = 0.9;
 /// Smoothing takes this over the largest eigenvalue: it converges below 2, and 4/3 damps the upper half of all best.
 const DAMPING: f64 = 4.0 / 3.0;
 
-/// Nodes in one task.
-const TASK: usize = 64;
-
 /// Unknowns of a run of smoothed nodes.
-const SMOOTHED: usize = 6 * GroupHierarchy::SMOOTHED;
+const RUN: usize = UNKNOWNS * GroupHierarchy::SMOOTHED;
 
-/// Runs of smoothed nodes in one task.
-const SMOOTH_TASK: usize = 2;
+/// Runs in one task.
+const TASK: usize = 2;
 
 /// Nodes with six unknowns each: their matrix, what smooths it, and how the next level moves them.
 #[derive(Debug)]
 pub struct CoarseLevel {
     matrix: NodeMatrix,
     /// Of runs of nodes, or of all nodes on the last level.
-    factors: BlockFactors<f64>,
+    factors: BlockFactors,
     /// Of the whole matrix, row by row, on the last level.
     inverse: Vec<f64>,
     /// Weight of the smoother.
     weight: f64,
     /// Nothing on the last level.
     grouped: Grouped,
-    right_side: Vec<f64>,
-    solution: Vec<f64>,
-    residual: Vec<f64>,
 }
 
 /// Where nodes are, and how rigid motions about that place are unknowns of theirs.
@@ -98,7 +93,7 @@ impl CoarseLevel {
     /// A level with the factors of runs of nodes.
     fn smoothed(matrix: NodeMatrix, grouped: Grouped, arch: pulp::Arch) -> Self {
         let mut level = Self::factorised(matrix, GroupHierarchy::SMOOTHED, arch);
-        level.weight = level.weight_find();
+        level.weight = level.weight_find(arch);
         level.grouped = grouped;
         level
     }
@@ -139,17 +134,7 @@ impl CoarseLevel {
                 task.factorise(work, arch);
             },
         );
-        let zeros = || vec![0.0; 6 * count];
-        Self {
-            matrix,
-            factors,
-            inverse: Vec::new(),
-            weight: 1.0,
-            grouped: Grouped::default(),
-            right_side: zeros(),
-            solution: zeros(),
-            residual: zeros(),
-        }
+        Self { matrix, factors, inverse: Vec::new(), weight: 1.0, grouped: Grouped::default() }
     }
 
     /// What unit unknowns of its group do to each node; nothing on the last level.
@@ -172,7 +157,7 @@ impl CoarseLevel {
 
     /// The inverses of the blocks of runs of nodes, or of the whole matrix on the last level.
     #[must_use]
-    pub const fn factors(&self) -> &BlockFactors<f64> {
+    pub const fn factors(&self) -> &BlockFactors {
         &self.factors
     }
 
@@ -194,26 +179,31 @@ impl CoarseLevel {
         &self.matrix
     }
 
-    /// What to solve for.
-    pub(super) fn right_side_mut(&mut self) -> &mut [f64] {
-        &mut self.right_side
+    /// Whether it is the last one.
+    #[must_use]
+    pub const fn is_last(&self) -> bool {
+        self.grouped.starts.is_empty()
     }
 
-    /// What [`cycle`] found.
-    pub(super) fn solution(&self) -> &[f64] {
-        &self.solution
+    /// Rows of the inverse from one on, as many as `to` has entries, times b.
+    pub(super) fn inverse_product(&self, row: usize, b: &[f64], to: &mut [f64], arch: pulp::Arch) {
+        let rows = &self.inverse[row * b.len()..(row + to.len()) * b.len()];
+        arch.dispatch(DenseRows { rows, x: b, to });
     }
 
     /// The weight with which smoothing converges: from the largest eigenvalue of S A, S what the factors are, by
     /// power iteration from a fixed vector, with quotients w z / x z, z = A x, w = S z, which never fall.
-    fn weight_find(&self) -> f64 {
+    fn weight_find(&self, arch: pulp::Arch) -> f64 {
         let size = 6 * self.matrix.len();
         let mut x: Vec<f64> = (0..size).map(scattered).collect();
         let (mut image, mut next) = (vec![0.0; size], vec![0.0; size]);
         let mut largest = 1.0_f64;
         for _ in 0..POWER_STEPS {
-            self.matrix.residual(None, &x, &mut image);
-            self.smooth(&image, 1.0, false, &mut next);
+            self.matrix.apply(&x, &mut image, arch);
+            let runs = next.par_chunks_mut(RUN).zip(image.par_chunks(RUN)).enumerate();
+            runs.with_min_len(TASK).for_each(|(run, (x, b))| {
+                arch.dispatch(Smoothing { level: self, run, b, x, weight: 1.0 });
+            });
             let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
             let (upper, lower) = (dot(&next, &image), dot(&x, &image));
             if !(upper > 0.0 && lower > 0.0 && upper.is_finite()) {
@@ -225,69 +215,6 @@ impl CoarseLevel {
         }
         (DAMPING * POWER_FOUND / largest).min(1.0)
     }
-
-    /// x = weight S r, or x += weight S r.
-    fn smooth(&self, r: &[f64], weight: f64, adds: bool, x: &mut [f64]) {
-        let blocks = x.par_chunks_mut(SMOOTHED).zip(r.par_chunks(SMOOTHED)).enumerate();
-        blocks.with_min_len(SMOOTH_TASK).for_each(|(block, (x, r))| {
-            let (mut scratch, mut smoothed) = ([0.0; SCRATCH * SMOOTHED], [0.0; SMOOTHED]);
-            let smoothed = &mut smoothed[..r.len()];
-            self.factors.apply(block, r, smoothed, &mut scratch);
-            for (x, smoothed) in x.iter_mut().zip(smoothed) {
-                *x = weight * *smoothed + if adds { *x } else { 0.0 };
-            }
-        });
-    }
-
-    /// coarse = P^T r.
-    fn restrict(&self, coarse: &mut [f64]) {
-        coarse.par_chunks_mut(6).enumerate().with_min_len(TASK).for_each(|(group, coarse)| {
-            coarse.fill(0.0);
-            let Grouped { prolongation, starts, .. } = &self.grouped;
-            for node in starts[group] as usize..starts[group + 1] as usize {
-                let residual = &self.residual[6 * node..][..6];
-                let mut of_node = [0.0; 6];
-                for (row, residual) in prolongation[node].iter().zip(residual) {
-                    (0..6).for_each(|k| of_node[k] += row[k] * residual);
-                }
-                (0..6).for_each(|k| coarse[k] += of_node[k]);
-            }
-        });
-    }
-
-    /// x += P coarse.
-    fn prolong(&mut self, coarse: &[f64]) {
-        let Self { grouped: Grouped { prolongation, group_of, .. }, solution, .. } = self;
-        solution.par_chunks_mut(6).enumerate().with_min_len(TASK).for_each(|(node, x)| {
-            let coarse = &coarse[6 * group_of[node] as usize..][..6];
-            for (x, row) in x.iter_mut().zip(&prolongation[node]) {
-                *x += (0..6).fold(0.0, |sum, k| sum + row[k] * coarse[k]);
-            }
-        });
-    }
-}
-
-/// One V(1,1) cycle: the solution of the first level for its right-hand side, but for an error.
-pub(super) fn cycle(levels: &mut [CoarseLevel]) {
-    let Some((level, above)) = levels.split_first_mut() else { return };
-    let mut solution = std::mem::take(&mut level.solution);
-    if above.is_empty() {
-        dense_product(&level.inverse, &level.right_side, &mut solution);
-        level.solution = solution;
-        return;
-    }
-    let mut residual = std::mem::take(&mut level.residual);
-    level.smooth(&level.right_side, level.weight, false, &mut solution);
-    level.matrix.residual(Some(&level.right_side), &solution, &mut residual);
-    (level.solution, level.residual) = (solution, residual);
-    level.restrict(above[0].right_side_mut());
-    cycle(above);
-    level.prolong(above[0].solution());
-    (solution, residual) =
-        (std::mem::take(&mut level.solution), std::mem::take(&mut level.residual));
-    level.matrix.residual(Some(&level.right_side), &solution, &mut residual);
-    level.smooth(&residual, level.weight, true, &mut solution);
-    (level.solution, level.residual) = (solution, residual);
 }
 
 /// How the rigid modes of groups move their nodes, and the groups as nodes.

@@ -2,12 +2,13 @@
 
 use std::collections::HashMap;
 
+use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
 use super::rigid_modes::{Matrix6, product, transposed_product, transposed_product_add};
 
 /// Rows in one task.
-const TASK: usize = 64;
+const TASK: usize = 32;
 
 /// The matrix.
 #[derive(Debug, Default)]
@@ -15,6 +16,8 @@ pub struct NodeMatrix {
     starts: Vec<u32>,
     columns: Vec<u32>,
     blocks: Vec<Matrix6>,
+    /// The same blocks, column by column.
+    turned: Vec<Matrix6>,
 }
 
 /// The blocks of a row on the diagonal and right of it, columns ascending.
@@ -23,8 +26,9 @@ pub(super) type UpperRow = Vec<(u32, Matrix6)>;
 impl NodeMatrix {
     /// From rows of both triangles: where they start, columns, ascending in each row, and blocks.
     #[must_use]
-    pub const fn new(starts: Vec<u32>, columns: Vec<u32>, blocks: Vec<Matrix6>) -> Self {
-        Self { starts, columns, blocks }
+    pub fn new(starts: Vec<u32>, columns: Vec<u32>, blocks: Vec<Matrix6>) -> Self {
+        let turned = blocks.iter().map(turned).collect();
+        Self { starts, columns, blocks, turned }
     }
 
     /// From the blocks on the diagonal and right of it.
@@ -52,12 +56,11 @@ impl NodeMatrix {
             for &(column, block) in upper {
                 put(row, column, block);
                 if column as usize != row {
-                    let turned = std::array::from_fn(|r| std::array::from_fn(|c| block[c][r]));
-                    put(column as usize, row as u32, turned);
+                    put(column as usize, row as u32, turned(&block));
                 }
             }
         }
-        Self { starts, columns, blocks }
+        Self::new(starts, columns, blocks)
     }
 
     /// Nodes.
@@ -90,29 +93,36 @@ impl NodeMatrix {
         &self.blocks
     }
 
+    /// All blocks, column by column.
+    #[must_use]
+    pub fn turned(&self) -> &[Matrix6] {
+        &self.turned
+    }
+
     /// Columns and blocks of a row.
     pub(super) fn row(&self, row: usize) -> impl Iterator<Item = (usize, &Matrix6)> {
         let range = self.starts[row] as usize..self.starts[row + 1] as usize;
         self.columns[range.clone()].iter().map(|&column| column as usize).zip(&self.blocks[range])
     }
 
-    /// to = b - A x, or A x without b.
-    pub(super) fn residual(&self, b: Option<&[f64]>, x: &[f64], to: &mut [f64]) {
-        to.par_chunks_mut(6).enumerate().with_min_len(TASK).for_each(|(row, to)| {
-            let mut sum = [0.0; 6];
-            for (column, block) in self.row(row) {
-                let x = &x[6 * column..][..6];
-                // Blocks are as good by columns, being those of a symmetric matrix: rows of the transpose.
-                for (sum, entries) in sum.iter_mut().zip(block) {
-                    for (entry, x) in entries.iter().zip(x) {
-                        *sum += entry * x;
-                    }
-                }
+    /// A row of A x.
+    #[inline(always)]
+    pub(super) fn row_product(&self, row: usize, x: &[f64]) -> [f64; 6] {
+        let range = self.starts[row] as usize..self.starts[row + 1] as usize;
+        let mut sum = [0.0; 6];
+        for (&column, block) in self.columns[range.clone()].iter().zip(&self.turned[range]) {
+            let x = &x[6 * column as usize..][..6];
+            for (entries, x) in block.iter().zip(x) {
+                (0..6).for_each(|k| sum[k] += entries[k] * x);
             }
-            match b {
-                Some(b) => (0..6).for_each(|k| to[k] = b[6 * row + k] - sum[k]),
-                None => to.copy_from_slice(&sum),
-            }
+        }
+        sum
+    }
+
+    /// to = A x.
+    pub(super) fn apply(&self, x: &[f64], to: &mut [f64], arch: pulp::Arch) {
+        to.par_chunks_mut(6 * TASK).enumerate().for_each(|(task, to)| {
+            arch.dispatch(Product { matrix: self, x, first: TASK * task, to });
         });
     }
 
@@ -139,6 +149,31 @@ impl NodeMatrix {
             })
             .collect();
         Self::from_upper(&rows)
+    }
+}
+
+/// A block, its columns as rows.
+fn turned(block: &Matrix6) -> Matrix6 {
+    std::array::from_fn(|row| std::array::from_fn(|column| block[column][row]))
+}
+
+/// A x on some nodes, compiled for each instruction set.
+struct Product<'a, 'b> {
+    matrix: &'a NodeMatrix,
+    x: &'a [f64],
+    first: usize,
+    to: &'b mut [f64],
+}
+
+impl NullaryFnOnce for Product<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { matrix, x, first, to } = self;
+        for (row, to) in (first..).zip(to.as_chunks_mut::<6>().0) {
+            *to = matrix.row_product(row, x);
+        }
     }
 }
 

@@ -73,7 +73,7 @@ mod tests {
     fn a_pattern_is_that_of_the_particles_and_of_more_pairs() {
         let cloth = Cloth::grid("c", GridPatch::horizontal(20, 0.02, 0.0), &MaterialPreset::JERSEY);
         let model = ModelBuilder::new().cloth(cloth).build().unwrap();
-        let schwarz = Schwarz::<f64>::new(GroupHierarchy::new(&model));
+        let schwarz = Schwarz::new(GroupHierarchy::new(&model));
         let neighbours = Neighbours::new(&model.interactions().in_matrix());
         let group_of = schwarz.group_of();
         let count = schwarz.group_starts().len() - 1;

@@ -48,13 +48,3 @@ pub fn symmetric<T: Real>(block: [T; 6]) -> Block {
     let [xx, yy, zz, xy, xz, yz] = block.map(T::to_f64);
     [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
 }
-
-/// a b.
-#[inline(always)]
-pub(super) fn product(a: &Block, b: &Block) -> Block {
-    std::array::from_fn(|row| {
-        std::array::from_fn(|column| {
-            a[row][0] * b[0][column] + a[row][1] * b[1][column] + a[row][2] * b[2][column]
-        })
-    })
-}

@@ -19,9 +19,9 @@ const BLOCK_NUMBERS: u64 = 12;
 /// Numbers for each spring of the incomplete factorisation, its blocks included.
 const INCOMPLETE_NUMBERS: u64 = 40;
 
-/// Numbers in single precision for each particle of the preconditioner `schwarz`: rows of inverse factors, prolongation, and the
-/// levels above in double precision.
-const SCHWARZ_NUMBERS: u64 = 270;
+/// Numbers in single precision for each particle of the preconditioner `schwarz`: prolongation twice, and in double precision what particles are moved by
+/// and the levels above.
+const SCHWARZ_NUMBERS: u64 = 124;
 
 /// Entries of the sparse factor of the constant matrix, in thirds, for each particle and for each spring, in units of the binary
 /// logarithm of the number of particles: so the fill of a grid grows with nested dissection (George 1973).

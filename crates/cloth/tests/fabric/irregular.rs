@@ -76,7 +76,7 @@ fn a_free_fall_takes_few_iterations() {
 /// What hangs in folds is stiff: `block` is given up in the middle of a solve, and `schwarz` goes on to the tolerance.
 #[test]
 fn auto_goes_on_with_schwarz_where_block_takes_too_many_iterations() {
-    let side = 90;
+    let side = 66;
     let reports = reports(side, 3, &format!("pins = [0, {}]", side - 1));
     let solver = &reports.last().unwrap().solver;
     assert_eq!(solver.preconditioner, Some(Preconditioner::Schwarz));

@@ -97,11 +97,12 @@ impl Stages {
         preconditioner_check(preconditioner)?;
         self.semi_implicit.length = None;
         self.preconditioner = preconditioner;
-        if preconditioner == Preconditioner::Schwarz {
-            return self.schwarz_build();
+        let flags = if preconditioner == Preconditioner::Diagonal { 0 } else { CALL_BLOCKS };
+        self.linear_kernel("preconditioner_build", 0, Call { flags, ..Call::default() })?;
+        match preconditioner {
+            Preconditioner::Schwarz => self.schwarz_build(),
+            _ => Ok(()),
         }
-        let flags = if preconditioner == Preconditioner::Block { CALL_BLOCKS } else { 0 };
-        self.linear_kernel("preconditioner_build", 0, Call { flags, ..Call::default() })
     }
 
     pub(crate) fn preconditioner_apply(

@@ -9,7 +9,7 @@ use super::{Stages, vectors_call};
 use crate::layout::{CALL_SECOND, CALL_SOLVE, Call};
 
 /// Words of the head and of a level, as in `shared/schwarz.wgsl`.
-const HEAD_WORDS: usize = 8;
+const HEAD_WORDS: usize = 6;
 const LEVEL_WORDS: usize = 16;
 /// Nodes of a run, which a workgroup smooths.
 const RUN: u32 = GroupHierarchy::SMOOTHED as u32;
@@ -21,7 +21,7 @@ const NODES: u32 = 8;
 /// The preconditioner as the host has it.
 #[derive(Debug)]
 pub(in crate::stages) struct SchwarzTables {
-    schwarz: Schwarz<f32>,
+    schwarz: Schwarz,
     reuse: Reuse,
     /// Nodes of each level, and groups of these.
     levels: Vec<[u32; 2]>,
@@ -64,9 +64,8 @@ impl Stages {
         tables.levels = schwarz.levels().iter().map(size).collect();
         let nodes: u32 = tables.levels.iter().map(|[nodes, _]| nodes).sum();
         self.write_growing("schwarz_tables", bytemuck::cast_slice(&words(schwarz)))?;
-        let levels = schwarz.levels().iter().map(|level| level.factors().rows());
-        let factors: Vec<&[f32]> =
-            std::iter::once(schwarz.factors().rows()).chain(levels).collect();
+        let levels = schwarz.levels().iter();
+        let factors: Vec<&[f32]> = levels.map(|level| level.factors().rows()).collect();
         let room = factors.iter().map(|rows| size_of_val(*rows) as u64).sum();
         let mut offset = 0;
         for rows in factors {
@@ -147,27 +146,24 @@ impl Stages {
 }
 
 /// Contents of `schwarz_tables`.
-fn words(schwarz: &Schwarz<f32>) -> Vec<u32> {
+fn words(schwarz: &Schwarz) -> Vec<u32> {
     let mut words = vec![0; HEAD_WORDS + LEVEL_WORDS * schwarz.levels().len()];
     let mut put = |list: &mut dyn Iterator<Item = u32>| {
         let at = words.len() as u32;
         words.extend(list);
         at
     };
-    let factors = schwarz.factors();
     let single = |number: f64| (number as f32).to_bits();
     let prolongation = schwarz.prolongation().as_flattened().as_flattened();
     let head = [
         schwarz.group_starts().len() as u32 - 1,
         put(&mut schwarz.order().iter().copied()),
         put(&mut schwarz.group_starts().iter().copied()),
-        put(&mut factors.row_starts().iter().map(|&start| start as u32)),
         put(&mut schwarz.places().iter().copied()),
         put(&mut schwarz.group_of().iter().copied()),
-        put(&mut factors.scale().iter().map(|scale| scale.to_bits())),
         put(&mut prolongation.iter().map(|entry| entry.to_bits())),
     ];
-    let (mut rows, mut vector) = (factors.rows().len(), 0);
+    let (mut rows, mut vector) = (0, 0);
     let mut levels = Vec::new();
     for level in schwarz.levels() {
         let (matrix, factors) = (level.matrix(), level.factors());
