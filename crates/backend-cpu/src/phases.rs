@@ -4,6 +4,7 @@
 //! Nobody waits for a thread that has not begun with something: the one that leads does all alone if no other one comes.
 
 use std::{
+    ops::Range,
     sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering},
     thread,
 };
@@ -39,9 +40,13 @@ fn wait_until(mut is_there: impl FnMut() -> bool) {
 }
 
 /// How many of the chunks of one thread are taken, below the turn in which they were. Lines of the cache of its own.
-#[derive(Default)]
+#[derive(Debug, Default)]
 #[repr(align(128))]
 struct Cursor(AtomicU64);
+
+/// Where each thread is in its chunks: kept by whoever leads often, who takes no memory then.
+#[derive(Debug, Default)]
+pub(crate) struct Seats(Vec<Cursor>);
 
 impl Cursor {
     /// Takes the next one of `count` chunks, if there is one left and the turn is not over.
@@ -74,7 +79,7 @@ struct Shared<'a, P> {
     /// Chunks of this turn that are not done.
     left: AtomicUsize,
     /// One for each thread.
-    cursors: Vec<Cursor>,
+    cursors: &'a [Cursor],
     is_broken: AtomicBool,
 }
 
@@ -161,24 +166,34 @@ impl<P> Drop for Leader<'_, P> {
 /// Calls `lead`, which says what phases come when, with up to so many threads of the pool to help.
 pub(crate) fn lead<P: Phased, R: Send>(
     work: &P,
-    helpers: usize,
+    (seats, helpers): (&mut Seats, usize),
     lead: impl FnOnce(&mut Leader<'_, P>) -> R + Send,
 ) -> R {
+    let Seats(cursors) = seats;
+    cursors.clear();
+    cursors.resize_with(helpers + 1, Cursor::default);
     let shared = Shared {
         work,
         turn: AtomicU32::new(0),
         left: AtomicUsize::new(0),
-        cursors: (0..=helpers).map(|_| Cursor::default()).collect(),
+        cursors,
         is_broken: AtomicBool::new(false),
     };
-    rayon::scope(|scope| {
-        for own in 1..=helpers {
-            let shared = &shared;
-            scope.spawn(move |_| shared.follow(own));
+    let led = || lead(&mut Leader { shared: &shared, turn: 0 });
+    rayon::join(led, || follow(&shared, 1..helpers + 1)).0
+}
+
+/// Threads of these numbers follow. Each that comes hands half of those that it has to the next one.
+fn follow<P: Phased>(shared: &Shared<'_, P>, seats: Range<usize>) {
+    let Range { start, end } = seats;
+    match end - start {
+        0 => {}
+        1 => shared.follow(start),
+        count => {
+            let middle = start + count / 2;
+            rayon::join(|| follow(shared, start..middle), || follow(shared, middle..end));
         }
-        let mut leader = Leader { shared: &shared, turn: 0 };
-        lead(&mut leader)
-    })
+    }
 }
 
 #[cfg(test)]
@@ -220,7 +235,7 @@ mod tests {
                 let counts = sizes.map(|size| (0..size).map(|_| AtomicUsize::new(0)).collect());
                 let counted = Counted { sizes, counts };
                 pool.install(|| {
-                    lead(&counted, 4, |leader| {
+                    lead(&counted, (&mut Seats::default(), 4), |leader| {
                         for _ in 0..1000 {
                             (0..3).for_each(|phase| leader.run(phase));
                         }
@@ -253,7 +268,7 @@ mod tests {
     #[test]
     fn a_panic_ends_all() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().unwrap();
-        let run = || pool.install(|| lead(&Fails, 3, |leader| leader.run(0)));
+        let run = || pool.install(|| lead(&Fails, (&mut Seats::default(), 3), |leader| leader.run(0)));
         assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).is_err());
     }
 }

@@ -24,8 +24,6 @@ pub(super) struct Passes<'a, T> {
     pub(super) springs: &'a SpringColumns<T>,
     /// Of blocks of single particles.
     pub(super) inverse: &'a BlockField<T>,
-    /// Whether groups of particles add to what these make of a vector.
-    pub(super) has_coarse: bool,
     pub(super) filter: Filter<'a, T>,
     pub(super) count: usize,
     pub(super) arch: pulp::Arch,
@@ -74,6 +72,8 @@ impl<T: Real> NullaryFnOnce for FilterTask<'_, '_, T> {
 /// The updates of one block, compiled for each instruction set; gives r . c and r . r.
 pub(super) struct UpdateTask<'a, 'b, T> {
     pub(super) passes: &'a Passes<'a, T>,
+    /// Whether groups of particles add to what the blocks make of a vector, in phases of their own.
+    pub(super) has_coarse: bool,
     pub(super) image: FieldView<'a, T>,
     pub(super) block: usize,
     pub(super) alpha: T,
@@ -90,7 +90,7 @@ impl<T: Real> NullaryFnOnce for UpdateTask<'_, '_, T> {
 
     #[inline(always)]
     fn call(mut self) -> Partial {
-        let Passes { inverse, has_coarse, filter, .. } = self.passes;
+        let Passes { inverse, filter, .. } = self.passes;
         let start = self.block * BLOCK;
         for local in (0..self.y[0].len()).step_by(LANES) {
             let image = self.image.packet((start + local) as isize);
@@ -98,7 +98,7 @@ impl<T: Real> NullaryFnOnce for UpdateTask<'_, '_, T> {
             for axis in 0..3 {
                 residual[axis] = self.axis(axis, local, image[axis]);
             }
-            if *has_coarse {
+            if self.has_coarse {
                 continue;
             }
             let preconditioned =
@@ -107,7 +107,7 @@ impl<T: Real> NullaryFnOnce for UpdateTask<'_, '_, T> {
                 *lanes_mut(self.c[axis], local) = preconditioned[axis];
             }
         }
-        if *has_coarse {
+        if self.has_coarse {
             let [x, y, z] = &self.r;
             let r: [&[T]; 3] = [x, y, z];
             return [0.0, block_dot(r, r)];

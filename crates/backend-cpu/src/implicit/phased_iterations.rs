@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{
     memory::{BLOCK, VectorField},
-    phases::{self, Leader, Phased},
+    phases::{self, Leader, Phased, Seats},
     shared::{SharedField, SharedSlice},
 };
 
@@ -43,7 +43,7 @@ struct Iteration<'a, T> {
     partials: SharedSlice<'a, Partial>,
     products: SharedSlice<'a, [T; 3]>,
     /// Chunks of rows of each block that are not done in this iteration.
-    rows_left: Vec<AtomicU32>,
+    rows_left: &'a [AtomicU32],
     /// Bits of alpha and beta.
     factors: [AtomicU64; 2],
 }
@@ -51,12 +51,6 @@ struct Iteration<'a, T> {
 impl<T: Real> Iteration<'_, T> {
     fn field(&self, vector: LinearVector) -> &SharedField<'_, T> {
         &self.fields[vector as usize]
-    }
-
-    /// Chunks of rows in a block.
-    fn row_chunks(&self, block: usize) -> u32 {
-        let rows = (self.field(LinearVector::Image).len() - block * BLOCK).min(BLOCK);
-        rows.div_ceil(ROWS) as u32
     }
 
     fn products(&self, chunk: usize) {
@@ -84,7 +78,7 @@ impl<T: Real> Iteration<'_, T> {
         if self.rows_left[block].fetch_sub(1, Ordering::AcqRel) > 1 {
             return;
         }
-        self.rows_left[block].store(self.row_chunks(block), Ordering::Relaxed);
+        self.rows_left[block].store(row_chunks(block, image.len()), Ordering::Relaxed);
         // SAFETY: all chunks of this block are done, and no other thread is told that it is the last one.
         let (to, partial) =
             unsafe { (image.chunk(block * BLOCK, BLOCK), self.partials.part(block..block + 1)) };
@@ -103,7 +97,8 @@ impl<T: Real> Iteration<'_, T> {
             (self.field(Image).view(), fields, self.partials.part(block..block + 1))
         };
         let (passes, alpha, beta) = (self.passes, factor(0), factor(1));
-        let task = UpdateTask { passes, image, block, alpha, beta, y, r, c, p, q };
+        let has_coarse = self.schwarz.is_some();
+        let task = UpdateTask { passes, has_coarse, image, block, alpha, beta, y, r, c, p, q };
         partial[0] = passes.arch.dispatch(task);
     }
 
@@ -153,6 +148,11 @@ impl<T: Real> Phased for Iteration<'_, T> {
     }
 }
 
+/// Chunks of rows in a block of so many particles.
+fn row_chunks(block: usize, count: usize) -> u32 {
+    (count - block * BLOCK).min(BLOCK).div_ceil(ROWS) as u32
+}
+
 /// An iteration whose phases this thread leads.
 struct Led<'a, 'l, 'i, T: Real> {
     iteration: &'a Iteration<'i, T>,
@@ -199,29 +199,41 @@ impl<T: Real> Led<'_, '_, '_, T> {
     }
 }
 
+/// What solves work with that no solve needs of another.
+#[derive(Debug, Default)]
+pub(super) struct Scratch<T> {
+    /// Of contacts of triangles and a vector.
+    pub(super) products: Vec<[T; 3]>,
+    rows_left: Vec<AtomicU32>,
+    pub(super) seats: Seats,
+}
+
 /// The iterations, with `schwarz` if it is the preconditioner.
 pub(super) fn iterate<T: Real>(
     passes: &Passes<'_, T>,
     schwarz: Option<Application<'_, T>>,
     fields: &mut [VectorField<T>; LinearVector::ALL.len()],
-    (partials, products): (&mut [Partial], &mut Vec<[T; 3]>),
+    (partials, scratch): (&mut [Partial], &mut Scratch<T>),
     progress: &mut Progress,
     gamma: f64,
 ) -> Next {
+    let Scratch { products, rows_left, seats } = scratch;
     products.resize(passes.matrix.rows.len(), [T::ZERO; 3]);
-    let blocks = partials.len();
-    let mut iteration = Iteration {
+    let fields = fields.each_mut().map(SharedField::new);
+    let count = fields[LinearVector::Image as usize].len();
+    rows_left.clear();
+    rows_left.extend((0..partials.len()).map(|block| AtomicU32::new(row_chunks(block, count))));
+    let iteration = Iteration {
         passes,
         schwarz,
-        fields: fields.each_mut().map(SharedField::new),
+        fields,
         partials: SharedSlice::new(partials),
         products: SharedSlice::new(products),
-        rows_left: Vec::new(),
+        rows_left,
         factors: [AtomicU64::new(0), AtomicU64::new(0)],
     };
-    iteration.rows_left =
-        (0..blocks).map(|block| AtomicU32::new(iteration.row_chunks(block))).collect();
     let iteration = &iteration;
     let helpers = (rayon::current_num_threads() - 1).min(iteration.chunks(IMAGE) / ROWS_OF_HELPER);
-    phases::lead(iteration, helpers, |leader| Led { iteration, leader }.iterate(progress, gamma))
+    let seats = (seats, helpers);
+    phases::lead(iteration, seats, |leader| Led { iteration, leader }.iterate(progress, gamma))
 }

@@ -3,7 +3,7 @@
 #![allow(unsafe_code)]
 
 use cloth_core::{
-    Real,
+    GroupHierarchy, Real,
     schwarz::{CycleVectors, Schwarz, Source, Step},
 };
 use pulp::NullaryFnOnce;
@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     memory::{BLOCK, FieldView, LANES, VectorField, lanes_mut},
-    phases::{self, Phased},
+    phases::{self, Phased, Seats},
     shared::{SharedField, SharedSlice},
 };
 
@@ -34,9 +34,9 @@ struct SharedLevel<'a> {
 /// What all phases of an application read, and what those of the cycle write.
 pub(super) struct Application<'a, T> {
     schwarz: &'a Schwarz,
-    steps: Vec<Step>,
     moved: SharedSlice<'a, f64>,
-    levels: Vec<SharedLevel<'a>>,
+    /// Those that there are come first.
+    levels: [Option<SharedLevel<'a>>; GroupHierarchy::LEVELS_MAX],
     inverse: &'a BlockField<T>,
     filter: Filter<'a, T>,
     arch: pulp::Arch,
@@ -53,16 +53,15 @@ impl<'a, T: Real> Application<'a, T> {
         arch: pulp::Arch,
     ) -> Self {
         let Coarse { schwarz, vectors: CycleVectors { moved, levels } } = coarse;
-        let levels = levels.iter_mut().map(|vectors| SharedLevel {
+        let mut levels = levels.iter_mut().map(|vectors| SharedLevel {
             right_side: SharedSlice::new(&mut vectors.right_side),
             smoothed: SharedSlice::new(&mut vectors.smoothed),
             solution: SharedSlice::new(&mut vectors.solution),
         });
         Self {
-            steps: schwarz.steps().collect(),
             schwarz,
             moved: SharedSlice::new(moved),
-            levels: levels.collect(),
+            levels: std::array::from_fn(|_| levels.next()),
             inverse,
             filter,
             arch,
@@ -71,13 +70,13 @@ impl<'a, T: Real> Application<'a, T> {
 
     /// The steps of a cycle, and one more phase for blocks of particles.
     pub(super) fn phases(&self) -> u32 {
-        self.steps.len() as u32 + 1
+        self.schwarz.step_count() as u32 + 1
     }
 
     /// Chunks of a phase, for so many particles.
     pub(super) fn chunks(&self, phase: u32, particles: usize) -> usize {
-        match self.steps.get(phase as usize) {
-            Some(&step) => self.schwarz.chunks(step),
+        match self.schwarz.step(phase as usize) {
+            Some(step) => self.schwarz.chunks(step),
             None => particles.div_ceil(BLOCK),
         }
     }
@@ -89,8 +88,8 @@ impl<'a, T: Real> Application<'a, T> {
     pub(super) unsafe fn work(&self, phase: u32, chunk: usize, vectors: Vectors<'_, '_, T>) {
         // SAFETY: as the caller says.
         unsafe {
-            match self.steps.get(phase as usize) {
-                Some(&step) => self.step(step, chunk, vectors.0),
+            match self.schwarz.step(phase as usize) {
+                Some(step) => self.step(step, chunk, vectors.0),
                 None => self.finish(chunk, vectors),
             }
         }
@@ -102,8 +101,8 @@ impl<'a, T: Real> Application<'a, T> {
         let (schwarz, arch) = (self.schwarz, self.arch);
         let [own, entries_below] = schwarz.entries(step, chunk);
         let level = schwarz.level_of(step);
-        let shared = &self.levels[level];
-        let below = level.checked_sub(1).map(|level| &self.levels[level]);
+        let Some(shared) = &self.levels[level] else { return };
+        let below = level.checked_sub(1).and_then(|level| self.levels[level].as_ref());
         // SAFETY: a step down writes right-hand side and smoothed entries of its chunk, and reads those of the level below, which nobody writes in it.
         // Another step reads both of its level, and writes solutions of its chunk and what it moves: nodes or particles that are grouped in its
         // nodes; each is in one group.
@@ -204,7 +203,7 @@ impl<T: Real> Phased for Alone<'_, T> {
 pub(super) fn run<T: Real>(
     application: Application<'_, T>,
     (from, to): (&mut VectorField<T>, &mut VectorField<T>),
-    partials: &mut [Partial],
+    (partials, seats): (&mut [Partial], &mut Seats),
 ) {
     let alone = Alone {
         application,
@@ -214,5 +213,6 @@ pub(super) fn run<T: Real>(
     };
     let phases = alone.phases();
     let helpers = (rayon::current_num_threads() - 1).min(alone.chunks(phases - 1));
-    phases::lead(&alone, helpers, |leader| (0..phases).for_each(|phase| leader.run(phase)));
+    let seats = (seats, helpers);
+    phases::lead(&alone, seats, |leader| (0..phases).for_each(|phase| leader.run(phase)));
 }

@@ -19,7 +19,8 @@ use super::{
     matrix::{BlockField, Matrix},
     matrix_apply,
     particle_filters::ParticleFilters,
-    phased_iterations, preconditioner,
+    phased_iterations::{self, Scratch},
+    preconditioner,
     schwarz_apply::{self, Application, Coarse},
     schwarz_rows::SystemRows,
     spring_linearise, vector_operations,
@@ -43,8 +44,7 @@ pub(crate) struct ImplicitSystem<T> {
     vectors: LinearVectors<T>,
     inverse: BlockField<T>,
     partials: Vec<[f64; 2]>,
-    /// Of contacts of triangles and a vector.
-    products: Vec<[T; 3]>,
+    scratch: Scratch<T>,
     count: usize,
     /// The preconditioner that was built last.
     preconditioner: Preconditioner,
@@ -81,7 +81,7 @@ impl<T: Real> ImplicitSystem<T> {
             vectors: LinearVectors::new(count, springs.margin()),
             inverse: BlockField::new(count, true),
             partials: vec![[0.0; 2]; count.div_ceil(BLOCK)],
-            products: Vec::new(),
+            scratch: Scratch::default(),
             count,
             preconditioner: Preconditioner::default(),
             assembled: None,
@@ -170,7 +170,7 @@ impl<T: Real> ImplicitSystem<T> {
             elements.assemble(fabric, at.arch);
         }
         let right_side = self.vectors.get_mut(LinearVector::RightSide);
-        assembly.run(&mut self.matrix, right_side, &mut self.products, at.arch);
+        assembly.run(&mut self.matrix, right_side, &mut self.scratch.products, at.arch);
         self.constraints.drag(assembly.velocity, &mut self.matrix, right_side);
         self.matrix_has_changed();
     }
@@ -284,8 +284,8 @@ impl<T: Real> ImplicitSystem<T> {
         let mut image = self.vectors.take(to);
         let vector = FieldView::new(self.vectors.get(from));
         let (matrix, count) = (&self.matrix, self.count);
-        matrix.rows.products(vector, &mut self.products, arch);
-        let vector = (vector, &*self.products);
+        matrix.rows.products(vector, &mut self.scratch.products, arch);
+        let vector = (vector, &*self.scratch.products);
         image.chunks_mut(BLOCK).enumerate().for_each(|(block, to)| {
             arch.dispatch(ApplyTask { matrix, springs, vector, start: block * BLOCK, count, to });
         });
@@ -411,7 +411,8 @@ impl<T: Real> ImplicitSystem<T> {
         {
             let application = Application::new(schwarz, (&self.inverse, filter), arch);
             let mut vector = self.vectors.take(from);
-            schwarz_apply::run(application, (&mut vector, &mut out), &mut self.partials);
+            let scratch = (&mut *self.partials, &mut self.scratch.seats);
+            schwarz_apply::run(application, (&mut vector, &mut out), scratch);
             self.vectors.put(from, vector);
             self.vectors.put(to, out);
             return;
@@ -462,7 +463,6 @@ impl<T: Real> ImplicitSystem<T> {
             matrix: &self.matrix,
             springs,
             inverse: &self.inverse,
-            has_coarse: is_schwarz,
             filter,
             count: self.count,
             arch,
@@ -470,7 +470,7 @@ impl<T: Real> ImplicitSystem<T> {
         let schwarz = self.schwarz.as_deref_mut().filter(|_| is_schwarz);
         let schwarz = schwarz.map(|coarse| Application::new(coarse, (&self.inverse, filter), arch));
         let fields = self.vectors.all_mut();
-        let scratch = (&mut *self.partials, &mut self.products);
+        let scratch = (&mut *self.partials, &mut self.scratch);
         phased_iterations::iterate(&passes, schwarz, fields, scratch, progress, gamma)
     }
 

@@ -102,10 +102,11 @@ impl<T: CudaReal> PairDevice<T> for Working<'_, T> {
         self.memory.ways.write(&self.kernels.memory.queue, first, ways)
     }
 
-    fn nodes_write(&mut self, start: &[Real4<T>], end: &[Real4<T>]) -> Result<()> {
+    fn nodes_write(&mut self, start: &[Real4<T>], end: Option<&[Real4<T>]>) -> Result<()> {
         let (queue, particles) = (&self.kernels.memory.queue, self.kernels.count());
         self.memory.ways.write(queue, particles, start)?;
-        self.memory.ways.write(queue, 2 * particles + start.len(), end)
+        let behind = 2 * particles + start.len();
+        end.map_or(Ok(()), |end| self.memory.ways.write(queue, behind, end))
     }
 
     fn look(

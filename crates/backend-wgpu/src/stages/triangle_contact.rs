@@ -273,11 +273,12 @@ impl PairDevice<f32> for Stages {
         self.write("pair_ways", VECTOR_SIZE * first as u64, bytemuck::cast_slice(ways))
     }
 
-    fn nodes_write(&mut self, start: &[[f32; 4]], end: &[[f32; 4]]) -> Result<()> {
+    fn nodes_write(&mut self, start: &[[f32; 4]], end: Option<&[[f32; 4]]>) -> Result<()> {
         let behind = VECTOR_SIZE * self.model.particle_count() as u64;
         let size = VECTOR_SIZE * start.len() as u64;
         self.write("pair_ways", behind, bytemuck::cast_slice(start))?;
-        self.write("pair_ways", 2 * behind + size, bytemuck::cast_slice(end))
+        let write = |end| self.write("pair_ways", 2 * behind + size, bytemuck::cast_slice(end));
+        end.map_or(Ok(()), write)
     }
 
     fn look(

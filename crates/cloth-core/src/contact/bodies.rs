@@ -183,6 +183,10 @@ pub struct BodyMotion<T> {
     planned: Vec<BodyPlace>,
     /// Whether bodies go too far in the substep to take anything along.
     jumps: Vec<bool>,
+    /// Whether they go like what is rigid, and turn by less than a radian.
+    rigid: Vec<bool>,
+    /// Whether a start or an end has changed since the two were last compared.
+    has_changed: bool,
     /// Of all nodes, behind the particles \[m\].
     start: Vec<[T; 3]>,
     end: Vec<[T; 3]>,
@@ -202,6 +206,8 @@ impl<T: Real> BodyMotion<T> {
             places_kept: Vec::new(),
             planned: Vec::new(),
             jumps: Vec::new(),
+            rigid: Vec::new(),
+            has_changed: true,
             start: Vec::new(),
             end: Vec::new(),
             kept: Vec::new(),
@@ -235,7 +241,8 @@ impl<T: Real> BodyMotion<T> {
         self.substep_end();
         self.keep();
         self.planned.clear();
-        self.jumps.clear();
+        self.has_changed = true;
+        self.compare();
     }
 
     /// A frame begins, or what is left of one.
@@ -250,12 +257,12 @@ impl<T: Real> BodyMotion<T> {
         }
     }
 
-    /// Puts bodies where they are at the end of a substep of the frame.
-    pub fn substep_begin(&mut self, model: &Model, index: usize) {
+    /// Puts bodies where they are at the end of a substep of the frame. Returns whether nodes start or end elsewhere than when this was last called.
+    pub fn substep_begin(&mut self, model: &Model, index: usize) -> bool {
         let count = self.bodies.len();
         let sets = self.planned.len() / count.max(1);
         if sets == 0 {
-            return;
+            return std::mem::take(&mut self.has_changed);
         }
         let planned = &self.planned[index.min(sets - 1) * count..];
         for ((body, place), now) in self.bodies.iter().zip(&mut self.places).zip(planned) {
@@ -263,6 +270,7 @@ impl<T: Real> BodyMotion<T> {
                 continue;
             }
             *place = *now;
+            self.has_changed = true;
             let first = (body.nodes.start - self.first) as usize;
             let mut slots = self.end[first..first + body.nodes.len()].iter_mut();
             let shape = &model.colliders()[body.collider as usize].shape;
@@ -272,13 +280,33 @@ impl<T: Real> BodyMotion<T> {
                 }
             });
         }
+        if self.has_changed {
+            self.compare();
+        }
+        std::mem::take(&mut self.has_changed)
+    }
+
+    /// Works out what follows from where bodies start and end.
+    fn compare(&mut self) {
+        let all = 0..self.bodies.len();
         let jumps =
             |body: usize| self.places_start[body] != self.places[body] && self.is_jump(body);
-        self.jumps = (0..count).map(jumps).collect();
+        self.jumps = all.clone().map(jumps).collect();
+        let rigid = |body: usize| {
+            let (from, to) = (&self.places_start[body], &self.places[body]);
+            // The trace of R' R is 1 + 2 cos of the angle.
+            let trace: f64 = (from.rotation.iter().flatten())
+                .zip(to.rotation.iter().flatten())
+                .map(|(a, b)| a * b)
+                .sum();
+            from.sets == to.sets && trace > 1.0 + 2.0 * 1.0_f64.cos()
+        };
+        self.rigid = all.map(rigid).collect();
     }
 
     /// The substep stands: the next one starts where it has ended.
     pub fn substep_end(&mut self) {
+        self.has_changed |= self.moves() || self.places_start != self.places;
         self.start.clone_from(&self.end);
         self.places_start.clone_from(&self.places);
     }
@@ -291,6 +319,7 @@ impl<T: Real> BodyMotion<T> {
 
     /// Takes it back. Where they are at the end follows from the next substep.
     pub fn restore(&mut self) {
+        self.has_changed = true;
         self.start.clone_from(&self.kept);
         self.places_start.clone_from(&self.places_kept);
     }
@@ -398,14 +427,7 @@ impl<T: Real> Carrier<T> for BodyMotion<T> {
 
     fn body(&self, node: u32) -> Option<u32> {
         let body = self.body_of(node)?;
-        let (from, to) = (&self.places_start[body], &self.places[body]);
-        // The trace of R' R is 1 + 2 cos of the angle.
-        let trace: f64 = (from.rotation.iter().flatten())
-            .zip(to.rotation.iter().flatten())
-            .map(|(a, b)| a * b)
-            .sum();
-        let is_rigid = from.sets == to.sets && trace > 1.0 + 2.0 * 1.0_f64.cos();
-        is_rigid.then_some(body as u32)
+        self.rigid[body].then_some(body as u32)
     }
 
     fn way(&self, body: u32, place: [T; 3]) -> [T; 3] {

@@ -8,8 +8,8 @@ use crate::Real;
 
 use super::ContactStencil;
 
-/// Contacts in a task.
-const TASK: usize = 1024;
+/// Contacts for which another thread pays.
+const LINKED: usize = 8192;
 
 /// Contacts of each node that takes part, with its place there.
 #[derive(Clone, Debug)]
@@ -18,17 +18,12 @@ pub(super) struct ParticleContacts {
     offsets: Vec<u32>,
     /// 4 c + a for place a of contact c, ascending in each row.
     places: Vec<u32>,
-    /// Nodes of each contact; those without weight are `NOBODY`.
-    corners: Vec<[u32; 4]>,
 }
-
-/// What no node is.
-const NOBODY: u32 = u32::MAX;
 
 impl ParticleContacts {
     /// No contacts, of so many nodes.
     pub(super) fn new(count: usize) -> Self {
-        Self { offsets: vec![0; count + 1], places: Vec::new(), corners: Vec::new() }
+        Self { offsets: vec![0; count + 1], places: Vec::new() }
     }
 
     /// Offsets of the rows, and what is in them.
@@ -50,52 +45,48 @@ impl ParticleContacts {
         }
     }
 
-    /// Takes in the contacts of this `order`, whose stencils are given. Each thread has the rows of some nodes and looks at all contacts for them.
-    pub(super) fn link<T: Real>(
-        &mut self,
-        order: &[u128],
-        stencil: impl Fn(u128) -> ContactStencil<T> + Sync,
-    ) {
-        let Self { offsets, places, corners } = self;
-        let corner = |stencil: &ContactStencil<T>, k: usize| match stencil.weights[k] == T::ZERO {
-            true => NOBODY,
-            false => stencil.particles[k],
-        };
-        let nodes = |&key: &u128| {
-            let stencil = stencil(key);
-            [0, 1, 2, 3].map(|k| corner(&stencil, k))
-        };
-        order.par_iter().with_min_len(TASK).map(nodes).collect_into_vec(corners);
-        let corners = corners.as_flattened();
+    /// Takes in these contacts. Where there are many, each thread has the rows of some nodes and looks at all contacts for them.
+    pub(super) fn link<T: Real>(&mut self, stencils: &[ContactStencil<T>]) {
+        let Self { offsets, places } = self;
         let count = offsets.len() - 1;
-        let threads = order.len().div_ceil(4 * TASK).clamp(1, rayon::current_num_threads());
-        let share = count.div_ceil(threads).max(1);
-        let mut rest = &mut offsets[..count];
-        let mut parts = Vec::with_capacity(threads);
-        while !rest.is_empty() {
-            let (part, behind) = rest.split_at_mut(share.min(rest.len()));
-            parts.push((part, Vec::new()));
-            rest = behind;
-        }
-        parts.par_iter_mut().enumerate().for_each(|(part, (offsets, places))| {
-            let first = (part * share) as u32;
-            fill(corners, first..first + offsets.len() as u32, offsets, places);
-        });
-        places.clear();
-        for (offsets, own) in &mut parts {
-            let before = places.len() as u32;
-            offsets.iter_mut().for_each(|offset| *offset += before);
-            places.append(own);
+        let threads = (stencils.len() / LINKED).clamp(1, rayon::current_num_threads());
+        if threads == 1 {
+            fill(stencils, 0..count as u32, &mut offsets[..count], places);
+        } else {
+            let share = count.div_ceil(threads).max(1);
+            let parts = offsets[..count].chunks_mut(share).map(|part| (part, Vec::new()));
+            let mut parts: Vec<_> = parts.collect();
+            parts.par_iter_mut().enumerate().for_each(|(part, (offsets, places))| {
+                let first = (part * share) as u32;
+                fill(stencils, first..first + offsets.len() as u32, offsets, places);
+            });
+            places.clear();
+            for (offsets, own) in &mut parts {
+                let before = places.len() as u32;
+                offsets.iter_mut().for_each(|offset| *offset += before);
+                places.append(own);
+            }
         }
         offsets[count] = places.len() as u32;
     }
 }
 
 /// The rows of some nodes: where each begins, and what is in it.
-fn fill(corners: &[u32], nodes: Range<u32>, offsets: &mut [u32], places: &mut Vec<u32>) {
+fn fill<T: Real>(
+    stencils: &[ContactStencil<T>],
+    nodes: Range<u32>,
+    offsets: &mut [u32],
+    places: &mut Vec<u32>,
+) {
     offsets.fill(0);
-    let row = |node: u32| nodes.contains(&node).then(|| (node - nodes.start) as usize);
-    corners.iter().filter_map(|&node| row(node)).for_each(|row| offsets[row] += 1);
+    let row = |stencil: &ContactStencil<T>, corner: usize| {
+        let node = stencil.particles[corner];
+        let acts = stencil.weights[corner] != T::ZERO && nodes.contains(&node);
+        acts.then(|| (node - nodes.start) as usize)
+    };
+    for stencil in stencils {
+        (0..4).filter_map(|corner| row(stencil, corner)).for_each(|row| offsets[row] += 1);
+    }
     let mut end = 0;
     for offset in &mut *offsets {
         end += *offset;
@@ -103,10 +94,12 @@ fn fill(corners: &[u32], nodes: Range<u32>, offsets: &mut [u32], places: &mut Ve
     }
     places.resize(end as usize, 0);
     // Filled from the end, so that offsets are where rows start in the end.
-    for (place, &node) in corners.iter().enumerate().rev() {
-        if let Some(row) = row(node) {
-            offsets[row] -= 1;
-            places[offsets[row] as usize] = place as u32;
+    for (contact, stencil) in stencils.iter().enumerate().rev() {
+        for corner in (0..4).rev() {
+            if let Some(row) = row(stencil, corner) {
+                offsets[row] -= 1;
+                places[offsets[row] as usize] = (4 * contact + corner) as u32;
+            }
         }
     }
 }
@@ -133,8 +126,7 @@ mod tests {
         let linked = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let mut rows = ParticleContacts::new(count as usize);
-            let order: Vec<_> = (0..stencils.len() as u128).collect();
-            pool.install(|| rows.link::<f64>(&order, |key| stencils[key as usize]));
+            pool.install(|| rows.link::<f64>(&stencils));
             rows
         };
         let alone = linked(1);

@@ -12,6 +12,9 @@ use super::{
 /// Contacts in a task.
 const TASK: usize = 256;
 
+/// Contacts that a thread puts in order.
+const COPIED: usize = 8192;
+
 /// Fewer are sorted by one thread.
 const SORTED_ALONE: usize = 16384;
 
@@ -174,36 +177,24 @@ impl<T: Real> ContactSet<T> {
             _ => self.order.par_sort_unstable(),
         }
         let Self { stencils, order, states, rows, memory, particles, .. } = self;
-        let stencil = |key: u128| found[key as u32 as usize].unwrap_or(ContactStencil::NONE);
-        let (order, memory, particles) = (&**order, &**memory, *particles);
-        let mut link = || rows.link(order, stencil);
-        let mut act = |crowd: &(dyn Fn(u32) -> u32 + Sync)| {
-            let all = order.par_iter().with_min_len(TASK);
-            let all = all.map_init(
-                || None,
-                |cursor, &key| {
-                    let stencil = stencil(key);
-                    let before = slip_of(memory, cursor, stencil.key);
-                    let crowd =
-                        |particle: u32| if particle < particles { crowd(particle) } else { 1 };
-                    let state = ContactState::of(
-                        &stencil,
-                        (law, start),
-                        motion,
-                        before,
-                        (crowd, particles),
-                    );
-                    (stencil, state)
-                },
-            );
-            all.unzip_into_vecs(stencils, states);
+        let stencil = |&key: &u128| found[key as u32 as usize].unwrap_or(ContactStencil::NONE);
+        order.par_iter().with_min_len(COPIED).map(stencil).collect_into_vec(stencils);
+        rows.link(stencils);
+        let (rows, memory, particles) = (&*rows, &**memory, *particles);
+        let shares = law.shares_particles();
+        let crowd = |particle: u32| match particle < particles && shares {
+            true => rows.of(particle as usize).len() as u32,
+            false => 1,
         };
-        if law.shares_particles() {
-            link();
-            act(&|particle| rows.of(particle as usize).len() as u32);
-        } else {
-            rayon::join(link, || act(&|_| 1));
-        }
+        let all = stencils.par_iter().with_min_len(TASK);
+        let all = all.map_init(
+            || None,
+            |cursor, stencil| {
+                let before = slip_of(memory, cursor, stencil.key);
+                ContactState::of(stencil, (law, start), motion, before, (crowd, particles))
+            },
+        );
+        all.collect_into_vec(states);
     }
 
     /// Whether a number is that of a particle, not of a node of a body.

@@ -23,6 +23,9 @@ impl GroupHierarchy {
     pub const SMOOTHED: usize = 16;
     /// Nodes of the last level at most.
     pub const BOTTOM: usize = 64;
+    /// Levels above the particles at most: two groups side by side have more nodes than one may, so that 2^32 particles are 2^28 groups, and each level
+    /// has a quarter of the nodes of the one below, until there are 2^6.
+    pub const LEVELS_MAX: usize = 12;
 
     /// The groups of a model. Connectivity comes first: a group has particles of one connected piece, unless whole pieces fit into
     /// it. Particles that nothing connects are grouped by their places.

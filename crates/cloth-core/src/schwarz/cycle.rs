@@ -72,11 +72,25 @@ pub struct CycleVectors {
 }
 
 impl Schwarz {
-    /// The steps of a cycle, in their order; none before anything is built.
-    pub fn steps(&self) -> impl Iterator<Item = Step> + use<> {
-        let count = self.levels.len();
-        let up = (0..count.saturating_sub(1)).rev().map(Step::Up);
-        (0..count).map(Step::Down).chain((count > 0).then_some(Step::Solve)).chain(up)
+    /// The steps of a cycle: down through all levels, and up again.
+    #[must_use]
+    pub const fn step_count(&self) -> usize {
+        2 * self.levels.len()
+    }
+
+    /// A step of a cycle, and nothing behind the last one.
+    #[must_use]
+    pub const fn step(&self, number: usize) -> Option<Step> {
+        let levels = self.levels.len();
+        if number < levels {
+            Some(Step::Down(number))
+        } else if number == levels && levels > 0 {
+            Some(Step::Solve)
+        } else if number < 2 * levels {
+            Some(Step::Up(2 * levels - 1 - number))
+        } else {
+            None
+        }
     }
 
     /// Memory for the vectors of all levels, as they are built.
@@ -101,7 +115,7 @@ impl Schwarz {
     #[must_use]
     pub fn apply<T: Real>(&self, from: impl Fn(usize) -> [T; 3], arch: pulp::Arch) -> Vec<f64> {
         let CycleVectors { mut moved, mut levels } = self.vectors();
-        for step in self.steps() {
+        for step in (0..).map_while(|number| self.step(number)) {
             let (below, own) = levels.split_at_mut(self.level_of(step));
             let LevelVectors { right_side, smoothed, solution } = &mut own[0];
             for chunk in 0..self.chunks(step) {

@@ -108,6 +108,9 @@ pub struct Certifier<T> {
     changed: Vec<bool>,
     /// Where particles are once prescribed ways are gone.
     carried: Vec<[T; 3]>,
+    /// Where particles were to end, before all that was done about it, and before ways were last shortened.
+    wanted: Vec<[T; 3]>,
+    aims: Vec<[T; 3]>,
     pairs: Vec<UnprovenPair>,
     stretch: StretchBounds<T>,
     half_spaces: HalfSpaces,
@@ -143,6 +146,8 @@ impl<T: Real> Certifier<T> {
             marked: vec![false; count],
             changed: vec![false; count],
             carried: Vec::new(),
+            wanted: Vec::new(),
+            aims: Vec::new(),
             pairs: Vec::new(),
             stretch: StretchBounds::default(),
             half_spaces: HalfSpaces::default(),
@@ -316,12 +321,27 @@ impl<T: Real> Certifier<T> {
     fn resolve(
         &mut self,
         search: &mut impl PairSearch<T>,
-        CertifiedWays { start, end, first }: CertifiedWays<'_, T>,
+        ways: CertifiedWays<'_, T>,
+        delta: T,
+        pairs: &mut Vec<UnprovenPair>,
+        prescribed: (impl Fn(u32) -> bool + Sync, &impl Carrier<T>),
+    ) -> Result<u64> {
+        let mut wanted = std::mem::take(&mut self.wanted);
+        wanted.clear();
+        wanted.extend_from_slice(ways.end);
+        let outcome = self.resolve_from(search, (ways, &wanted), delta, pairs, prescribed);
+        self.wanted = wanted;
+        outcome
+    }
+
+    fn resolve_from(
+        &mut self,
+        search: &mut impl PairSearch<T>,
+        (CertifiedWays { start, end, first }, wanted): (CertifiedWays<'_, T>, &[[T; 3]]),
         delta: T,
         pairs: &mut Vec<UnprovenPair>,
         (is_held, carrier): (impl Fn(u32) -> bool + Sync, &impl Carrier<T>),
     ) -> Result<u64> {
-        let wanted = end.to_vec();
         let moves = |i: u32| is_held(i) && start[i as usize] != wanted[i as usize];
         let mut is_in_the_way = pairs.iter().any(|pair| pair.particles.into_iter().any(moves));
         if !is_in_the_way {
@@ -330,7 +350,7 @@ impl<T: Real> Certifier<T> {
             // What is stopped can be in the way of what is not.
             is_in_the_way = matches!(shortened, Err(Error::Pinched { .. }));
             if is_in_the_way {
-                end.copy_from_slice(&wanted);
+                end.copy_from_slice(wanted);
             } else {
                 shortened?;
             }
@@ -340,10 +360,10 @@ impl<T: Real> Certifier<T> {
             self.resolve_carried(search, ways, delta, pairs, (&is_held, carrier))?;
         }
         if let Some(first) = first
-            && self.half_spaces.are_entered(first, &wanted, end, (delta, &is_held))
+            && self.half_spaces.are_entered(first, wanted, end, (delta, &is_held))
         {
             // What was stopped is where an iterate was, which planes do not keep out: from the start of the substep on they do.
-            end.copy_from_slice(&wanted);
+            end.copy_from_slice(wanted);
             let ways = CertifiedWays { start: first, end, first: Some(first) };
             self.resolve_carried(search, ways, delta, pairs, (&is_held, carrier))?;
         }

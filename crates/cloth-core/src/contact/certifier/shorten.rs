@@ -35,9 +35,9 @@ pub(super) enum Bounds<'a, T> {
 }
 
 /// Where particles start, where they would go, and where they end.
-struct Shortened<'a, T> {
+struct Shortened<'a, T, W = &'a [[T; 3]]> {
     start: &'a [[T; 3]],
-    wanted: &'a [[T; 3]],
+    wanted: W,
     end: &'a mut [[T; 3]],
 }
 
@@ -76,15 +76,31 @@ impl<T: Real> Certifier<T> {
         pairs: &mut Vec<UnprovenPair>,
         is_held: &(impl Fn(u32) -> bool + Sync),
     ) -> Result<()> {
+        let mut wanted = std::mem::take(&mut self.aims);
+        wanted.clear();
+        wanted.extend_from_slice(end);
+        let ways = Shortened { start, wanted: &mut *wanted, end };
+        let outcome = self.shorten_to_aims(search, ways, (delta, bounds), pairs, is_held);
+        self.aims = wanted;
+        outcome
+    }
+
+    fn shorten_to_aims(
+        &mut self,
+        search: &mut impl PairSearch<T>,
+        Shortened { start, wanted, end }: Shortened<'_, T, &mut [[T; 3]]>,
+        (delta, bounds): (T, Bounds<'_, T>),
+        pairs: &mut Vec<UnprovenPair>,
+        is_held: &(impl Fn(u32) -> bool + Sync),
+    ) -> Result<()> {
         self.shares.fill(T::ONE);
         self.marked.fill(false);
-        let mut wanted = end.to_vec();
         let outside = self.half_spaces.outside(start, end, delta);
         for _ in 0..SLIDING_ROUNDS {
             // Each pair starts from where the last one has put its particles.
             pairs.par_sort_unstable();
             self.changed.fill(false);
-            let ways = Shortened { start, wanted: &wanted, end };
+            let ways = Shortened { start, wanted: &*wanted, end };
             self.slide(ways, delta, pairs, is_held);
             if let Bounds::Sweeps(first) = bounds {
                 self.stretch.shorten(first, end, is_held, &mut self.changed);
@@ -112,7 +128,7 @@ impl<T: Real> Certifier<T> {
                 goes_on = self.stop_all((start, end), is_held);
             } else if !pairs.is_empty() {
                 let plane = round < TRUNCATION_ROUNDS;
-                let ways = Shortened { start, wanted: &wanted, end };
+                let ways = Shortened { start, wanted: &*wanted, end };
                 goes_on = self.truncate(ways, (delta, plane), pairs, is_held);
             }
             let stretched = match bounds {

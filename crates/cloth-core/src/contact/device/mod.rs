@@ -63,6 +63,8 @@ pub struct DeviceContact<T> {
     motion: HostMotion<T>,
     /// Where the nodes of bodies are, whose numbers come behind those of particles.
     bodies: BodyMotion<T>,
+    /// Whether the nodes that the device has start where a certificate that goes on does. Nothing if it does not have them.
+    nodes: Option<bool>,
     impulses: BodyImpulses,
     particles: usize,
     /// Whether certificates go on from an iterate, not from the start of the substep.
@@ -77,6 +79,16 @@ struct HostMotion<T> {
     start: Vec<[T; 4]>,
     /// Where a certificate goes on from.
     iterate: Vec<[T; 4]>,
+    /// What a certificate works on.
+    ways: HostWays<T>,
+}
+
+/// Ways of all particles and nodes of bodies.
+#[derive(Debug, Default)]
+struct HostWays<T> {
+    start: Vec<[T; 3]>,
+    end: Vec<[T; 3]>,
+    first: Vec<[T; 3]>,
 }
 
 impl<T: Real> HostMotion<T> {
@@ -104,6 +116,7 @@ impl<T: Real> DeviceContact<T> {
             impulses: BodyImpulses::new(model),
             particles: count,
             goes_on: false,
+            nodes: None,
             sent: SentWays::new(),
             near: Vec::new(),
             has_contacts: false,
@@ -114,6 +127,7 @@ impl<T: Real> DeviceContact<T> {
                 velocity: Vec::new(),
                 start: Vec::new(),
                 iterate: Vec::new(),
+                ways: HostWays { start: Vec::new(), end: Vec::new(), first: Vec::new() },
             },
             surface,
         })
@@ -203,11 +217,19 @@ impl<T: Real> DeviceContact<T> {
         if self.bodies.is_empty() {
             return Ok(());
         }
-        self.bodies.substep_begin(model, substep.index);
-        let full = |&[x, y, z]: &[T; 3]| [x, y, z, T::ZERO];
-        let [start, end] = [self.bodies.way_start(goes_on), self.bodies.end()]
-            .map(|nodes| nodes.iter().map(full).collect::<Vec<_>>());
-        device.nodes_write(&start, &end)
+        if self.bodies.substep_begin(model, substep.index) || self.sent.has_replaced() {
+            self.nodes = None;
+        }
+        let has_start = self.nodes.is_some_and(|there| there == goes_on || !self.bodies.moves());
+        if !has_start {
+            let of = |nodes: &[[T; 3]]| -> Vec<_> {
+                nodes.iter().map(|&[x, y, z]| [x, y, z, T::ZERO]).collect()
+            };
+            let end = self.nodes.is_none().then(|| of(self.bodies.end()));
+            device.nodes_write(&of(self.bodies.way_start(goes_on)), end.as_deref())?;
+            self.nodes = Some(goes_on);
+        }
+        Ok(())
     }
 
     /// What the contacts add to the matrix.
@@ -441,27 +463,29 @@ impl<T: Real> DeviceContact<T> {
         if self.goes_on {
             device.motion_read(&mut [(MotionVector::Iterate, &mut motion.iterate)])?;
         }
-        let from = if self.goes_on { &motion.iterate } else { &motion.start };
-        let all = |own: &[[T; 4]], nodes: &[[T; 3]]| -> Vec<[T; 3]> {
-            let mut all = Vec::with_capacity(own.len() + nodes.len());
+        let HostMotion { position, velocity, start, iterate, ways } = motion;
+        let from = if self.goes_on { &*iterate } else { &*start };
+        let put = |all: &mut Vec<[T; 3]>, own: &[[T; 4]], nodes: &[[T; 3]]| {
+            all.clear();
             all.extend(own.iter().map(vector));
             all.extend_from_slice(nodes);
-            all
         };
-        let start = all(from, bodies.way_start(self.goes_on));
-        let mut end = all(&motion.position, bodies.end());
+        put(&mut ways.start, from, bodies.way_start(self.goes_on));
+        put(&mut ways.end, position, bodies.end());
+        if is_end {
+            put(&mut ways.first, start, bodies.start());
+        }
         sent.forget();
         let mut search = DeviceSearch { device: &mut *device, list, first, sent, lacks: false };
         let is_held = |i: u32| held.get(i as usize).is_none_or(|held| *held);
-        let first = all(&motion.start, bodies.start());
-        let first = is_end.then_some(&*first);
-        let ways = CertifiedWays { start: &start, end: &mut end, first };
-        let changed = certifier.certify_with(&mut search, ways, is_held, &*bodies)?;
+        let HostWays { start, end, first } = ways;
+        let certified = CertifiedWays { start, end, first: is_end.then_some(&**first) };
+        let changed = certifier.certify_with(&mut search, certified, is_held, &*bodies)?;
         if changed == 0 {
             return Ok(0);
         }
-        device.motion_read(&mut [(MotionVector::Velocity, &mut motion.velocity)])?;
-        let moved = motion.position.iter_mut().zip(&mut motion.velocity).zip(&end).enumerate();
+        device.motion_read(&mut [(MotionVector::Velocity, velocity)])?;
+        let moved = position.iter_mut().zip(velocity.iter_mut()).zip(&*end).enumerate();
         for (i, ((wanted, velocity), end)) in moved.filter(|(i, _)| !held[*i]) {
             if vector(wanted) == *end {
                 continue;
@@ -477,7 +501,7 @@ impl<T: Real> DeviceContact<T> {
                 impulses.add(collider, end.map(T::to_f64), linear);
             }
         }
-        device.motion_write(&motion.position, &motion.velocity)?;
+        device.motion_write(position, velocity)?;
         Ok(changed)
     }
 

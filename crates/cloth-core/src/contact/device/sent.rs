@@ -18,17 +18,24 @@ pub(super) struct SentWays<T> {
     marked: Vec<usize>,
     /// Whether the device has the ways that were looked at last.
     is_there: bool,
+    /// Whether all ways that it had have been replaced since this was last asked, those of nodes of bodies too.
+    has_replaced: bool,
     numbers: Vec<[T; 4]>,
 }
 
 impl<T: Real> SentWays<T> {
     pub(super) const fn new() -> Self {
-        Self { marked: Vec::new(), is_there: false, numbers: Vec::new() }
+        Self { marked: Vec::new(), is_there: false, has_replaced: false, numbers: Vec::new() }
     }
 
     /// What the device has is not known any more.
     pub(super) const fn forget(&mut self) {
         self.is_there = false;
+    }
+
+    /// Whether all ways that the device had have been replaced since this was last asked.
+    pub(super) const fn has_replaced(&mut self) -> bool {
+        std::mem::replace(&mut self.has_replaced, false)
     }
 
     /// Notes that the device has the ways that are looked at, without marks.
@@ -69,6 +76,7 @@ impl<T: Real> SentWays<T> {
         let before = std::mem::replace(&mut self.marked, now.clone());
         let count = ways.start.len();
         if !(std::mem::replace(&mut self.is_there, true) && ways.follows) {
+            self.has_replaced = true;
             return std::iter::once(0..2 * count).collect();
         }
         let mut chunks = [before, now].concat();

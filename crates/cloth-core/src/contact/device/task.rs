@@ -142,11 +142,11 @@ pub trait PairDevice<T: Real> {
     /// What the device reports.
     fn ways_write(&mut self, first: usize, ways: &[[T; 4]]) -> Result<()>;
 
-    /// Gives ways of the nodes of bodies, behind those of particles: starts and ends.
+    /// Gives ways of the nodes of bodies, behind those of particles: starts, and ends where they are others than those that were given last.
     ///
     /// # Errors
     /// What the device reports.
-    fn nodes_write(&mut self, start: &[[T; 4]], end: &[[T; 4]]) -> Result<()>;
+    fn nodes_write(&mut self, start: &[[T; 4]], end: Option<&[[T; 4]]>) -> Result<()>;
 
     /// Puts ways of particles in place, finds how far particles have moved, and the pairs of the list that are asked for. About `expected` pairs
     /// will be found.
