@@ -21,11 +21,11 @@ impl GroupHierarchy {
     /// Consecutive nodes of a level above the particles whose block is inverted to smooth: 16 with six unknowns each are a
     /// matrix as large as that of a group of particles.
     pub const SMOOTHED: usize = 16;
-    /// Nodes of the last level at most.
-    pub const BOTTOM: usize = 64;
+    /// Nodes of the last level at most, where that is the first one, the second and so on: what is dense there has to cost little beside the levels below.
+    const BOTTOM: [usize; 4] = [64, 128, 128, 256];
     /// Levels above the particles at most: two groups side by side have more nodes than one may, so that 2^32 particles are 2^28 groups, and each level
-    /// has a quarter of the nodes of the one below, until there are 2^6.
-    pub const LEVELS_MAX: usize = 12;
+    /// has a quarter of the nodes of the one below, until there are 2^8.
+    pub const LEVELS_MAX: usize = 11;
 
     /// The groups of a model. Connectivity comes first: a group has particles of one connected piece, unless whole pieces fit into
     /// it. Particles that nothing connects are grouped by their places.
@@ -49,6 +49,12 @@ impl GroupHierarchy {
         Self { order, levels: levels(sizes) }
     }
 
+    /// Nodes at most of the last of so many levels of groups.
+    fn bottom(levels: usize) -> usize {
+        let [.., most] = Self::BOTTOM;
+        Self::BOTTOM.get(levels - 1).copied().unwrap_or(most)
+    }
+
     /// The particles, those of a group one after the other.
     #[must_use]
     pub fn order(&self) -> &[u32] {
@@ -70,7 +76,7 @@ fn levels(mut pieces: Vec<usize>) -> Vec<Vec<u32>> {
         let (starts, next) = groups(&pieces, size);
         let count = starts.len() - 1;
         levels.push(starts);
-        if count <= GroupHierarchy::BOTTOM {
+        if count <= GroupHierarchy::bottom(levels.len()) {
             return levels;
         }
         pieces = next;
@@ -123,7 +129,16 @@ mod tests {
 
     #[test]
     fn levels_end_with_few_nodes_and_hold_every_node_once() {
-        for pieces in [vec![1], vec![64 * 32], vec![64 * 32 + 1], vec![1_000_000], vec![7; 9000]] {
+        for (pieces, expected) in [
+            (vec![1], 1),
+            (vec![64 * 32], 1),
+            (vec![64 * 32 + 1], 2),
+            (vec![128 * 8 * 32], 2),
+            (vec![128 * 8 * 32 + 1], 3),
+            (vec![1_000_000], 4),
+            (vec![256 * 8 * 8 * 8 * 32], 4),
+            (vec![7; 9000], 3),
+        ] {
             let mut nodes: usize = pieces.iter().sum();
             let levels = levels(pieces);
             for (level, starts) in levels.iter().enumerate() {
@@ -136,8 +151,8 @@ mod tests {
                 assert_eq!(*starts.last().unwrap() as usize, nodes);
                 nodes = starts.len() - 1;
             }
-            assert!(nodes <= GroupHierarchy::BOTTOM);
-            assert!(levels.len() <= 5, "{}", levels.len());
+            assert!(nodes <= GroupHierarchy::bottom(levels.len()));
+            assert_eq!(levels.len(), expected);
         }
     }
 }
