@@ -4,8 +4,8 @@
 use std::{collections::HashMap, sync::Arc, time::Instant};
 
 use cloth::{
-    Kernels, LinearMethod, LinearOutcome, LinearSettings, LinearStart, LinearStop, Model,
-    Preconditioner,
+    Kernels, LinearMethod, LinearOutcome, LinearSettings, LinearStart, LinearStop, LinearVector,
+    Model, Preconditioner,
 };
 use cloth_benches::SheetWorkload;
 
@@ -116,6 +116,8 @@ pub(crate) fn measure(
         kernels.frame_begin(&plan)?;
         let start = Instant::now();
         kernels.preconditioner_build(preconditioner)?;
+        // Waits for all that is on its way to a device.
+        kernels.vector_dot(LinearVector::RightSide, LinearVector::RightSide)?;
         let build = start.elapsed().as_secs_f64();
         for (goal, stop, tolerance) in GOALS {
             let key = (sweep, name.clone(), goal);

@@ -14,7 +14,7 @@ use cudarc::driver::{
 
 use crate::{
     fault::{BACKEND, DriverResult, words},
-    images::{Images, Source},
+    images::{Ahead, Images, Source},
 };
 
 /// A GPU.
@@ -30,6 +30,7 @@ pub(crate) struct Device {
     pub(crate) shared_max: usize,
     pub(crate) driver: i32,
     pub(crate) images: Arc<Images>,
+    pub(crate) ahead: Ahead,
     modules: Mutex<HashMap<u128, Module>>,
 }
 
@@ -142,6 +143,7 @@ impl Device {
             shared_max: attribute(Attribute::CU_DEVICE_ATTRIBUTE_MAX_SHARED_MEMORY_PER_BLOCK_OPTIN)?
                 as usize,
             images: Arc::new(Images::new((major, minor), driver)),
+            ahead: Ahead::default(),
             driver,
             handle,
             // Last, as what fails before has nothing to release.

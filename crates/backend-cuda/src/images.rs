@@ -110,16 +110,27 @@ impl Images {
 /// Threads that compile at most.
 const THREADS_MAX: usize = 8;
 
-/// Threads that compile modules ahead.
+/// Threads that compile modules ahead, for solvers of a device one after the other: what one has asked for is likely to be used by the next.
 #[derive(Default)]
-pub(crate) struct Ahead {
+pub(crate) struct Ahead(Mutex<Vec<Compiling>>);
+
+/// Threads that compile some modules.
+struct Compiling {
     next: Arc<AtomicUsize>,
     threads: Vec<JoinHandle<()>>,
 }
 
 impl Ahead {
     /// Compiles these modules, the first ones first, by all processors but one: this thread needs it.
-    pub(crate) fn start(images: &Arc<Images>, sources: Vec<Source>) -> Self {
+    pub(crate) fn start(&self, images: &Arc<Images>, sources: Vec<Source>) {
+        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        all.retain(|compiling| !compiling.threads.iter().all(JoinHandle::is_finished));
+        all.push(Compiling::start(images, sources));
+    }
+}
+
+impl Compiling {
+    fn start(images: &Arc<Images>, sources: Vec<Source>) -> Self {
         let processors = thread::available_parallelism().map_or(1, usize::from);
         let count = (processors - 1).min(sources.len()).min(THREADS_MAX);
         let sources = Arc::new(sources);
@@ -138,7 +149,7 @@ impl Ahead {
     }
 }
 
-impl Drop for Ahead {
+impl Drop for Compiling {
     /// Waits: no thread may be inside the compiler when the program ends.
     fn drop(&mut self) {
         // Far beyond the last one, and far from where numbers end.

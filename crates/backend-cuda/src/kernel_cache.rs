@@ -9,7 +9,7 @@ use crate::{
     compile::Target,
     device::{Device, Kernel},
     foreseen::Foreseen,
-    images::{Ahead, Source},
+    images::Source,
     layout::CudaReal,
     procedural,
     solver_form::SolverForm,
@@ -30,8 +30,6 @@ pub(crate) struct KernelCache {
     /// How the linear system is solved at present.
     pub(crate) solver: SolverForm,
     kernels: HashMap<Key, Kernel>,
-    /// What compiles those that will be used soon.
-    ahead: Ahead,
 }
 
 impl KernelCache {
@@ -45,15 +43,14 @@ impl KernelCache {
             frame_options: Vec::new(),
             solver: SolverForm::General,
             kernels: HashMap::new(),
-            ahead: Ahead::default(),
         }
     }
 
     /// Begins to compile modules that will be used, beside this thread.
-    pub(crate) fn compile_ahead(&mut self, foreseen: &[Foreseen]) {
+    pub(crate) fn compile_ahead(&self, foreseen: &[Foreseen]) {
         // One that cannot be made has its error when it is used.
         let sources = foreseen.iter().filter_map(|&of| self.source(of).ok()).collect();
-        self.ahead = Ahead::start(&self.device.images, sources);
+        self.device.ahead.start(&self.device.images, sources);
     }
 
     /// A kernel of a module, compiled if need be.

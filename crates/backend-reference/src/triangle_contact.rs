@@ -61,7 +61,7 @@ impl TriangleContact {
                 .with_ghosts(pinch == Pinch::Ghost)
                 .with_stretch_limits(model)
                 .with_planes(model, &surface),
-            bodies: BodyMotion::new(model),
+            bodies: BodyMotion::of_bodies(surface.bodies().to_vec(), model),
             impulses: BodyImpulses::new(model),
             truncated: 0,
             newton: NewtonStart::StepStart,

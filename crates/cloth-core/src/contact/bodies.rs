@@ -1,6 +1,9 @@
 //! Bodies in contact of triangles: colliders whose vertices go where they are told (NUMERICS §15).
 
-use std::{collections::HashMap, ops::Range};
+use std::{
+    collections::{HashMap, hash_map::Entry},
+    ops::Range,
+};
 
 use crate::{
     ColliderShape, Error, GridSets, Model, Pose, Real, State,
@@ -64,20 +67,8 @@ impl ContactBody {
 
     fn new(collider: u32, shape: &ColliderShape, (first, friction): (u32, f64)) -> Self {
         let source = shape.body_triangles().unwrap_or_default();
-        let sets = shape_sets(shape);
-        // Vertices are compared in one set after the other: those in one place in all of them are one.
-        let count = shape.body_positions(GridSets::default()).len();
-        let mut class = vec![0_u32; count];
-        for set in 0..sets {
-            let positions = shape.body_positions(GridSets { index: set, next: set, share: 0.0 });
-            let mut classes = HashMap::with_capacity(count);
-            for (class, x) in class.iter_mut().zip(&*positions) {
-                // -0 and 0 are one place.
-                let key = (*class, x.map(|component| (component + 0.0).to_bits()));
-                let next = classes.len() as u32;
-                *class = *classes.entry(key).or_insert(next);
-            }
-        }
+        let class = places(shape);
+        let count = class.len();
         // Only what a triangle has is a node.
         let mut node_of_class = vec![None; count];
         let mut vertices = Vec::new();
@@ -144,6 +135,35 @@ fn plane_origin(pose: &Pose) -> [f64; 2] {
     [0, 1].map(|side| -(0..3).map(|k| rows[k][side] * x[k]).sum::<f64>())
 }
 
+/// For each vertex of a shape the first one that is in one place with it in all sets of positions.
+fn places(shape: &ColliderShape) -> Vec<u32> {
+    let mut class = vec![0; shape.body_positions(GridSets::default()).len()];
+    // Those that are in one place with others in all sets before.
+    let mut shared: Vec<u32> = (0..class.len() as u32).collect();
+    for set in 0..shape_sets(shape) {
+        if shared.is_empty() {
+            break;
+        }
+        let positions = shape.body_positions(GridSets { index: set, next: set, share: 0.0 });
+        let mut first = HashMap::with_capacity(shared.len());
+        let mut is_shared = vec![false; class.len()];
+        for &vertex in &shared {
+            let own = &mut class[vertex as usize];
+            // -0 and 0 are one place.
+            let place = positions[vertex as usize].map(|component| (component + 0.0).to_bits());
+            match first.entry((*own, place)) {
+                Entry::Occupied(entry) => {
+                    *own = *entry.get();
+                    is_shared[*own as usize] = true;
+                }
+                Entry::Vacant(entry) => *own = *entry.insert(vertex),
+            }
+        }
+        shared.retain(|&vertex| is_shared[class[vertex as usize] as usize]);
+    }
+    class
+}
+
 /// Sets of positions that a shape has.
 fn shape_sets(shape: &ColliderShape) -> u32 {
     match shape {
@@ -199,8 +219,14 @@ impl<T: Real> BodyMotion<T> {
     /// The bodies of a model in its initial state.
     #[must_use]
     pub fn new(model: &Model) -> Self {
+        Self::of_bodies(ContactBody::all(model), model)
+    }
+
+    /// The same, of bodies that are known.
+    #[must_use]
+    pub fn of_bodies(bodies: Vec<ContactBody>, model: &Model) -> Self {
         let mut motion = Self {
-            bodies: ContactBody::all(model),
+            bodies,
             places: Vec::new(),
             places_start: Vec::new(),
             places_kept: Vec::new(),

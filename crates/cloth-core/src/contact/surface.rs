@@ -43,7 +43,7 @@ struct Rows {
 impl Rows {
     /// Of pairs (row, entry), each once.
     fn new(count: usize, mut pairs: Vec<[u32; 2]>) -> Self {
-        pairs.sort_unstable();
+        pairs.par_sort_unstable();
         pairs.dedup();
         let mut offsets = vec![0_u32; count + 1];
         pairs.iter().for_each(|[row, _]| offsets[*row as usize + 1] += 1);

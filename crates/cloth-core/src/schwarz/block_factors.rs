@@ -164,29 +164,47 @@ impl BlockFactors {
     }
 
     /// The inverse of a block, as it is kept, as a whole matrix, row by row.
-    pub(super) fn inverse(&self, block: usize) -> Vec<f64> {
+    pub(super) fn inverse(&self, block: usize, arch: pulp::Arch) -> Vec<f64> {
         let size = self.starts[block + 1] - self.starts[block];
         let scale = &self.scale[self.starts[block]..][..size];
         let rows = &self.rows[self.row_starts[block]..];
         let mut inverse = vec![0.0; size * size];
-        inverse.par_chunks_mut(size.max(1)).enumerate().for_each(|(i, out)| {
-            for k in i..size {
-                let row = &rows[packed(k)..];
-                let own = f64::from(row[i]);
-                for (out, entry) in out[..=i].iter_mut().zip(row) {
-                    *out += own * f64::from(*entry);
-                }
-            }
-            for (out, other) in out[..=i].iter_mut().zip(scale) {
-                *out *= scale[i] * other;
-            }
-        });
+        let lines = inverse.par_chunks_mut(size.max(1)).enumerate();
+        lines.for_each(|(i, out)| arch.dispatch(InverseLine { rows, scale, i, out }));
         for i in 0..size {
             for j in 0..i {
                 inverse[j * size + i] = inverse[i * size + j];
             }
         }
         inverse
+    }
+}
+
+/// A line of an inverse up to its diagonal, from the rows of its factor, compiled for each instruction set.
+struct InverseLine<'a, 'b> {
+    rows: &'a [f32],
+    scale: &'a [f64],
+    i: usize,
+    out: &'b mut [f64],
+}
+
+impl NullaryFnOnce for InverseLine<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { rows, scale, i, out } = self;
+        let (size, out) = (out.len(), &mut out[..=i]);
+        for k in i..size {
+            let row = &rows[packed(k)..][..=i];
+            let own = f64::from(row[i]);
+            for (out, entry) in out.iter_mut().zip(row) {
+                *out += own * f64::from(*entry);
+            }
+        }
+        for (out, other) in out.iter_mut().zip(scale) {
+            *out *= scale[i] * other;
+        }
     }
 }
 

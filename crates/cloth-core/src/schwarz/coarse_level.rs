@@ -102,7 +102,7 @@ impl CoarseLevel {
     fn last(matrix: NodeMatrix, arch: pulp::Arch) -> Self {
         let all = matrix.len().max(1);
         let mut level = Self::factorised(matrix, all, arch);
-        level.inverse = level.factors.inverse(0);
+        level.inverse = level.factors.inverse(0, arch);
         level
     }
 

@@ -112,7 +112,7 @@ impl<T: Real> DeviceContact<T> {
                 .with_ghosts(pinch == Pinch::Ghost)
                 .with_stretch_limits(model)
                 .with_planes(model, &surface),
-            bodies: BodyMotion::new(model),
+            bodies: BodyMotion::of_bodies(surface.bodies().to_vec(), model),
             impulses: BodyImpulses::new(model),
             particles: count,
             goes_on: false,
