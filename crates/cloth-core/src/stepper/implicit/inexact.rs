@@ -69,7 +69,8 @@ pub(super) fn predict<K: Kernels + ?Sized>(kernels: &mut K, substep: &Substep) -
 ///
 /// An iterate ends where the certificate lets particles go from the iterate before: what would pass is stopped there, the next system knows what it
 /// touches, and cloth around it gives way within the same substep. Stopped particles draw cloth out: where more of the residual is left than before, all
-/// of the step is halved, so that less is stopped, as long as that pays.
+/// of the step is halved, so that less is stopped, as long as that pays. What is touched on the way begins to push all at once, so that the slope of a shorter
+/// step, which nothing stops, may be as steep as of the long one: it is not asked any more then, and the next system knows of the push.
 ///
 /// The solution of each system is good for one iteration, so that it is not solved to the end (Dembo, Eisenstat and Steihaug 1982) but to a
 /// share of what the substep began with, and constraints of colliders that pull are released from one to the next. The iteration ends by the size of its corrections, the first one apart, not by the residual, of which rounding leaves much where cloth is stiff. Of a
@@ -141,6 +142,8 @@ pub(super) fn newton<K: Kernels + ?Sized>(
         let before = now;
         let mut longer = f64::INFINITY;
         let mut is_held = false;
+        // Whether the certificate has stopped this step, or a longer one.
+        let mut was_stopped = false;
         for halving in 0.. {
             kernels.position_from_kept(substep.length)?;
             let stopped = kernels.contact_certify_iterate(substep)?;
@@ -155,9 +158,10 @@ pub(super) fn newton<K: Kernels + ?Sized>(
                 return Ok(None);
             }
             let slope = kernels.vector_dot(Residual, Solution)?;
-            let is_good = match stopped {
-                0 => is_short(slope, slope_start),
-                _ => now <= before || halving == STOPPED_HALVINGS_MAX || now > WORTH * longer,
+            was_stopped |= stopped > 0;
+            let is_good = match was_stopped {
+                false => is_short(slope, slope_start),
+                true => now <= before || halving == STOPPED_HALVINGS_MAX || now > WORTH * longer,
             };
             // A step that nothing stops does as much work as its slope at the start.
             is_held = stopped > 0 && (slope_start - slope).abs() <= enough_held;
