@@ -46,7 +46,7 @@ fn a_solve_takes_no_memory() {
                 })
             });
             println!("{bytes:?} bytes to {tolerance}");
-            assert!(bytes.iter().any(|&bytes| bytes == 0), "{bytes:?} bytes to {tolerance}");
+            assert!(bytes.contains(&0), "{bytes:?} bytes to {tolerance}");
         }
     }
 }
