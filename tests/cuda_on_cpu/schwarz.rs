@@ -11,8 +11,8 @@ use harness::random::Random;
 
 use crate::{compiler, replaced};
 
-/// Particles along both sides: with them there are three levels of groups.
-const SIDE: u32 = 130;
+/// Particles along both sides: with them there are three levels of groups, and a last group that is not full.
+const SIDE: u32 = 183;
 
 /// Two patches, so that behind the last group of the first one, which is smaller than the others, there is another.
 fn model(side: u32) -> Model {

@@ -268,7 +268,8 @@ mod tests {
     #[test]
     fn a_panic_ends_all() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().unwrap();
-        let run = || pool.install(|| lead(&Fails, (&mut Seats::default(), 3), |leader| leader.run(0)));
+        let run =
+            || pool.install(|| lead(&Fails, (&mut Seats::default(), 3), |leader| leader.run(0)));
         assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).is_err());
     }
 }
