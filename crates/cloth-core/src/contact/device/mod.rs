@@ -84,7 +84,7 @@ struct HostMotion<T> {
 }
 
 /// Ways of all particles and nodes of bodies.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct HostWays<T> {
     start: Vec<[T; 3]>,
     end: Vec<[T; 3]>,
@@ -217,7 +217,7 @@ impl<T: Real> DeviceContact<T> {
         if self.bodies.is_empty() {
             return Ok(());
         }
-        if self.bodies.substep_begin(model, substep.index) || self.sent.has_replaced() {
+        if self.bodies.substep_begin(model, substep.index) || self.sent.replaced_take() {
             self.nodes = None;
         }
         let has_start = self.nodes.is_some_and(|there| there == goes_on || !self.bodies.moves());

@@ -34,7 +34,7 @@ impl<T: Real> SentWays<T> {
     }
 
     /// Whether all ways that the device had have been replaced since this was last asked.
-    pub(super) const fn has_replaced(&mut self) -> bool {
+    pub(super) const fn replaced_take(&mut self) -> bool {
         std::mem::replace(&mut self.has_replaced, false)
     }
 
